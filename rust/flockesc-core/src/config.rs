@@ -1,0 +1,230 @@
+//! Scenarios and environment options: parsed from one JSON document each, then checked field by field.
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+
+use crate::error::{Error, Result};
+use crate::line::EscapeForce;
+use crate::neighbor::NeighborRule;
+use crate::predator::PredatorConfig;
+use crate::reward::Reward;
+
+/// Largest flock or line that a scenario may name; guards against allocations no machine has.
+pub const MAX_AGENTS: usize = 10_000_000;
+/// Largest number of steps that a scenario may name.
+pub const MAX_STEPS: usize = 1_000_000_000;
+
+/// The flock model's parameters (docs/model.md). Every field is required: defaults live in Python.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FlockConfig {
+    /// n, number of agents, at least 1.
+    pub num_agents: usize,
+    /// D, 2 or 3.
+    pub dimension: usize,
+    /// T / dt, number of steps of an episode, at least 1.
+    pub num_steps: usize,
+    /// dt in s, above 0.
+    pub time_step: f64,
+    /// m in kg, above 0.
+    pub mass: f64,
+    /// v0 in m/s, above 0.
+    pub speed: f64,
+    /// Side in m of the initial cube or square, above 0; also the length scale of observations.
+    pub initial_side: f64,
+    /// Shape of the initial state.
+    pub initial_region: InitialRegion,
+    /// rho_p in m, at least 0.
+    pub predator_range: f64,
+    /// s, at least 0.
+    pub repulsion_strength: f64,
+    /// Whether step 4 (constant speed) is applied; `false` is the literal law of the paper.
+    pub constant_speed: bool,
+    /// Predators; none is allowed.
+    pub predators: Vec<PredatorConfig>,
+    /// Who is a neighbor.
+    pub neighbor_rule: NeighborRule,
+}
+
+/// Where agents start and where they head.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum InitialRegion {
+    /// Positions uniform in `[0, side]^D`, headings uniform over all directions.
+    Cube,
+    /// Positions uniform in `[0, side]^2`, headings uniform in that plane; z = 0 where D = 3.
+    Square,
+}
+
+/// The line model's parameters (docs/model.md). Every field is required: defaults live in Python.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LineConfig {
+    /// n, number of agents, at least 1.
+    pub num_agents: usize,
+    /// x_p; `None` is a line without predator.
+    pub predator_position: Option<f64>,
+    /// rho_p, at least 0.
+    pub predator_range: f64,
+    /// s, at least 0.
+    pub repulsion_strength: f64,
+    /// Which escape force is added to the consensus.
+    pub escape_force: EscapeForce,
+    /// Largest move of any agent in one step that counts as standing still, at least 0.
+    pub tolerance: f64,
+    /// Steps after which an unsteady line is given up, at least 1.
+    pub max_steps: usize,
+}
+
+/// What an environment rewards and shows (docs/model.md).
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EpisodeConfig {
+    /// Whose eyes the observation is made for.
+    pub view: View,
+    /// Which distance the episode is about.
+    pub objective: Objective,
+    /// What a step pays.
+    pub reward: Reward,
+    /// Largest range in m that an action can set, above 0; scales the observed last range.
+    pub max_range: f64,
+    /// Distance in m up to which a predator is seen; `None`: any distance.
+    pub predator_sensing_range: Option<f64>,
+    /// Steps of the model during which one action holds, at least 1.
+    pub steps_per_action: usize,
+}
+
+/// Whose eyes an observation is made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum View {
+    /// One summary per flock.
+    Flock,
+    /// One row per agent, in its own frame.
+    Agent,
+}
+
+/// Which predator distance is to be kept large.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Objective {
+    /// The mean over agents (Eq. 12).
+    Mean,
+    /// The minimum over agents (Eq. 13).
+    Minimum,
+}
+
+impl FlockConfig {
+    /// Parses and checks a document.
+    ///
+    /// # Errors
+    /// [`Error::Config`] naming the field that is unknown, missing, of a wrong type or out of bounds.
+    pub fn from_json(document: &str) -> Result<Self> {
+        let config: Self = parse(document)?;
+        within("num_agents", config.num_agents, 1, MAX_AGENTS)?;
+        within("dimension", config.dimension, 2, 3)?;
+        within("num_steps", config.num_steps, 1, MAX_STEPS)?;
+        positive("time_step", config.time_step)?;
+        positive("mass", config.mass)?;
+        positive("speed", config.speed)?;
+        positive("initial_side", config.initial_side)?;
+        not_negative("predator_range", config.predator_range)?;
+        not_negative("repulsion_strength", config.repulsion_strength)?;
+        for (index, predator) in config.predators.iter().enumerate() {
+            predator.check(&format!("predators[{index}]"), config.dimension)?;
+        }
+        Ok(config)
+    }
+}
+
+impl LineConfig {
+    /// Parses and checks a document.
+    ///
+    /// # Errors
+    /// [`Error::Config`] naming the field that is unknown, missing, of a wrong type or out of bounds.
+    pub fn from_json(document: &str) -> Result<Self> {
+        let config: Self = parse(document)?;
+        within("num_agents", config.num_agents, 1, MAX_AGENTS)?;
+        if let Some(position) = config.predator_position {
+            finite("predator_position", position)?;
+        }
+        not_negative("predator_range", config.predator_range)?;
+        not_negative("repulsion_strength", config.repulsion_strength)?;
+        not_negative("tolerance", config.tolerance)?;
+        within("max_steps", config.max_steps, 1, MAX_STEPS)?;
+        Ok(config)
+    }
+}
+
+impl EpisodeConfig {
+    /// Parses and checks a document.
+    ///
+    /// # Errors
+    /// [`Error::Config`] naming the field that is unknown, missing, of a wrong type or out of bounds.
+    pub fn from_json(document: &str) -> Result<Self> {
+        let config: Self = parse(document)?;
+        positive("max_range", config.max_range)?;
+        if let Some(range) = config.predator_sensing_range {
+            not_negative("predator_sensing_range", range)?;
+        }
+        within("steps_per_action", config.steps_per_action, 1, MAX_STEPS)?;
+        if config.reward == Reward::OwnDistance && config.view == View::Flock {
+            return Err(Error::config(
+                "reward",
+                "running_minimum, distance or terminal where one range serves the whole flock",
+                "own_distance",
+            ));
+        }
+        Ok(config)
+    }
+}
+
+pub(crate) fn parse<T: DeserializeOwned>(document: &str) -> Result<T> {
+    let value: serde_json::Value = serde_json::from_str(document)
+        .map_err(|error| Error::config("document", "valid JSON", error))?;
+    serde_path_to_error::deserialize(value).map_err(|error| {
+        let path = error.path().to_string();
+        let message = error.inner().to_string();
+        let (given, expected) = message
+            .split_once(", expected ")
+            .unwrap_or((&message, "a field that the schema names"));
+        let field = if path == "." {
+            quoted(given).unwrap_or("document").to_owned()
+        } else {
+            path
+        };
+        Error::config(field, expected, given)
+    })
+}
+
+/// The name in backquotes in serde's messages on unknown and missing fields.
+fn quoted(message: &str) -> Option<&str> {
+    message.split('`').nth(1)
+}
+
+pub(crate) fn finite(field: &str, value: f64) -> Result<()> {
+    check(field, value, "a finite number", value.is_finite())
+}
+
+pub(crate) fn not_negative(field: &str, value: f64) -> Result<()> {
+    let good = value.is_finite() && value >= 0.0;
+    check(field, value, "a finite number of at least 0", good)
+}
+
+pub(crate) fn positive(field: &str, value: f64) -> Result<()> {
+    let good = value.is_finite() && value > 0.0;
+    check(field, value, "a finite number above 0", good)
+}
+
+pub(crate) fn within(field: &str, value: usize, low: usize, high: usize) -> Result<()> {
+    let expected = format!("an integer from {low} to {high}");
+    check(field, value, &expected, (low..=high).contains(&value))
+}
+
+fn check(field: &str, value: impl ToString, expected: &str, good: bool) -> Result<()> {
+    if good {
+        Ok(())
+    } else {
+        Err(Error::config(field, expected, value))
+    }
+}

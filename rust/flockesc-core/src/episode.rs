@@ -1,0 +1,192 @@
+//! A flock from its start to the horizon: steps under actions, running minima, rewards, observations.
+
+use std::sync::Arc;
+
+use crate::config::{EpisodeConfig, FlockConfig, Objective, View};
+use crate::flock::{InitialState, World};
+use crate::metrics;
+use crate::neighbor::Ranges;
+use crate::observation;
+use crate::reward::Moment;
+
+/// One distance over an episode, in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Running {
+    /// Value at t = 0.
+    pub start: f64,
+    /// Value now.
+    pub now: f64,
+    /// Smallest value so far; at the horizon, the objective.
+    pub minimum: f64,
+}
+
+impl Running {
+    fn new(value: f64) -> Self {
+        Self {
+            start: value,
+            now: value,
+            minimum: value,
+        }
+    }
+
+    fn update(&mut self, value: f64) {
+        self.now = value;
+        self.minimum = self.minimum.min(value);
+    }
+}
+
+/// A flock in an episode.
+#[derive(Debug, Clone)]
+pub struct Episode<const D: usize> {
+    config: Arc<EpisodeConfig>,
+    world: World<D>,
+    step: usize,
+    /// d_i now, in m.
+    own_distances: Vec<f64>,
+    mean_distance: Running,
+    min_distance: Running,
+    /// Ranges of the last action, one or n; 0 before the first.
+    ranges: Vec<f64>,
+}
+
+impl<const D: usize> Episode<D> {
+    /// The episode at t = 0; `start` has passed [`InitialState::check`].
+    #[must_use]
+    pub fn new(
+        scenario: Arc<FlockConfig>,
+        config: Arc<EpisodeConfig>,
+        start: &InitialState,
+    ) -> Self {
+        let ranges = vec![0.0; rows(&config, &scenario)];
+        let world = World::new(scenario, start);
+        let mut own_distances = Vec::new();
+        world.distances(&mut own_distances);
+        Self {
+            mean_distance: Running::new(metrics::mean(&own_distances)),
+            min_distance: Running::new(metrics::minimum(&own_distances)),
+            config,
+            world,
+            step: 0,
+            own_distances,
+            ranges,
+        }
+    }
+
+    /// Holds `ranges` (one entry, or one per agent) for `steps_per_action` steps or until the horizon,
+    /// and writes what that pays: one entry for the flock, or one per agent.
+    pub fn advance(&mut self, ranges: &[f64], rewards: &mut [f64]) {
+        self.ranges.copy_from_slice(ranges);
+        rewards.fill(0.0);
+        for _ in 0..self.config.steps_per_action {
+            if self.has_ended() {
+                break;
+            }
+            let minimum_before = self.objective().minimum;
+            self.world.step(as_ranges(&self.config, &self.ranges));
+            self.step += 1;
+            self.world.distances(&mut self.own_distances);
+            self.mean_distance
+                .update(metrics::mean(&self.own_distances));
+            self.min_distance
+                .update(metrics::minimum(&self.own_distances));
+            let objective = self.objective();
+            let moment = Moment {
+                distance: objective.now,
+                minimum_before,
+                minimum: objective.minimum,
+                minimum_at_start: objective.start,
+                own_distances: &self.own_distances,
+                num_steps: self.world.config().num_steps,
+                is_last: self.has_ended(),
+            };
+            self.config.reward.add(&moment, rewards);
+        }
+    }
+
+    /// Writes the observation: one row for the flock, or one per agent.
+    pub fn observe(&self, out: &mut [f32]) {
+        match self.config.view {
+            View::Flock => observation::flock::write(self, out),
+            View::Agent => observation::agent::write(self, out),
+        }
+    }
+
+    /// Whether the horizon is reached.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.step >= self.world.config().num_steps
+    }
+
+    /// Steps of the model made.
+    #[must_use]
+    pub fn step_count(&self) -> usize {
+        self.step
+    }
+
+    /// The flock itself.
+    #[must_use]
+    pub fn world(&self) -> &World<D> {
+        &self.world
+    }
+
+    /// What is rewarded and shown.
+    #[must_use]
+    pub fn config(&self) -> &EpisodeConfig {
+        &self.config
+    }
+
+    /// d_i now, in m.
+    #[must_use]
+    pub fn own_distances(&self) -> &[f64] {
+        &self.own_distances
+    }
+
+    /// Mean predator distance.
+    #[must_use]
+    pub fn mean_distance(&self) -> Running {
+        self.mean_distance
+    }
+
+    /// Minimum predator distance.
+    #[must_use]
+    pub fn min_distance(&self) -> Running {
+        self.min_distance
+    }
+
+    /// The distance that the objective is about.
+    #[must_use]
+    pub fn objective(&self) -> Running {
+        match self.config.objective {
+            Objective::Mean => self.mean_distance,
+            Objective::Minimum => self.min_distance,
+        }
+    }
+
+    /// Ranges of the last action: one entry, or one per agent.
+    #[must_use]
+    pub fn ranges(&self) -> &[f64] {
+        &self.ranges
+    }
+
+    /// Number of (weakly) connected components under the ranges of the last action.
+    #[must_use]
+    pub fn num_components(&self) -> usize {
+        self.world
+            .num_components(as_ranges(&self.config, &self.ranges))
+    }
+}
+
+/// Ranges and observation rows that one flock has: 1, or one per agent.
+pub(crate) fn rows(config: &EpisodeConfig, scenario: &FlockConfig) -> usize {
+    match config.view {
+        View::Flock => 1,
+        View::Agent => scenario.num_agents,
+    }
+}
+
+fn as_ranges<'a>(config: &EpisodeConfig, ranges: &'a [f64]) -> Ranges<'a> {
+    match config.view {
+        View::Flock => Ranges::Shared(ranges[0]),
+        View::Agent => Ranges::PerAgent(ranges),
+    }
+}

@@ -1,0 +1,129 @@
+//! The flock at t = 0: drawn from a seed, or given.
+
+use std::f64::consts::TAU;
+
+use nalgebra::SVector;
+
+use crate::config::{FlockConfig, InitialRegion};
+use crate::error::{Error, Result};
+use crate::predator::Predator;
+use crate::rng::{self, Stream};
+use crate::vector::unit;
+
+/// Where an episode starts. What is `None` is drawn from the seed, or is the scenario's.
+///
+/// Arrays are flat: agent after agent, coordinate after coordinate.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct InitialState {
+    /// Seed of the flock; equal seeds give equal flocks.
+    pub seed: u64,
+    /// r(0) in m, n * D entries.
+    pub positions: Option<Vec<f64>>,
+    /// v(0) in m/s, n * D entries.
+    pub velocities: Option<Vec<f64>>,
+    /// r_p(0) in m, P * D entries.
+    pub predator_positions: Option<Vec<f64>>,
+    /// v_p(0) in m/s, P * D entries.
+    pub predator_velocities: Option<Vec<f64>>,
+}
+
+impl InitialState {
+    /// The flock that `seed` stands for.
+    #[must_use]
+    pub fn seeded(seed: u64) -> Self {
+        Self {
+            seed,
+            ..Self::default()
+        }
+    }
+
+    /// Checks shapes and finiteness.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] naming the array and, for a value that is not finite, its entry.
+    pub fn check(&self, config: &FlockConfig) -> Result<()> {
+        let (n, p, d) = (config.num_agents, config.predators.len(), config.dimension);
+        check("initial_positions", &self.positions, n, d)?;
+        check("initial_velocities", &self.velocities, n, d)?;
+        check("predator_positions", &self.predator_positions, p, d)?;
+        check("predator_velocities", &self.predator_velocities, p, d)
+    }
+
+    pub(super) fn positions<const D: usize>(&self, config: &FlockConfig) -> Vec<SVector<f64, D>> {
+        if let Some(given) = &self.positions {
+            return rows(given).collect();
+        }
+        let mut rng = rng::stream(self.seed, Stream::Positions);
+        let axes = match config.initial_region {
+            InitialRegion::Cube => D,
+            InitialRegion::Square => 2,
+        };
+        (0..config.num_agents)
+            .map(|_| {
+                let mut position = SVector::zeros();
+                for axis in 0..axes {
+                    position[axis] = rng::uniform(&mut rng, config.initial_side);
+                }
+                position
+            })
+            .collect()
+    }
+
+    pub(super) fn velocities<const D: usize>(&self, config: &FlockConfig) -> Vec<SVector<f64, D>> {
+        if let Some(given) = &self.velocities {
+            return rows(given).collect();
+        }
+        let mut rng = rng::stream(self.seed, Stream::Headings);
+        (0..config.num_agents)
+            .map(|_| {
+                let angle = rng::uniform(&mut rng, TAU);
+                let height = match (D, config.initial_region) {
+                    (3, InitialRegion::Cube) => 2.0 * rng::uniform(&mut rng, 1.0) - 1.0,
+                    _ => 0.0,
+                };
+                let radius = (1.0 - height * height).sqrt();
+                // libm, not the platform's sin and cos: a seed means the same flock on every machine.
+                let parts = [radius * libm::cos(angle), radius * libm::sin(angle), height];
+                let heading = SVector::from_fn(|axis, _| parts[axis]);
+                unit(&heading).unwrap_or(heading) * config.speed
+            })
+            .collect()
+    }
+
+    pub(super) fn predators<const D: usize>(&self, config: &FlockConfig) -> Vec<Predator<D>> {
+        let mut predators: Vec<_> = config.predators.iter().map(Predator::new).collect();
+        if let Some(given) = &self.predator_positions {
+            for (predator, row) in predators.iter_mut().zip(rows(given)) {
+                predator.position = row;
+            }
+        }
+        if let Some(given) = &self.predator_velocities {
+            for (predator, row) in predators.iter_mut().zip(rows(given)) {
+                predator.velocity = row;
+            }
+        }
+        predators
+    }
+}
+
+fn rows<const D: usize>(flat: &[f64]) -> impl Iterator<Item = SVector<f64, D>> {
+    flat.chunks_exact(D).map(SVector::from_column_slice)
+}
+
+fn check(field: &str, values: &Option<Vec<f64>>, rows: usize, axes: usize) -> Result<()> {
+    let Some(values) = values else {
+        return Ok(());
+    };
+    if values.len() != rows * axes {
+        let expected = format!("{rows} x {axes} numbers");
+        return Err(Error::argument(field, expected, values.len()));
+    }
+    match values.iter().position(|value| !value.is_finite()) {
+        Some(at) => Err(Error::argument(
+            format!("{field}[{}, {}]", at / axes, at % axes),
+            "a finite number",
+            values[at],
+        )),
+        None => Ok(()),
+    }
+}

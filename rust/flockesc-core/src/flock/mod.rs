@@ -1,0 +1,10 @@
+//! The flock model (paper, Section V): agents that align with their neighbors and flee from predators.
+
+mod dynamics;
+mod initial;
+mod simulate;
+
+pub use dynamics::World;
+pub use initial::InitialState;
+pub(crate) use simulate::check_ranges;
+pub use simulate::{Schedule, Trajectory, simulate_flock};

@@ -1,0 +1,141 @@
+//! A flock under a fixed range or a schedule of ranges, with everything recorded.
+
+use std::sync::Arc;
+
+use nalgebra::SVector;
+
+use super::{InitialState, World};
+use crate::config::FlockConfig;
+use crate::error::{Error, Result};
+use crate::metrics;
+use crate::neighbor::Ranges;
+use crate::threads::Progress;
+
+/// Ranges over time: `rows` is 1 (fixed) or T, `columns` is 1 (shared) or n.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Schedule {
+    /// Ranges in m, row after row.
+    pub values: Vec<f64>,
+    /// 1, or one row per step.
+    pub rows: usize,
+    /// 1, or one column per agent.
+    pub columns: usize,
+}
+
+impl Schedule {
+    fn check(&self, config: &FlockConfig) -> Result<()> {
+        let fits = (self.rows == 1 || self.rows == config.num_steps)
+            && (self.columns == 1 || self.columns == config.num_agents)
+            && self.values.len() == self.rows * self.columns;
+        if !fits {
+            let (steps, agents) = (config.num_steps, config.num_agents);
+            return Err(Error::argument(
+                "interaction_range",
+                format!("a scalar or shape ({agents},), ({steps},), ({steps}, {agents})"),
+                format!("{} x {}", self.rows, self.columns),
+            ));
+        }
+        check_ranges("interaction_range", &self.values)
+    }
+
+    fn at(&self, step: usize) -> Ranges<'_> {
+        let row = if self.rows == 1 { 0 } else { step };
+        match self.columns {
+            1 => Ranges::Shared(self.values[row]),
+            n => Ranges::PerAgent(&self.values[row * n..(row + 1) * n]),
+        }
+    }
+}
+
+/// Refuses a range that is negative or not finite.
+pub(crate) fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
+    match ranges.iter().position(|r| !(r.is_finite() && *r >= 0.0)) {
+        Some(at) => Err(Error::argument(
+            format!("{field}[{at}]"),
+            "a finite number of at least 0",
+            ranges[at],
+        )),
+        None => Ok(()),
+    }
+}
+
+/// What a run of the flock leaves: one entry per time 0..=T; arrays are flat, row after row.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Trajectory {
+    /// r_i(t) in m, (T + 1) * n * D entries.
+    pub positions: Vec<f64>,
+    /// v_i(t) in m/s, (T + 1) * n * D entries.
+    pub velocities: Vec<f64>,
+    /// r_p(t) in m, (T + 1) * P * D entries.
+    pub predator_positions: Vec<f64>,
+    /// Mean distance to the predator in m.
+    pub mean_distance: Vec<f64>,
+    /// Minimum distance to the predator in m.
+    pub min_distance: Vec<f64>,
+    /// Connected components under the range of the step that begins (at T: that has ended).
+    pub num_components: Vec<i64>,
+    /// Norm of the mean heading.
+    pub polarization: Vec<f64>,
+}
+
+impl Trajectory {
+    fn record<const D: usize>(&mut self, world: &World<D>, ranges: Ranges<'_>, d: &mut Vec<f64>) {
+        extend(&mut self.positions, world.positions().iter());
+        extend(&mut self.velocities, world.velocities().iter());
+        let predators = world.predators().iter().map(|p| &p.position);
+        extend(&mut self.predator_positions, predators);
+        world.distances(d);
+        self.mean_distance.push(metrics::mean(d));
+        self.min_distance.push(metrics::minimum(d));
+        self.num_components
+            .push(world.num_components(ranges) as i64);
+        self.polarization.push(world.polarization());
+    }
+}
+
+fn extend<'a, const D: usize>(
+    flat: &mut Vec<f64>,
+    vectors: impl Iterator<Item = &'a SVector<f64, D>>,
+) {
+    for vector in vectors {
+        flat.extend_from_slice(vector.as_slice());
+    }
+}
+
+/// Runs a flock for `num_steps` steps.
+///
+/// # Errors
+/// [`Error::Argument`] if `start` or `schedule` does not fit the scenario; [`Error::Interrupted`] if
+/// `progress` was cancelled.
+pub fn simulate_flock(
+    config: Arc<FlockConfig>,
+    schedule: &Schedule,
+    start: &InitialState,
+    progress: &Progress,
+) -> Result<Trajectory> {
+    start.check(&config)?;
+    schedule.check(&config)?;
+    match config.dimension {
+        2 => run::<2>(config, schedule, start, progress),
+        _ => run::<3>(config, schedule, start, progress),
+    }
+}
+
+fn run<const D: usize>(
+    config: Arc<FlockConfig>,
+    schedule: &Schedule,
+    start: &InitialState,
+    progress: &Progress,
+) -> Result<Trajectory> {
+    let num_steps = config.num_steps;
+    let mut world = World::<D>::new(config, start);
+    let mut trajectory = Trajectory::default();
+    let mut distances = Vec::new();
+    for step in 0..num_steps {
+        progress.check()?;
+        trajectory.record(&world, schedule.at(step), &mut distances);
+        world.step(schedule.at(step));
+    }
+    trajectory.record(&world, schedule.at(num_steps - 1), &mut distances);
+    Ok(trajectory)
+}

@@ -1,0 +1,57 @@
+//! Matrices of the line's neighbor graph, for analysis (paper, Section II).
+
+use nalgebra::DMatrix;
+
+/// L = Delta - A, the Laplacian of the graph with an edge where |x_i - x_j| <= `range`, shape (n, n).
+///
+/// An agent is its own neighbor: the degree matrix Delta counts it and the adjacency matrix A holds it,
+/// so the two cancel in L and `P = I - Delta^-1 L` is the matrix of Eq. 2.
+#[must_use]
+pub fn laplacian(states: &[f64], range: f64) -> DMatrix<f64> {
+    let adjacency = adjacency(states, range);
+    DMatrix::from_diagonal(&adjacency.column_sum()) - adjacency
+}
+
+/// P = I - Delta^-1 L, the Perron matrix of Eq. 2, shape (n, n); rows sum to 1.
+#[must_use]
+pub fn perron_matrix(states: &[f64], range: f64) -> DMatrix<f64> {
+    let mut matrix = adjacency(states, range);
+    for mut row in matrix.row_iter_mut() {
+        let degree = row.sum();
+        row /= degree;
+    }
+    matrix
+}
+
+fn adjacency(states: &[f64], range: f64) -> DMatrix<f64> {
+    let n = states.len();
+    DMatrix::from_fn(n, n, |i, j| {
+        f64::from((states[i] - states[j]).abs() <= range)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::line::consensus;
+
+    #[test]
+    fn perron_matrix_is_i_minus_inverse_degree_times_laplacian() {
+        let states = [0.0, 0.1, 0.25, 0.9, 0.3];
+        let range = 0.15;
+        let laplacian = laplacian(&states, range);
+        assert_eq!(laplacian.column_sum().amax(), 0.0);
+        let degrees = adjacency(&states, range).column_sum();
+        let expected = DMatrix::identity(5, 5)
+            - DMatrix::from_diagonal(&degrees.map(|degree| 1.0 / degree)) * laplacian;
+        let perron = perron_matrix(&states, range);
+        assert!((&perron - expected).amax() < 1e-15);
+
+        let mut averaged = Vec::new();
+        consensus(&states, range, &mut averaged);
+        let product = perron * nalgebra::DVector::from_row_slice(&states);
+        for (mean, entry) in averaged.iter().zip(product.iter()) {
+            assert!((mean - entry).abs() < 1e-15);
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! Flocks and lines of consensus-driven agents under attack by a predator, where the interaction range
+//! decides who escapes (Saleh, "On the Optimal Interaction Range for Multi-Agent Systems Under
+//! Adversarial Attack"). Equations, names and units: `docs/model.md`.
+//!
+//! ```
+//! use std::sync::Arc;
+//! use flockesc_core::{LineConfig, Progress, simulate_line};
+//!
+//! let config = LineConfig::from_json(
+//!     r#"{"num_agents": 100, "predator_position": 0.6, "predator_range": 0.2,
+//!         "repulsion_strength": 2.0, "escape_force": "linear", "tolerance": 1e-12, "max_steps": 1000}"#,
+//! )?;
+//! let line = simulate_line(Arc::new(config), 0.1, 7, None, &Progress::default())?;
+//! assert!(line.converged);
+//! assert!(line.escape_distance[line.steps] > 0.2);
+//! # Ok::<(), flockesc_core::Error>(())
+//! ```
+//!
+//! - [`FlockConfig`], [`LineConfig`], [`EpisodeConfig`]: documents, checked field by field.
+//! - [`World`] and [`Line`]: the two models, a step at a time.
+//! - [`simulate_flock`], [`simulate_line`]: whole runs, recorded; [`sweep_flock`], [`sweep_line`]: the grid search.
+//! - [`Batch`]: many episodes with rewards and observations, stepped together.
+
+mod batch;
+mod config;
+mod episode;
+mod error;
+mod flock;
+mod graph;
+mod line;
+mod metrics;
+mod neighbor;
+mod observation;
+mod predator;
+mod reward;
+mod rng;
+mod sweep;
+mod threads;
+mod vector;
+
+pub use batch::{Batch, Metrics};
+pub use config::{
+    EpisodeConfig, FlockConfig, InitialRegion, LineConfig, MAX_AGENTS, MAX_STEPS, Objective, View,
+};
+pub use episode::{Episode, Running};
+pub use error::{Error, Result};
+pub use flock::{InitialState, Schedule, Trajectory, World, simulate_flock};
+pub use graph::{laplacian, perron_matrix};
+pub use line::{
+    EscapeForce, Line, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory, initial_states,
+    line_entries, num_components, simulate_line,
+};
+pub use neighbor::{NeighborRule, Ranges};
+pub use observation::{Entry, entries};
+pub use predator::{ConstantVelocity, Predator, PredatorConfig, PurePursuit};
+pub use reward::Reward;
+pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};
+pub use threads::{MAX_THREADS, Progress, available_threads};

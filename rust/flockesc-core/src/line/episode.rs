@@ -1,0 +1,179 @@
+//! A line from its start to its steady state: steps under actions, with rewards.
+
+use std::sync::Arc;
+
+use serde::Deserialize;
+
+use super::Line;
+use super::dynamics::check_range;
+use crate::config::MAX_STEPS;
+use crate::config::{LineConfig, parse, positive, within};
+use crate::error::{Error, Result};
+
+/// What a line environment pays and how long an action holds (docs/model.md).
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LineEpisodeConfig {
+    /// What a step pays.
+    pub reward: LineReward,
+    /// Largest range that an action can set, above 0; scales the observed last range.
+    pub max_range: f64,
+    /// Steps of the model during which one action holds, at least 1.
+    pub steps_per_action: usize,
+}
+
+/// The reward of the line; both sum to d_ss - d(0) exactly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LineReward {
+    /// d(t) - d(t-1).
+    Difference,
+    /// d - d(0) on the last step, 0 before.
+    Terminal,
+}
+
+impl LineEpisodeConfig {
+    /// Parses and checks a document.
+    ///
+    /// # Errors
+    /// [`Error::Config`] naming the field that is unknown, missing, of a wrong type or out of bounds.
+    pub fn from_json(document: &str) -> Result<Self> {
+        let config: Self = parse(document)?;
+        positive("max_range", config.max_range)?;
+        within("steps_per_action", config.steps_per_action, 1, MAX_STEPS)?;
+        Ok(config)
+    }
+}
+
+/// A line in an episode.
+#[derive(Debug, Clone)]
+pub struct LineEpisode {
+    config: LineEpisodeConfig,
+    line: Line,
+    step: usize,
+    start_distance: f64,
+    last_range: f64,
+    is_steady: bool,
+}
+
+impl LineEpisode {
+    /// The episode at t = 0.
+    ///
+    /// # Errors
+    /// [`Error::Config`] if the scenario has no predator; otherwise as [`Line::new`].
+    pub fn new(
+        scenario: Arc<LineConfig>,
+        config: LineEpisodeConfig,
+        seed: u64,
+        initial_state: Option<&[f64]>,
+    ) -> Result<Self> {
+        if scenario.predator_position.is_none() {
+            let why = "a number: an environment pays for the distance to the predator";
+            return Err(Error::config("predator_position", why, "none"));
+        }
+        let line = Line::new(scenario, seed, initial_state)?;
+        Ok(Self {
+            config,
+            start_distance: line.escape_distance(),
+            line,
+            step: 0,
+            last_range: 0.0,
+            is_steady: false,
+        })
+    }
+
+    /// Holds `range` for `steps_per_action` steps or until the end, and returns what that pays.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for a range that is negative or not finite; [`Error::Episode`] after the end.
+    /// Nothing has changed then.
+    pub fn advance(&mut self, range: f64) -> Result<f64> {
+        check_range(range)?;
+        if self.has_ended() {
+            return Err(Error::episode(
+                "step",
+                "a reset: the episode has ended",
+                "a step",
+            ));
+        }
+        let before = self.line.escape_distance();
+        self.last_range = range;
+        for _ in 0..self.config.steps_per_action {
+            if self.has_ended() {
+                break;
+            }
+            let moved = self.line.step(range)?;
+            self.is_steady = self.line.is_steady(moved);
+            self.step += 1;
+        }
+        let now = self.line.escape_distance();
+        Ok(match self.config.reward {
+            LineReward::Difference => now - before,
+            LineReward::Terminal if self.has_ended() => now - self.start_distance,
+            LineReward::Terminal => 0.0,
+        })
+    }
+
+    /// The observation: t / max_steps, d / (1 + d), rho / max_range, then the offsets u = x_i - x_p in
+    /// rising order as u / (1 + |u|).
+    ///
+    /// The order statistics are the whole state up to the agents' names, so the problem stays Markov.
+    #[must_use]
+    pub fn observation(&self) -> Vec<f32> {
+        let scenario = self.line.config();
+        let predator = scenario.predator_position.unwrap_or_default();
+        let distance = self.line.escape_distance();
+        let mut offsets: Vec<f64> = self.line.states().iter().map(|x| x - predator).collect();
+        offsets.sort_unstable_by(f64::total_cmp);
+        let scalars = [
+            self.step as f64 / scenario.max_steps as f64,
+            distance / (1.0 + distance),
+            (self.last_range / self.config.max_range).min(1.0),
+        ];
+        scalars
+            .into_iter()
+            .chain(offsets.into_iter().map(|u| u / (1.0 + u.abs())))
+            .map(|entry| entry as f32)
+            .collect()
+    }
+
+    /// Whether the line stands still, or `max_steps` are made.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.is_steady || self.step >= self.line.config().max_steps
+    }
+
+    /// Whether the last step moved no agent by more than the tolerance.
+    #[must_use]
+    pub fn is_steady(&self) -> bool {
+        self.is_steady
+    }
+
+    /// The line itself.
+    #[must_use]
+    pub fn line(&self) -> &Line {
+        &self.line
+    }
+
+    /// Range of the last action; 0 before the first.
+    #[must_use]
+    pub fn last_range(&self) -> f64 {
+        self.last_range
+    }
+}
+
+/// The entries of a line observation, in order: name, lower and upper bound.
+#[must_use]
+pub fn line_entries(num_agents: usize) -> Vec<crate::observation::Entry> {
+    let scalars = ["time", "escape_distance", "last_range"].map(|name| (name.to_owned(), 0.0));
+    let offsets = (0..num_agents).map(|rank| (format!("offset_{rank}"), -1.0));
+    scalars
+        .into_iter()
+        .chain(offsets)
+        .map(|(name, low)| crate::observation::Entry {
+            name,
+            low,
+            high: 1.0,
+        })
+        .collect()
+}

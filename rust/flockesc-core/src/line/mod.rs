@@ -1,0 +1,14 @@
+//! The line model (paper, Sections II to IV): agents on the real line, pushed away from a fixed predator.
+
+mod dynamics;
+mod episode;
+mod escape;
+mod simulate;
+
+pub use dynamics::{Line, initial_states, num_components};
+pub use episode::{LineEpisode, LineEpisodeConfig, LineReward, line_entries};
+pub use escape::EscapeForce;
+pub use simulate::{LineTrajectory, simulate_line};
+
+#[cfg(test)]
+pub(crate) use dynamics::consensus;

@@ -1,0 +1,56 @@
+//! A line under one fixed range, run until it stands still.
+
+use std::sync::Arc;
+
+use super::Line;
+use crate::config::LineConfig;
+use crate::error::Result;
+use crate::threads::Progress;
+
+/// What a run of the line leaves: one entry per time 0..=steps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LineTrajectory {
+    /// x(t), row after row, (steps + 1) * n entries.
+    pub states: Vec<f64>,
+    /// m(t).
+    pub num_components: Vec<i64>,
+    /// d(t); infinite without a predator.
+    pub escape_distance: Vec<f64>,
+    /// Whether the last step moved no agent by more than the tolerance.
+    pub converged: bool,
+    /// Number of steps made.
+    pub steps: usize,
+}
+
+/// Runs a line under `range` until its steady state, or until `max_steps`.
+///
+/// # Errors
+/// As [`Line::new`] and [`Line::step`]; [`crate::Error::Interrupted`] if `progress` was cancelled.
+pub fn simulate_line(
+    config: Arc<LineConfig>,
+    range: f64,
+    seed: u64,
+    initial_state: Option<&[f64]>,
+    progress: &Progress,
+) -> Result<LineTrajectory> {
+    let mut line = Line::new(config, seed, initial_state)?;
+    let mut trajectory = LineTrajectory {
+        states: line.states().to_vec(),
+        num_components: vec![line.num_components(range) as i64],
+        escape_distance: vec![line.escape_distance()],
+        converged: false,
+        steps: 0,
+    };
+    while !trajectory.converged && trajectory.steps < line.config().max_steps {
+        progress.check()?;
+        let moved = line.step(range)?;
+        trajectory.states.extend_from_slice(line.states());
+        trajectory
+            .num_components
+            .push(line.num_components(range) as i64);
+        trajectory.escape_distance.push(line.escape_distance());
+        trajectory.converged = line.is_steady(moved);
+        trajectory.steps += 1;
+    }
+    Ok(trajectory)
+}

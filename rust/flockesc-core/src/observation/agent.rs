@@ -1,0 +1,83 @@
+//! One row per agent, in the agent's own frame.
+
+use nalgebra::SVector;
+
+use super::frame::Frame;
+use super::{Entry, HALF_COUNT, Writer, entry, squash};
+use crate::episode::Episode;
+use crate::predator::Predator;
+use crate::vector::unit;
+
+const AXES: [&str; 3] = ["ahead", "left", "up"];
+
+pub(super) fn entries(dimension: usize) -> Vec<Entry> {
+    let vector = |name: &str| {
+        let name = name.to_owned();
+        AXES.iter()
+            .take(dimension)
+            .map(move |axis| entry(format!("{name}_{axis}"), -1.0))
+    };
+    let scalar = |name| std::iter::once(entry(name, 0.0));
+    scalar("time")
+        .chain(scalar("running_minimum"))
+        .chain(scalar("last_range"))
+        .chain(scalar("speed"))
+        .chain(scalar("neighbor_count"))
+        .chain(vector("heard_velocity"))
+        .chain(scalar("predator_sensed"))
+        .chain(scalar("predator_distance"))
+        .chain(vector("predator_direction"))
+        .chain(vector("predator_velocity"))
+        .collect()
+}
+
+/// Writes n rows.
+pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
+    let world = episode.world();
+    let scenario = world.config();
+    let options = episode.config();
+    let heard = world.neighborhood();
+    let time = episode.step_count() as f64 / scenario.num_steps as f64;
+    let running_minimum = squash(episode.objective().minimum, scenario.initial_side);
+    let mut writer = Writer::new(out);
+    for (agent, position) in world.positions().iter().enumerate() {
+        let velocity = world.velocities()[agent];
+        let heard_velocity = heard.mean_velocity[agent];
+        let sensed = nearest(position, world.predators()).filter(|(_, distance)| {
+            options
+                .predator_sensing_range
+                .is_none_or(|r| *distance <= r)
+        });
+        let sight: SVector<f64, D> = sensed
+            .and_then(|(predator, _)| unit(&(predator.position - position)))
+            .unwrap_or_else(SVector::zeros);
+        let approach: SVector<f64, D> =
+            sensed.map_or_else(SVector::zeros, |(predator, _)| predator.velocity - velocity);
+        let frame = Frame::new(&velocity, &[sight, heard_velocity, approach]);
+        let scaled = |vector: &SVector<f64, D>| {
+            frame.coordinates(&(vector / (vector.norm() + scenario.speed)))
+        };
+
+        writer.push(time);
+        writer.push(running_minimum);
+        writer.push(episode.ranges()[agent] / options.max_range);
+        writer.push(squash(velocity.norm(), scenario.speed));
+        writer.push(squash(heard.count[agent] - 1.0, HALF_COUNT));
+        writer.extend(&scaled(&heard_velocity));
+        writer.push(f64::from(sensed.is_some()));
+        writer.push(sensed.map_or(0.0, |(_, distance)| squash(distance, scenario.initial_side)));
+        writer.extend(&frame.coordinates(&sight));
+        writer.extend(&scaled(&approach));
+    }
+}
+
+/// The predator nearest to `position`, with its distance in m.
+pub(super) fn nearest<'a, const D: usize>(
+    position: &SVector<f64, D>,
+    predators: &'a [Predator<D>],
+) -> Option<(&'a Predator<D>, f64)> {
+    predators
+        .iter()
+        .map(|predator| (predator, (predator.position - position).norm()))
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+}

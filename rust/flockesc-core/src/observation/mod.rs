@@ -1,0 +1,78 @@
+//! What a controller sees, one view per file; every entry is bounded and documented in docs/model.md.
+//!
+//! Nothing depends on where the world's origin is or how its axes are turned.
+
+pub(crate) mod agent;
+pub(crate) mod flock;
+mod frame;
+
+use crate::config::View;
+
+/// Name and bounds of one entry of an observation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// Name, as in docs/model.md.
+    pub name: String,
+    /// Smallest value.
+    pub low: f32,
+    /// Largest value.
+    pub high: f32,
+}
+
+/// The entries of an observation row, in order, for dimension 2 or 3.
+#[must_use]
+pub fn entries(view: View, dimension: usize) -> Vec<Entry> {
+    match view {
+        View::Flock => flock::ENTRIES
+            .iter()
+            .map(|&(name, low)| entry(name, low))
+            .collect(),
+        View::Agent => agent::entries(dimension),
+    }
+}
+
+fn entry(name: impl Into<String>, low: f32) -> Entry {
+    Entry {
+        name: name.into(),
+        low,
+        high: 1.0,
+    }
+}
+
+/// Maps a length or speed of at least 0 onto [0, 1): half at `scale`.
+fn squash(value: f64, scale: f64) -> f64 {
+    if value.is_finite() {
+        value / (value + scale)
+    } else {
+        1.0
+    }
+}
+
+/// Number of neighbors, self excluded, that counts as half of all that could be.
+const HALF_COUNT: f64 = 8.0;
+
+/// Writes rows one entry after the other.
+struct Writer<'a> {
+    out: std::slice::IterMut<'a, f32>,
+}
+
+impl<'a> Writer<'a> {
+    fn new(out: &'a mut [f32]) -> Self {
+        Self {
+            out: out.iter_mut(),
+        }
+    }
+
+    /// Rounding may carry a bounded entry a hair outside of [-1, 1]; it is put back.
+    fn push(&mut self, value: f64) {
+        if let Some(slot) = self.out.next() {
+            *slot = value.clamp(-1.0, 1.0) as f32;
+        }
+    }
+
+    fn extend(&mut self, values: &[f64]) {
+        for value in values {
+            self.push(*value);
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! Predators: one strategy per file, each the rule by which the next velocity is set (step 5).
+
+mod constant_velocity;
+mod pure_pursuit;
+
+use nalgebra::SVector;
+use serde::Deserialize;
+
+pub use constant_velocity::ConstantVelocity;
+pub use pure_pursuit::PurePursuit;
+
+use crate::config::finite;
+use crate::error::{Error, Result};
+
+/// A predator as a scenario names it.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PredatorConfig {
+    /// Flies straight on.
+    ConstantVelocity(ConstantVelocity),
+    /// Turns toward the nearest agent.
+    PurePursuit(PurePursuit),
+}
+
+impl PredatorConfig {
+    /// Position at t = 0 in m and velocity at t = 0 in m/s, of length D, or 2 for a predator in the plane.
+    fn start(&self) -> (&[f64], &[f64]) {
+        match self {
+            Self::ConstantVelocity(strategy) => (&strategy.position, &strategy.velocity),
+            Self::PurePursuit(strategy) => (&strategy.position, &strategy.velocity),
+        }
+    }
+
+    pub(crate) fn check(&self, path: &str, dimension: usize) -> Result<()> {
+        let kind = match self {
+            Self::ConstantVelocity(_) => "constant_velocity",
+            Self::PurePursuit(_) => "pure_pursuit",
+        };
+        let (position, velocity) = self.start();
+        for (name, vector) in [("position", position), ("velocity", velocity)] {
+            let field = format!("{path}.{kind}.{name}");
+            if vector.len() != 2 && vector.len() != dimension {
+                let expected = match dimension {
+                    2 => "2 numbers".to_owned(),
+                    _ => format!("2 or {dimension} numbers"),
+                };
+                return Err(Error::config(field, expected, vector.len()));
+            }
+            for (k, &entry) in vector.iter().enumerate() {
+                finite(&format!("{field}[{k}]"), entry)?;
+            }
+        }
+        match self {
+            Self::ConstantVelocity(_) => Ok(()),
+            Self::PurePursuit(strategy) => strategy.check(&format!("{path}.{kind}")),
+        }
+    }
+}
+
+/// A predator in flight.
+#[derive(Debug, Clone)]
+pub struct Predator<const D: usize> {
+    /// r_p in m.
+    pub position: SVector<f64, D>,
+    /// v_p in m/s.
+    pub velocity: SVector<f64, D>,
+    strategy: PredatorConfig,
+}
+
+impl<const D: usize> Predator<D> {
+    /// The predator at t = 0; missing coordinates are 0.
+    #[must_use]
+    pub fn new(config: &PredatorConfig) -> Self {
+        let (position, velocity) = config.start();
+        let embed = |vector: &[f64]| SVector::from_fn(|k, _| vector.get(k).copied().unwrap_or(0.0));
+        Self {
+            position: embed(position),
+            velocity: embed(velocity),
+            strategy: config.clone(),
+        }
+    }
+
+    /// Step 5: moves with the old velocity, then sets the next one, seeing the agents where they now are.
+    pub(crate) fn advance(&mut self, time_step: f64, agents: &[SVector<f64, D>]) {
+        self.position += self.velocity * time_step;
+        match &self.strategy {
+            PredatorConfig::ConstantVelocity(_) => {}
+            PredatorConfig::PurePursuit(strategy) => {
+                self.velocity = strategy.steer(&self.position, &self.velocity, time_step, agents);
+            }
+        }
+    }
+}

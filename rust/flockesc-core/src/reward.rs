@@ -1,0 +1,54 @@
+//! What one step of the model pays, to the flock or to each agent (docs/model.md, "Rewards").
+
+use serde::Deserialize;
+
+/// The reward term; team terms pay every agent the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reward {
+    /// m_t - m_(t-1), m the running minimum of the objective's distance; sums to J - m_0 exactly.
+    RunningMinimum,
+    /// The objective's distance over T steps, so that an episode sums to its time mean; dense.
+    Distance,
+    /// As `Distance`, each agent its own distance.
+    OwnDistance,
+    /// J - m_0 on the last step, 0 before.
+    Terminal,
+}
+
+/// What the terms look at after a step; distances in m.
+#[derive(Debug)]
+pub(crate) struct Moment<'a> {
+    /// The objective's distance now.
+    pub(crate) distance: f64,
+    /// Its running minimum before and after the step, and at the start of the episode.
+    pub(crate) minimum_before: f64,
+    pub(crate) minimum: f64,
+    pub(crate) minimum_at_start: f64,
+    /// Every agent's distance now.
+    pub(crate) own_distances: &'a [f64],
+    pub(crate) num_steps: usize,
+    pub(crate) is_last: bool,
+}
+
+impl Reward {
+    /// Adds what `moment` pays to `rewards`: one entry for the flock, or one per agent.
+    pub(crate) fn add(self, moment: &Moment<'_>, rewards: &mut [f64]) {
+        let share = (moment.num_steps as f64).recip();
+        let team = match self {
+            Self::RunningMinimum => moment.minimum - moment.minimum_before,
+            Self::Distance => moment.distance * share,
+            Self::OwnDistance => {
+                for (reward, own) in rewards.iter_mut().zip(moment.own_distances) {
+                    *reward += own * share;
+                }
+                return;
+            }
+            Self::Terminal if moment.is_last => moment.minimum - moment.minimum_at_start,
+            Self::Terminal => 0.0,
+        };
+        for reward in rewards {
+            *reward += team;
+        }
+    }
+}

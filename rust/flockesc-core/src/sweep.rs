@@ -1,0 +1,145 @@
+//! The grid search: every range on every initial state, the same states for every range.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::config::{FlockConfig, LineConfig};
+use crate::error::Result;
+use crate::flock::{InitialState, World, check_ranges};
+use crate::line::Line;
+use crate::metrics;
+use crate::neighbor::Ranges;
+use crate::threads::{self, Progress};
+
+/// One cell of a flock sweep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FlockOutcome {
+    /// J_mean = min over t of the mean distance, in m (Eq. 12).
+    pub min_mean_distance: f64,
+    /// J_min = min over t of the minimum distance, in m (Eq. 13).
+    pub min_min_distance: f64,
+    /// Connected components at the horizon.
+    pub num_components: usize,
+}
+
+/// One cell of a line sweep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LineOutcome {
+    /// d_ss; the last escape distance where the line did not converge.
+    pub escape_distance: f64,
+    /// Connected components at the end.
+    pub num_components: usize,
+    /// Whether a steady state was reached.
+    pub converged: bool,
+}
+
+/// Outcomes of the flocks, range after range, seed after seed.
+///
+/// # Errors
+/// [`crate::Error::Argument`] for a bad range or number of threads; [`crate::Error::Interrupted`] if
+/// `progress` was cancelled. `progress` counts cells.
+pub fn sweep_flock(
+    config: &Arc<FlockConfig>,
+    ranges: &[f64],
+    seeds: &[u64],
+    num_threads: Option<usize>,
+    progress: &Progress,
+) -> Result<Vec<FlockOutcome>> {
+    check_ranges("interaction_ranges", ranges)?;
+    grid(
+        ranges,
+        seeds,
+        num_threads,
+        progress,
+        |range, seed| match config.dimension {
+            2 => run_flock::<2>(config, range, seed, progress),
+            _ => run_flock::<3>(config, range, seed, progress),
+        },
+    )
+}
+
+/// Outcomes of the lines, range after range, seed after seed.
+///
+/// # Errors
+/// As [`sweep_flock`].
+pub fn sweep_line(
+    config: &Arc<LineConfig>,
+    ranges: &[f64],
+    seeds: &[u64],
+    num_threads: Option<usize>,
+    progress: &Progress,
+) -> Result<Vec<LineOutcome>> {
+    check_ranges("interaction_ranges", ranges)?;
+    grid(ranges, seeds, num_threads, progress, |range, seed| {
+        run_line(config, range, seed, progress)
+    })
+}
+
+fn grid<T: Send>(
+    ranges: &[f64],
+    seeds: &[u64],
+    num_threads: Option<usize>,
+    progress: &Progress,
+    run: impl Fn(f64, u64) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
+    threads::pool(num_threads)?.install(|| {
+        (0..ranges.len() * seeds.len())
+            .into_par_iter()
+            .map(|cell| {
+                let outcome = run(ranges[cell / seeds.len()], seeds[cell % seeds.len()]);
+                progress.advance();
+                outcome
+            })
+            .collect()
+    })
+}
+
+fn run_flock<const D: usize>(
+    config: &Arc<FlockConfig>,
+    range: f64,
+    seed: u64,
+    progress: &Progress,
+) -> Result<FlockOutcome> {
+    let mut world = World::<D>::new(config.clone(), &InitialState::seeded(seed));
+    let mut distances = Vec::with_capacity(config.num_agents);
+    let mut outcome = FlockOutcome {
+        min_mean_distance: f64::INFINITY,
+        min_min_distance: f64::INFINITY,
+        num_components: 0,
+    };
+    for step in 0..=config.num_steps {
+        if step > 0 {
+            progress.check()?;
+            world.step(Ranges::Shared(range));
+        }
+        world.distances(&mut distances);
+        outcome.min_mean_distance = outcome.min_mean_distance.min(metrics::mean(&distances));
+        outcome.min_min_distance = outcome.min_min_distance.min(metrics::minimum(&distances));
+    }
+    outcome.num_components = world.num_components(Ranges::Shared(range));
+    Ok(outcome)
+}
+
+fn run_line(
+    config: &Arc<LineConfig>,
+    range: f64,
+    seed: u64,
+    progress: &Progress,
+) -> Result<LineOutcome> {
+    let mut line = Line::new(config.clone(), seed, None)?;
+    let mut converged = false;
+    for _ in 0..config.max_steps {
+        progress.check()?;
+        let moved = line.step(range)?;
+        converged = line.is_steady(moved);
+        if converged {
+            break;
+        }
+    }
+    Ok(LineOutcome {
+        escape_distance: line.escape_distance(),
+        num_components: line.num_components(range),
+        converged,
+    })
+}

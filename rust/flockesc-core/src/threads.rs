@@ -1,0 +1,83 @@
+//! The crate's own thread pools, safe after `fork`, and the hook by which a long call is watched and stopped.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::error::{Error, Result};
+
+/// Most threads that a call may ask for.
+pub const MAX_THREADS: usize = 1024;
+
+/// Pools by (process id, number of threads). A forked child inherits its parent's pools without their
+/// threads; it never looks at them because its process id differs, and they are never dropped, because
+/// dropping would wait for threads that do not exist.
+static POOLS: OnceLock<Mutex<BTreeMap<(u32, usize), &'static ThreadPool>>> = OnceLock::new();
+
+/// The pool of `num_threads` threads of this process (`None`: one thread per core).
+///
+/// # Errors
+/// [`Error::Argument`] if `num_threads` is 0 or above [`MAX_THREADS`], or if threads cannot be started.
+pub(crate) fn pool(num_threads: Option<usize>) -> Result<&'static ThreadPool> {
+    let threads = num_threads.unwrap_or_else(available_threads);
+    if !(1..=MAX_THREADS).contains(&threads) {
+        return Err(Error::argument(
+            "num_threads",
+            format!("an integer from 1 to {MAX_THREADS}"),
+            threads,
+        ));
+    }
+    let pools = POOLS.get_or_init(Mutex::default);
+    let mut pools = pools.lock().unwrap_or_else(PoisonError::into_inner);
+    let key = (std::process::id(), threads);
+    if let Some(pool) = pools.get(&key) {
+        return Ok(pool);
+    }
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|error| Error::argument("num_threads", "threads that can be started", error))?;
+    let pool: &'static ThreadPool = Box::leak(Box::new(pool));
+    pools.insert(key, pool);
+    Ok(pool)
+}
+
+/// Number of threads that `None` stands for.
+#[must_use]
+pub fn available_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// How far a long call has come, and the wish to stop it; shared between its worker and its watcher.
+#[derive(Debug, Default)]
+pub struct Progress {
+    done: AtomicUsize,
+    cancelled: AtomicBool,
+}
+
+impl Progress {
+    /// Number of finished pieces of work.
+    #[must_use]
+    pub fn done(&self) -> usize {
+        self.done.load(Ordering::Relaxed)
+    }
+
+    /// Asks the worker to stop; it returns [`Error::Interrupted`] within one step of the model.
+    pub fn cancel(&self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    pub(crate) fn advance(&self) {
+        self.done.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn check(&self) -> Result<()> {
+        if self.cancelled.load(Ordering::Relaxed) {
+            Err(Error::Interrupted)
+        } else {
+            Ok(())
+        }
+    }
+}

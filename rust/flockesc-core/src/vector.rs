@@ -1,0 +1,21 @@
+//! Directions: unit vectors and the cases where there is none.
+
+use nalgebra::SVector;
+
+/// The unit vector along `velocity`; 0 for an agent at rest.
+pub(crate) fn heading<const D: usize>(velocity: &SVector<f64, D>) -> SVector<f64, D> {
+    unit(velocity).unwrap_or_else(SVector::zeros)
+}
+
+/// `vector` scaled to length 1; `None` where it is exactly 0.
+pub(crate) fn unit<const D: usize>(vector: &SVector<f64, D>) -> Option<SVector<f64, D>> {
+    let norm = vector.norm();
+    (norm > 0.0).then(|| vector / norm)
+}
+
+/// The unit vector along the axis that is least aligned with `vector`.
+pub(crate) fn least_aligned_axis<const D: usize>(vector: &SVector<f64, D>) -> SVector<f64, D> {
+    let mut axis = SVector::zeros();
+    axis[vector.iamin()] = 1.0;
+    axis
+}

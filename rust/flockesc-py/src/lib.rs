@@ -1,0 +1,27 @@
+//! `flockesc_env._core`: checks what Python passes, detaches from the interpreter, calls the core.
+
+mod arrays;
+mod batch;
+mod errors;
+mod line;
+mod long_call;
+mod models;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<batch::FlockBatch>()?;
+    module.add_class::<line::LineEpisode>()?;
+    module.add_function(wrap_pyfunction!(models::check_flock_scenario, module)?)?;
+    module.add_function(wrap_pyfunction!(models::check_line_scenario, module)?)?;
+    module.add_function(wrap_pyfunction!(models::simulate_flock, module)?)?;
+    module.add_function(wrap_pyfunction!(models::simulate_line, module)?)?;
+    module.add_function(wrap_pyfunction!(models::sweep_flock, module)?)?;
+    module.add_function(wrap_pyfunction!(models::sweep_line, module)?)?;
+    module.add_function(wrap_pyfunction!(models::laplacian, module)?)?;
+    module.add_function(wrap_pyfunction!(models::perron_matrix, module)?)?;
+    module.add_function(wrap_pyfunction!(batch::observation_entries, module)?)?;
+    module.add_function(wrap_pyfunction!(line::line_observation_entries, module)?)?;
+    module.add("__version__", env!("CARGO_PKG_VERSION"))
+}
