@@ -1,0 +1,57 @@
+"""Environments whose action is the interaction range of a flock under attack.
+
+``simulate``, ``simulate_line`` and ``sweep`` run the paper's models; ``parallel_env`` (PettingZoo),
+``flockesc/FlockEscape-v0`` and ``flockesc/LineEscape-v0`` (Gymnasium) and ``flockesc_env.sb3``
+(stable-baselines3) make the range an action; ``flockesc_env.policies`` and ``rollout`` compare policies.
+"""
+
+import gymnasium as _gymnasium
+
+from flockesc_env import graph, policies
+from flockesc_env._core import __version__
+from flockesc_env.envs.flock import FlockEscapeEnv
+from flockesc_env.envs.line import LineEscapeEnv
+from flockesc_env.envs.parallel import FlockParallelEnv, env, parallel_env, raw_env
+from flockesc_env.errors import ActionError, ArgumentError, EpisodeError, FlockescError, ScenarioError
+from flockesc_env.options import EnvOptions, LineOptions
+from flockesc_env.rollout import Episodes, rollout
+from flockesc_env.scenario import ConstantVelocity, FlockScenario, LineScenario, Metric, PurePursuit
+from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
+from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
+
+__all__ = [
+    "ActionError",
+    "ArgumentError",
+    "ConstantVelocity",
+    "EnvOptions",
+    "EpisodeError",
+    "Episodes",
+    "FlockEscapeEnv",
+    "FlockParallelEnv",
+    "FlockScenario",
+    "FlockSweepResult",
+    "FlockescError",
+    "LineEscapeEnv",
+    "LineOptions",
+    "LineScenario",
+    "LineSweepResult",
+    "LineTrajectory",
+    "Metric",
+    "PurePursuit",
+    "ScenarioError",
+    "SweepResult",
+    "Trajectory",
+    "__version__",
+    "env",
+    "graph",
+    "parallel_env",
+    "policies",
+    "raw_env",
+    "rollout",
+    "simulate",
+    "simulate_line",
+    "sweep",
+]
+
+_gymnasium.register("flockesc/FlockEscape-v0", "flockesc_env.envs.flock:FlockEscapeEnv")
+_gymnasium.register("flockesc/LineEscape-v0", "flockesc_env.envs.line:LineEscapeEnv")

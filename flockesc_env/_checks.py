@@ -1,0 +1,67 @@
+"""Checks shared by everything that takes arguments: what passes is a plain, contiguous, finite value."""
+
+from __future__ import annotations
+
+import operator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flockesc_env.errors import ArgumentError
+
+FloatArray = NDArray[np.float64]
+
+MAX_SEED = 2**64 - 1
+
+
+def as_seed(value: Any, field: str = "seed") -> int:
+    """Return a seed as a plain integer in [0, 2^64).
+
+    Raises:
+        ArgumentError: if ``value`` is no integer, or outside of that interval.
+    """
+    try:
+        seed = operator.index(value)
+    except TypeError:
+        raise ArgumentError(field, "an integer", repr(value)) from None
+    if not 0 <= seed <= MAX_SEED:
+        raise ArgumentError(field, f"an integer from 0 to {MAX_SEED}", seed)
+    return seed
+
+
+def as_count(value: Any, field: str) -> int:
+    """Return a whole number of at least 1 as a plain integer.
+
+    Raises:
+        ArgumentError: if ``value`` is no integer or below 1.
+    """
+    try:
+        count = operator.index(value)
+    except TypeError:
+        raise ArgumentError(field, "an integer", repr(value)) from None
+    if count < 1:
+        raise ArgumentError(field, "an integer of at least 1", count)
+    return count
+
+
+def as_floats(value: Any, field: str, shape: tuple[int, ...] | None = None) -> FloatArray:
+    """Return ``value`` as a contiguous array of finite float64, of shape ``shape`` where one is given.
+
+    Raises:
+        ArgumentError: for entries that are no real numbers or not finite, or another shape.
+    """
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise ArgumentError(field, "an array of numbers", "rows of different lengths") from None
+    if array.dtype.kind not in "fiu":
+        raise ArgumentError(field, "real numbers", f"dtype {array.dtype}")
+    if shape is not None and array.shape != shape:
+        raise ArgumentError(field, f"shape {shape}", f"shape {array.shape}")
+    floats = np.array(array, dtype=np.float64, order="C")
+    if not np.isfinite(floats).all():
+        at = tuple(int(i) for i in np.argwhere(~np.isfinite(floats))[0])
+        where = f"{field}[{', '.join(map(str, at))}]" if at else field
+        raise ArgumentError(where, "a finite number", floats[at])
+    return floats

@@ -1,0 +1,93 @@
+from collections.abc import Callable
+from typing import Any, Self, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "FlockBatch",
+    "LineEpisode",
+    "__version__",
+    "check_flock_scenario",
+    "check_line_scenario",
+    "laplacian",
+    "line_observation_entries",
+    "observation_entries",
+    "perron_matrix",
+    "simulate_flock",
+    "simulate_line",
+    "sweep_flock",
+    "sweep_line",
+]
+
+__version__: str
+
+@final
+class FlockBatch:
+    def __new__(cls, scenario: str, options: str, num_flocks: int, num_threads: int | None) -> Self: ...
+    def reset(
+        self,
+        slot: int,
+        seed: int,
+        positions: NDArray[np.float64] | None = None,
+        velocities: NDArray[np.float64] | None = None,
+        predator_positions: NDArray[np.float64] | None = None,
+        predator_velocities: NDArray[np.float64] | None = None,
+    ) -> None: ...
+    def step(self, ranges: NDArray[np.float64]) -> tuple[NDArray[np.float32], NDArray[np.float64]]: ...
+    def observe(self, slot: int) -> NDArray[np.float32]: ...
+    def metrics(self) -> dict[str, NDArray[Any]]: ...
+    def state(self, slot: int) -> dict[str, Any]: ...
+    def ended(self) -> NDArray[np.bool]: ...
+    def __deepcopy__(self, _memo: dict[int, Any]) -> Self: ...
+
+@final
+class LineEpisode:
+    def __new__(
+        cls, scenario: str, options: str, seed: int, initial_state: NDArray[np.float64] | None = None
+    ) -> Self: ...
+    def step(self, interaction_range: float) -> float: ...
+    def observe(self) -> NDArray[np.float32]: ...
+    def states(self) -> NDArray[np.float64]: ...
+    def __deepcopy__(self, _memo: dict[int, Any]) -> Self: ...
+    @property
+    def escape_distance(self) -> float: ...
+    @property
+    def num_components(self) -> int: ...
+    @property
+    def interaction_range(self) -> float: ...
+    @property
+    def is_steady(self) -> bool: ...
+    @property
+    def has_ended(self) -> bool: ...
+
+def check_flock_scenario(scenario: str) -> None: ...
+def check_line_scenario(scenario: str) -> None: ...
+def simulate_flock(
+    scenario: str,
+    ranges: NDArray[np.float64],
+    seed: int,
+    positions: NDArray[np.float64] | None = None,
+    velocities: NDArray[np.float64] | None = None,
+) -> dict[str, Any]: ...
+def simulate_line(
+    scenario: str, interaction_range: float, seed: int, initial_state: NDArray[np.float64] | None = None
+) -> dict[str, Any]: ...
+def sweep_flock(
+    scenario: str,
+    ranges: NDArray[np.float64],
+    seeds: NDArray[np.uint64],
+    num_threads: int | None,
+    report: Callable[[int], None] | None,
+) -> dict[str, NDArray[Any]]: ...
+def sweep_line(
+    scenario: str,
+    ranges: NDArray[np.float64],
+    seeds: NDArray[np.uint64],
+    num_threads: int | None,
+    report: Callable[[int], None] | None,
+) -> dict[str, NDArray[Any]]: ...
+def perron_matrix(states: NDArray[np.float64], interaction_range: float) -> NDArray[np.float64]: ...
+def laplacian(states: NDArray[np.float64], interaction_range: float) -> NDArray[np.float64]: ...
+def observation_entries(per_agent: bool, dimension: int) -> list[tuple[str, float, float]]: ...
+def line_observation_entries(num_agents: int) -> list[tuple[str, float, float]]: ...

@@ -1,0 +1,1 @@
+"""One adapter per interface over the shared batch."""

@@ -1,0 +1,75 @@
+"""Gymnasium: one action sets the range of the whole flock."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from flockesc_env._checks import as_seed
+from flockesc_env.batch import FlockBatch, draw_seed, infos
+from flockesc_env.options import EnvOptions
+from flockesc_env.scenario import FlockScenario
+
+
+class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
+    """A flock under attack, ``flockesc/FlockEscape-v0``; the action is its interaction range.
+
+    Observations, rewards and ``info`` are described in docs/model.md. The horizon truncates; nothing
+    terminates.
+
+    Args:
+        scenario: the flock model's parameters; default: the paper's.
+        **options: see ``EnvOptions``.
+
+    Raises:
+        ScenarioError: for an option out of bounds or a scenario without predator.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}
+
+    def __init__(self, scenario: FlockScenario | None = None, **options: Any) -> None:
+        self._batch = FlockBatch(scenario or FlockScenario(), EnvOptions(**options))
+        self.control = self._batch.control
+        self.scenario = self._batch.scenario
+        self.options = self._batch.options
+        self.observation_space = self.control.layout.space()
+        self.action_space = self.control.actions.space()
+        self._range = 0.0
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Start an episode.
+
+        Args:
+            seed: seed of the flock, the same as in ``simulate(seed=seed)``; ``None``: the next one.
+            options: any of ``initial_positions``, ``initial_velocities``, shape (n, D), and
+                ``predator_positions``, ``predator_velocities``, shape (P, D), in m and m/s.
+
+        Raises:
+            ArgumentError: naming a bad seed or option; the running episode goes on.
+        """
+        seed = None if seed is None else as_seed(seed)
+        if seed is not None:
+            super().reset(seed=seed)
+        self._batch.reset(0, draw_seed(self.np_random) if seed is None else seed, options)
+        self._range = 0.0
+        return self._batch.observe(0)[0], self._info()
+
+    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """Hold the range that ``action`` sets for ``steps_per_action`` steps of the model.
+
+        Raises:
+            ActionError: for an action outside of the action space.
+            EpisodeError: before ``reset``, or after the horizon.
+        """
+        ranges = self.control.actions.to_ranges(np.asarray(action)[np.newaxis], lambda _: "action")
+        observations, rewards = self._batch.step(ranges)
+        self._range = float(ranges[0])
+        return observations[0], float(rewards[0]), False, bool(self._batch.ended()[0]), self._info()
+
+    def _info(self) -> dict[str, Any]:
+        return {**infos(self._batch)[0], "interaction_range": self._range}

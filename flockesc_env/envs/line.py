@@ -1,0 +1,100 @@
+"""Gymnasium: one action sets the range of the whole line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from flockesc_env import _core
+from flockesc_env._checks import as_floats, as_seed
+from flockesc_env.batch import draw_seed
+from flockesc_env.errors import ArgumentError, EpisodeError
+from flockesc_env.options import LineOptions
+from flockesc_env.scenario import LineScenario
+from flockesc_env.spaces import Control, ObservationLayout, RangeActions
+
+
+class LineEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
+    """A line under attack, ``flockesc/LineEscape-v0``; the action is its interaction range.
+
+    The episode terminates when the line stands still (its steady state) and is truncated after
+    ``scenario.max_steps`` steps. The return is d_ss - d(0).
+
+    Args:
+        scenario: the line model's parameters; default: the paper's.
+        **options: see ``LineOptions``.
+
+    Raises:
+        ScenarioError: for an option out of bounds or a scenario without predator.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}
+
+    def __init__(self, scenario: LineScenario | None = None, **options: Any) -> None:
+        self.scenario = scenario or LineScenario()
+        self.options = LineOptions(**options)
+        self._document = self.options.to_core()
+        _core.LineEpisode(self.scenario.to_json(), self._document, 0)  # refuses what cannot be played
+        self._episode: _core.LineEpisode | None = None
+        self.control = Control(
+            actions=RangeActions(self.options),
+            layout=ObservationLayout.of(_core.line_observation_entries(self.scenario.num_agents)),
+            per_agent=False,
+            num_agents=self.scenario.num_agents,
+            num_steps=self.scenario.max_steps,
+        )
+        self.observation_space = self.control.layout.space()
+        self.action_space = self.control.actions.space()
+
+    def reset(
+        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Start an episode.
+
+        Args:
+            seed: seed of x(0), the same as in ``simulate_line(seed=seed)``; ``None``: the next one.
+            options: ``initial_state``, shape (n,).
+
+        Raises:
+            ArgumentError: naming a bad seed or option; the running episode goes on.
+        """
+        options = options or {}
+        for name in options:
+            if name != "initial_state":
+                raise ArgumentError(f"options[{name!r}]", "initial_state", "an unknown option")
+        states = options.get("initial_state")
+        if states is not None:
+            states = as_floats(states, "initial_state", (self.scenario.num_agents,))
+        seed = None if seed is None else as_seed(seed)
+        if seed is not None:
+            super().reset(seed=seed)
+        start = draw_seed(self.np_random) if seed is None else seed
+        self._episode = _core.LineEpisode(self.scenario.to_json(), self._document, start, states)
+        return self._episode.observe(), self._info(self._episode)
+
+    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """Hold the range that ``action`` sets for ``steps_per_action`` steps of the model.
+
+        Raises:
+            ActionError: for an action outside of the action space.
+            EpisodeError: before ``reset``, or after the end.
+        """
+        if self._episode is None:
+            raise EpisodeError("step", "a reset before anything else", "no episode")
+        ranges = self.control.actions.to_ranges(np.asarray(action)[np.newaxis], lambda _: "action")
+        episode = self._episode
+        reward = episode.step(float(ranges[0]))
+        is_truncated = episode.has_ended and not episode.is_steady
+        return episode.observe(), reward, episode.is_steady, is_truncated, self._info(episode)
+
+    @staticmethod
+    def _info(episode: _core.LineEpisode) -> dict[str, Any]:
+        return {
+            "escape_distance": episode.escape_distance,
+            "num_components": episode.num_components,
+            "interaction_range": episode.interaction_range,
+        }

@@ -1,0 +1,156 @@
+"""PettingZoo: every agent of the flock sets its own range."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+from pettingzoo import AECEnv, ParallelEnv
+from pettingzoo.utils import parallel_to_aec, wrappers
+
+from flockesc_env._checks import as_seed
+from flockesc_env.batch import EpisodeSeeds, FlockBatch, infos
+from flockesc_env.errors import ActionError, EpisodeError
+from flockesc_env.options import EnvOptions
+from flockesc_env.scenario import FlockScenario
+
+Observation = NDArray[np.float32]
+
+_STARTS = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
+
+
+class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
+    """A flock under attack; the action of every agent is its own interaction range.
+
+    Observations, rewards and ``info`` are described in docs/model.md. Team rewards pay every agent the
+    same. The horizon truncates all agents at once; nothing terminates.
+
+    Args:
+        scenario: the flock model's parameters; default: the paper's.
+        **options: see ``EnvOptions``.
+
+    Raises:
+        ScenarioError: for an option out of bounds or a scenario without predator.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {
+        "name": "flockesc_v0",
+        "is_parallelizable": True,
+        "render_modes": [],
+    }
+
+    def __init__(self, scenario: FlockScenario | None = None, **options: Any) -> None:
+        self._batch = FlockBatch(scenario or FlockScenario(), EnvOptions(**options), per_agent=True)
+        self.control = self._batch.control
+        self.scenario = self._batch.scenario
+        self.options = self._batch.options
+        self.render_mode = None
+        count = self.scenario.num_agents
+        self.possible_agents = [f"agent_{i:0{len(str(count - 1))}d}" for i in range(count)]
+        self.agents: list[str] = []
+        self.observation_spaces = {agent: self.control.layout.space() for agent in self.possible_agents}
+        self.action_spaces = {agent: self.control.actions.space() for agent in self.possible_agents}
+        size = 2 * self.scenario.dimension * (count + len(self.scenario.predators)) + 3
+        self.state_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
+        self._seeds = EpisodeSeeds()
+
+    def observation_space(self, agent: str) -> gymnasium.Space[Any]:
+        """Return the agent's observation space, the same object at every call."""
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> gymnasium.Space[Any]:
+        """Return the agent's action space, the same object at every call."""
+        return self.action_spaces[agent]
+
+    def reset(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
+        """Start an episode.
+
+        Args:
+            seed: seed of the flock, the same as in ``simulate(seed=seed)``; ``None``: the next one.
+            options: any of ``initial_positions``, ``initial_velocities``, shape (n, D), and
+                ``predator_positions``, ``predator_velocities``, shape (P, D), in m and m/s. Others are
+                ignored, as PettingZoo asks.
+
+        Raises:
+            ArgumentError: naming a bad seed or option; the running episode goes on.
+        """
+        start = {name: value for name, value in (options or {}).items() if name in _STARTS}
+        self._batch.reset(0, self._seeds.next(None if seed is None else as_seed(seed)), start)
+        self.agents = self.possible_agents.copy()
+        rows = self._batch.observe(0)
+        return dict(zip(self.agents, rows, strict=True)), self._infos(np.zeros(len(self.agents)))
+
+    def step(
+        self, actions: dict[str, Any]
+    ) -> tuple[
+        dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
+    ]:
+        """Hold every agent's range for ``steps_per_action`` steps of the model.
+
+        Raises:
+            ActionError: naming an agent that is unknown, missing or whose action is outside of its space.
+            EpisodeError: before ``reset``, or after the horizon.
+        """
+        if not self.agents:
+            raise EpisodeError("step", "a reset first", "no agents")
+        ranges = self._ranges(actions)
+        rows, rewards = self._batch.step(ranges)
+        agents = self.agents
+        has_ended = bool(self._batch.ended()[0])
+        result = (
+            dict(zip(agents, rows, strict=True)),
+            dict(zip(agents, rewards.tolist(), strict=True)),
+            dict.fromkeys(agents, False),
+            dict.fromkeys(agents, has_ended),
+            self._infos(ranges),
+        )
+        if has_ended:
+            self.agents = []
+        return result
+
+    def state(self) -> NDArray[np.float32]:
+        """Return time, running minima, positions and velocities of agents, then of predators, flat."""
+        state = self._batch.state(0)
+        metrics = self._batch.metrics()
+        scalars = [state["step"], metrics["min_mean_distance"][0], metrics["min_min_distance"][0]]
+        names = ("positions", "velocities", "predator_positions", "predator_velocities")
+        return np.concatenate([scalars, *(state[name].ravel() for name in names)], dtype=np.float32)
+
+    def _ranges(self, actions: dict[str, Any]) -> NDArray[np.float64]:
+        for agent in actions:
+            if agent not in self.action_spaces:
+                raise ActionError(f"action of {agent!r}", "an agent of this flock", "an unknown agent")
+        for agent in self.agents:
+            if agent not in actions:
+                raise ActionError(f"action of {agent!r}", "an action", "none")
+        shape = self.action_spaces[self.agents[0]].shape
+        given = [np.asarray(actions[agent]) for agent in self.agents]
+        for agent, action in zip(self.agents, given, strict=True):
+            if action.shape != shape:
+                raise ActionError(f"action of {agent!r}", f"shape {shape}", f"shape {action.shape}")
+        agents = self.agents
+        return self.control.actions.to_ranges(np.stack(given), lambda i: f"action of {agents[i]!r}")
+
+    def _infos(self, ranges: NDArray[np.float64]) -> dict[str, dict[str, Any]]:
+        shared = infos(self._batch)[0]
+        own = zip(self.agents, ranges.tolist(), strict=True)
+        return {agent: {**shared, "interaction_range": rho} for agent, rho in own}
+
+
+def parallel_env(scenario: FlockScenario | None = None, **options: Any) -> FlockParallelEnv:
+    """Return the PettingZoo parallel environment; see ``FlockParallelEnv``."""
+    return FlockParallelEnv(scenario, **options)
+
+
+def raw_env(scenario: FlockScenario | None = None, **options: Any) -> AECEnv[str, Observation, Any]:
+    """Return the PettingZoo AEC environment without the usual wrappers; see ``FlockParallelEnv``."""
+    return parallel_to_aec(FlockParallelEnv(scenario, **options))
+
+
+def env(scenario: FlockScenario | None = None, **options: Any) -> AECEnv[str, Observation, Any]:
+    """Return the PettingZoo AEC environment with the usual wrappers; see ``FlockParallelEnv``."""
+    return wrappers.OrderEnforcingWrapper(raw_env(scenario, **options))

@@ -1,0 +1,36 @@
+"""What the package raises: every error names the field, what was expected and what came."""
+
+
+class FlockescError(ValueError):
+    """An input that was refused; nothing has changed.
+
+    Attributes:
+        field: name or path of what was refused, for example ``predators[0].pure_pursuit.max_turn_rate``.
+        expected: what would have been accepted.
+        given: what came.
+    """
+
+    def __init__(self, field: str, expected: str, given: object) -> None:
+        super().__init__(field, expected, given)
+        self.field = field
+        self.expected = expected
+        self.given = given
+
+    def __str__(self) -> str:
+        return f"{self.field}: expected {self.expected}, got {self.given}"
+
+
+class ScenarioError(FlockescError):
+    """A scenario or an environment option does not fit its schema or bounds."""
+
+
+class ArgumentError(FlockescError):
+    """An argument of a call, or an entry of a ``reset`` option, has the wrong type, shape or value."""
+
+
+class ActionError(ArgumentError):
+    """An action is outside of the action space or addresses an unknown agent."""
+
+
+class EpisodeError(FlockescError):
+    """A call came at the wrong moment: before ``reset``, or after the end of an episode."""

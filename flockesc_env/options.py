@@ -1,0 +1,134 @@
+"""Options that all environments share: what an action means, what is paid, what is seen."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import dataclass
+from typing import Any, Literal, Self, get_args
+
+from flockesc_env._checks import as_count, as_floats
+from flockesc_env.errors import ScenarioError
+from flockesc_env.scenario import FlockScenario
+
+ActionMode = Literal["normalized", "range", "discrete"]
+Objective = Literal["mean", "minimum"]
+Reward = Literal["running_minimum", "distance", "own_distance", "terminal"]
+LineReward = Literal["difference", "terminal"]
+
+GRID_SIZE = 21
+"""Number of ranges in the default grid of ``action_mode="discrete"``."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ActionOptions:
+    """How an action sets the interaction range.
+
+    Attributes:
+        action_mode: ``"normalized"``: Box [-1, 1] mapped linearly onto [``min_range``, ``max_range``];
+            ``"range"``: Box [``min_range``, ``max_range``], the range itself;
+            ``"discrete"``: the index of an entry of ``range_grid``.
+        min_range: smallest range, at least 0 (m in the flock).
+        max_range: largest range, above ``min_range``.
+        range_grid: ranges of ``"discrete"``; default: 21 equally spaced ones from ``min_range`` to
+            ``max_range``.
+        steps_per_action: steps of the model during which one action holds; the last action of an episode
+            holds for what is left.
+    """
+
+    action_mode: ActionMode = "normalized"
+    min_range: float = 0.0
+    max_range: float = 100.0
+    range_grid: tuple[float, ...] | None = None
+    steps_per_action: int = 1
+
+    def __post_init__(self) -> None:
+        _one_of("action_mode", self.action_mode, get_args(ActionMode))
+        low, high = (float(as_floats(getattr(self, name), name, ())) for name in ("min_range", "max_range"))
+        if low < 0:
+            raise ScenarioError("min_range", "a number of at least 0", low)
+        if high <= low:
+            raise ScenarioError("max_range", f"a number above min_range = {low}", high)
+        as_count(self.steps_per_action, "steps_per_action")
+        object.__setattr__(self, "min_range", low)
+        object.__setattr__(self, "max_range", high)
+        if self.range_grid is not None:
+            grid = as_floats(self.range_grid, "range_grid")
+            if grid.ndim != 1 or not grid.size or grid.min() < low or grid.max() > high:
+                raise ScenarioError("range_grid", f"ranges from {low} to {high}", self.range_grid)
+            object.__setattr__(self, "range_grid", tuple(grid.tolist()))
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with some options changed."""
+        return dataclasses.replace(self, **changes)
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnvOptions(ActionOptions):
+    """Options of the flock environments.
+
+    Attributes:
+        objective: ``"mean"``: keep the mean predator distance large (Eq. 12); ``"minimum"``: the minimum
+            predator distance (Eq. 13).
+        reward: ``"running_minimum"``: r_t = m_t - m_(t-1), m the objective's running minimum, so that the
+            return is exactly the objective minus its start; ``"distance"``: the objective's distance over
+            the number of steps; ``"own_distance"``: the same, each agent its own distance (environments
+            with one range per agent only); ``"terminal"``: the objective minus its start, at the end.
+        predator_sensing_range: distance in m up to which observations show a predator;
+            ``"predator_range"``: the scenario's predator range; ``None``: any distance.
+    """
+
+    objective: Objective = "mean"
+    reward: Reward = "running_minimum"
+    predator_sensing_range: float | Literal["predator_range"] | None = "predator_range"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _one_of("objective", self.objective, get_args(Objective))
+        _one_of("reward", self.reward, get_args(Reward))
+        sensing = self.predator_sensing_range
+        if sensing is not None and sensing != "predator_range":
+            sensing = float(as_floats(sensing, "predator_sensing_range", ()))
+            object.__setattr__(self, "predator_sensing_range", sensing)
+
+    def to_core(self, scenario: FlockScenario, *, per_agent: bool) -> str:
+        """Return the JSON document that the core takes."""
+        sensing = self.predator_sensing_range
+        return json.dumps(
+            {
+                "view": "agent" if per_agent else "flock",
+                "objective": self.objective,
+                "reward": self.reward,
+                "max_range": self.max_range,
+                "predator_sensing_range": scenario.predator_range if sensing == "predator_range" else sensing,
+                "steps_per_action": self.steps_per_action,
+            }
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class LineOptions(ActionOptions):
+    """Options of the line environment; ``max_range`` is 1, the length of the initial interval.
+
+    Attributes:
+        reward: ``"difference"``: d(t) - d(t-1), so that the return is exactly d_ss - d(0);
+            ``"terminal"``: the same sum, at the end.
+    """
+
+    max_range: float = 1.0
+    reward: LineReward = "difference"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _one_of("reward", self.reward, get_args(LineReward))
+
+    def to_core(self) -> str:
+        """Return the JSON document that the core takes."""
+        return json.dumps(
+            {"reward": self.reward, "max_range": self.max_range, "steps_per_action": self.steps_per_action}
+        )
+
+
+def _one_of(field: str, value: Any, allowed: tuple[str, ...]) -> None:
+    if value not in allowed:
+        raise ScenarioError(field, f"one of {', '.join(allowed)}", repr(value))

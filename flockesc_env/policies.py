@@ -1,0 +1,163 @@
+"""Policies that set interaction ranges: one protocol, usable in every environment and in rollouts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flockesc_env._checks import FloatArray, as_floats
+from flockesc_env.errors import ArgumentError
+from flockesc_env.spaces import Control
+
+Observations = NDArray[np.float32]
+
+
+class Policy(Protocol):
+    """Anything that turns observation rows into actions."""
+
+    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+        """Choose an action per row.
+
+        Args:
+            observations: shape (k, entries); one row per flock or, flock after flock, one per agent.
+            control: what rows and actions mean in the environment at hand.
+
+        Returns:
+            Actions of the environment's own space, stacked: shape (k, 1) or, where discrete, (k,).
+        """
+        ...
+
+
+def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
+    """Return ``act(obs)`` for one environment: its observations in, actions that its ``step`` takes out.
+
+    Works with the Gymnasium environments (one observation), the SB3 and vector environments (stacked
+    observations) and the PettingZoo parallel environment (a dict per agent). ``env`` may be wrapped.
+    """
+    control: Control = getattr(env, "unwrapped", env).control
+
+    def act(observation: Any) -> Any:
+        if isinstance(observation, dict):
+            actions = policy.act(np.stack(list(observation.values())), control)
+            return dict(zip(observation, actions, strict=True))
+        if observation.ndim == 1:
+            return policy.act(observation[np.newaxis], control)[0]
+        return policy.act(observation, control)
+
+    return act
+
+
+class FixedRange:
+    """Always the same range: what the paper's grid search chooses among.
+
+    Args:
+        interaction_range: rho in m.
+    """
+
+    def __init__(self, interaction_range: float) -> None:
+        self.interaction_range = float(as_floats(interaction_range, "interaction_range", ()))
+
+    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+        """Choose the range for every row."""
+        return control.actions.from_ranges(np.full(len(observations), self.interaction_range))
+
+
+class RandomRange:
+    """Ranges drawn uniformly from all that an action can set, anew for every row and call.
+
+    Args:
+        seed: seed of the draws.
+    """
+
+    def __init__(self, seed: int | None = None) -> None:
+        self._rng = np.random.default_rng(seed)
+
+    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+        """Draw a range for every row."""
+        actions = control.actions
+        return actions.from_ranges(self._rng.uniform(actions.min_range, actions.max_range, len(observations)))
+
+
+class ScheduledRange:
+    """Ranges that depend on the time alone.
+
+    Args:
+        schedule: rho in m for every step of the episode: (T,), one for all, or (T, n), one per agent. Where
+            an action holds for several steps, the entry of its first step counts.
+    """
+
+    def __init__(self, schedule: ArrayLike) -> None:
+        self.schedule = as_floats(schedule, "schedule")
+        if self.schedule.ndim not in {1, 2}:
+            raise ArgumentError("schedule", "shape (T,) or (T, n)", f"shape {self.schedule.shape}")
+
+    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+        """Look up the range of every row.
+
+        Raises:
+            ArgumentError: if the schedule fits neither the episode's steps nor the rows.
+        """
+        if len(self.schedule) != control.num_steps:
+            raise ArgumentError("schedule", f"{control.num_steps} steps", len(self.schedule))
+        time = observations[:, control.layout.index("time")].astype(np.float64)
+        steps = np.minimum(np.rint(time * control.num_steps).astype(int), control.num_steps - 1)
+        if self.schedule.ndim == 1:
+            return control.actions.from_ranges(self.schedule[steps])
+        agents = self.schedule.shape[1]
+        if not control.per_agent or agents != control.num_agents or len(observations) % agents:
+            raise ArgumentError(
+                "schedule", "a row of every agent at once for shape (T, n)", len(observations)
+            )
+        return control.actions.from_ranges(self.schedule[steps, np.arange(len(steps)) % agents])
+
+
+class StubbornLeaders:
+    """The rule of thumb: whoever already heads away from the predator stops listening; others listen.
+
+    rho_i = 0 if the cosine of the own heading with the direction away from the predator exceeds
+    ``min_cosine``, else ``interaction_range``. An agent that senses no predator listens. Needs one
+    observation per agent.
+
+    Args:
+        min_cosine: cosine above which an agent stops listening.
+        interaction_range: rho in m of those who listen.
+    """
+
+    def __init__(self, min_cosine: float = 0.8, interaction_range: float = 10.0) -> None:
+        self.min_cosine = float(as_floats(min_cosine, "min_cosine", ()))
+        self.interaction_range = float(as_floats(interaction_range, "interaction_range", ()))
+
+    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+        """Choose who listens.
+
+        Raises:
+            ArgumentError: if rows are flocks instead of agents.
+        """
+        # Directions are in the agent's own frame, whose first axis is its heading.
+        cosine_away = -observations[:, control.layout.index("predator_direction_ahead")]
+        ranges: FloatArray = np.where(cosine_away > self.min_cosine, 0.0, self.interaction_range)
+        return control.actions.from_ranges(ranges)
+
+
+class SB3Policy:
+    """A model trained with stable-baselines3, or anything with its ``predict``.
+
+    The environment must have the options that the model was trained with.
+
+    Args:
+        model: the model.
+        deterministic: whether to take the mode of the action distribution instead of a sample.
+    """
+
+    def __init__(self, model: Any, *, deterministic: bool = True) -> None:
+        self.model = model
+        self.deterministic = deterministic
+
+    def act(self, observations: Observations, control: Control) -> NDArray[Any]:  # noqa: ARG002, the protocol
+        """Ask the model for an action per row."""
+        actions: NDArray[Any]
+        actions, _ = self.model.predict(observations, deterministic=self.deterministic)
+        return actions

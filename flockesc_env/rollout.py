@@ -1,0 +1,105 @@
+"""Whole episodes under a policy, one per seed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flockesc_env._checks import FloatArray, as_count, as_seed
+from flockesc_env.batch import FlockBatch
+from flockesc_env.errors import ArgumentError
+from flockesc_env.options import EnvOptions
+from flockesc_env.policies import Policy
+from flockesc_env.scenario import FlockScenario
+from flockesc_env.simulate import IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Episodes:
+    """Outcomes of one policy, one entry per seed.
+
+    Attributes:
+        seeds: shape (seeds,).
+        min_mean_distance: J_mean in m (Eq. 12), shape (seeds,).
+        min_min_distance: J_min in m (Eq. 13), shape (seeds,).
+        num_components: connected components at the end, shape (seeds,).
+        mean_return: sum of the rewards, averaged over agents, shape (seeds,).
+    """
+
+    seeds: NDArray[np.uint64]
+    min_mean_distance: FloatArray
+    min_min_distance: FloatArray
+    num_components: IntArray
+    mean_return: FloatArray
+
+
+def rollout(
+    policy: Policy,
+    seeds: Iterable[int],
+    *,
+    scenario: FlockScenario | None = None,
+    per_agent: bool = False,
+    batch_size: int = 64,
+    num_threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    **options: Any,
+) -> Episodes:
+    """Run a policy on the flock of every seed, to the horizon.
+
+    Args:
+        policy: sets the ranges.
+        seeds: seed k is the flock of ``env.reset(seed=k)``.
+        scenario: the flock model's parameters; default: the paper's.
+        per_agent: whether the policy sets one range per agent, or one per flock.
+        batch_size: flocks stepped together; the outcomes do not depend on it.
+        num_threads: threads over which flocks are spread; ``None``: one per core.
+        progress: called with (finished episodes, all episodes).
+        **options: see ``EnvOptions``.
+
+    Raises:
+        ArgumentError: naming the argument of a wrong type or value.
+        ScenarioError: for an option out of bounds.
+    """
+    checked = [as_seed(seed, f"seeds[{i}]") for i, seed in enumerate(seeds)]
+    if not checked:
+        raise ArgumentError("seeds", "at least one seed", "none")
+    scenario = scenario or FlockScenario()
+    env_options = EnvOptions(**options)
+    as_count(batch_size, "batch_size")
+    parts: list[dict[str, NDArray[Any]]] = []
+    finished = 0
+    for start in range(0, len(checked), batch_size):
+        chunk = checked[start : start + batch_size]
+        batch = FlockBatch(
+            scenario, env_options, num_flocks=len(chunk), per_agent=per_agent, num_threads=num_threads
+        )
+        for slot, seed in enumerate(chunk):
+            batch.reset(slot, seed)
+        total = np.zeros(len(chunk))
+        for _, rewards in episode_steps(batch, policy):
+            total += rewards.reshape(len(chunk), -1).mean(axis=1)
+        parts.append({**batch.metrics(), "mean_return": total})
+        finished += len(chunk)
+        if progress is not None:
+            progress(finished, len(checked))
+    names = ("min_mean_distance", "min_min_distance", "num_components", "mean_return")
+    columns = {name: np.concatenate([part[name] for part in parts]) for name in names}
+    return Episodes(seeds=np.array(checked, np.uint64), **columns)
+
+
+def episode_steps(batch: FlockBatch, policy: Policy) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Step a freshly reset batch under a policy to the horizon.
+
+    Yields:
+        After every action: ranges in m and rewards, both of shape (num_flocks * rows,).
+    """
+    control = batch.control
+    observations = np.concatenate([batch.observe(slot) for slot in range(batch.num_flocks)])
+    while not batch.ended().all():
+        ranges = control.actions.to_ranges(policy.act(observations, control))
+        observations, rewards = batch.step(ranges)
+        yield ranges, rewards

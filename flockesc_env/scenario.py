@@ -1,0 +1,228 @@
+"""Scenarios: the schema and the only defaults; as one JSON document they reach the core and records."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, Self, TypeVar
+
+from flockesc_env import _core
+from flockesc_env.errors import ScenarioError
+
+EscapeForce = Literal["constant", "linear", "linear_as_printed"]
+InitialRegion = Literal["cube", "square"]
+
+
+@dataclass(frozen=True)
+class ConstantVelocity:
+    """A predator that flies straight on, as in the paper.
+
+    Attributes:
+        position: r_p(0) in m, 2 numbers or as many as the scenario's dimension (a missing z is 0).
+        velocity: v_p in m/s, likewise.
+    """
+
+    kind: ClassVar[str] = "constant_velocity"
+    position: tuple[float, ...] = (-30.0, -30.0)
+    velocity: tuple[float, ...] = (10.0, 10.0)
+
+
+@dataclass(frozen=True)
+class PurePursuit:
+    """A predator that turns toward the nearest agent at constant speed.
+
+    Attributes:
+        position: r_p(0) in m, 2 numbers or as many as the scenario's dimension (a missing z is 0).
+        velocity: v_p(0) in m/s, likewise; its norm is the speed at all times.
+        max_turn_rate: largest turn rate in rad/s.
+    """
+
+    kind: ClassVar[str] = "pure_pursuit"
+    position: tuple[float, ...] = (-30.0, -30.0)
+    velocity: tuple[float, ...] = (10.0, 10.0)
+    max_turn_rate: float = 1.0
+
+
+@dataclass(frozen=True)
+class Metric:
+    """All agents within the interaction range are neighbors, boundary and self included."""
+
+    kind: ClassVar[str] = "metric"
+
+
+Predator = ConstantVelocity | PurePursuit
+NeighborRule = Metric
+
+_T = TypeVar("_T")
+
+_VARIANTS: dict[str, type[Predator | NeighborRule]] = {
+    variant.kind: variant for variant in (ConstantVelocity, PurePursuit, Metric)
+}
+
+
+class _Document:
+    """What both scenarios share: JSON in and out, ``replace``, checks by the core."""
+
+    def to_json(self) -> str:
+        """Return the scenario as one JSON document; numbers keep every bit."""
+        return json.dumps(_to_document(self, ""))
+
+    @classmethod
+    def from_json(cls, document: str) -> Self:
+        """Build a scenario from a JSON document; fields that it leaves out take their defaults.
+
+        Raises:
+            ScenarioError: naming a field that is unknown, of a wrong type or out of bounds.
+        """
+        try:
+            fields = json.loads(document)
+        except json.JSONDecodeError as error:
+            raise ScenarioError("document", "valid JSON", error) from None
+        return _build(cls, fields, "document")
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with some fields changed.
+
+        Raises:
+            ScenarioError: if a changed field is out of bounds.
+            TypeError: for a field that does not exist.
+        """
+        return dataclasses.replace(self, **changes)  # type: ignore[type-var]
+
+    def _normalize(self) -> None:
+        """Give equal scenarios equal values: lists become tuples, numpy and integer numbers plain ones."""
+        for field in dataclasses.fields(self):  # type: ignore[arg-type]
+            object.__setattr__(self, field.name, _plain(getattr(self, field.name), field.type))
+
+
+@dataclass(frozen=True)
+class FlockScenario(_Document):
+    """The flock model (docs/model.md, "Flock"); the defaults are the paper's setting.
+
+    Attributes:
+        num_agents: n.
+        dimension: D, 2 or 3.
+        num_steps: steps of an episode; its horizon is ``num_steps * time_step`` seconds.
+        time_step: dt in s.
+        mass: m in kg.
+        speed: v0 in m/s.
+        initial_side: side in m of the region where agents start; also the length scale of observations.
+        initial_region: ``"cube"``: positions uniform in [0, side]^D, headings over all directions;
+            ``"square"``: both in the plane z = 0 (the same as ``"cube"`` where D = 2).
+        predator_range: rho_p in m.
+        repulsion_strength: s.
+        constant_speed: whether agents keep speed v0 (step 4 of docs/model.md); ``False`` is the literal law.
+        predators: any number of ``ConstantVelocity`` and ``PurePursuit``.
+        neighbor_rule: who is a neighbor.
+
+    Raises:
+        ScenarioError: naming a field of a wrong type or out of bounds.
+    """
+
+    num_agents: int = 300
+    dimension: int = 2
+    num_steps: int = 240
+    time_step: float = 0.05
+    mass: float = 0.1
+    speed: float = 10.0
+    initial_side: float = 100.0
+    initial_region: InitialRegion = "cube"
+    predator_range: float = 30.0
+    repulsion_strength: float = 10.0
+    constant_speed: bool = True
+    predators: tuple[Predator, ...] = (ConstantVelocity(),)
+    neighbor_rule: NeighborRule = Metric()
+
+    def __post_init__(self) -> None:
+        self._normalize()
+        _core.check_flock_scenario(self.to_json())
+
+
+@dataclass(frozen=True)
+class LineScenario(_Document):
+    """The line model (docs/model.md, "Line"); the defaults are the paper's setting.
+
+    Attributes:
+        num_agents: n.
+        predator_position: x_p; ``None``: no predator.
+        predator_range: rho_p.
+        repulsion_strength: s.
+        escape_force: ``"constant"`` (Eq. 8), ``"linear"`` (Eq. 9 as it must have been simulated) or
+            ``"linear_as_printed"``.
+        tolerance: largest move of any agent in one step that counts as standing still.
+        max_steps: steps after which an unsteady line is given up.
+
+    Raises:
+        ScenarioError: naming a field of a wrong type or out of bounds.
+    """
+
+    num_agents: int = 100
+    predator_position: float | None = 0.6
+    predator_range: float = 0.2
+    repulsion_strength: float = 2.0
+    escape_force: EscapeForce = "linear"
+    tolerance: float = 1e-12
+    max_steps: int = 1000
+
+    def __post_init__(self) -> None:
+        self._normalize()
+        _core.check_line_scenario(self.to_json())
+
+
+def _plain(value: Any, annotation: Any = None) -> Any:
+    if isinstance(value, Predator | NeighborRule):
+        parts = {f.name: _plain(getattr(value, f.name), f.type) for f in dataclasses.fields(value)}
+        return type(value)(**parts)
+    if hasattr(value, "tolist"):  # numpy scalars and arrays
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        of_numbers = "float" in str(annotation)
+        return tuple(_plain(entry, "float" if of_numbers else None) for entry in value)
+    if isinstance(value, int) and not isinstance(value, bool) and "float" in str(annotation):
+        return float(value)
+    return value
+
+
+def _to_document(value: Any, path: str) -> Any:
+    if isinstance(value, Predator | NeighborRule):
+        return {value.kind: _fields(value, f"{path}.{value.kind}.")}
+    if isinstance(value, _Document):
+        return _fields(value, "")
+    if isinstance(value, tuple):
+        return [_to_document(entry, f"{path}[{index}]") for index, entry in enumerate(value)]
+    if isinstance(value, float) and not math.isfinite(value):
+        raise ScenarioError(path, "a finite number", value)
+    if value is not None and not isinstance(value, bool | int | float | str):
+        raise ScenarioError(path, "a number, a text or a scenario part", repr(value))
+    return value
+
+
+def _fields(value: Any, prefix: str) -> dict[str, Any]:
+    fields = dataclasses.fields(value)
+    return {field.name: _to_document(getattr(value, field.name), prefix + field.name) for field in fields}
+
+
+def _build(cls: type[_T], fields: Any, path: str) -> _T:
+    """Make an instance from a JSON object whose keys are some of its fields; the core judges the values."""
+    if not isinstance(fields, dict):
+        raise ScenarioError(path, "a JSON object", repr(fields))
+    known = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
+    for name in fields:
+        if name not in known:
+            where = name if path == "document" else f"{path}.{name}"
+            raise ScenarioError(where, f"one of {', '.join(known)}", "an unknown field")
+    return cls(**{name: _from_document(value, name) for name, value in fields.items()})
+
+
+def _from_document(value: Any, path: str) -> Any:
+    """Turn ``{kind: fields}`` into the variant that it names, also inside of lists."""
+    if isinstance(value, list):
+        return tuple(_from_document(entry, f"{path}[{index}]") for index, entry in enumerate(value))
+    if isinstance(value, dict):
+        kind = next(iter(value), "")
+        if len(value) != 1 or kind not in _VARIANTS:
+            raise ScenarioError(path, f"one of {', '.join(_VARIANTS)}", ", ".join(map(repr, value)))
+        return _build(_VARIANTS[kind], value[kind], f"{path}.{kind}")
+    return value

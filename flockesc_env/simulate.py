@@ -1,0 +1,159 @@
+"""The two models as functions: one run, everything recorded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flockesc_env import _core
+from flockesc_env._checks import FloatArray, as_floats, as_seed
+from flockesc_env.batch import EpisodeSeeds
+from flockesc_env.errors import ArgumentError
+from flockesc_env.scenario import FlockScenario, LineScenario
+
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """A run of the flock: T steps, one entry per time 0..T. Lengths in m, speeds in m/s, times in s.
+
+    Attributes:
+        scenario: the flock model's parameters.
+        seed: the seed from which the initial state came; ``None`` where all of it was given.
+        times: shape (T + 1,).
+        positions: r_i(t), shape (T + 1, n, D).
+        velocities: v_i(t), shape (T + 1, n, D).
+        predator_positions: r_p(t), shape (T + 1, P, D).
+        mean_distance: mean over agents of the distance to the nearest predator, shape (T + 1,); infinite
+            without predators.
+        min_distance: the minimum over agents, shape (T + 1,).
+        num_components: connected components (weak ones where ranges differ) under the ranges of the step
+            that begins at each time, at T of the step that has ended, shape (T + 1,).
+        polarization: norm of the mean heading in [0, 1], shape (T + 1,).
+    """
+
+    scenario: FlockScenario
+    seed: int | None
+    times: FloatArray
+    positions: FloatArray
+    velocities: FloatArray
+    predator_positions: FloatArray
+    mean_distance: FloatArray
+    min_distance: FloatArray
+    num_components: IntArray
+    polarization: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class LineTrajectory:
+    """A run of the line: one entry per time 0..``steps``.
+
+    Attributes:
+        scenario: the line model's parameters.
+        seed: the seed from which x(0) came; ``None`` where it was given.
+        states: x(t), shape (steps + 1, n).
+        num_components: m(t), shape (steps + 1,).
+        escape_distance: d(t) = min_i |x_i - x_p|, shape (steps + 1,); infinite without a predator.
+        converged: whether the last step moved no agent by more than the scenario's tolerance.
+        steps: number of steps made.
+    """
+
+    scenario: LineScenario
+    seed: int | None
+    states: FloatArray
+    num_components: IntArray
+    escape_distance: FloatArray
+    converged: bool
+    steps: int
+
+
+def simulate(
+    scenario: FlockScenario,
+    interaction_range: ArrayLike,
+    *,
+    seed: int | None = None,
+    initial_positions: ArrayLike | None = None,
+    initial_velocities: ArrayLike | None = None,
+) -> Trajectory:
+    """Run a flock for ``scenario.num_steps`` steps.
+
+    Args:
+        scenario: the flock model's parameters.
+        interaction_range: rho in m: a scalar; (n,), one per agent; or a schedule with a row per step, (T,)
+            or (T, n). Where n = T, write one range per agent as (1, n) and a schedule as (T, 1).
+        seed: seed of the initial state, the same flock as ``env.reset(seed=seed)``; ``None``: a new one.
+        initial_positions: r(0) in m, shape (n, D), in place of those of the seed.
+        initial_velocities: v(0) in m/s, shape (n, D), likewise. With constant speed an agent is brought to
+            speed v0 by its first step.
+
+    Raises:
+        ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
+    """
+    shape = (scenario.num_agents, scenario.dimension)
+    positions = (
+        None if initial_positions is None else as_floats(initial_positions, "initial_positions", shape)
+    )
+    velocities = (
+        None if initial_velocities is None else as_floats(initial_velocities, "initial_velocities", shape)
+    )
+    is_drawn = positions is None or velocities is None
+    start = _seed(seed) if is_drawn else 0
+    ranges = _schedule(interaction_range, scenario)
+    run = _core.simulate_flock(scenario.to_json(), ranges, start, positions, velocities)
+    times: FloatArray = np.arange(scenario.num_steps + 1) * np.float64(scenario.time_step)
+    return Trajectory(scenario=scenario, seed=start if is_drawn else None, times=times, **run)
+
+
+def simulate_line(
+    scenario: LineScenario,
+    interaction_range: float,
+    *,
+    seed: int | None = None,
+    initial_state: ArrayLike | None = None,
+) -> LineTrajectory:
+    """Run a line under one range until it stands still, or for ``scenario.max_steps`` steps.
+
+    Args:
+        scenario: the line model's parameters.
+        interaction_range: rho.
+        seed: seed of x(0) ~ U[0, 1]^n; ``None``: a new one.
+        initial_state: x(0), shape (n,), in place of that of the seed.
+
+    Raises:
+        ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
+    """
+    states = (
+        None if initial_state is None else as_floats(initial_state, "initial_state", (scenario.num_agents,))
+    )
+    start = _seed(seed) if states is None else 0
+    rho = float(as_floats(interaction_range, "interaction_range", ()))
+    run: dict[str, Any] = _core.simulate_line(scenario.to_json(), rho, start, states)
+    return LineTrajectory(scenario=scenario, seed=start if states is None else None, **run)
+
+
+def _seed(seed: int | None) -> int:
+    return EpisodeSeeds().next() if seed is None else as_seed(seed)
+
+
+def _schedule(interaction_range: ArrayLike, scenario: FlockScenario) -> FloatArray:
+    """Bring a range of any accepted shape to (1 or T, 1 or n)."""
+    ranges = as_floats(interaction_range, "interaction_range")
+    agents, steps = scenario.num_agents, scenario.num_steps
+    if ranges.ndim == 0:
+        return ranges.reshape(1, 1)
+    if ranges.ndim == 1:
+        if agents == steps and len(ranges) == agents > 1:
+            expected = f"shape (1, {agents}) or ({steps}, 1), as there are as many agents as steps"
+            raise ArgumentError("interaction_range", expected, f"shape {ranges.shape}")
+        if len(ranges) == agents:
+            return ranges.reshape(1, -1)
+        if len(ranges) == steps:
+            return ranges.reshape(-1, 1)
+    if ranges.ndim == 2 and ranges.shape[0] in {1, steps} and ranges.shape[1] in {1, agents}:
+        return ranges
+    expected = f"a scalar or shape ({agents},), ({steps},) or ({steps}, {agents})"
+    raise ArgumentError("interaction_range", expected, f"shape {ranges.shape}")

@@ -1,0 +1,142 @@
+"""From actions to ranges and back, and what the entries of an observation are called."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from flockesc_env._checks import FloatArray
+from flockesc_env.errors import ActionError, ArgumentError
+from flockesc_env.options import GRID_SIZE, ActionOptions
+
+
+class RangeActions:
+    """The action space of one range, and the two maps between its actions and ranges.
+
+    Attributes:
+        grid: ranges of the discrete mode, shape (size,); ``None`` in the other modes.
+    """
+
+    def __init__(self, options: ActionOptions) -> None:
+        self.mode = options.action_mode
+        self.min_range = options.min_range
+        self.max_range = options.max_range
+        self.grid: FloatArray | None = None
+        if self.mode == "discrete":
+            default = np.linspace(self.min_range, self.max_range, GRID_SIZE)
+            self.grid = default if options.range_grid is None else np.array(options.range_grid)
+        self._bounds = (-1.0, 1.0) if self.mode == "normalized" else (self.min_range, self.max_range)
+
+    def space(self) -> gymnasium.Space[Any]:
+        """Return a new action space for one range: Box of shape (1,), or Discrete."""
+        if self.grid is not None:
+            return spaces.Discrete(len(self.grid))
+        low, high = self._bounds
+        return spaces.Box(low, high, (1,), np.float32)
+
+    def to_ranges(self, actions: Any, label: Callable[[int], str] = "action[{}]".format) -> FloatArray:
+        """Map actions, stacked to shape (k, 1) or, where discrete, (k,), to ranges of shape (k,).
+
+        Raises:
+            ActionError: for a wrong dtype or shape, or an action outside of the space, named by ``label``.
+        """
+        array = np.asarray(actions)
+        kinds, shape = ("iu", "(k,)") if self.grid is not None else ("fiu", "(k, 1)")
+        if array.dtype.kind not in kinds:
+            kind = "integers" if self.grid is not None else "real numbers"
+            raise ActionError("action", kind, f"dtype {array.dtype}")
+        if array.ndim != (1 if self.grid is not None else 2) or array.shape[1:] not in {(), (1,)}:
+            raise ActionError("action", f"shape {shape}", f"shape {array.shape}")
+        if self.grid is not None:
+            good = (array >= 0) & (array < len(self.grid))
+            self._refuse(array, good, f"an integer from 0 to {len(self.grid) - 1}", label)
+            chosen: FloatArray = self.grid[array]
+            return chosen
+        values = array[:, 0].astype(np.float64)
+        low, high = self._bounds
+        # The space's bounds are float32: an action on them must pass although float64 sees it beyond.
+        good = (values >= min(low, float(np.float32(low)))) & (values <= max(high, float(np.float32(high))))
+        self._refuse(values, good, f"a number from {low} to {high}", label)
+        values = np.clip(values, low, high)
+        if self.mode == "normalized":
+            values = self.min_range + (values + 1) / 2 * (self.max_range - self.min_range)
+        return values
+
+    def from_ranges(self, ranges: FloatArray) -> NDArray[Any]:
+        """Map ranges of shape (k,) to actions: (k, 1) float32, or the nearest grid indices (k,) int64.
+
+        Raises:
+            ArgumentError: for a range outside of [``min_range``, ``max_range``].
+        """
+        outside = ~((ranges >= self.min_range) & (ranges <= self.max_range))
+        if outside.any():
+            bounds = f"a number from {self.min_range} to {self.max_range}"
+            raise ArgumentError("interaction_range", bounds, ranges[outside][0])
+        if self.grid is not None:
+            indices: NDArray[np.int64] = np.abs(ranges[:, None] - self.grid).argmin(axis=1)
+            return indices
+        if self.mode == "normalized":
+            ranges = 2 * (ranges - self.min_range) / (self.max_range - self.min_range) - 1
+        return ranges[:, None].astype(np.float32)
+
+    @staticmethod
+    def _refuse(
+        values: NDArray[Any], good: NDArray[np.bool], expected: str, label: Callable[[int], str]
+    ) -> None:
+        if not good.all():
+            first = int(np.argmin(good))
+            raise ActionError(label(first), expected, values[first])
+
+
+@dataclass(frozen=True)
+class ObservationLayout:
+    """Names and bounds of the entries of an observation row (docs/model.md, "Observations")."""
+
+    names: tuple[str, ...]
+    low: NDArray[np.float32]
+    high: NDArray[np.float32]
+
+    @classmethod
+    def of(cls, entries: list[tuple[str, float, float]]) -> ObservationLayout:
+        """Build a layout from the core's list of (name, low, high)."""
+        names, low, high = zip(*entries, strict=True)
+        return cls(names, np.array(low, np.float32), np.array(high, np.float32))
+
+    def space(self) -> gymnasium.Space[NDArray[np.float32]]:
+        """Return a new observation space."""
+        return spaces.Box(self.low, self.high, dtype=np.float32)
+
+    def index(self, name: str) -> int:
+        """Return the column of an entry.
+
+        Raises:
+            ArgumentError: if this layout has no entry of that name.
+        """
+        if name not in self.names:
+            raise ArgumentError("observation", f"an entry {name!r}", f"only {', '.join(self.names)}")
+        return self.names.index(name)
+
+
+@dataclass(frozen=True)
+class Control:
+    """What a policy needs to know of the environment that it steers.
+
+    Attributes:
+        actions: from ranges to actions and back.
+        layout: the entries of an observation row.
+        per_agent: whether there is one row and one action per agent, or one per flock.
+        num_agents: agents per flock; rows come flock after flock.
+        num_steps: steps of an episode.
+    """
+
+    actions: RangeActions
+    layout: ObservationLayout
+    per_agent: bool
+    num_agents: int
+    num_steps: int

@@ -1,0 +1,87 @@
+//! `LineEpisode`: one line in an episode.
+
+use std::sync::Arc;
+
+use flockesc_core::{LineConfig, LineEpisodeConfig, line_entries};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+
+use crate::arrays::flat;
+use crate::errors::CoreError;
+
+#[pyclass(module = "flockesc_env._core")]
+#[derive(Clone)]
+pub(crate) struct LineEpisode {
+    inner: flockesc_core::LineEpisode,
+}
+
+#[pymethods]
+impl LineEpisode {
+    #[new]
+    #[pyo3(signature = (scenario, options, seed, initial_state=None))]
+    fn new(
+        scenario: &str,
+        options: &str,
+        seed: u64,
+        initial_state: Option<PyReadonlyArrayDyn<'_, f64>>,
+    ) -> PyResult<Self> {
+        let scenario = LineConfig::from_json(scenario).map_err(CoreError::from)?;
+        let options = LineEpisodeConfig::from_json(options).map_err(CoreError::from)?;
+        let states = flat(initial_state)?;
+        let inner =
+            flockesc_core::LineEpisode::new(Arc::new(scenario), options, seed, states.as_deref())
+                .map_err(CoreError::from)?;
+        Ok(Self { inner })
+    }
+
+    fn step(&mut self, interaction_range: f64) -> Result<f64, CoreError> {
+        Ok(self.inner.advance(interaction_range)?)
+    }
+
+    fn observe<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
+        self.inner.observation().into_pyarray(py)
+    }
+
+    fn states<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.inner.line().states().to_vec().into_pyarray(py)
+    }
+
+    /// An equal episode that goes its own way.
+    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
+        self.clone()
+    }
+
+    #[getter]
+    fn escape_distance(&self) -> f64 {
+        self.inner.line().escape_distance()
+    }
+
+    #[getter]
+    fn num_components(&self) -> usize {
+        self.inner.line().num_components(self.inner.last_range())
+    }
+
+    #[getter]
+    fn interaction_range(&self) -> f64 {
+        self.inner.last_range()
+    }
+
+    #[getter]
+    fn is_steady(&self) -> bool {
+        self.inner.is_steady()
+    }
+
+    #[getter]
+    fn has_ended(&self) -> bool {
+        self.inner.has_ended()
+    }
+}
+
+/// Name, lower and upper bound of every entry of a line observation.
+#[pyfunction]
+pub(crate) fn line_observation_entries(num_agents: usize) -> Vec<(String, f32, f32)> {
+    line_entries(num_agents)
+        .into_iter()
+        .map(|entry| (entry.name, entry.low, entry.high))
+        .collect()
+}

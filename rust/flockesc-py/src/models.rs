@@ -1,0 +1,174 @@
+//! The two models as functions: checks, whole runs, sweeps, matrices.
+
+use std::sync::Arc;
+
+use flockesc_core::{FlockConfig, InitialState, LineConfig, Schedule};
+use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays::{flat, rows_and_columns, shaped, vector};
+use crate::errors::CoreError;
+use crate::long_call::long_call;
+
+#[pyfunction]
+pub(crate) fn check_flock_scenario(scenario: &str) -> Result<(), CoreError> {
+    FlockConfig::from_json(scenario)?;
+    Ok(())
+}
+
+#[pyfunction]
+pub(crate) fn check_line_scenario(scenario: &str) -> Result<(), CoreError> {
+    LineConfig::from_json(scenario)?;
+    Ok(())
+}
+
+#[pyfunction]
+#[pyo3(signature = (scenario, ranges, seed, positions=None, velocities=None))]
+pub(crate) fn simulate_flock<'py>(
+    py: Python<'py>,
+    scenario: &str,
+    ranges: PyReadonlyArrayDyn<'py, f64>,
+    seed: u64,
+    positions: Option<PyReadonlyArrayDyn<'py, f64>>,
+    velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let config = Arc::new(FlockConfig::from_json(scenario).map_err(CoreError::from)?);
+    let (rows, columns) = rows_and_columns(&ranges)?;
+    let schedule = Schedule {
+        values: vector(&ranges)?,
+        rows,
+        columns,
+    };
+    let start = InitialState {
+        seed,
+        positions: flat(positions)?,
+        velocities: flat(velocities)?,
+        ..InitialState::default()
+    };
+    let run = long_call(py, None, |progress| {
+        flockesc_core::simulate_flock(config.clone(), &schedule, &start, progress)
+    })?;
+    let times = config.num_steps + 1;
+    let agents = [times, config.num_agents, config.dimension];
+    let predators = [times, config.predators.len(), config.dimension];
+    let dict = PyDict::new(py);
+    dict.set_item("positions", shaped(py, run.positions, agents)?)?;
+    dict.set_item("velocities", shaped(py, run.velocities, agents)?)?;
+    dict.set_item(
+        "predator_positions",
+        shaped(py, run.predator_positions, predators)?,
+    )?;
+    dict.set_item("mean_distance", run.mean_distance.into_pyarray(py))?;
+    dict.set_item("min_distance", run.min_distance.into_pyarray(py))?;
+    dict.set_item("num_components", run.num_components.into_pyarray(py))?;
+    dict.set_item("polarization", run.polarization.into_pyarray(py))?;
+    Ok(dict)
+}
+
+#[pyfunction]
+#[pyo3(signature = (scenario, interaction_range, seed, initial_state=None))]
+pub(crate) fn simulate_line<'py>(
+    py: Python<'py>,
+    scenario: &str,
+    interaction_range: f64,
+    seed: u64,
+    initial_state: Option<PyReadonlyArrayDyn<'py, f64>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let config = Arc::new(LineConfig::from_json(scenario).map_err(CoreError::from)?);
+    let states = flat(initial_state)?;
+    let agents = config.num_agents;
+    let run = long_call(py, None, |progress| {
+        flockesc_core::simulate_line(config, interaction_range, seed, states.as_deref(), progress)
+    })?;
+    let dict = PyDict::new(py);
+    dict.set_item("states", shaped(py, run.states, [run.steps + 1, agents])?)?;
+    dict.set_item("num_components", run.num_components.into_pyarray(py))?;
+    dict.set_item("escape_distance", run.escape_distance.into_pyarray(py))?;
+    dict.set_item("converged", run.converged)?;
+    dict.set_item("steps", run.steps)?;
+    Ok(dict)
+}
+
+#[pyfunction]
+#[pyo3(signature = (scenario, ranges, seeds, num_threads, report))]
+pub(crate) fn sweep_flock<'py>(
+    py: Python<'py>,
+    scenario: &str,
+    ranges: PyReadonlyArray1<'py, f64>,
+    seeds: PyReadonlyArray1<'py, u64>,
+    num_threads: Option<usize>,
+    report: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let config = Arc::new(FlockConfig::from_json(scenario).map_err(CoreError::from)?);
+    let (ranges, seeds) = (ranges.as_slice()?.to_vec(), seeds.as_slice()?.to_vec());
+    let cells = long_call(py, report, |progress| {
+        flockesc_core::sweep_flock(&config, &ranges, &seeds, num_threads, progress)
+    })?;
+    let shape = [ranges.len(), seeds.len()];
+    let floats = |field: fn(&flockesc_core::FlockOutcome) -> f64| {
+        shaped(py, cells.iter().map(field).collect(), shape)
+    };
+    let components: Vec<i64> = cells
+        .iter()
+        .map(|cell| cell.num_components as i64)
+        .collect();
+    let dict = PyDict::new(py);
+    dict.set_item("min_mean_distance", floats(|cell| cell.min_mean_distance)?)?;
+    dict.set_item("min_min_distance", floats(|cell| cell.min_min_distance)?)?;
+    dict.set_item("num_components", shaped(py, components, shape)?)?;
+    Ok(dict)
+}
+
+#[pyfunction]
+#[pyo3(signature = (scenario, ranges, seeds, num_threads, report))]
+pub(crate) fn sweep_line<'py>(
+    py: Python<'py>,
+    scenario: &str,
+    ranges: PyReadonlyArray1<'py, f64>,
+    seeds: PyReadonlyArray1<'py, u64>,
+    num_threads: Option<usize>,
+    report: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let config = Arc::new(LineConfig::from_json(scenario).map_err(CoreError::from)?);
+    let (ranges, seeds) = (ranges.as_slice()?.to_vec(), seeds.as_slice()?.to_vec());
+    let cells = long_call(py, report, |progress| {
+        flockesc_core::sweep_line(&config, &ranges, &seeds, num_threads, progress)
+    })?;
+    let shape = [ranges.len(), seeds.len()];
+    let distances: Vec<f64> = cells.iter().map(|cell| cell.escape_distance).collect();
+    let components: Vec<i64> = cells
+        .iter()
+        .map(|cell| cell.num_components as i64)
+        .collect();
+    let converged: Vec<bool> = cells.iter().map(|cell| cell.converged).collect();
+    let dict = PyDict::new(py);
+    dict.set_item("escape_distance", shaped(py, distances, shape)?)?;
+    dict.set_item("num_components", shaped(py, components, shape)?)?;
+    dict.set_item("converged", shaped(py, converged, shape)?)?;
+    Ok(dict)
+}
+
+#[pyfunction]
+pub(crate) fn laplacian<'py>(
+    py: Python<'py>,
+    states: PyReadonlyArray1<'py, f64>,
+    interaction_range: f64,
+) -> PyResult<Bound<'py, PyAny>> {
+    square(py, flockesc_core::laplacian(states.as_slice()?, interaction_range))
+}
+
+#[pyfunction]
+pub(crate) fn perron_matrix<'py>(
+    py: Python<'py>,
+    states: PyReadonlyArray1<'py, f64>,
+    interaction_range: f64,
+) -> PyResult<Bound<'py, PyAny>> {
+    square(py, flockesc_core::perron_matrix(states.as_slice()?, interaction_range))
+}
+
+/// A matrix of nalgebra (column-major) as a numpy array (row-major).
+fn square(py: Python<'_>, matrix: nalgebra::DMatrix<f64>) -> PyResult<Bound<'_, PyAny>> {
+    let n = matrix.nrows();
+    shaped(py, matrix.transpose().data.into(), [n, n])
+}
