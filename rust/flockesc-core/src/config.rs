@@ -168,11 +168,11 @@ impl EpisodeConfig {
             not_negative("predator_sensing_range", range)?;
         }
         within("steps_per_action", config.steps_per_action, 1, MAX_STEPS)?;
-        if config.reward == Reward::OwnDistance && config.view == View::Flock {
+        if config.reward.is_own() && config.view == View::Flock {
             return Err(Error::config(
                 "reward",
                 "running_minimum, distance or terminal where one range serves the whole flock",
-                "own_distance",
+                "a reward of each agent's own",
             ));
         }
         Ok(config)
@@ -226,5 +226,95 @@ fn check(field: &str, value: impl ToString, expected: &str, good: bool) -> Resul
         Ok(())
     } else {
         Err(Error::config(field, expected, value))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{Value, json};
+
+    fn paper() -> Value {
+        json!({
+            "num_agents": 300, "dimension": 2, "num_steps": 240, "time_step": 0.05, "mass": 0.1,
+            "speed": 10.0, "initial_side": 100.0, "initial_region": "cube", "predator_range": 30.0,
+            "repulsion_strength": 10.0, "constant_speed": true,
+            "predators": [{"constant_velocity": {"position": [-30.0, -30.0], "velocity": [10.0, 10.0]}}],
+            "neighbor_rule": {"metric": {}}
+        })
+    }
+
+    fn refused(pointer: &str, value: Value) -> String {
+        let mut document = paper();
+        let (parent, key) = pointer.rsplit_once('/').expect("a pointer");
+        let parent = document.pointer_mut(parent).expect("a parent");
+        match parent {
+            Value::Object(fields) => drop(fields.insert(key.to_owned(), value)),
+            Value::Array(entries) => entries[key.parse::<usize>().expect("an index")] = value,
+            _ => panic!("no container"),
+        }
+        match FlockConfig::from_json(&document.to_string()) {
+            Err(Error::Config { field, .. }) => field,
+            other => panic!("{pointer}: {other:?}"),
+        }
+    }
+
+    #[test]
+    fn the_paper_is_accepted() {
+        assert!(FlockConfig::from_json(&paper().to_string()).is_ok());
+    }
+
+    #[test]
+    fn errors_name_the_field() {
+        let predator = json!({"pure_pursuit": {"position": [0.0, 0.0], "velocity": [1.0, 0.0],
+                                               "max_turn_rate": -1.0}});
+        for (pointer, value, field) in [
+            ("/num_agents", json!(0), "num_agents"),
+            ("/num_agents", json!(-1), "num_agents"),
+            ("/num_agents", json!(10_000_001), "num_agents"),
+            ("/dimension", json!(4), "dimension"),
+            ("/time_step", json!(0.0), "time_step"),
+            ("/mass", json!("heavy"), "mass"),
+            ("/predator_range", json!(-1.0), "predator_range"),
+            ("/initial_region", json!("torus"), "initial_region"),
+            ("/wings", json!(2), "wings"),
+            (
+                "/neighbor_rule",
+                json!({"metric": {"k": 3}}),
+                "neighbor_rule.metric.k",
+            ),
+            (
+                "/predators/0",
+                predator,
+                "predators[0].pure_pursuit.max_turn_rate",
+            ),
+            (
+                "/predators/0/constant_velocity/position",
+                json!([1.0, 2.0, 3.0]),
+                "predators[0].constant_velocity.position",
+            ),
+            (
+                "/predators/0/constant_velocity/velocity/1",
+                json!(null),
+                "predators[0].constant_velocity.velocity[1]",
+            ),
+        ] {
+            assert_eq!(refused(pointer, value), field);
+        }
+    }
+
+    #[test]
+    fn a_missing_field_is_named() {
+        let mut document = paper();
+        document.as_object_mut().expect("an object").remove("mass");
+        let error = FlockConfig::from_json(&document.to_string()).expect_err("mass is missing");
+        assert!(matches!(error, Error::Config { field, .. } if field == "mass"));
+    }
+
+    #[test]
+    fn text_that_is_no_document_is_refused() {
+        for text in ["", "{", "[]", "3", "null", "\u{0}"] {
+            assert!(FlockConfig::from_json(text).is_err(), "{text:?}");
+        }
     }
 }

@@ -43,6 +43,8 @@ pub struct Episode<const D: usize> {
     step: usize,
     /// d_i now, in m.
     own_distances: Vec<f64>,
+    /// d_i one step ago, in m.
+    own_distances_before: Vec<f64>,
     mean_distance: Running,
     min_distance: Running,
     /// Ranges of the last action, one or n; 0 before the first.
@@ -67,6 +69,7 @@ impl<const D: usize> Episode<D> {
             config,
             world,
             step: 0,
+            own_distances_before: own_distances.clone(),
             own_distances,
             ranges,
         }
@@ -84,6 +87,7 @@ impl<const D: usize> Episode<D> {
             let minimum_before = self.objective().minimum;
             self.world.step(as_ranges(&self.config, &self.ranges));
             self.step += 1;
+            std::mem::swap(&mut self.own_distances_before, &mut self.own_distances);
             self.world.distances(&mut self.own_distances);
             self.mean_distance
                 .update(metrics::mean(&self.own_distances));
@@ -95,6 +99,7 @@ impl<const D: usize> Episode<D> {
                 minimum_before,
                 minimum: objective.minimum,
                 minimum_at_start: objective.start,
+                own_distances_before: &self.own_distances_before,
                 own_distances: &self.own_distances,
                 num_steps: self.world.config().num_steps,
                 is_last: self.has_ended(),

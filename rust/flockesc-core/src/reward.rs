@@ -12,6 +12,8 @@ pub enum Reward {
     Distance,
     /// As `Distance`, each agent its own distance.
     OwnDistance,
+    /// d_i(t) - d_i(t-1), each agent the change of its own distance; sums to d_i(T) - d_i(0).
+    OwnDistanceChange,
     /// J - m_0 on the last step, 0 before.
     Terminal,
 }
@@ -25,13 +27,22 @@ pub(crate) struct Moment<'a> {
     pub(crate) minimum_before: f64,
     pub(crate) minimum: f64,
     pub(crate) minimum_at_start: f64,
-    /// Every agent's distance now.
+    /// Every agent's distance before and after the step.
+    pub(crate) own_distances_before: &'a [f64],
     pub(crate) own_distances: &'a [f64],
     pub(crate) num_steps: usize,
     pub(crate) is_last: bool,
 }
 
 impl Reward {
+    /// Whether agents are paid differently, so that only an environment with one range per agent can pay it.
+    pub(crate) fn is_own(self) -> bool {
+        match self {
+            Self::OwnDistance | Self::OwnDistanceChange => true,
+            Self::RunningMinimum | Self::Distance | Self::Terminal => false,
+        }
+    }
+
     /// Adds what `moment` pays to `rewards`: one entry for the flock, or one per agent.
     pub(crate) fn add(self, moment: &Moment<'_>, rewards: &mut [f64]) {
         let share = (moment.num_steps as f64).recip();
@@ -41,6 +52,15 @@ impl Reward {
             Self::OwnDistance => {
                 for (reward, own) in rewards.iter_mut().zip(moment.own_distances) {
                     *reward += own * share;
+                }
+                return;
+            }
+            Self::OwnDistanceChange => {
+                let before = moment.own_distances_before;
+                for ((reward, own), before) in
+                    rewards.iter_mut().zip(moment.own_distances).zip(before)
+                {
+                    *reward += own - before;
                 }
                 return;
             }

@@ -155,7 +155,10 @@ pub(crate) fn laplacian<'py>(
     states: PyReadonlyArray1<'py, f64>,
     interaction_range: f64,
 ) -> PyResult<Bound<'py, PyAny>> {
-    square(py, flockesc_core::laplacian(states.as_slice()?, interaction_range))
+    square(
+        py,
+        flockesc_core::laplacian(states.as_slice()?, interaction_range),
+    )
 }
 
 #[pyfunction]
@@ -164,7 +167,10 @@ pub(crate) fn perron_matrix<'py>(
     states: PyReadonlyArray1<'py, f64>,
     interaction_range: f64,
 ) -> PyResult<Bound<'py, PyAny>> {
-    square(py, flockesc_core::perron_matrix(states.as_slice()?, interaction_range))
+    square(
+        py,
+        flockesc_core::perron_matrix(states.as_slice()?, interaction_range),
+    )
 }
 
 /// A matrix of nalgebra (column-major) as a numpy array (row-major).

@@ -162,3 +162,66 @@ pub(crate) fn check_range(range: f64) -> Result<()> {
         ))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::line::EscapeForce;
+    use proptest::prelude::*;
+
+    fn line(states: &[f64]) -> Line {
+        let config = LineConfig {
+            num_agents: states.len(),
+            predator_position: None,
+            predator_range: 0.2,
+            repulsion_strength: 2.0,
+            escape_force: EscapeForce::Linear,
+            tolerance: 1e-12,
+            max_steps: 1000,
+        };
+        Line::new(Arc::new(config), 0, Some(states)).expect("finite states")
+    }
+
+    proptest! {
+        /// Lemma 1: without a predator m(t) never falls; and the hull never grows.
+        #[test]
+        fn components_never_merge_and_the_hull_never_grows(
+            states in prop::collection::vec(0.0..1.0_f64, 1..60),
+            range in 0.0..0.5_f64,
+        ) {
+            let mut line = line(&states);
+            let hull = |line: &Line| {
+                let low = minimum(line.states());
+                (low, line.states().iter().copied().fold(low, f64::max))
+            };
+            let (mut components, mut before) = (line.num_components(range), hull(&line));
+            for _ in 0..30 {
+                line.step(range).expect("a good range");
+                let after = hull(&line);
+                prop_assert!(line.num_components(range) >= components);
+                // A mean of equal numbers may miss them by a rounding.
+                prop_assert!(after.0 >= before.0 - 1e-15 && after.1 <= before.1 + 1e-15);
+                (components, before) = (line.num_components(range), after);
+            }
+        }
+    }
+
+    #[test]
+    fn two_agents_in_range_meet_in_one_step_and_out_of_range_never() {
+        let mut near = line(&[0.0, 1.0]);
+        assert_eq!(near.step(1.0), Ok(0.5));
+        assert_eq!(near.states(), [0.5, 0.5]);
+        let mut far = line(&[0.0, 1.0]);
+        assert_eq!(far.step(0.999), Ok(0.0));
+        assert_eq!(far.num_components(0.999), 2);
+    }
+
+    #[test]
+    fn bad_ranges_change_nothing() {
+        let mut line = line(&[0.0, 1.0]);
+        for range in [-1.0, f64::NAN, f64::INFINITY] {
+            assert!(line.step(range).is_err());
+        }
+        assert_eq!(line.states(), [0.0, 1.0]);
+    }
+}

@@ -70,3 +70,93 @@ fn listen<const D: usize>(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::vector;
+    use proptest::prelude::*;
+
+    /// Mean velocity and number of neighbors, one pair at a time.
+    fn reference<const D: usize>(
+        positions: &[SVector<f64, D>],
+        velocities: &[SVector<f64, D>],
+        ranges: &[f64],
+    ) -> Vec<(SVector<f64, D>, f64)> {
+        let listener = |i: usize| {
+            let mut sum = SVector::zeros();
+            let mut count = 0.0;
+            for j in 0..positions.len() {
+                if (positions[i] - positions[j]).norm_squared() <= ranges[i] * ranges[i] {
+                    sum += velocities[j];
+                    count += 1.0;
+                }
+            }
+            (sum / count, count)
+        };
+        (0..positions.len()).map(listener).collect()
+    }
+
+    fn kernel<const D: usize>(
+        positions: &[SVector<f64, D>],
+        velocities: &[SVector<f64, D>],
+        ranges: Ranges<'_>,
+    ) -> Vec<(SVector<f64, D>, f64)> {
+        let mut out = Vec::new();
+        for_each_listener(positions, velocities, ranges, |agent, mean, count| {
+            assert_eq!(agent, out.len());
+            out.push((mean, count));
+        });
+        out
+    }
+
+    fn vectors<const D: usize>(flat: &[f64]) -> Vec<SVector<f64, D>> {
+        flat.chunks_exact(D)
+            .map(SVector::from_column_slice)
+            .collect()
+    }
+
+    proptest! {
+        /// Bit for bit, for flocks that end before, on and after the edge of a tile.
+        #[test]
+        fn equals_the_reference(
+            n in 1..200_usize,
+            flat in prop::collection::vec(-20.0..20.0_f64, 200 * 6),
+            ranges in prop::collection::vec(prop_oneof![Just(0.0), 0.0..60.0_f64], 200),
+        ) {
+            let (positions, velocities) = flat.split_at(n * 3);
+            let (positions, velocities) = (vectors::<3>(positions), vectors::<3>(&velocities[..n * 3]));
+            let ranges = &ranges[..n];
+            prop_assert_eq!(
+                kernel(&positions, &velocities, Ranges::PerAgent(ranges)),
+                reference(&positions, &velocities, ranges)
+            );
+            let shared = ranges[0];
+            prop_assert_eq!(
+                kernel(&positions, &velocities, Ranges::Shared(shared)),
+                kernel(&positions, &velocities, Ranges::PerAgent(&vec![shared; n]))
+            );
+        }
+    }
+
+    #[test]
+    fn the_boundary_belongs_to_the_neighborhood() {
+        let positions = [
+            vector![0.0, 0.0],
+            vector![3.0, 4.0],
+            vector![0.0, 5.0 + 1e-12],
+        ];
+        let velocities = [vector![1.0, 0.0], vector![0.0, 1.0], vector![9.0, 9.0]];
+        let heard = kernel(&positions, &velocities, Ranges::Shared(5.0));
+        assert_eq!(heard[0], (vector![0.5, 0.5], 2.0));
+    }
+
+    #[test]
+    fn coincident_agents_hear_each_other_at_range_zero() {
+        let positions = [vector![1.0, 1.0]; 3];
+        let velocities = [vector![3.0, 0.0], vector![0.0, 3.0], vector![0.0, 0.0]];
+        for (mean, count) in kernel(&positions, &velocities, Ranges::Shared(0.0)) {
+            assert_eq!((mean, count), (vector![1.0, 1.0], 3.0));
+        }
+    }
+}

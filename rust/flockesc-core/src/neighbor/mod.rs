@@ -9,7 +9,7 @@ use crate::graph;
 
 /// The rule that makes agents neighbors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum NeighborRule {
     /// All agents within the interaction range, boundary and self included.
     Metric {},
