@@ -14,7 +14,7 @@ from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.envs.parallel import FlockParallelEnv, env, parallel_env, raw_env
 from flockesc_env.errors import ActionError, ArgumentError, EpisodeError, FlockescError, ScenarioError
 from flockesc_env.options import EnvOptions, LineOptions
-from flockesc_env.rollout import Episodes, rollout
+from flockesc_env.rollout import Episodes, record, rollout
 from flockesc_env.scenario import ConstantVelocity, FlockScenario, LineScenario, Metric, PurePursuit
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
 from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
@@ -47,6 +47,7 @@ __all__ = [
     "parallel_env",
     "policies",
     "raw_env",
+    "record",
     "rollout",
     "simulate",
     "simulate_line",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -10,7 +10,7 @@ from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import FloatArray, as_count, as_floats, as_seed
+from flockesc_env._checks import FloatArray, as_count, as_floats
 from flockesc_env.errors import ArgumentError
 from flockesc_env.options import EnvOptions
 from flockesc_env.scenario import FlockScenario
@@ -25,6 +25,15 @@ METRICS: Final = (
     "polarization",
 )
 """Keys of ``info``, beside ``interaction_range``."""
+
+
+STARTS: Final = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
+"""Keys of the ``options`` of a reset."""
+
+Start = Sequence[FloatArray | None]
+"""The arrays of ``STARTS``; ``None``: the seed's, or the scenario's."""
+
+NO_START: Final[Start] = (None, None, None, None)
 
 
 class EpisodeSeeds:
@@ -44,8 +53,12 @@ class EpisodeSeeds:
 
 
 def draw_seed(rng: np.random.Generator) -> int:
-    """Draw the seed of an episode that nobody named."""
-    return int(rng.integers(2**63))
+    """Draw the seed of an episode that nobody named.
+
+    It is 2^32 or more: a smaller seed, such as people name, never comes up by chance, so that flocks held
+    out for a report cannot slip into training.
+    """
+    return int(rng.integers(2**32, 2**63))
 
 
 class FlockBatch:
@@ -87,13 +100,11 @@ class FlockBatch:
             num_steps=scenario.num_steps,
         )
 
-    def reset(self, slot: int, seed: int, start: Mapping[str, Any] | None = None) -> None:
-        """Start a new episode in one slot.
+    def start(self, options: Mapping[str, Any] | None) -> Start:
+        """Check the ``options`` of a reset, before anything changes.
 
         Args:
-            slot: which one.
-            seed: seed of the flock.
-            start: any of ``initial_positions`` and ``initial_velocities``, shape (n, D), and
+            options: any of ``initial_positions`` and ``initial_velocities``, shape (n, D), and
                 ``predator_positions`` and ``predator_velocities``, shape (P, D), in m and m/s.
 
         Raises:
@@ -102,21 +113,19 @@ class FlockBatch:
         dimension = self.scenario.dimension
         agents = (self.scenario.num_agents, dimension)
         predators = (len(self.scenario.predators), dimension)
-        shapes = {
-            "initial_positions": agents,
-            "initial_velocities": agents,
-            "predator_positions": predators,
-            "predator_velocities": predators,
-        }
-        start = start or {}
-        for name in start:
+        shapes = dict(zip(STARTS, (agents, agents, predators, predators), strict=True))
+        options = options or {}
+        for name in options:
             if name not in shapes:
                 raise ArgumentError(f"options[{name!r}]", f"one of {', '.join(shapes)}", "an unknown option")
-        arrays = [
-            as_floats(start[name], name, shape) if start.get(name) is not None else None
-            for name, shape in shapes.items()
+        given = {name: options.get(name) for name in shapes}
+        return [
+            None if value is None else as_floats(value, name, shapes[name]) for name, value in given.items()
         ]
-        self._core.reset(slot, as_seed(seed), *arrays)
+
+    def reset(self, slot: int, seed: int, start: Start = NO_START) -> None:
+        """Start a new episode in one slot, with the flock of ``seed`` where ``start`` gives nothing else."""
+        self._core.reset(slot, seed, *start)
 
     def step(self, ranges: FloatArray) -> tuple[NDArray[np.float32], FloatArray]:
         """Hold ranges in m, shape (num_flocks * rows,), for one action in every slot.

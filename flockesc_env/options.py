@@ -13,7 +13,7 @@ from flockesc_env.scenario import FlockScenario
 
 ActionMode = Literal["normalized", "range", "discrete"]
 Objective = Literal["mean", "minimum"]
-Reward = Literal["running_minimum", "distance", "own_distance", "terminal"]
+Reward = Literal["running_minimum", "distance", "own_distance", "own_distance_change", "terminal"]
 LineReward = Literal["difference", "terminal"]
 
 GRID_SIZE = 21
@@ -72,8 +72,9 @@ class EnvOptions(ActionOptions):
             predator distance (Eq. 13).
         reward: ``"running_minimum"``: r_t = m_t - m_(t-1), m the objective's running minimum, so that the
             return is exactly the objective minus its start; ``"distance"``: the objective's distance over
-            the number of steps; ``"own_distance"``: the same, each agent its own distance (environments
-            with one range per agent only); ``"terminal"``: the objective minus its start, at the end.
+            the number of steps; ``"terminal"``: the objective minus its start, at the end. With one range
+            per agent also ``"own_distance"``: as ``"distance"``, each agent its own; and
+            ``"own_distance_change"``: d_i(t) - d_i(t-1), which tells an agent at once what it gained.
         predator_sensing_range: distance in m up to which observations show a predator;
             ``"predator_range"``: the scenario's predator range; ``None``: any distance.
     """

@@ -15,7 +15,7 @@ from flockesc_env.errors import ArgumentError
 from flockesc_env.options import EnvOptions
 from flockesc_env.policies import Policy
 from flockesc_env.scenario import FlockScenario
-from flockesc_env.simulate import IntArray
+from flockesc_env.simulate import IntArray, Trajectory, simulate
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +89,39 @@ def rollout(
     names = ("min_mean_distance", "min_min_distance", "num_components", "mean_return")
     columns = {name: np.concatenate([part[name] for part in parts]) for name in names}
     return Episodes(seeds=np.array(checked, np.uint64), **columns)
+
+
+def record(
+    policy: Policy,
+    seed: int,
+    *,
+    scenario: FlockScenario | None = None,
+    per_agent: bool = False,
+    **options: Any,
+) -> tuple[Trajectory, FloatArray]:
+    """Run a policy on one flock and record all of it, as ``simulate`` does under the ranges it chose.
+
+    Args:
+        policy: sets the ranges.
+        seed: seed of the flock.
+        scenario: the flock model's parameters; default: the paper's.
+        per_agent: whether the policy sets one range per agent, or one for the flock.
+        **options: see ``EnvOptions``.
+
+    Returns:
+        The trajectory, and the ranges in m in force in every step, shape (T, n) or (T, 1).
+
+    Raises:
+        ArgumentError: for a bad seed.
+        ScenarioError: for an option out of bounds.
+    """
+    scenario = scenario or FlockScenario()
+    env_options = EnvOptions(**options)
+    batch = FlockBatch(scenario, env_options, per_agent=per_agent)
+    batch.reset(0, as_seed(seed))
+    actions = np.array([ranges for ranges, _ in episode_steps(batch, policy)])
+    schedule = np.repeat(actions, env_options.steps_per_action, axis=0)[: scenario.num_steps]
+    return simulate(scenario, schedule, seed=seed), schedule
 
 
 def episode_steps(batch: FlockBatch, policy: Policy) -> Iterator[tuple[FloatArray, FloatArray]]:

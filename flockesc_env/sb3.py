@@ -33,9 +33,9 @@ class _BatchVecEnv(VecEnv):
     def reset(self) -> VecEnvObs:
         """Start an episode in every flock, with the seeds and options set since the last reset."""
         rows = self._batch.rows
-        for flock, seeds in enumerate(self._episode_seeds):
-            seed = self._seeds[flock * rows]
-            self._batch.reset(flock, seeds.next(seed), self._options[flock * rows])
+        starts = [self._batch.start(options) for options in self._options[::rows]]
+        for flock, (seeds, start) in enumerate(zip(self._episode_seeds, starts, strict=True)):
+            self._batch.reset(flock, seeds.next(self._seeds[flock * rows]), start)
         self._reset_seeds()
         self._reset_options()
         flocks = range(self._batch.num_flocks)

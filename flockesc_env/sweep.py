@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -142,6 +142,24 @@ class LineSweepResult(SweepResult):
     objectives: ClassVar[dict[str, str]] = {"escape_distance": "escape_distance"}
 
 
+@overload
+def sweep(
+    scenario: FlockScenario,
+    interaction_ranges: ArrayLike,
+    seeds: Iterable[int],
+    *,
+    num_threads: int | None = None,
+    progress: Progress | None = None,
+) -> FlockSweepResult: ...
+@overload
+def sweep(
+    scenario: LineScenario,
+    interaction_ranges: ArrayLike,
+    seeds: Iterable[int],
+    *,
+    num_threads: int | None = None,
+    progress: Progress | None = None,
+) -> LineSweepResult: ...
 def sweep(
     scenario: FlockScenario | LineScenario,
     interaction_ranges: ArrayLike,

@@ -52,10 +52,11 @@ class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
         Raises:
             ArgumentError: naming a bad seed or option; the running episode goes on.
         """
-        seed = None if seed is None else as_seed(seed)
+        start = self._batch.start(options)
         if seed is not None:
+            seed = as_seed(seed)
             super().reset(seed=seed)
-        self._batch.reset(0, draw_seed(self.np_random) if seed is None else seed, options)
+        self._batch.reset(0, draw_seed(self.np_random) if seed is None else seed, start)
         self._range = 0.0
         return self._batch.observe(0)[0], self._info()
 

@@ -11,14 +11,12 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
 from flockesc_env._checks import as_seed
-from flockesc_env.batch import EpisodeSeeds, FlockBatch, infos
+from flockesc_env.batch import STARTS, EpisodeSeeds, FlockBatch, infos
 from flockesc_env.errors import ActionError, EpisodeError
 from flockesc_env.options import EnvOptions
 from flockesc_env.scenario import FlockScenario
 
 Observation = NDArray[np.float32]
-
-_STARTS = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
 
 
 class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
@@ -78,7 +76,8 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         Raises:
             ArgumentError: naming a bad seed or option; the running episode goes on.
         """
-        start = {name: value for name, value in (options or {}).items() if name in _STARTS}
+        known = {name: value for name, value in (options or {}).items() if name in STARTS}
+        start = self._batch.start(known)
         self._batch.reset(0, self._seeds.next(None if seed is None else as_seed(seed)), start)
         self.agents = self.possible_agents.copy()
         rows = self._batch.observe(0)

@@ -79,6 +79,27 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
+    /// Empty, with room for the whole run; refused here rather than when memory has run out.
+    fn with_room_for(config: &FlockConfig) -> Result<Self> {
+        let mut trajectory = Self::default();
+        let times = config.num_steps + 1;
+        let row = config.num_agents * config.dimension;
+        let reserved = times.checked_mul(row).is_some_and(|entries| {
+            let both = [&mut trajectory.positions, &mut trajectory.velocities];
+            both.into_iter()
+                .all(|array| array.try_reserve_exact(entries).is_ok())
+        });
+        if reserved {
+            Ok(trajectory)
+        } else {
+            Err(Error::argument(
+                "scenario",
+                "a run whose record fits into memory",
+                format!("{times} times, {} agents", config.num_agents),
+            ))
+        }
+    }
+
     fn record<const D: usize>(&mut self, world: &World<D>, ranges: Ranges<'_>, d: &mut Vec<f64>) {
         extend(&mut self.positions, world.positions().iter());
         extend(&mut self.velocities, world.velocities().iter());
@@ -128,8 +149,8 @@ fn run<const D: usize>(
     progress: &Progress,
 ) -> Result<Trajectory> {
     let num_steps = config.num_steps;
+    let mut trajectory = Trajectory::with_room_for(&config)?;
     let mut world = World::<D>::new(config, start);
-    let mut trajectory = Trajectory::default();
     let mut distances = Vec::new();
     for step in 0..num_steps {
         progress.check()?;
