@@ -1,0 +1,36 @@
+"""Command line: ``python -m training train | evaluate | compare``."""
+
+from typing import Annotated
+
+import tyro
+
+from training.compare import CompareArgs, compare
+from training.config import presets
+from training.evaluate import EvaluateArgs, evaluate
+from training.train import train
+
+Preset = tyro.extras.subcommand_type_from_defaults(presets(), prefix_names=False)
+
+app = tyro.extras.SubcommandApp()
+
+
+@app.command(name="train")
+def _train(args: Annotated[Preset, tyro.conf.arg(name="")]) -> None:  # type: ignore[valid-type]
+    """Train a range policy with PPO, starting from a preset."""
+    print("Model:", train(args))
+
+
+@app.command(name="evaluate")
+def _evaluate(args: Annotated[EvaluateArgs, tyro.conf.arg(name="")]) -> None:
+    """Evaluate one policy on held-out flocks."""
+    evaluate(args)
+
+
+@app.command(name="compare")
+def _compare(args: Annotated[CompareArgs, tyro.conf.arg(name="")]) -> None:
+    """Compare policies with the grid search on the same held-out flocks."""
+    compare(args)
+
+
+if __name__ == "__main__":
+    app.cli(description="Train range policies and compare them with the grid search over fixed ranges.")

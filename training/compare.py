@@ -1,0 +1,199 @@
+"""Policies against the grid search over fixed ranges, on the same held-out flocks."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from flockesc_env import Episodes, FlockScenario, FlockSweepResult, rollout, sweep
+from training import plots, seeds, stats
+from training.config import CONFIG_FILE, RunRecord, versions
+from training.contenders import Contender, contender
+
+FloatArray = NDArray[np.float64]
+
+RESULTS = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompareArgs:
+    """Arguments of ``compare``.
+
+    Attributes:
+        policies: built-in policies (fixed:RHO, random, stubborn-leaders, stubborn-leaders-local) and
+            folders of runs.
+        output: folder of the table, the records and the figures.
+        objective: the distance that is compared.
+        flocks: held-out flocks that results are reported on.
+        tuning_flocks: other flocks, on which the best fixed range is chosen.
+        max_range: largest range of the grid in m.
+        grid_size: number of ranges in the grid, 0 and ``max_range`` included.
+        num_threads: threads of the engine; default: one per core.
+    """
+
+    policies: tuple[str, ...]
+    output: Path = Path("runs/comparison")
+    objective: Literal["mean", "minimum"] = "mean"
+    flocks: int = 200
+    tuning_flocks: int = 400
+    max_range: float = 150.0
+    grid_size: int = 101
+    num_threads: int | None = None
+
+
+def compare(args: CompareArgs) -> pl.DataFrame:
+    """Evaluate all policies on the held-out flocks; write and return the table.
+
+    Raises:
+        ValueError: for an argument out of bounds or an unknown policy.
+    """
+    contenders = [contender(spec) for spec in args.policies]
+    scenario = scenario_of(args.policies)
+    held_out = seeds.first_seeds(seeds.HELD_OUT, args.flocks)
+    tuning = seeds.first_seeds(seeds.TUNING, args.tuning_flocks)
+    grid = np.linspace(0.0, args.max_range, args.grid_size)
+
+    best = _sweep("Grid search on tuning flocks", scenario, grid, tuning, args).best_range(args.objective)
+    search = _sweep("Grid search on held-out flocks", scenario, grid, held_out, args)
+    at_best = int(np.flatnonzero(search.interaction_ranges == best)[0])
+    fixed = search.values(args.objective)[at_best]
+    baseline = dataclasses.replace(contender(f"fixed:{best}"), name=f"best fixed range ({best:g} m)")
+    outcomes = {
+        baseline.name: fixed,
+        "hindsight oracle over fixed ranges": search.hindsight_oracle(args.objective),
+    }
+    for entry in contenders:
+        episodes = run_policy(entry, held_out, scenario=scenario, num_threads=args.num_threads)
+        outcomes[entry.name] = getattr(episodes, RESULTS[args.objective])
+
+    args.output.mkdir(parents=True, exist_ok=True)
+    table = _table(outcomes, fixed)
+    _write(args, table, outcomes, search, held_out)
+    figures = [plots.objective_against_range(search, args.objective, outcomes, args.output)]
+    if contenders:
+        last = contenders[-1]
+        # A flock of the middle, found by a rule: the lower median of the last policy's paired differences.
+        order = np.argsort(outcomes[last.name] - fixed, kind="stable")
+        flock = held_out[int(order[(len(order) - 1) // 2])]
+        runs = plots.record_both(baseline, last, scenario, flock)
+        figures += [plots.flock_over_time(runs, args.output), plots.flock_under_attack(runs, args.output)]
+    print(_markdown(table, args))
+    print("\nFigures:", *figures, sep="\n  ")
+    return table
+
+
+def run_policy(
+    entry: Contender, flocks: range, *, scenario: FlockScenario, num_threads: int | None = None
+) -> Episodes:
+    """Run one policy on all flocks, with a progress bar."""
+    with _bar(f"Policy {entry.name}", len(flocks)) as report:
+        return rollout(
+            entry.policy,
+            flocks,
+            scenario=scenario,
+            per_agent=entry.per_agent,
+            num_threads=num_threads,
+            progress=report,
+            **entry.options,
+        )
+
+
+@contextmanager
+def _bar(title: str, total: int) -> Iterator[Callable[[int, int], None]]:
+    """Show a progress bar; yields the callback that the package's long calls take."""
+    with tqdm(total=total, desc=title, file=sys.stderr) as bar:
+        yield lambda done, _: bar.update(done - bar.n)
+        bar.update(total - bar.n)
+
+
+def _sweep(
+    title: str, scenario: FlockScenario, grid: FloatArray, flocks: range, args: CompareArgs
+) -> FlockSweepResult:
+    with _bar(title, grid.size * len(flocks)) as report:
+        return sweep(scenario, grid, flocks, num_threads=args.num_threads, progress=report)
+
+
+def scenario_of(policies: Sequence[str]) -> FlockScenario:
+    """Return the scenario of the runs; the paper's where there are none."""
+    runs = [Path(spec) for spec in policies if (Path(spec) / CONFIG_FILE).is_file()]
+    scenarios = {RunRecord.read(run).scenario for run in runs} or {FlockScenario()}
+    if len(scenarios) > 1:
+        raise ValueError(f"policies: expected runs of one scenario, got {len(scenarios)}")
+    return scenarios.pop()
+
+
+def _table(outcomes: dict[str, FloatArray], fixed: FloatArray) -> pl.DataFrame:
+    rows = []
+    for name, values in outcomes.items():
+        objective, difference = stats.mean(values), stats.mean(values - fixed)
+        chance = stats.improvement(values, fixed)
+        rows.append(
+            {
+                "policy": name,
+                "objective": objective.mean,
+                "objective_low": objective.low,
+                "objective_high": objective.high,
+                "difference": difference.mean,
+                "difference_low": difference.low,
+                "difference_high": difference.high,
+                "improvement": chance.mean,
+                "improvement_low": chance.low,
+                "improvement_high": chance.high,
+            }
+        )
+    return pl.DataFrame(rows)
+
+
+def _markdown(table: pl.DataFrame, args: CompareArgs) -> str:
+    lines = [
+        f"Objective `{args.objective}` in m on {args.flocks} held-out flocks; 95 % bootstrap intervals.",
+        f"Differences are paired, flock by flock, with the best fixed range; that was chosen on"
+        f" {args.tuning_flocks} other flocks.",
+        "",
+        "| policy | objective | difference to best fixed | probability of improvement |",
+        "|---|---|---|---|",
+    ]
+    for row in table.iter_rows(named=True):
+        cells = [
+            f"{row[column]:.2f} [{row[column + '_low']:.2f}, {row[column + '_high']:.2f}]"
+            for column in ("objective", "difference", "improvement")
+        ]
+        is_baseline = row["policy"] == table["policy"][0]
+        lines.append(
+            f"| {row['policy']} | {cells[0]} | {'-' if is_baseline else cells[1]} | "
+            f"{'-' if is_baseline else cells[2]} |"
+        )
+    return "\n".join(lines)
+
+
+def _write(
+    args: CompareArgs,
+    table: pl.DataFrame,
+    outcomes: dict[str, FloatArray],
+    search: FlockSweepResult,
+    flocks: range,
+) -> None:
+    (args.output / "table.md").write_text(_markdown(table, args) + "\n")
+    table.write_parquet(args.output / "table.parquet")
+    search.to_parquet(args.output / "grid_search.parquet")
+    episodes = pl.DataFrame({"seed": flocks, **outcomes})
+    episodes.unpivot(index="seed", variable_name="policy", value_name="objective").write_parquet(
+        args.output / "episodes.parquet"
+    )
+    record = {
+        "command": [Path(sys.argv[0]).name, *sys.argv[1:]],
+        "args": {**dataclasses.asdict(args), "output": args.output.name},
+        "versions": versions(),
+    }
+    (args.output / "comparison.json").write_text(json.dumps(record, indent=2) + "\n")

@@ -1,0 +1,55 @@
+"""One policy on held-out flocks: its objective with an interval, and a record per flock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import polars as pl
+
+from training import seeds, stats
+from training.compare import run_policy, scenario_of
+from training.contenders import contender
+
+
+@dataclass(frozen=True, kw_only=True)
+class EvaluateArgs:
+    """Arguments of ``evaluate``.
+
+    Attributes:
+        policy: a built-in policy (fixed:RHO, random, stubborn-leaders, stubborn-leaders-local) or the
+            folder of a run.
+        flocks: number of held-out flocks.
+        output: Parquet file for the record per flock; default: none is written.
+        num_threads: threads of the engine; default: one per core.
+    """
+
+    policy: str
+    flocks: int = 200
+    output: Path | None = None
+    num_threads: int | None = None
+
+
+def evaluate(args: EvaluateArgs) -> pl.DataFrame:
+    """Run the policy, print both objectives, write and return the record.
+
+    Raises:
+        ValueError: for an argument out of bounds or an unknown policy.
+    """
+    entry = contender(args.policy)
+    flocks = seeds.first_seeds(seeds.HELD_OUT, args.flocks)
+    episodes = run_policy(entry, flocks, scenario=scenario_of([args.policy]), num_threads=args.num_threads)
+    record = pl.DataFrame(
+        {
+            "seed": episodes.seeds,
+            "min_mean_distance": episodes.min_mean_distance,
+            "min_min_distance": episodes.min_min_distance,
+            "num_components": episodes.num_components,
+        }
+    )
+    if args.output is not None:
+        record.write_parquet(args.output)
+    print(f"{entry.name} on {args.flocks} held-out flocks, mean and 95 % bootstrap interval:")
+    print(f"  J_mean {stats.mean(episodes.min_mean_distance)} m")
+    print(f"  J_min  {stats.mean(episodes.min_min_distance)} m")
+    return record

@@ -1,0 +1,127 @@
+"""Figures: objective against range, one flock over time, one flock under attack. Matplotlib, no display."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from numpy.typing import NDArray
+
+from flockesc_env import FlockScenario, FlockSweepResult, Trajectory, record
+from training import stats
+from training.contenders import Contender
+
+FloatArray = NDArray[np.float64]
+Run = tuple[str, Trajectory, FloatArray]
+"""Name of a policy, what the flock did under it, and the ranges in force, shape (T, n) or (T, 1)."""
+
+_DPI = 150
+_COLORS = mpl.color_sequences["tab10"]
+_LABELS = {"mean": "min. over time of mean predator distance (m)", "minimum": "min. predator distance (m)"}
+
+
+def objective_against_range(
+    search: FlockSweepResult, objective: str, outcomes: dict[str, FloatArray], folder: Path
+) -> Path:
+    """Draw the grid search's mean objective with its band, and a level per policy; return the file."""
+    figure = Figure(figsize=(8, 4.8), layout="constrained")
+    axes = figure.subplots()
+    center, low, high = search.mean_with_interval(objective)
+    ranges = search.interaction_ranges
+    axes.fill_between(ranges, low, high, color="0.85", lw=0)
+    axes.plot(ranges, center, color="0.3", label="fixed range, same for all agents")
+    for (name, values), color in zip(outcomes.items(), _COLORS, strict=False):
+        level = stats.mean(values)
+        axes.axhspan(level.low, level.high, color=color, alpha=0.2, lw=0)
+        axes.axhline(level.mean, color=color, label=f"{name}: {level.mean:.1f}")
+    axes.set_xlabel("interaction range (m)")
+    axes.set_ylabel(_LABELS[objective])
+    axes.set_title(f"{len(search.seeds)} held-out flocks, 95 % intervals")
+    axes.margins(x=0)
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    return _save(figure, folder / "objective_against_range")
+
+
+def record_both(baseline: Contender, policy: Contender, scenario: FlockScenario, seed: int) -> list[Run]:
+    """Run two policies on the same flock."""
+    return [
+        (
+            entry.name,
+            *record(entry.policy, seed, scenario=scenario, per_agent=entry.per_agent, **entry.options),
+        )
+        for entry in (baseline, policy)
+    ]
+
+
+def flock_over_time(runs: list[Run], folder: Path) -> Path:
+    """Draw distances and ranges against time for one flock under each policy; return the file."""
+    figure = Figure(figsize=(8, 6), layout="constrained")
+    above, below = figure.subplots(2, sharex=True)
+    for (name, trajectory, ranges), color in zip(runs, _COLORS, strict=False):
+        times = trajectory.times
+        above.plot(times, trajectory.mean_distance, color=color, label=name)
+        at = int(np.argmin(trajectory.mean_distance))
+        above.plot(times[at], trajectory.mean_distance[at], "o", color=color)
+        quartiles = np.quantile(ranges, [0.25, 0.75], axis=1)
+        below.fill_between(times[:-1], *quartiles, color=color, alpha=0.2, lw=0, step="post")
+        below.step(times[:-1], ranges.mean(axis=1), color=color, where="post")
+    above.set_ylabel("mean predator distance (m)")
+    above.set_title(f"Flock of seed {runs[0][1].seed}: the dot is the objective")
+    above.legend(frameon=False)
+    below.set_ylabel("interaction range (m)\nmean, band: middle half of the agents")
+    below.set_xlabel("time (s)")
+    below.margins(x=0)
+    return _save(figure, folder / "flock_over_time")
+
+
+def flock_under_attack(runs: list[Run], folder: Path, times: tuple[float, ...] = (0, 3, 6, 9)) -> Path:
+    """Draw snapshots of one flock, a row per policy, agents colored by their range; return the file."""
+    figure = Figure(figsize=(3.1 * len(times), 2.9 * len(runs)), layout="constrained")
+    grid = figure.subplots(len(runs), len(times), sharex=True, sharey=True, squeeze=False)
+    top = max(float(np.quantile(ranges, 0.99)) for _, _, ranges in runs)
+    arrows: Any = None
+    seen = []
+    for row, (name, trajectory, ranges) in zip(grid, runs, strict=True):
+        for axes, time in zip(row, times, strict=True):
+            step = min(round(time / trajectory.scenario.time_step), trajectory.scenario.num_steps - 1)
+            arrows = _snapshot(axes, trajectory, ranges[step], step, top)
+            seen.append(trajectory.positions[step, :, :2])
+        row[0].set_ylabel(f"{name}\ny (m)")
+    for axes in grid[-1]:
+        axes.set_xlabel("x (m)")
+    low, high = np.quantile(np.concatenate(seen), [0.01, 0.99], axis=0)
+    margin = 0.15 * (high - low)
+    grid[0, 0].set(
+        xlim=(low[0] - margin[0], high[0] + margin[0]), ylim=(low[1] - margin[1], high[1] + margin[1])
+    )
+    figure.colorbar(arrows, ax=grid, label="interaction range (m)", shrink=0.8)
+    return _save(figure, folder / "flock_under_attack")
+
+
+def _snapshot(axes: Axes, trajectory: Trajectory, ranges: FloatArray, step: int, top: float) -> Any:
+    positions, velocities = trajectory.positions[step, :, :2], trajectory.velocities[step, :, :2]
+    colors = np.broadcast_to(ranges, len(positions))
+    arrows = axes.quiver(
+        *positions.T, *velocities.T, colors, cmap="viridis", clim=(0, top), scale=250, width=0.007
+    )
+    for path in trajectory.predator_positions[: step + 1, :, :2].transpose(1, 2, 0):
+        axes.plot(*path, color="tab:red", lw=0.8, alpha=0.6)
+        here = (path[0, -1], path[1, -1])
+        axes.plot(*here, "o", color="tab:red", markersize=5)
+        axes.add_patch(Circle(here, trajectory.scenario.predator_range, color="tab:red", alpha=0.12))
+    axes.set_aspect("equal")
+    mean = trajectory.mean_distance[step]
+    axes.set_title(f"t = {trajectory.times[step]:.0f} s, mean distance {mean:.0f} m", fontsize=9)
+    return arrows
+
+
+def _save(figure: Figure, stem: Path) -> Path:
+    """Write PNG and SVG; return the PNG."""
+    figure.savefig(stem.with_suffix(".svg"))
+    figure.savefig(stem.with_suffix(".png"), dpi=_DPI)
+    return stem.with_suffix(".png")
