@@ -1,0 +1,59 @@
+# The few commands that a person types; `make help` lists them.
+.DEFAULT_GOAL := help
+SHELL := bash -o pipefail
+PYTHON ?= python3.11
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+DEMO := runs/demo
+
+.PHONY: help
+help: ## list the commands
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
+
+# Dependencies, from the constraints file; again only if what they are made from changes.
+$(VENV)/installed: constraints.txt pyproject.toml
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(PIP) install --quiet --constraint constraints.txt maturin
+	$(PIP) install --constraint constraints.txt --no-build-isolation --editable ".[dev]"
+	touch $@
+
+.PHONY: build
+build: $(VENV)/installed ## make the virtual environment .venv and build the package into it
+	. $(BIN)/activate && maturin develop --release --locked --quiet
+
+.PHONY: demo
+demo: build ## train a range policy and compare it with the grid search (about 6 minutes on 2 cores)
+	rm -rf $(DEMO)
+	$(BIN)/python -m training train demo --run $(DEMO)
+	$(BIN)/python -m training compare --policies stubborn-leaders $(DEMO) --output $(DEMO)/comparison
+
+.PHONY: test
+test: lint test-rust test-python ## everything that must pass before a change lands
+
+.PHONY: lint
+lint: build ## formatters, linters, types, stubs
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets --locked --quiet -- --deny warnings
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/python -m mypy.stubtest flockesc_env._core
+
+.PHONY: test-rust
+test-rust: ## tests of the core crate
+	cargo test --locked
+
+.PHONY: test-python
+test-python: build ## tests of the Python package
+	$(BIN)/python -m pytest
+
+.PHONY: format
+format: build ## format all code
+	cargo fmt --all
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+.PHONY: clean
+clean: ## remove what was built, not what was computed
+	rm -rf target $(VENV) flockesc_env/_core*.so
