@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.errors import ArgumentError
+from flockesc_env.errors import ArgumentError, FlockescError
 
 FloatArray = NDArray[np.float64]
 
@@ -30,38 +30,53 @@ def as_seed(value: Any, field: str = "seed") -> int:
     return seed
 
 
-def as_count(value: Any, field: str) -> int:
+def as_count(value: Any, field: str, error: type[FlockescError] = ArgumentError) -> int:
     """Return a whole number of at least 1 as a plain integer.
 
     Raises:
-        ArgumentError: if ``value`` is no integer or below 1.
+        FlockescError: of the class ``error``, if ``value`` is no integer, below 1 or of more than 63 bits.
     """
     try:
         count = operator.index(value)
     except TypeError:
-        raise ArgumentError(field, "an integer", repr(value)) from None
-    if count < 1:
-        raise ArgumentError(field, "an integer of at least 1", count)
+        raise error(field, "an integer", repr(value)) from None
+    if not 1 <= count < 2**63:
+        raise error(field, "an integer of at least 1 and at most 63 bits", count)
     return count
 
 
-def as_floats(value: Any, field: str, shape: tuple[int, ...] | None = None) -> FloatArray:
+def as_array(value: Any, field: str, error: type[FlockescError] = ArgumentError) -> NDArray[Any]:
+    """Return ``value`` as an array, whatever is in it.
+
+    Raises:
+        FlockescError: of the class ``error``, if its rows have different lengths.
+    """
+    try:
+        return np.asarray(value)
+    except ValueError:
+        raise error(field, "an array", "rows of different lengths") from None
+
+
+def as_floats(
+    value: Any,
+    field: str,
+    shape: tuple[int, ...] | None = None,
+    error: type[FlockescError] = ArgumentError,
+) -> FloatArray:
     """Return ``value`` as a contiguous array of finite float64, of shape ``shape`` where one is given.
 
     Raises:
-        ArgumentError: for entries that are no real numbers or not finite, or another shape.
+        FlockescError: of the class ``error``, for entries that are no real numbers or not finite, or another
+            shape.
     """
-    try:
-        array = np.asarray(value)
-    except ValueError:
-        raise ArgumentError(field, "an array of numbers", "rows of different lengths") from None
+    array = as_array(value, field, error)
     if array.dtype.kind not in "fiu":
-        raise ArgumentError(field, "real numbers", f"dtype {array.dtype}")
+        raise error(field, "real numbers", f"dtype {array.dtype}")
     if shape is not None and array.shape != shape:
-        raise ArgumentError(field, f"shape {shape}", f"shape {array.shape}")
+        raise error(field, f"shape {shape}", f"shape {array.shape}")
     floats = np.array(array, dtype=np.float64, order="C")
     if not np.isfinite(floats).all():
         at = tuple(int(i) for i in np.argwhere(~np.isfinite(floats))[0])
         where = f"{field}[{', '.join(map(str, at))}]" if at else field
-        raise ArgumentError(where, "a finite number", floats[at])
+        raise error(where, "a finite number", floats[at])
     return floats

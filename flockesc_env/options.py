@@ -44,16 +44,20 @@ class ActionOptions:
 
     def __post_init__(self) -> None:
         _one_of("action_mode", self.action_mode, get_args(ActionMode))
-        low, high = (float(as_floats(getattr(self, name), name, ())) for name in ("min_range", "max_range"))
+        low, high = (
+            float(as_floats(getattr(self, name), name, (), ScenarioError))
+            for name in ("min_range", "max_range")
+        )
         if low < 0:
             raise ScenarioError("min_range", "a number of at least 0", low)
         if high <= low:
             raise ScenarioError("max_range", f"a number above min_range = {low}", high)
-        as_count(self.steps_per_action, "steps_per_action")
+        steps = as_count(self.steps_per_action, "steps_per_action", ScenarioError)
+        object.__setattr__(self, "steps_per_action", steps)
         object.__setattr__(self, "min_range", low)
         object.__setattr__(self, "max_range", high)
         if self.range_grid is not None:
-            grid = as_floats(self.range_grid, "range_grid")
+            grid = as_floats(self.range_grid, "range_grid", error=ScenarioError)
             if grid.ndim != 1 or not grid.size or grid.min() < low or grid.max() > high:
                 raise ScenarioError("range_grid", f"ranges from {low} to {high}", self.range_grid)
             object.__setattr__(self, "range_grid", tuple(grid.tolist()))
@@ -88,8 +92,8 @@ class EnvOptions(ActionOptions):
         _one_of("objective", self.objective, get_args(Objective))
         _one_of("reward", self.reward, get_args(Reward))
         sensing = self.predator_sensing_range
-        if sensing is not None and sensing != "predator_range":
-            sensing = float(as_floats(sensing, "predator_sensing_range", ()))
+        if sensing is not None and not (isinstance(sensing, str) and sensing == "predator_range"):
+            sensing = float(as_floats(sensing, "predator_sensing_range", (), ScenarioError))
             object.__setattr__(self, "predator_sensing_range", sensing)
 
     def to_core(self, scenario: FlockScenario, *, per_agent: bool) -> str:

@@ -133,6 +133,6 @@ def episode_steps(batch: FlockBatch, policy: Policy) -> Iterator[tuple[FloatArra
     control = batch.control
     observations = np.concatenate([batch.observe(slot) for slot in range(batch.num_flocks)])
     while not batch.ended().all():
-        ranges = control.actions.to_ranges(policy.act(observations, control))
+        ranges = control.actions.to_ranges(policy.act(observations, control), len(observations))
         observations, rewards = batch.step(ranges)
         yield ranges, rewards

@@ -53,7 +53,7 @@ class _BatchVecEnv(VecEnv):
             ActionError: for an action outside of the action space.
             EpisodeError: before ``reset``.
         """
-        ranges = self.control.actions.to_ranges(self._actions)
+        ranges = self.control.actions.to_ranges(self._actions, self.num_envs)
         observations, rewards = self._batch.step(ranges)
         slot_infos = self._slot_infos(infos(self._batch), ranges)
         rows = self._batch.rows
@@ -74,6 +74,7 @@ class _BatchVecEnv(VecEnv):
         if seed is None:
             seed = EpisodeSeeds().next() % 2**32
         first = as_seed(seed)
+        as_seed(first + self._batch.num_flocks - 1, "seed of the last flock")
         self._seeds = [first + slot // rows for slot in range(self.num_envs)]
         return self._seeds
 

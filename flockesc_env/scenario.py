@@ -57,6 +57,8 @@ NeighborRule = Metric
 
 _T = TypeVar("_T")
 
+_INTEGER_LIMIT = 2**63
+
 _VARIANTS: dict[str, type[Predator | NeighborRule]] = {
     variant.kind: variant for variant in (ConstantVelocity, PurePursuit, Metric)
 }
@@ -181,7 +183,8 @@ def _plain(value: Any, annotation: Any = None) -> Any:
         of_numbers = "float" in str(annotation)
         return tuple(_plain(entry, "float" if of_numbers else None) for entry in value)
     if isinstance(value, int) and not isinstance(value, bool) and "float" in str(annotation):
-        return float(value)
+        # What is too large for a float stays an integer, which the document then refuses by its field.
+        return float(value) if abs(value) < _INTEGER_LIMIT else value
     return value
 
 
@@ -194,6 +197,8 @@ def _to_document(value: Any, path: str) -> Any:
         return [_to_document(entry, f"{path}[{index}]") for index, entry in enumerate(value)]
     if isinstance(value, float) and not math.isfinite(value):
         raise ScenarioError(path, "a finite number", value)
+    if isinstance(value, int) and abs(value) >= _INTEGER_LIMIT:
+        raise ScenarioError(path, "an integer of at most 63 bits", value)
     if value is not None and not isinstance(value, bool | int | float | str):
         raise ScenarioError(path, "a number, a text or a scenario part", repr(value))
     return value

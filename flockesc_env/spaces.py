@@ -11,7 +11,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from flockesc_env._checks import FloatArray
+from flockesc_env._checks import FloatArray, as_array
 from flockesc_env.errors import ActionError, ArgumentError
 from flockesc_env.options import GRID_SIZE, ActionOptions
 
@@ -31,6 +31,7 @@ class RangeActions:
         if self.mode == "discrete":
             default = np.linspace(self.min_range, self.max_range, GRID_SIZE)
             self.grid = default if options.range_grid is None else np.array(options.range_grid)
+        self._shape: tuple[int, ...] = (1,) if self.grid is None else ()
         self._bounds = (-1.0, 1.0) if self.mode == "normalized" else (self.min_range, self.max_range)
 
     def space(self) -> gymnasium.Space[Any]:
@@ -40,19 +41,23 @@ class RangeActions:
         low, high = self._bounds
         return spaces.Box(low, high, (1,), np.float32)
 
-    def to_ranges(self, actions: Any, label: Callable[[int], str] = "action[{}]".format) -> FloatArray:
-        """Map actions, stacked to shape (k, 1) or, where discrete, (k,), to ranges of shape (k,).
+    def one(self, action: Any, label: str) -> NDArray[Any]:
+        """Return a single action as an array of the space's shape, its value not yet judged.
+
+        Raises:
+            ActionError: naming ``label``, for a wrong dtype or shape.
+        """
+        return self._array(action, self._shape, label)
+
+    def to_ranges(
+        self, actions: Any, count: int, label: Callable[[int], str] = "action[{}]".format
+    ) -> FloatArray:
+        """Map ``count`` actions, stacked to shape (count, 1) or, where discrete, (count,), to as many ranges.
 
         Raises:
             ActionError: for a wrong dtype or shape, or an action outside of the space, named by ``label``.
         """
-        array = np.asarray(actions)
-        kinds, shape = ("iu", "(k,)") if self.grid is not None else ("fiu", "(k, 1)")
-        if array.dtype.kind not in kinds:
-            kind = "integers" if self.grid is not None else "real numbers"
-            raise ActionError("action", kind, f"dtype {array.dtype}")
-        if array.ndim != (1 if self.grid is not None else 2) or array.shape[1:] not in {(), (1,)}:
-            raise ActionError("action", f"shape {shape}", f"shape {array.shape}")
+        array = self._array(actions, (count, *self._shape), "action")
         if self.grid is not None:
             good = (array >= 0) & (array < len(self.grid))
             self._refuse(array, good, f"an integer from 0 to {len(self.grid) - 1}", label)
@@ -84,6 +89,15 @@ class RangeActions:
         if self.mode == "normalized":
             ranges = 2 * (ranges - self.min_range) / (self.max_range - self.min_range) - 1
         return ranges[:, None].astype(np.float32)
+
+    def _array(self, actions: Any, shape: tuple[int, ...], label: str) -> NDArray[Any]:
+        array = as_array(actions, label, ActionError)
+        kinds, expected = ("iu", "integers") if self.grid is not None else ("fiu", "real numbers")
+        if array.dtype.kind not in kinds:
+            raise ActionError(label, expected, f"dtype {array.dtype}")
+        if array.shape != shape:
+            raise ActionError(label, f"shape {shape}", f"shape {array.shape}")
+        return array
 
     @staticmethod
     def _refuse(

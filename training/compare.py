@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import shlex
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -63,9 +64,11 @@ def compare(args: CompareArgs) -> pl.DataFrame:
     held_out = seeds.first_seeds(seeds.HELD_OUT, args.flocks)
     tuning = seeds.first_seeds(seeds.TUNING, args.tuning_flocks)
     grid = np.linspace(0.0, args.max_range, args.grid_size)
+    args.output.mkdir(parents=True, exist_ok=True)
 
     best = _sweep("Grid search on tuning flocks", scenario, grid, tuning, args).best_range(args.objective)
     search = _sweep("Grid search on held-out flocks", scenario, grid, held_out, args)
+    search.to_parquet(args.output / "grid_search.parquet")
     at_best = int(np.flatnonzero(search.interaction_ranges == best)[0])
     fixed = search.values(args.objective)[at_best]
     baseline = dataclasses.replace(contender(f"fixed:{best}"), name=f"best fixed range ({best:g} m)")
@@ -77,9 +80,8 @@ def compare(args: CompareArgs) -> pl.DataFrame:
         episodes = run_policy(entry, held_out, scenario=scenario, num_threads=args.num_threads)
         outcomes[entry.name] = getattr(episodes, RESULTS[args.objective])
 
-    args.output.mkdir(parents=True, exist_ok=True)
     table = _table(outcomes, fixed)
-    _write(args, table, outcomes, search, held_out)
+    _write(args, table, outcomes, held_out)
     figures = [plots.objective_against_range(search, args.objective, outcomes, args.output)]
     if contenders:
         last = contenders[-1]
@@ -181,18 +183,16 @@ def _write(
     args: CompareArgs,
     table: pl.DataFrame,
     outcomes: dict[str, FloatArray],
-    search: FlockSweepResult,
     flocks: range,
 ) -> None:
     (args.output / "table.md").write_text(_markdown(table, args) + "\n")
     table.write_parquet(args.output / "table.parquet")
-    search.to_parquet(args.output / "grid_search.parquet")
     episodes = pl.DataFrame({"seed": flocks, **outcomes})
     episodes.unpivot(index="seed", variable_name="policy", value_name="objective").write_parquet(
         args.output / "episodes.parquet"
     )
     record = {
-        "command": [Path(sys.argv[0]).name, *sys.argv[1:]],
+        "command": shlex.join(["python", "-m", "training", *sys.argv[1:]]),
         "args": {**dataclasses.asdict(args), "output": args.output.name},
         "versions": versions(),
     }

@@ -63,7 +63,7 @@ class TrainArgs:
     num_episodes: int = 100
     batch_size: int = 8000
     n_epochs: int = 5
-    learning_rate: float = 1e-3
+    learning_rate: float = 5e-4
     gamma: float = 0.9
     gae_lambda: float = 0.95
     clip_range: float = 0.2

@@ -67,7 +67,8 @@ class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
             ActionError: for an action outside of the action space.
             EpisodeError: before ``reset``, or after the horizon.
         """
-        ranges = self.control.actions.to_ranges(np.asarray(action)[np.newaxis], lambda _: "action")
+        one = self.control.actions.one(action, "action")
+        ranges = self.control.actions.to_ranges(one[np.newaxis], 1, lambda _: "action")
         observations, rewards = self._batch.step(ranges)
         self._range = float(ranges[0])
         return observations[0], float(rewards[0]), False, bool(self._batch.ended()[0]), self._info()

@@ -85,7 +85,8 @@ class LineEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
         """
         if self._episode is None:
             raise EpisodeError("step", "a reset before anything else", "no episode")
-        ranges = self.control.actions.to_ranges(np.asarray(action)[np.newaxis], lambda _: "action")
+        one = self.control.actions.one(action, "action")
+        ranges = self.control.actions.to_ranges(one[np.newaxis], 1, lambda _: "action")
         episode = self._episode
         reward = episode.step(float(ranges[0]))
         is_truncated = episode.has_ended and not episode.is_steady

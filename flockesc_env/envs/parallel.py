@@ -48,6 +48,7 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         count = self.scenario.num_agents
         self.possible_agents = [f"agent_{i:0{len(str(count - 1))}d}" for i in range(count)]
         self.agents: list[str] = []
+        self._labels = [f"action of {agent!r}" for agent in self.possible_agents]
         self.observation_spaces = {agent: self.control.layout.space() for agent in self.possible_agents}
         self.action_spaces = {agent: self.control.actions.space() for agent in self.possible_agents}
         size = 2 * self.scenario.dimension * (count + len(self.scenario.predators)) + 3
@@ -126,13 +127,9 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         for agent in self.agents:
             if agent not in actions:
                 raise ActionError(f"action of {agent!r}", "an action", "none")
-        shape = self.action_spaces[self.agents[0]].shape
-        given = [np.asarray(actions[agent]) for agent in self.agents]
-        for agent, action in zip(self.agents, given, strict=True):
-            if action.shape != shape:
-                raise ActionError(f"action of {agent!r}", f"shape {shape}", f"shape {action.shape}")
-        agents = self.agents
-        return self.control.actions.to_ranges(np.stack(given), lambda i: f"action of {agents[i]!r}")
+        one, labels = self.control.actions.one, self._labels
+        given = [one(actions[agent], label) for agent, label in zip(self.agents, labels, strict=True)]
+        return self.control.actions.to_ranges(np.stack(given), len(given), labels.__getitem__)
 
     def _infos(self, ranges: NDArray[np.float64]) -> dict[str, dict[str, Any]]:
         shared = infos(self._batch)[0]

@@ -14,7 +14,7 @@ const POLL: Duration = Duration::from_millis(50);
 /// Runs `work` on a thread of its own, while this one looks for signals and calls `report(done)`.
 ///
 /// A signal handler that raises (Ctrl-C) or a `report` that raises cancels the work; the exception
-/// is passed on once the work has stopped.
+/// is passed on once the work has stopped. The last call of `report` comes when all is done.
 pub(crate) fn long_call<T: Send>(
     py: Python<'_>,
     report: Option<&Bound<'_, PyAny>>,
@@ -43,6 +43,10 @@ pub(crate) fn long_call<T: Send>(
         }
         let outcome = py.detach(|| worker.join()).map_err(|_| worker_died())?;
         raised?;
-        Ok(outcome.map_err(CoreError::from)?)
+        let outcome = outcome.map_err(CoreError::from)?;
+        if let Some(report) = report {
+            report.call1((watched.done(),))?;
+        }
+        Ok(outcome)
     })
 }

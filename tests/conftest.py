@@ -1,0 +1,14 @@
+"""What all tests share: where helper modules lie, and how hypothesis runs."""
+
+import sys
+from pathlib import Path
+
+from hypothesis import settings
+
+# Helpers beside the tests are importable; the repository root stays off the path, so that the installed
+# package is tested and not the source tree.
+sys.path.append(str(Path(__file__).parent))
+
+# No deadline: machines are shared. Derandomized: a red run means that the code has changed.
+settings.register_profile("suite", deadline=None, derandomize=True, database=None, print_blob=True)
+settings.load_profile("suite")

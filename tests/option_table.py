@@ -1,0 +1,43 @@
+"""Every combination of options that a user can choose, as keyword arguments of the environments."""
+
+from itertools import product
+from typing import Any, get_args
+
+from flockesc_env import FlockScenario
+from flockesc_env.options import ActionMode, LineReward, Objective, Reward
+
+# Taken from the schema, so that a new variant is tested without a change here.
+ACTION_MODES = get_args(ActionMode)
+OBJECTIVES = get_args(Objective)
+AGENT_REWARDS = get_args(Reward)
+OWN_REWARDS = tuple(reward for reward in AGENT_REWARDS if reward.startswith("own_"))
+FLOCK_REWARDS = tuple(reward for reward in AGENT_REWARDS if reward not in OWN_REWARDS)
+SENSING_RANGES = ("predator_range", None, 5.0)
+STEPS_PER_ACTION = (1, 4, 7)
+DIMENSIONS = (2, 3)
+
+NAMES = ("action_mode", "objective", "reward", "predator_sensing_range", "steps_per_action")
+
+
+def _table(rewards: tuple[str, ...]) -> list[dict[str, Any]]:
+    combinations = product(ACTION_MODES, OBJECTIVES, rewards, SENSING_RANGES, STEPS_PER_ACTION)
+    return [dict(zip(NAMES, combination, strict=True)) for combination in combinations]
+
+
+FLOCK_OPTIONS = _table(FLOCK_REWARDS)
+AGENT_OPTIONS = _table(AGENT_REWARDS)
+LINE_OPTIONS = [
+    dict(zip(("action_mode", "reward", "steps_per_action"), combination, strict=True))
+    for combination in product(ACTION_MODES, get_args(LineReward), STEPS_PER_ACTION)
+]
+
+
+def label(options: dict[str, Any]) -> str:
+    """Return the test id of a combination."""
+    return "-".join(str(value) for value in options.values())
+
+
+def small_flock(dimension: int = 2, **changes: Any) -> FlockScenario:
+    """Return a flock small enough to be stepped thousands of times, with the predator within reach."""
+    fields = {"num_agents": 5, "num_steps": 10, "initial_side": 30.0, "dimension": dimension}
+    return FlockScenario(**{**fields, **changes})

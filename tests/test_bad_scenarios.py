@@ -1,0 +1,257 @@
+"""Scenarios and environment options out of bounds: the error is a ScenarioError that names the field."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+from option_table import small_flock
+
+from flockesc_env import (
+    ConstantVelocity,
+    EnvOptions,
+    FlockEscapeEnv,
+    FlockScenario,
+    LineEscapeEnv,
+    LineOptions,
+    LineScenario,
+    PurePursuit,
+    parallel_env,
+    rollout,
+)
+from flockesc_env.errors import ScenarioError
+from flockesc_env.policies import FixedRange
+from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+
+NOT_FINITE = (float("nan"), float("inf"), -float("inf"))
+NO_NUMBER = ("1", None, True, [1.0], {}, 1j, object())
+NO_COUNT = (0, -1, 2.0, *NO_NUMBER, *NOT_FINITE)
+
+BAD_FLOCK: dict[str, tuple[Any, ...]] = {
+    "num_agents": (*NO_COUNT, 10**30),
+    "dimension": (1, 4, *NO_COUNT),
+    "num_steps": NO_COUNT,
+    "time_step": (0.0, -0.1, *NO_NUMBER, *NOT_FINITE),
+    "mass": (0, -0.1, *NO_NUMBER, *NOT_FINITE),
+    "speed": (0.0, -10.0, *NO_NUMBER, *NOT_FINITE),
+    "initial_side": (0.0, -1.0, *NO_NUMBER, *NOT_FINITE),
+    "initial_region": ("sphere", "", 2, None, True, ["cube"]),
+    "predator_range": (-1e-9, *NO_NUMBER, *NOT_FINITE),
+    "repulsion_strength": (-1e-9, *NO_NUMBER, *NOT_FINITE),
+    "constant_speed": (1, 0.0, "yes", None),
+    "predators": (None, 5, "pure_pursuit", ConstantVelocity()),
+    "neighbor_rule": (None, "metric", 5, ConstantVelocity()),
+}
+
+BAD_LINE: dict[str, tuple[Any, ...]] = {
+    "num_agents": (*NO_COUNT, 10**30),
+    "predator_position": ("0.6", True, [0.6], *NOT_FINITE),
+    "predator_range": (-1e-9, *NO_NUMBER, *NOT_FINITE),
+    "repulsion_strength": (-1e-9, *NO_NUMBER, *NOT_FINITE),
+    "escape_force": ("Linear", "", None, 1),
+    "tolerance": (-1e-15, *NO_NUMBER, *NOT_FINITE),
+    "max_steps": NO_COUNT,
+}
+
+
+def cases(table: dict[str, tuple[Any, ...]]) -> list[Any]:
+    return [
+        pytest.param(field, value, id=f"{field}-{str(value)[:12]}")
+        for field, values in table.items()
+        for value in values
+    ]
+
+
+@pytest.mark.parametrize(("field", "value"), cases(BAD_FLOCK))
+def test_flock_field(field: str, value: Any) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        FlockScenario(**{field: value})
+    assert caught.value.field.startswith(field)
+    with pytest.raises(ScenarioError):
+        FlockScenario().replace(**{field: value})
+
+
+@pytest.mark.parametrize(("field", "value"), cases(BAD_LINE))
+def test_line_field(field: str, value: Any) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        LineScenario(**{field: value})
+    assert caught.value.field.startswith(field)
+
+
+@pytest.mark.parametrize(
+    ("dimension", "predator", "field"),
+    [
+        (2, ConstantVelocity((1.0,)), "constant_velocity.position"),
+        (2, ConstantVelocity((1.0, 2.0, 3.0)), "constant_velocity.position"),
+        (3, ConstantVelocity((1.0, 2.0, 3.0, 4.0)), "constant_velocity.position"),
+        (3, ConstantVelocity(velocity=()), "constant_velocity.velocity"),
+        (2, ConstantVelocity(velocity=(1.0, np.nan)), "constant_velocity.velocity[1]"),
+        (2, ConstantVelocity((np.inf, 0.0)), "constant_velocity.position[0]"),
+        (2, ConstantVelocity(("0", 1.0)), "constant_velocity.position[0]"),
+        (2, ConstantVelocity(5.0), "constant_velocity.position"),
+        (2, PurePursuit(velocity=(0.0,)), "pure_pursuit.velocity"),
+        (2, PurePursuit(max_turn_rate=-1.0), "pure_pursuit.max_turn_rate"),
+        (2, PurePursuit(max_turn_rate=np.nan), "pure_pursuit.max_turn_rate"),
+        (2, PurePursuit(max_turn_rate="fast"), "pure_pursuit.max_turn_rate"),
+    ],
+)
+def test_predators(dimension: int, predator: Any, field: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        FlockScenario(dimension=dimension, predators=(ConstantVelocity(), predator))
+    assert caught.value.field == f"predators[1].{field}"
+
+
+@pytest.mark.parametrize("entry", [None, 5, "pure_pursuit", FlockScenario, {"pure_pursuit": {}}])
+def test_what_is_no_predator(entry: Any) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        FlockScenario(predators=(ConstantVelocity(), entry))
+    assert caught.value.field.startswith("predators[1]")
+
+
+@pytest.mark.parametrize(
+    ("fields", "name"),
+    [
+        ({"num_agents": 10**400}, "num_agents"),
+        ({"speed": 10**400}, "speed"),
+        ({"predators": (ConstantVelocity((10**400, 0)),)}, "predators[0].constant_velocity.position[0]"),
+    ],
+    ids=["num_agents", "speed", "position"],
+)
+def test_integers_beyond_all_floats(fields: dict[str, Any], name: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        FlockScenario(**fields)
+    assert caught.value.field == name
+
+
+@pytest.mark.parametrize(
+    ("document", "field"),
+    [
+        ({"num_agent": 5}, "num_agent"),
+        (
+            {"predators": [{"constant_velocity": {"positon": [0, 0]}}]},
+            "predators[0].constant_velocity.positon",
+        ),
+        (
+            {"predators": [{"constant_velocity": {"max_turn_rate": 1}}]},
+            "predators[0].constant_velocity.max_turn_rate",
+        ),
+        ({"predators": [{"constant_velocity": {}}, {"hawk": {}}]}, "predators[1]"),
+        ({"predators": [{"constant_velocity": {}, "pure_pursuit": {}}]}, "predators[0]"),
+        ({"predators": [{}]}, "predators[0]"),
+        ({"predators": [{"metric": {}}]}, "predators[0]"),
+        ({"predators": [{"pure_pursuit": 5}]}, "predators[0].pure_pursuit"),
+        ({"neighbor_rule": {"metric": {"k": 5}}}, "neighbor_rule.metric.k"),
+        ({"neighbor_rule": {"topological": {}}}, "neighbor_rule"),
+        ({"neighbor_rule": {"pure_pursuit": {}}}, "neighbor_rule"),
+        ({"speed": {"metric": {}}}, "speed"),
+        ({"speed": [10.0]}, "speed"),
+        ([], "document"),
+        (None, "document"),
+        ("flock", "document"),
+    ],
+)
+def test_documents(document: Any, field: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        FlockScenario.from_json(json.dumps(document))
+    assert caught.value.field == field
+
+
+@pytest.mark.parametrize("scenario", [FlockScenario, LineScenario])
+@pytest.mark.parametrize("text", ["", "{", "{'num_agents': 5}", '{"num_agents": 5} x'])
+def test_texts_that_are_no_json(scenario: Any, text: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        scenario.from_json(text)
+    assert caught.value.field == "document"
+
+
+@pytest.mark.parametrize("literal", ["NaN", "Infinity", "-Infinity", "1e400"])
+def test_json_numbers_that_are_not_finite(literal: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        FlockScenario.from_json(f'{{"speed": {literal}}}')
+    assert caught.value.field == "speed"
+
+
+def test_unknown_fields_of_a_line() -> None:
+    with pytest.raises(ScenarioError) as caught:
+        LineScenario.from_json('{"num_steps": 5}')
+    assert caught.value.field == "num_steps"
+
+
+BAD_ACTION_OPTIONS: dict[str, tuple[Any, ...]] = {
+    "action_mode": ("continuous", "", None, 1),
+    "min_range": (-0.1, 1e6, "0", None, True, [0.0], *NOT_FINITE),
+    "max_range": (0.0, -1.0, "1", None, True, [1.0], *NOT_FINITE),
+    "range_grid": ((), (-1.0,), (1e6,), (0.0, np.nan), 5.0, ((0.0,),), ("a",), ((0.0,), (0.0, 0.1))),
+    "steps_per_action": (0, -1, 1.5, "1", None),
+}
+BAD_ENV_OPTIONS = BAD_ACTION_OPTIONS | {
+    "objective": ("maximum", None, 0),
+    "reward": ("sparse", None, 0),
+    "predator_sensing_range": (-1.0, "far", True, [5.0], *NOT_FINITE),
+}
+BAD_LINE_OPTIONS = BAD_ACTION_OPTIONS | {"reward": ("running_minimum", None, 0)}
+
+
+@pytest.mark.parametrize(("field", "value"), cases(BAD_ENV_OPTIONS))
+def test_flock_options(field: str, value: Any) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        FlockEscapeEnv(small_flock(), **{field: value})
+    # Either bound may be named where the two do not fit together.
+    names = ("min_range", "max_range") if field in {"min_range", "max_range"} else (field,)
+    assert caught.value.field.startswith(names)
+
+
+@pytest.mark.parametrize(("field", "value"), cases(BAD_LINE_OPTIONS))
+def test_line_options(field: str, value: Any) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        LineEscapeEnv(LineScenario(num_agents=5), **{field: value})
+    names = ("min_range", "max_range") if field in {"min_range", "max_range"} else (field,)
+    assert caught.value.field.startswith(names)
+
+
+@pytest.mark.parametrize("options", [EnvOptions, LineOptions])
+def test_replaced_options_are_checked(options: Any) -> None:
+    good = options()
+    with pytest.raises(ScenarioError) as caught:
+        good.replace(min_range=-1.0)
+    assert caught.value.field == "min_range"
+    assert good == options()
+    with pytest.raises(TypeError):
+        good.replace(min_rnage=1.0)
+
+
+FLOCK_VIEWS = {
+    "gymnasium": lambda scenario, **options: FlockEscapeEnv(scenario, **options),
+    "flock slots": lambda scenario, **options: FlockVecEnv(2, scenario, **options),
+    "rollout": lambda scenario, **options: rollout(FixedRange(1.0), [0], scenario=scenario, **options),
+}
+AGENT_VIEWS = {
+    "parallel": lambda scenario, **options: parallel_env(scenario, **options),
+    "agent slots": lambda scenario, **options: AgentVecEnv(2, scenario, **options),
+    "agent rollout": lambda scenario, **options: rollout(
+        FixedRange(1.0), [0], scenario=scenario, per_agent=True, **options
+    ),
+}
+
+
+@pytest.mark.parametrize("interface", FLOCK_VIEWS)
+@pytest.mark.parametrize("reward", ["own_distance", "own_distance_change"])
+def test_own_rewards_need_a_range_per_agent(interface: str, reward: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        FLOCK_VIEWS[interface](small_flock(), reward=reward)
+    assert caught.value.field == "reward"
+
+
+@pytest.mark.parametrize("interface", [*FLOCK_VIEWS, *AGENT_VIEWS])
+def test_environments_need_a_predator(interface: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        (FLOCK_VIEWS | AGENT_VIEWS)[interface](small_flock(predators=()))
+    assert caught.value.field == "predators"
+
+
+def test_line_environment_needs_a_predator() -> None:
+    with pytest.raises(ScenarioError) as caught:
+        LineEscapeEnv(LineScenario(predator_position=None))
+    assert caught.value.field == "predator_position"

@@ -1,0 +1,116 @@
+"""Results depend neither on the threads, nor on the size of a batch, nor on the place in it: bit for bit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from option_table import DIMENSIONS, small_flock
+
+from flockesc_env import EnvOptions, LineScenario, rollout, sweep
+from flockesc_env.batch import FlockBatch
+from flockesc_env.policies import FixedRange, StubbornLeaders
+from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+
+SEEDS = range(13)
+THREADS = [None, 1, 2, 3, 7]
+dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
+
+
+def columns(result: Any, *names: str) -> dict[str, np.ndarray]:
+    return {name: getattr(result, name) for name in names}
+
+
+@dimensions
+def test_flock_sweep(dimension: int) -> None:
+    scenario = small_flock(dimension, num_agents=40)
+    names = ("min_mean_distance", "min_min_distance", "num_components")
+    ranges = [0.0, 4.0, 9.0]
+    results = [columns(sweep(scenario, ranges, SEEDS, num_threads=count), *names) for count in THREADS]
+    for result in results[1:]:
+        np.testing.assert_equal(result, results[0])
+    for row, rho in enumerate(ranges):
+        for column in (0, 12):
+            alone = columns(sweep(scenario, [rho], [SEEDS[column]]), *names)
+            np.testing.assert_equal(
+                alone, {name: values[row, column].reshape(1, 1) for name, values in results[0].items()}
+            )
+
+
+def test_line_sweep() -> None:
+    names = ("escape_distance", "num_components", "converged")
+    results = [
+        columns(sweep(LineScenario(), [0.05, 0.1, 0.4], SEEDS, num_threads=count), *names)
+        for count in THREADS
+    ]
+    for result in results[1:]:
+        np.testing.assert_equal(result, results[0])
+
+
+@dimensions
+@pytest.mark.parametrize("per_agent", [False, True])
+def test_rollout(dimension: int, per_agent: bool) -> None:
+    scenario = small_flock(dimension, num_agents=40)
+    policy = StubbornLeaders() if per_agent else FixedRange(9.0)
+    names = ("seeds", "min_mean_distance", "min_min_distance", "num_components", "mean_return")
+    results = [
+        columns(
+            rollout(
+                policy,
+                SEEDS,
+                scenario=scenario,
+                per_agent=per_agent,
+                batch_size=size,
+                num_threads=count,
+                predator_sensing_range=None,
+            ),
+            *names,
+        )
+        for size, count in [(64, None), (1, 1), (1, 2), (5, 1), (5, 3), (13, 2)]
+    ]
+    for result in results[1:]:
+        np.testing.assert_equal(result, results[0])
+
+
+def observed(batch: FlockBatch, slot: int, steps: list[tuple[np.ndarray, np.ndarray]]) -> list[np.ndarray]:
+    rows = slice(slot * batch.rows, (slot + 1) * batch.rows)
+    return [part[rows] for step in steps for part in step]
+
+
+@dimensions
+@pytest.mark.parametrize("per_agent", [False, True])
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_place_in_the_batch(dimension: int, per_agent: bool, threads: int) -> None:
+    scenario = small_flock(dimension, num_agents=30)
+    options = EnvOptions()
+    alone = FlockBatch(scenario, options, per_agent=per_agent)
+    crowd = FlockBatch(scenario, options, num_flocks=6, per_agent=per_agent, num_threads=threads)
+    rng = np.random.default_rng(0)
+    ranges = rng.uniform(0, 20, (scenario.num_steps, 6, alone.rows))
+    for slot in range(6):
+        crowd.reset(slot, 100 + slot)
+    together = [crowd.step(row.ravel()) for row in ranges]
+    for slot in (0, 3, 5):
+        alone.reset(0, 100 + slot)
+        steps = [alone.step(row[slot]) for row in ranges]
+        np.testing.assert_equal(observed(crowd, slot, together), observed(alone, 0, steps))
+        np.testing.assert_equal(crowd.state(slot), alone.state(0))
+        for name, values in crowd.metrics().items():
+            assert values[slot] == alone.metrics()[name][0]
+
+
+@pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])
+def test_threads_of_vector_environments(make: Any) -> None:
+    scenario = small_flock(num_agents=20)
+    played = []
+    for threads in THREADS:
+        env = make(4, scenario, num_threads=threads)
+        env.seed(0)
+        steps: list[Any] = [env.reset()]
+        rng = np.random.default_rng(0)
+        actions = rng.uniform(-1, 1, (15, env.num_envs, 1)).astype(np.float32)
+        steps += [env.step(action) for action in actions]
+        played.append(steps)
+    for steps in played[1:]:
+        np.testing.assert_equal(steps, played[0])

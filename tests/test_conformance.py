@@ -1,0 +1,140 @@
+"""The official test suites of Gymnasium, PettingZoo and stable-baselines3, over every option."""
+
+from __future__ import annotations
+
+import contextlib
+import warnings
+from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import gymnasium
+import pytest
+from gymnasium.utils.env_checker import check_env as check_gymnasium
+from option_table import AGENT_OPTIONS, DIMENSIONS, FLOCK_OPTIONS, LINE_OPTIONS, label, small_flock
+from pettingzoo.test import (
+    api_test,
+    max_cycles_test,
+    parallel_api_test,
+    parallel_seed_test,
+    seed_test,
+    state_test,
+)
+from stable_baselines3.common.env_checker import check_env as check_sb3
+
+import flockesc_env
+from flockesc_env import LineScenario
+
+FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v0"
+LINE_ID = "flockesc_env:flockesc/LineEscape-v0"
+
+Options = dict[str, Any]
+
+dimensions = pytest.mark.parametrize("dimension", DIMENSIONS, ids="{}D".format)
+flock_options = pytest.mark.parametrize("options", FLOCK_OPTIONS, ids=label)
+agent_options = pytest.mark.parametrize("options", AGENT_OPTIONS, ids=label)
+line_options = pytest.mark.parametrize("options", LINE_OPTIONS, ids=label)
+
+
+@contextlib.contextmanager
+def allowing_unscaled_actions(options: Options) -> Iterator[None]:
+    """Let the checkers advise against Box spaces other than [-1, 1] where the user asked for one."""
+    with warnings.catch_warnings():
+        if options["action_mode"] == "range":
+            warnings.filterwarnings("ignore", ".*symmetric and normalized.*")
+        yield
+
+
+def small_line() -> LineScenario:
+    return LineScenario(num_agents=5, max_steps=10)
+
+
+@dimensions
+@flock_options
+def test_gymnasium_flock(options: Options, dimension: int) -> None:
+    env = gymnasium.make(FLOCK_ID, scenario=small_flock(dimension), **options)
+    with allowing_unscaled_actions(options):
+        check_gymnasium(env.unwrapped)
+
+
+@line_options
+def test_gymnasium_line(options: Options) -> None:
+    env = gymnasium.make(LINE_ID, scenario=small_line(), **options)
+    with allowing_unscaled_actions(options):
+        check_gymnasium(env.unwrapped)
+
+
+@dimensions
+@flock_options
+def test_sb3_flock(options: Options, dimension: int) -> None:
+    env = gymnasium.make(FLOCK_ID, scenario=small_flock(dimension), **options)
+    with allowing_unscaled_actions(options):
+        check_sb3(env)
+
+
+@line_options
+def test_sb3_line(options: Options) -> None:
+    env = gymnasium.make(LINE_ID, scenario=small_line(), **options)
+    with allowing_unscaled_actions(options):
+        check_sb3(env)
+
+
+@pytest.mark.parametrize("name", [FLOCK_ID, LINE_ID])
+def test_gymnasium_defaults(name: str) -> None:
+    """The paper's setting, as ``gymnasium.make`` gives it without arguments."""
+    check_gymnasium(gymnasium.make(name).unwrapped)
+
+
+@dimensions
+@agent_options
+def test_parallel_api(options: Options, dimension: int) -> None:
+    parallel_api_test(flockesc_env.parallel_env(small_flock(dimension), **options), num_cycles=30)
+
+
+@dimensions
+@agent_options
+def test_aec_api(options: Options, dimension: int) -> None:
+    api_test(flockesc_env.env(small_flock(dimension), **options), num_cycles=30)
+
+
+@dimensions
+@agent_options
+def test_parallel_seed(options: Options, dimension: int) -> None:
+    parallel_seed_test(lambda: flockesc_env.parallel_env(small_flock(dimension), **options), num_cycles=30)
+
+
+@dimensions
+@agent_options
+def test_aec_seed(options: Options, dimension: int) -> None:
+    seed_test(lambda: flockesc_env.env(small_flock(dimension), **options), num_cycles=30)
+
+
+# Positions and velocities have no bounds.
+@pytest.mark.filterwarnings("ignore:.*state space value is -?infinity:UserWarning")
+@dimensions
+@agent_options
+def test_state(options: Options, dimension: int) -> None:
+    scenario = small_flock(dimension)
+    env = flockesc_env.env(scenario, **options)
+    state_test(env, flockesc_env.parallel_env(scenario, **options))
+
+
+@dimensions
+@pytest.mark.parametrize(
+    "options", [options for options in AGENT_OPTIONS if options["steps_per_action"] == 1], ids=label
+)
+def test_max_cycles(options: Options, dimension: int) -> None:
+    """A cycle is an action of every agent; here each holds for one step of the model."""
+
+    def scenario(max_cycles: int) -> flockesc_env.FlockScenario:
+        return small_flock(dimension, num_steps=max_cycles)
+
+    module = SimpleNamespace(
+        parallel_env=lambda max_cycles: flockesc_env.parallel_env(scenario(max_cycles), **options),
+        env=lambda max_cycles: flockesc_env.env(scenario(max_cycles), **options),
+    )
+    max_cycles_test(module)
+
+
+def test_raw_env() -> None:
+    api_test(flockesc_env.raw_env(small_flock()), num_cycles=30)

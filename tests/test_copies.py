@@ -1,0 +1,74 @@
+"""Deep copies continue an episode equally and independently; planners rely on it."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+from option_table import small_flock
+
+from flockesc_env import FlockEscapeEnv, LineEscapeEnv, LineScenario, parallel_env
+
+ACTION = np.array([-0.8], np.float32)
+OTHER_ACTION = np.array([0.9], np.float32)
+
+MAKERS = {
+    "gymnasium": lambda: FlockEscapeEnv(small_flock()),
+    "line": lambda: LineEscapeEnv(LineScenario(num_agents=30, escape_force="linear_as_printed")),
+    "parallel": lambda: parallel_env(small_flock(3), reward="own_distance"),
+}
+
+interfaces = pytest.mark.parametrize("interface", MAKERS)
+
+
+def step(env: Any, action: np.ndarray) -> Any:
+    if hasattr(env, "agents"):
+        return env.step(dict.fromkeys(env.agents, action))
+    return env.step(action)
+
+
+@interfaces
+def test_copy_continues_equally(interface: str) -> None:
+    env = MAKERS[interface]()
+    env.reset(seed=0)
+    step(env, OTHER_ACTION)
+    twin = copy.deepcopy(env)
+    results = [step(env, action) for action in (ACTION, OTHER_ACTION)]
+    np.testing.assert_equal([step(twin, action) for action in (ACTION, OTHER_ACTION)], results)
+    # The seeds of episodes to come are part of the state.
+    np.testing.assert_equal(twin.reset(), env.reset())
+
+
+@interfaces
+def test_copy_is_independent(interface: str) -> None:
+    env, expected = MAKERS[interface](), MAKERS[interface]()
+    for each in (env, expected):
+        each.reset(seed=0)
+        step(each, OTHER_ACTION)
+    twin = copy.deepcopy(env)
+    step(twin, OTHER_ACTION)
+    twin.reset(seed=5)
+    step(twin, OTHER_ACTION)
+    np.testing.assert_equal(step(env, ACTION), step(expected, ACTION))
+    np.testing.assert_equal(env.reset(), expected.reset())
+
+
+@interfaces
+def test_copy_before_the_first_reset(interface: str) -> None:
+    env = MAKERS[interface]()
+    twin = copy.deepcopy(env)
+    np.testing.assert_equal(twin.reset(seed=1), env.reset(seed=1))
+
+
+@interfaces
+def test_copies_of_copies_branch(interface: str) -> None:
+    """What a tree search does: every branch from the same moment gives the same."""
+    root = MAKERS[interface]()
+    root.reset(seed=2)
+    step(root, OTHER_ACTION)
+    branches = [step(copy.deepcopy(root), ACTION) for _ in range(3)]
+    branches.append(step(copy.deepcopy(copy.deepcopy(root)), ACTION))
+    for branch in branches[1:]:
+        np.testing.assert_equal(branch, branches[0])

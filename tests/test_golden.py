@@ -1,0 +1,91 @@
+"""Reference results of an independent implementation of docs/model.md."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
+
+GOLDEN = Path(__file__).parent / "golden"
+LINE = json.loads((GOLDEN / "line.json").read_text())
+FLOCKS = json.loads((GOLDEN / "flock.json").read_text())
+
+Case = dict[str, Any]
+
+
+def line_label(case: Case) -> str:
+    predator = case["predator"]
+    return f"{case['rho']}-{predator['force'] if predator else 'no predator'}"
+
+
+def run_label(case: Case) -> str:
+    return "per agent" if isinstance(case["rho"], list) else str(case["rho"])
+
+
+def line_scenario(case: Case) -> LineScenario:
+    base = LineScenario(
+        num_agents=len(LINE["x0"]),
+        predator_position=None,
+        tolerance=LINE["tolerance"],
+        max_steps=LINE["max_steps"],
+    )
+    predator = case["predator"]
+    if predator is None:
+        return base
+    return base.replace(
+        predator_position=predator["position"],
+        predator_range=predator["range"],
+        repulsion_strength=predator["strength"],
+        escape_force=predator["force"],
+    )
+
+
+@pytest.mark.parametrize("case", LINE["cases"], ids=line_label)
+def test_line(case: Case) -> None:
+    run = simulate_line(line_scenario(case), case["rho"], initial_state=LINE["x0"])
+    np.testing.assert_allclose(run.states[-1], case["final"], rtol=0, atol=1e-9)
+    assert run.num_components.tolist() == case["components"]
+    assert run.steps == case["steps"]
+    assert run.converged is case["converged"]
+    expected = case.get("escape_distance", np.inf)
+    np.testing.assert_allclose(run.escape_distance[-1], expected, rtol=0, atol=1e-9)
+
+
+RUNS = [
+    pytest.param(flock, run, id=f"{flock['dimension']}D-{run_label(run)}")
+    for flock in FLOCKS
+    for run in flock["runs"]
+]
+
+
+@pytest.mark.parametrize(("flock", "run"), RUNS)
+def test_flock(flock: Case, run: Case) -> None:
+    scenario = FlockScenario(num_agents=flock["n"], dimension=flock["dimension"], num_steps=flock["steps"])
+    # One range per agent is written as a row: one of the flocks has as many steps as agents.
+    rho = np.atleast_2d(run["rho"])
+    trajectory = simulate(
+        scenario,
+        rho,
+        initial_positions=flock["positions"],
+        initial_velocities=flock["velocities"],
+    )
+    np.testing.assert_allclose(trajectory.positions[10], run["positions_10"], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(trajectory.velocities[10], run["velocities_10"], rtol=0, atol=1e-9)
+    assert trajectory.num_components[10] == run["components_10"]
+    np.testing.assert_allclose(trajectory.mean_distance, run["mean_distance"], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(trajectory.min_distance, run["min_distance"], rtol=0, atol=1e-6)
+
+
+def test_golden_files_cover_both_graphs_and_dimensions() -> None:
+    assert {flock["dimension"] for flock in FLOCKS} == {2, 3}
+    for flock in FLOCKS:
+        assert {type(run["rho"]) for run in flock["runs"]} == {float, list}
+    assert {case["predator"] and case["predator"]["force"] for case in LINE["cases"]} == {
+        None,
+        "constant",
+        "linear",
+        "linear_as_printed",
+    }

@@ -1,0 +1,136 @@
+"""The Gymnasium contract beyond its official suite: whole episodes, over every option."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from option_table import DIMENSIONS, FLOCK_OPTIONS, LINE_OPTIONS, label, small_flock
+
+from flockesc_env import FlockEscapeEnv, LineEscapeEnv, LineScenario
+
+Options = dict[str, Any]
+
+INFO_KEYS = {
+    "mean_distance",
+    "min_distance",
+    "min_mean_distance",
+    "min_min_distance",
+    "num_components",
+    "polarization",
+    "interaction_range",
+}
+
+
+def play(env: gymnasium.Env[Any, Any], seed: int) -> list[tuple[Any, ...]]:
+    """Return everything that an episode under random actions gives."""
+    env.action_space.seed(seed)
+    steps: list[tuple[Any, ...]] = [env.reset(seed=seed)]
+    has_ended = False
+    while not has_ended:
+        steps.append(env.step(env.action_space.sample()))
+        has_ended = steps[-1][2] or steps[-1][3]
+    return steps
+
+
+def assert_contract(env: gymnasium.Env[Any, Any], steps: list[tuple[Any, ...]]) -> None:
+    observations = [step[0] for step in steps]
+    assert all(env.observation_space.contains(observation) for observation in observations)
+    assert all(np.isfinite(observation).all() for observation in observations)
+    assert len({id(observation) for observation in observations}) == len(observations)
+    assert len({id(step[-1]) for step in steps}) == len(steps)
+    for _, reward, terminated, truncated, info in steps[1:]:
+        assert type(reward) is float
+        assert type(terminated) is bool
+        assert type(truncated) is bool
+        assert "episode" not in info
+        assert all(type(value) in {float, int} for value in info.values())
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+@pytest.mark.parametrize("options", FLOCK_OPTIONS, ids=label)
+def test_flock_episode(options: Options, dimension: int) -> None:
+    env = FlockEscapeEnv(small_flock(dimension), **options)
+    steps = play(env, 3)
+    assert_contract(env, steps)
+    assert len(steps) - 1 == -(-env.scenario.num_steps // options["steps_per_action"])
+    assert not any(step[2] for step in steps[1:])
+    assert [step[3] for step in steps[1:]] == [False] * (len(steps) - 2) + [True]
+    assert all(set(step[-1]) == INFO_KEYS for step in steps)
+    np.testing.assert_equal(play(env, 3), steps)
+
+
+@pytest.mark.parametrize("escape_force", ["constant", "linear", "linear_as_printed"])
+@pytest.mark.parametrize("options", LINE_OPTIONS, ids=label)
+def test_line_episode(options: Options, escape_force: Any) -> None:
+    env = LineEscapeEnv(LineScenario(num_agents=20, max_steps=15, escape_force=escape_force), **options)
+    steps = play(env, 3)
+    assert_contract(env, steps)
+    np.testing.assert_equal(play(env, 3), steps)
+
+
+def test_line_terminates_when_it_stands_still_and_is_truncated_otherwise() -> None:
+    env = LineEscapeEnv(LineScenario(), action_mode="range")
+    env.reset(seed=0)
+    flags = [(False, False)]
+    while not any(flags[-1]):
+        observation, _, *ended, _ = env.step(np.array([0.1], np.float32))
+        flags.append(tuple(ended))
+    assert flags[-1] == (True, False)
+    assert len(flags) < 100
+    # The last step moved nobody: a steady state is never announced early.
+    assert observation[2] == np.float32(0.1)
+    short = LineEscapeEnv(LineScenario(max_steps=2), action_mode="range")
+    short.reset(seed=0)
+    assert short.step(np.array([0.1], np.float32))[2:4] == (False, False)
+    assert short.step(np.array([0.1], np.float32))[2:4] == (False, True)
+
+
+def test_time_and_last_range_are_observed() -> None:
+    env = FlockEscapeEnv(small_flock(), action_mode="range", max_range=50.0, steps_per_action=4)
+    time, last_range = (env.control.layout.index(name) for name in ("time", "last_range"))
+    observation, _ = env.reset(seed=0)
+    assert (observation[time], observation[last_range]) == (0, 0)
+    for expected in (0.4, 0.8, 1.0):
+        observation, *_, info = env.step(np.array([20.0], np.float32))
+        assert observation[time] == np.float32(expected)
+        assert observation[last_range] == np.float32(0.4)
+        assert info["interaction_range"] == 20.0
+
+
+def test_layout_names_every_entry() -> None:
+    for env in (FlockEscapeEnv(small_flock()), LineEscapeEnv(LineScenario(num_agents=4))):
+        layout = env.control.layout
+        assert len(set(layout.names)) == len(layout.names)
+        assert env.observation_space.shape == (len(layout.names),)
+        assert [layout.index(name) for name in layout.names] == list(range(len(layout.names)))
+
+
+def test_discrete_grid() -> None:
+    grid = (0.0, 7.5, 30.0)
+    env = FlockEscapeEnv(small_flock(), action_mode="discrete", range_grid=grid)
+    assert env.action_space == gymnasium.spaces.Discrete(3)
+    env.reset(seed=0)
+    assert [env.step(index)[-1]["interaction_range"] for index in range(3)] == list(grid)
+    default = FlockEscapeEnv(small_flock(), action_mode="discrete", min_range=10.0, max_range=50.0)
+    default.reset(seed=0)
+    assert [default.step(index)[-1]["interaction_range"] for index in (0, 1, 20)] == [10.0, 12.0, 50.0]
+
+
+def test_close_twice_is_fine() -> None:
+    for env in (FlockEscapeEnv(small_flock()), LineEscapeEnv(LineScenario(num_agents=4))):
+        env.reset(seed=0)
+        env.close()
+        env.close()
+
+
+def test_make_vec_equals_single_envs() -> None:
+    name, scenario = "flockesc_env:flockesc/FlockEscape-v0", small_flock()
+    vector = gymnasium.make_vec(name, num_envs=2, vectorization_mode="sync", scenario=scenario)
+    single = FlockEscapeEnv(scenario)
+    observations, _ = vector.reset(seed=5)
+    np.testing.assert_array_equal(observations[1], single.reset(seed=6)[0])
+    action = np.array([0.25], np.float32)
+    np.testing.assert_array_equal(vector.step(np.stack([action, action]))[0][1], single.step(action)[0])

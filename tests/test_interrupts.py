@@ -1,0 +1,114 @@
+"""Ctrl-C and a callback that raises stop a call that would run for hours; the process goes on working."""
+
+import signal
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+TIMEOUT = 60  # seconds; reached only by a call that does not stop
+
+PRELUDE = """
+import os, signal, sys, threading
+from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line, sweep
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits none
+flock = FlockScenario(num_steps=10**9, num_agents=20)
+crowd = FlockScenario(num_steps=50_000, num_agents=2_000)  # its record still fits into memory
+# Two groups that chase each other past the predator for ever; seeds 2 and 3 end in the like.
+cycle = [0.36, 0.68] * 50
+line = LineScenario(escape_force="linear_as_printed", max_steps=10**9)
+pair = line.replace(num_agents=2)
+
+def interrupt(done, total):
+    print("running", flush=True)
+
+def check():
+    small = sweep(FlockScenario(num_agents=5, num_steps=5), [1.0], range(4))
+    assert small.min_mean_distance.shape == (1, 4)
+    print("works", flush=True)
+"""
+
+
+def start(script: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-c", PRELUDE + textwrap.dedent(script)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)  # noqa: S603
+
+
+def finish(process: subprocess.Popen[str]) -> str:
+    try:
+        output, errors = process.communicate(timeout=TIMEOUT)
+    finally:
+        process.kill()
+    assert process.returncode == 0, errors
+    return output
+
+
+@pytest.mark.parametrize("threads", [None, 1, 2])
+def test_ctrl_c_stops_a_sweep(threads: int | None) -> None:
+    process = start(f"""
+        try:
+            sweep(flock, [1.0, 2.0], range(10), num_threads={threads}, progress=interrupt)
+        except KeyboardInterrupt:
+            print("interrupted", flush=True)
+        check()
+    """)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "running\n"
+    process.send_signal(signal.SIGINT)
+    assert finish(process).splitlines()[-2:] == ["interrupted", "works"]
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        "sweep(flock, [1.0], range(2))",
+        "sweep(pair, [1.0], [2, 3])",
+        "simulate_line(line, 10.0, initial_state=cycle)",
+        "simulate(crowd, 1.0, seed=0)",
+    ],
+)
+def test_ctrl_c_without_progress(call: str) -> None:
+    process = start(f"""
+        threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+        try:
+            {call}
+        except KeyboardInterrupt:
+            print("interrupted", flush=True)
+        check()
+    """)
+    assert finish(process).splitlines() == ["interrupted", "works"]
+
+
+def test_an_exception_in_progress_stops_the_sweep() -> None:
+    process = start("""
+        class Enough(Exception):
+            pass
+
+        calls = []
+
+        def stop(done, total):
+            calls.append((done, total))
+            raise Enough
+
+        for scenario in (flock, pair):
+            try:
+                sweep(scenario, [1.0], [2, 3], progress=stop)
+            except Enough:
+                print(len(calls), flush=True)
+        check()
+    """)
+    assert finish(process).splitlines() == ["1", "2", "works"]
+
+
+def test_a_handler_that_does_not_raise_lets_the_sweep_finish() -> None:
+    process = start("""
+        seen = []
+        signal.signal(signal.SIGALRM, lambda *_: seen.append(1))
+        signal.setitimer(signal.ITIMER_REAL, 0.05, 0.05)
+        result = sweep(FlockScenario(), [10.0], range(20))
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        print(result.min_mean_distance.shape, bool(seen), flush=True)
+    """)
+    assert finish(process) == "(1, 20) True\n"

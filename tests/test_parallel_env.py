@@ -1,0 +1,154 @@
+"""The PettingZoo contract beyond its official suite: whole episodes, over every option."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from option_table import AGENT_OPTIONS, DIMENSIONS, label, small_flock
+
+from flockesc_env import FlockParallelEnv, env, parallel_env
+from flockesc_env.batch import METRICS
+
+Options = dict[str, Any]
+
+
+def sample(environment: FlockParallelEnv) -> dict[str, Any]:
+    return {agent: environment.action_space(agent).sample() for agent in environment.agents}
+
+
+def seed_actions(environment: FlockParallelEnv, seed: int) -> None:
+    for offset, agent in enumerate(environment.possible_agents):
+        environment.action_space(agent).seed(seed + offset)
+
+
+def play(environment: FlockParallelEnv, seed: int) -> list[tuple[Any, ...]]:
+    """Return everything that an episode under random actions gives."""
+    seed_actions(environment, seed)
+    steps: list[tuple[Any, ...]] = [environment.reset(seed=seed)]
+    while environment.agents:
+        steps.append(environment.step(sample(environment)))
+    return steps
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+@pytest.mark.parametrize("options", AGENT_OPTIONS, ids=label)
+def test_episode(options: Options, dimension: int) -> None:
+    environment = parallel_env(small_flock(dimension), **options)
+    steps = play(environment, 3)
+    agents = environment.possible_agents
+    assert len(steps) - 1 == -(-environment.scenario.num_steps // options["steps_per_action"])
+    assert environment.agents == []
+    for number, (observations, rewards, terminations, truncations, infos) in enumerate(steps[1:], 1):
+        for values in (observations, rewards, terminations, truncations, infos):
+            assert list(values) == agents
+        assert all(type(reward) is float for reward in rewards.values())
+        assert all(terminated is False for terminated in terminations.values())
+        assert all(truncated is (number == len(steps) - 1) for truncated in truncations.values())
+        for agent in agents:
+            assert environment.observation_space(agent).contains(observations[agent])
+            assert set(infos[agent]) == {*METRICS, "interaction_range"}
+    dicts = [id(part) for step in steps for part in step]
+    assert len(set(dicts)) == len(dicts)
+    # Equal seeds, equal episodes; from the same environment and from another one.
+    np.testing.assert_equal(play(environment, 3), steps)
+    np.testing.assert_equal(play(parallel_env(small_flock(dimension), **options), 3), steps)
+
+
+def test_other_seeds_give_other_episodes() -> None:
+    environment = parallel_env(small_flock())
+    first, second = (environment.reset(seed=seed)[0]["agent_0"] for seed in (1, 2))
+    assert not np.array_equal(first, second)
+
+
+@pytest.mark.parametrize(
+    ("count", "names"),
+    [(1, ["agent_0"]), (10, ["agent_0", "agent_9"]), (11, ["agent_00", "agent_10"]), (101, ["agent_000"])],
+)
+def test_names_are_padded_to_sort_like_numbers(count: int, names: list[str]) -> None:
+    agents = parallel_env(small_flock(num_agents=count)).possible_agents
+    assert agents == sorted(agents)
+    assert len(set(agents)) == count
+    assert set(names) <= set(agents)
+
+
+def test_spaces_are_the_same_objects_at_every_call_and_not_shared() -> None:
+    environment = parallel_env(small_flock())
+    agents = environment.possible_agents
+    for get in (environment.observation_space, environment.action_space):
+        assert all(get(agent) is get(agent) for agent in agents)
+        assert len({id(get(agent)) for agent in agents}) == len(agents)
+    before = {agent: environment.action_space(agent) for agent in agents}
+    environment.reset(seed=0)
+    environment.step(sample(environment))
+    assert all(environment.action_space(agent) is before[agent] for agent in agents)
+
+
+def test_what_callers_write_into_results_does_not_come_back() -> None:
+    """RLlib adds "__all__" to the dicts; others scale rewards or observations in place."""
+    environment, twin = parallel_env(small_flock()), parallel_env(small_flock())
+    for each in (environment, twin):
+        seed_actions(each, 0)
+        each.reset(seed=0)
+    for _ in range(environment.scenario.num_steps):
+        results = environment.step(sample(environment))
+        np.testing.assert_equal(results, twin.step(sample(twin)))
+        for result in results:
+            result["__all__"] = True
+        for agent in environment.agents:
+            results[0][agent][:] = np.nan
+            results[4][agent]["mean_distance"] = -1.0
+        state = environment.state()
+        state[:] = np.nan
+    assert environment.agents == twin.agents == []
+
+
+def test_order_of_actions_does_not_matter() -> None:
+    environment, twin = parallel_env(small_flock()), parallel_env(small_flock())
+    environment.reset(seed=0)
+    twin.reset(seed=0)
+    actions = sample(environment)
+    backwards = dict(reversed(actions.items()))
+    np.testing.assert_equal(environment.step(actions), twin.step(backwards))
+
+
+def test_unknown_reset_options_are_ignored() -> None:
+    environment, twin = parallel_env(small_flock()), parallel_env(small_flock())
+    np.testing.assert_equal(environment.reset(seed=4, options={"nonsense": 1}), twin.reset(seed=4))
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+def test_state_holds_everything_that_moves(dimension: int) -> None:
+    environment = parallel_env(small_flock(dimension))
+    n = environment.scenario.num_agents
+    start = np.linspace(0, 20, n * dimension).reshape(n, dimension)
+    environment.reset(seed=0, options={"initial_positions": start})
+    state = environment.state()
+    assert environment.state_space.contains(state)
+    assert state[0] == 0
+    np.testing.assert_array_equal(state[3 : 3 + n * dimension], start.ravel().astype(np.float32))
+    np.testing.assert_array_equal(state[-2 * dimension :][:2], [-30, -30])
+    environment.step(sample(environment))
+    assert environment.state()[0] == 1
+    assert environment.state_space.contains(environment.state())
+
+
+def test_aec_plays_the_same_episode() -> None:
+    scenario = small_flock()
+    parallel, aec = parallel_env(scenario), env(scenario)
+    observations, _ = parallel.reset(seed=9)
+    aec.reset(seed=9)
+    totals, paid = dict.fromkeys(parallel.agents, 0.0), dict.fromkeys(parallel.agents, 0.0)
+    while parallel.agents:
+        actions = sample(parallel)
+        for agent in parallel.agents:
+            assert aec.agent_selection == agent
+            np.testing.assert_array_equal(aec.observe(agent), observations[agent])
+            aec.step(actions[agent])
+        observations, rewards, _, truncations, _ = parallel.step(actions)
+        for agent, reward in rewards.items():
+            totals[agent] += reward
+            paid[agent] += aec.rewards[agent]
+        assert aec.truncations == truncations
+    assert paid == totals

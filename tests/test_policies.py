@@ -1,0 +1,254 @@
+"""Policies act alike in every interface, and do what they say."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from option_table import ACTION_MODES, DIMENSIONS, STEPS_PER_ACTION, small_flock
+from stable_baselines3.common.vec_env import VecMonitor
+
+from flockesc_env import (
+    ConstantVelocity,
+    EnvOptions,
+    Episodes,
+    FlockEscapeEnv,
+    FlockScenario,
+    LineEscapeEnv,
+    LineOptions,
+    LineScenario,
+    parallel_env,
+    rollout,
+    simulate,
+)
+from flockesc_env.errors import ArgumentError
+from flockesc_env.policies import FixedRange, RandomRange, SB3Policy, ScheduledRange, StubbornLeaders, bind
+from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+from flockesc_env.spaces import RangeActions
+
+SCENARIO = small_flock(num_agents=7, num_steps=12, predator_range=60.0)
+SEEDS = [3, 4]
+T, N = SCENARIO.num_steps, SCENARIO.num_agents
+
+# With ranges up to 128 multiples of a quarter survive the way through float32 actions in every mode.
+EXACT = {"max_range": 128.0, "range_grid": tuple(np.arange(513) / 4)}
+SCHEDULE = np.random.default_rng(0).integers(0, 80, T) / 4
+OWN_SCHEDULE = np.random.default_rng(1).integers(0, 80, (T, N)) / 4
+
+
+class TimeDependent:
+    """A model as SB3 has them: bigger ranges as time goes by, by the first entry of the observation."""
+
+    def predict(self, observations: np.ndarray, deterministic: bool) -> tuple[np.ndarray, None]:
+        assert deterministic
+        return observations[:, :1] * np.float32(0.5), None
+
+
+SHARED_POLICIES = {
+    "fixed": lambda: FixedRange(12.25),
+    "scheduled": lambda: ScheduledRange(SCHEDULE),
+    "model": lambda: SB3Policy(TimeDependent()),
+}
+AGENT_POLICIES = {
+    **SHARED_POLICIES,
+    "scheduled per agent": lambda: ScheduledRange(OWN_SCHEDULE),
+    "stubborn leaders": lambda: StubbornLeaders(),
+}
+
+
+def outcome(episodes: Episodes) -> np.ndarray:
+    return np.stack([episodes.min_mean_distance, episodes.min_min_distance, episodes.num_components])
+
+
+def last(info: dict[str, Any]) -> list[Any]:
+    return [info["min_mean_distance"], info["min_min_distance"], info["num_components"]]
+
+
+def play_single(env: Any, policy: Any, seed: int) -> list[Any]:
+    """Play one episode of a Gymnasium or parallel environment."""
+    act = bind(policy, env)
+    observation, _ = env.reset(seed=seed)
+    while True:
+        observation, _, _, truncated, info = env.step(act(observation))
+        if truncated is True:
+            return last(info)
+        if isinstance(truncated, dict) and all(truncated.values()):
+            return last(info["agent_0"])
+
+
+def play_slots(env: Any, policy: Any, steps: int) -> np.ndarray:
+    act = bind(policy, env)
+    env.seed(SEEDS[0])
+    observations = env.reset()
+    for _ in range(steps):
+        observations, _, _, infos = env.step(act(observations))
+    rows = env.num_envs // len(SEEDS)
+    return np.array([last(info) for info in infos[::rows]]).T
+
+
+def options_for(name: str, mode: str) -> dict[str, Any]:
+    if name == "model" and mode != "normalized":
+        return {"action_mode": "normalized", **EXACT}  # this model knows no other actions
+    return {"action_mode": mode, "predator_sensing_range": None, **EXACT}
+
+
+@pytest.mark.parametrize("mode", ACTION_MODES)
+@pytest.mark.parametrize("steps_per_action", STEPS_PER_ACTION)
+@pytest.mark.parametrize("name", SHARED_POLICIES)
+def test_shared_ranges_in_every_interface(name: str, mode: str, steps_per_action: int) -> None:
+    make = SHARED_POLICIES[name]
+    options = {**options_for(name, mode), "steps_per_action": steps_per_action}
+    expected = outcome(rollout(make(), SEEDS, scenario=SCENARIO, **options))
+    single = FlockEscapeEnv(SCENARIO, **options)
+    wrapped = gymnasium.wrappers.RecordEpisodeStatistics(FlockEscapeEnv(SCENARIO, **options))
+    for column, seed in enumerate(SEEDS):
+        assert play_single(single, make(), seed) == expected[:, column].tolist()
+        assert play_single(wrapped, make(), seed) == expected[:, column].tolist()
+    actions = -(-T // steps_per_action)
+    for slots in (FlockVecEnv(2, SCENARIO, **options), VecMonitor(FlockVecEnv(2, SCENARIO, **options))):
+        np.testing.assert_array_equal(play_slots(slots, make(), actions), expected)
+
+
+@pytest.mark.parametrize("mode", ACTION_MODES)
+@pytest.mark.parametrize("steps_per_action", STEPS_PER_ACTION)
+@pytest.mark.parametrize("name", AGENT_POLICIES)
+def test_ranges_per_agent_in_every_interface(name: str, mode: str, steps_per_action: int) -> None:
+    make = AGENT_POLICIES[name]
+    options = {**options_for(name, mode), "steps_per_action": steps_per_action}
+    expected = outcome(rollout(make(), SEEDS, scenario=SCENARIO, per_agent=True, **options))
+    for column, seed in enumerate(SEEDS):
+        env = parallel_env(SCENARIO, **options)
+        assert play_single(env, make(), seed) == expected[:, column].tolist()
+    slots = AgentVecEnv(2, SCENARIO, **options)
+    np.testing.assert_array_equal(play_slots(slots, make(), -(-T // steps_per_action)), expected)
+    if name in SHARED_POLICIES:
+        shared = rollout(make(), SEEDS, scenario=SCENARIO, **options)
+        np.testing.assert_array_equal(outcome(shared), expected)
+
+
+@pytest.mark.parametrize("mode", ACTION_MODES)
+@pytest.mark.parametrize("steps_per_action", STEPS_PER_ACTION)
+def test_scheduled_range_is_simulate_with_that_schedule(mode: str, steps_per_action: int) -> None:
+    """Where an action holds for several steps, its first entry counts."""
+    held = np.arange(T) // steps_per_action * steps_per_action
+    options = {"action_mode": mode, "steps_per_action": steps_per_action, **EXACT}
+    for schedule, per_agent in ((SCHEDULE, False), (SCHEDULE, True), (OWN_SCHEDULE, True)):
+        episodes = rollout(ScheduledRange(schedule), SEEDS, scenario=SCENARIO, per_agent=per_agent, **options)
+        for column, seed in enumerate(SEEDS):
+            run = simulate(SCENARIO, schedule[held], seed=seed)
+            expected = [run.mean_distance.min(), run.min_distance.min(), run.num_components[-1]]
+            assert outcome(episodes)[:, column].tolist() == expected
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+@pytest.mark.parametrize("sensing", [None, 50.0])
+def test_stubborn_leaders(dimension: int, sensing: float | None) -> None:
+    """The rule computed from positions and velocities, step by step, gives the same ranges."""
+    predators = (ConstantVelocity((-5.0, -5.0)),)
+    scenario = small_flock(dimension, num_agents=20, num_steps=8, initial_side=60.0, predators=predators)
+    env = parallel_env(scenario, action_mode="range", predator_sensing_range=sensing)
+    act = bind(StubbornLeaders(min_cosine=0.6, interaction_range=14.0), env)
+    observations, _ = env.reset(seed=0)
+    schedule = np.zeros((scenario.num_steps, 20))
+    seen = set()
+    for t in range(scenario.num_steps):
+        run = simulate(scenario, schedule, seed=0)  # right up to time t
+        away = run.positions[t] - run.predator_positions[t]
+        distance = np.linalg.norm(away, axis=1)
+        cosine = (run.velocities[t] * away).sum(axis=1) / distance / scenario.speed
+        senses = distance <= (np.inf if sensing is None else sensing)
+        schedule[t] = np.where(senses & (cosine > 0.6), 0.0, 14.0)
+        observations, _, _, _, infos = env.step(act(observations))
+        assert [info["interaction_range"] for info in infos.values()] == schedule[t].tolist()
+        seen |= set(schedule[t])
+    assert seen == {0.0, 14.0}
+
+
+def test_stubborn_leaders_need_a_row_per_agent() -> None:
+    for env in (FlockEscapeEnv(SCENARIO), FlockVecEnv(2, SCENARIO)):
+        observation = env.reset()
+        act = bind(StubbornLeaders(), env)
+        with pytest.raises(ArgumentError) as caught:
+            act(observation[0] if isinstance(observation, tuple) else observation)
+        assert caught.value.field == "observation"
+
+
+def test_own_schedule_needs_all_agents_at_once() -> None:
+    env = parallel_env(SCENARIO)
+    observations, _ = env.reset(seed=0)
+    act = bind(ScheduledRange(OWN_SCHEDULE), env)
+    assert set(act(observations)) == set(env.agents)
+    with pytest.raises(ArgumentError) as caught:
+        act({"agent_0": observations["agent_0"]})
+    assert caught.value.field == "schedule"
+
+
+@pytest.mark.parametrize("mode", ACTION_MODES)
+def test_random_range_covers_what_actions_can_set(mode: str) -> None:
+    env = FlockEscapeEnv(SCENARIO, action_mode=mode, min_range=10.0, max_range=20.0)
+    rows = np.zeros((4000, len(env.control.layout.names)), np.float32)
+    policy = RandomRange(seed=0)
+    actions = policy.act(rows, env.control)
+    assert all(env.action_space.contains(action) for action in actions[:50])
+    ranges = env.control.actions.to_ranges(actions, len(actions))
+    assert 10 <= ranges.min() < 10.1
+    assert 19.9 < ranges.max() <= 20
+    np.testing.assert_allclose(ranges.mean(), 15, atol=3 * 10 / np.sqrt(12 * 4000))
+    assert not np.array_equal(policy.act(rows, env.control), actions)
+    np.testing.assert_array_equal(RandomRange(seed=0).act(rows, env.control), actions)
+
+
+bounds = st.tuples(st.floats(0, 50), st.floats(0.5, 500)).map(lambda drawn: (drawn[0], sum(drawn)))
+
+
+@given(bounds, st.lists(st.floats(0, 1), min_size=1, max_size=20), st.sampled_from(["normalized", "range"]))
+def test_action_maps_are_inverse(bounds: tuple[float, float], parts: list[float], mode: Any) -> None:
+    low, high = bounds
+    actions = RangeActions(EnvOptions(action_mode=mode, min_range=low, max_range=high))
+    ranges = np.clip(low + np.array(parts) * (high - low), low, high)
+    there = actions.from_ranges(ranges)
+    assert there.dtype == np.float32
+    assert all(actions.space().contains(action) for action in there)
+    back = actions.to_ranges(there, len(there))
+    np.testing.assert_allclose(back, ranges, rtol=0, atol=2e-7 * high)  # float32 actions
+    assert (back >= low).all()
+    assert (back <= high).all()
+    np.testing.assert_allclose(actions.from_ranges(back), there, rtol=3e-7, atol=3e-7 * high / (high - low))
+
+
+@given(bounds)
+def test_indices_and_grid_are_inverse(bounds: tuple[float, float]) -> None:
+    low, high = bounds
+    actions = RangeActions(LineOptions(action_mode="discrete", min_range=low, max_range=high))
+    indices = np.arange(21)
+    ranges = actions.to_ranges(indices, len(indices))
+    np.testing.assert_allclose(ranges, np.linspace(low, high, 21))
+    np.testing.assert_array_equal(actions.from_ranges(ranges), indices)
+    inside = np.clip(ranges + 0.3 * (high - low) / 20, low, high)
+    np.testing.assert_array_equal(actions.from_ranges(inside), indices)  # the nearest entry
+
+
+@pytest.mark.parametrize("mode", ACTION_MODES)
+def test_line(mode: str) -> None:
+    env = LineEscapeEnv(LineScenario(num_agents=10), action_mode=mode)
+    act = bind(FixedRange(0.25), env)
+    observation, _ = env.reset(seed=0)
+    *_, info = env.step(act(observation))
+    assert info["interaction_range"] == 0.25
+
+
+def test_rollout_reports_progress() -> None:
+    calls: list[tuple[int, int]] = []
+    rollout(
+        FixedRange(1.0), range(10), scenario=SCENARIO, batch_size=4, progress=lambda *call: calls.append(call)
+    )
+    assert calls == [(4, 10), (8, 10), (10, 10)]
+
+
+def test_rollout_default_is_the_papers_flock() -> None:
+    episodes = rollout(FixedRange(25.0), [0])
+    assert episodes.min_mean_distance[0] == simulate(FlockScenario(), 25.0, seed=0).mean_distance.min()

@@ -1,0 +1,218 @@
+"""The fast models against the plain ones, on small random configurations and the corners of the law."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import reference
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from flockesc_env import (
+    ConstantVelocity,
+    FlockScenario,
+    LineScenario,
+    PurePursuit,
+    Trajectory,
+    simulate,
+    simulate_line,
+)
+
+SIDE = 40.0
+HUGE = 1e200  # its square is not a finite number
+STEPS = 5
+LINE_STEPS = 8
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+@st.composite
+def predators(draw: st.DrawFn, dimension: int) -> tuple[Any, ...]:
+    rng = np.random.default_rng([draw(seeds), 1])
+
+    def predator(kind: str) -> ConstantVelocity | PurePursuit:
+        axes = draw(st.sampled_from([2, dimension]))
+        position, velocity = rng.uniform(0, SIDE, axes), rng.normal(0, 12, axes)
+        if kind == "straight":
+            return ConstantVelocity(position, velocity)
+        return PurePursuit(position, velocity, draw(st.sampled_from([0.0, 1.0, 1e3])))
+
+    kinds = draw(st.lists(st.sampled_from(["straight", "pursuit"]), max_size=3))
+    return tuple(predator(kind) for kind in kinds)
+
+
+@st.composite
+def flock_scenarios(draw: st.DrawFn) -> FlockScenario:
+    dimension = draw(st.sampled_from([2, 3]))
+    return FlockScenario(
+        num_agents=draw(st.integers(1, 70)),
+        dimension=dimension,
+        num_steps=STEPS,
+        time_step=draw(st.sampled_from([0.05, 0.3])),
+        mass=draw(st.sampled_from([0.1, 2.0])),
+        speed=draw(st.sampled_from([0.5, 10.0])),
+        predator_range=draw(st.sampled_from([0.0, 15.0, HUGE])),
+        repulsion_strength=draw(st.sampled_from([0.0, 10.0])),
+        constant_speed=draw(st.booleans()),
+        predators=draw(predators(dimension)),
+    )
+
+
+@st.composite
+def ranges(draw: st.DrawFn, agents: int, special: tuple[float, ...], largest: float) -> np.ndarray:
+    """Draw a range of every shape that ``simulate`` takes; random ones never hit a distance exactly."""
+    shape = draw(st.sampled_from([(1, 1), (1, agents), (STEPS, 1), (STEPS, agents)]))
+    rng = np.random.default_rng([draw(seeds), 2])
+    values = rng.uniform(0, largest, shape)
+    at = rng.random(shape) < draw(st.sampled_from([0.0, 0.3, 1.0]))
+    return np.where(at, rng.choice(special, shape), values)
+
+
+def random_start(scenario: FlockScenario, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Draw a flock, with agents at one place, on the first predator, and at rest."""
+    shape = (scenario.num_agents, scenario.dimension)
+    positions, velocities = rng.uniform(0, SIDE, shape), rng.normal(0, scenario.speed, shape)
+    start = reference.flock_start(scenario, positions, velocities)
+    resting, at_start, on_predator = rng.integers(0, scenario.num_agents, 3)
+    if rng.random() < 0.5:
+        positions[at_start] = positions[0]
+    if rng.random() < 0.5:
+        velocities[resting] = 0.0
+    # A predator that leaves an agent exactly behind may turn to either side: that one moves.
+    if len(start.predator_positions) and on_predator != resting and rng.random() < 0.5:
+        positions[on_predator] = start.predator_positions[0]
+    return positions, velocities
+
+
+def assert_follows_reference(run: Trajectory, schedule: np.ndarray) -> None:
+    """Compare a whole run with the plain model under a schedule of shape (T, n)."""
+    scenario = run.scenario
+    state = reference.flock_start(scenario, run.positions[0].copy(), run.velocities[0].copy())
+    for t in range(scenario.num_steps + 1):
+        close = {"rtol": 1e-12, "atol": 1e-9, "err_msg": f"step {t}"}
+        np.testing.assert_allclose(run.positions[t], state.positions, **close)
+        np.testing.assert_allclose(run.velocities[t], state.velocities, **close)
+        np.testing.assert_allclose(run.predator_positions[t], state.predator_positions, **close)
+        distances = reference.predator_distances(state.positions, state.predator_positions)
+        np.testing.assert_allclose(run.mean_distance[t], distances.mean(), **close)
+        np.testing.assert_allclose(run.min_distance[t], distances.min(), **close)
+        np.testing.assert_allclose(run.polarization[t], reference.polarization(state.velocities), **close)
+        now = schedule[min(t, scenario.num_steps - 1)]
+        graph = reference.directed_graph(state.positions, now)
+        assert run.num_components[t] == reference.num_components(graph)
+        if t < scenario.num_steps:
+            state = reference.flock_step(scenario, state, now)
+
+
+@settings(max_examples=250)
+@given(st.data(), flock_scenarios(), seeds)
+def test_flock(data: st.DataObject, scenario: FlockScenario, seed: int) -> None:
+    rho = data.draw(ranges(scenario.num_agents, (0.0, SIDE * 10, HUGE), SIDE))
+    positions, velocities = random_start(scenario, np.random.default_rng(seed))
+    run = simulate(scenario, rho, initial_positions=positions, initial_velocities=velocities)
+    np.testing.assert_array_equal(run.positions[0], positions)
+    np.testing.assert_array_equal(run.velocities[0], velocities)
+    assert_follows_reference(run, np.broadcast_to(rho, (STEPS, scenario.num_agents)))
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("constant_speed", [True, False])
+def test_flock_of_the_paper(dimension: int, constant_speed: bool) -> None:
+    scenario = FlockScenario(dimension=dimension, num_steps=6, constant_speed=constant_speed)
+    run = simulate(scenario, 10.0, seed=0)
+    assert_follows_reference(run, np.full((6, 300), 10.0))
+
+
+@pytest.mark.parametrize("constant_speed", [True, False])
+def test_opposed_agents_hear_nothing(constant_speed: bool) -> None:
+    """A mean velocity of exactly 0 gives no direction: both fly on."""
+    scenario = FlockScenario(num_agents=2, num_steps=3, predators=(), constant_speed=constant_speed)
+    velocities = [[6.0, 8.0], [-6.0, -8.0]]
+    run = simulate(scenario, 50.0, initial_positions=[[0, 0], [1, 0]], initial_velocities=velocities)
+    np.testing.assert_allclose(run.velocities, np.broadcast_to(velocities, (4, 2, 2)), rtol=1e-15)
+
+
+def test_agent_at_rest_under_no_force_stays() -> None:
+    scenario = FlockScenario(num_agents=1, num_steps=3, predators=())
+    run = simulate(scenario, 5.0, initial_positions=[[1.0, 2.0]], initial_velocities=[[0.0, 0.0]])
+    np.testing.assert_array_equal(run.positions, np.broadcast_to([1.0, 2.0], (4, 1, 2)))
+    assert (run.velocities == 0).all()
+    assert (run.polarization == 0).all()
+
+
+def test_boundaries_of_the_flock_are_inclusive() -> None:
+    """3-4-5 triangles: distances of exactly rho and exactly rho_p count; a hair more does not."""
+    scenario = FlockScenario(
+        num_agents=2, num_steps=1, predator_range=5.0, predators=(ConstantVelocity((0.0, 0.0), (0.0, 0.0)),)
+    )
+    start = {"initial_positions": [[3.0, 4.0], [6.0, 8.0]], "initial_velocities": [[10.0, 0.0], [0.0, 10.0]]}
+    touching = simulate(scenario, 5.0, **start)
+    assert touching.num_components.tolist()[0] == 1
+    assert touching.velocities[1, 1, 0] > 0  # the second agent heard the first
+    assert touching.velocities[1, 0, 1] > 0
+    apart = simulate(scenario, np.nextafter(5.0, 0), **start)
+    assert apart.num_components.tolist()[0] == 2
+    np.testing.assert_allclose(apart.velocities[1, 1], [0.0, 10.0], atol=1e-12)
+    assert apart.velocities[1, 0, 1] > 0  # pushed by the predator at exactly rho_p
+    blind = simulate(scenario.replace(predator_range=np.nextafter(5.0, 0)), 0.0, **start)
+    np.testing.assert_allclose(blind.velocities[1], start["initial_velocities"], atol=1e-12)
+
+
+@st.composite
+def line_scenarios(draw: st.DrawFn) -> LineScenario:
+    return LineScenario(
+        num_agents=draw(st.integers(1, 70)),
+        predator_position=draw(st.sampled_from([None, 0.6, -0.05, 0.0])),
+        predator_range=draw(st.sampled_from([0.0, 0.2, 5.0])),
+        repulsion_strength=draw(st.sampled_from([0.0, 0.37, 2.0])),
+        escape_force=draw(st.sampled_from(["constant", "linear", "linear_as_printed"])),
+        tolerance=0.0,
+        max_steps=LINE_STEPS,
+    )
+
+
+@settings(max_examples=250)
+@given(line_scenarios(), seeds, st.sampled_from([0.0, 0.013, 0.0941, 0.2718, 0.66, 10.0, HUGE]))
+def test_line(scenario: LineScenario, seed: int, rho: float) -> None:
+    rng = np.random.default_rng(seed)
+    states = rng.uniform(-0.1, 1, scenario.num_agents)
+    if scenario.predator_position is not None and rng.random() < 0.3:
+        states[rng.integers(scenario.num_agents)] = scenario.predator_position
+    states[rng.integers(scenario.num_agents)] = states[0]
+    run = simulate_line(scenario, rho, initial_state=states)
+    for t in range(run.steps + 1):
+        np.testing.assert_allclose(run.states[t], states, rtol=0, atol=1e-9, err_msg=f"step {t}")
+        assert run.num_components[t] == reference.line_components(run.states[t], rho)
+        if scenario.predator_position is None:
+            assert run.escape_distance[t] == np.inf
+        else:
+            nearest = np.abs(states - scenario.predator_position).min()
+            np.testing.assert_allclose(run.escape_distance[t], nearest, rtol=0, atol=1e-9)
+        states = reference.line_step(scenario, states, rho)
+    moves = np.abs(np.diff(run.states, axis=0)).max(axis=1)
+    assert run.converged == (moves[-1] <= scenario.tolerance)
+    assert run.converged or run.steps == LINE_STEPS
+    assert (moves[:-1] > scenario.tolerance).all()
+
+
+def test_boundaries_of_the_line() -> None:
+    """Neighbors up to and with rho; the predator's range without its boundary; no force at x_i = x_p."""
+    scenario = LineScenario(
+        num_agents=3, predator_position=0.0, predator_range=0.5, escape_force="constant", max_steps=1
+    )
+    apart = simulate_line(scenario, 0.0, initial_state=[0.0, 0.25, 0.5])
+    assert apart.states[1].tolist() == [0.0, 2.25, 0.5]
+    heard = simulate_line(scenario.replace(repulsion_strength=0), 0.25, initial_state=[0.0, 0.25, 0.5])
+    assert heard.states[1].tolist() == [0.125, 0.25, 0.375]
+    assert heard.num_components.tolist() == [1, 1]
+
+
+def test_a_cycle_is_never_called_steady() -> None:
+    """Eq. 9 as printed: two agents chase each other past the predator for ever."""
+    scenario = LineScenario(num_agents=2, escape_force="linear_as_printed", max_steps=501)
+    run = simulate_line(scenario, 10.0, initial_state=[0.36, 0.68])
+    assert (run.converged, run.steps) == (False, 501)
+    np.testing.assert_allclose(run.states[::2], np.tile([0.36, 0.68], (251, 1)))
+    np.testing.assert_allclose(run.states[1::2], np.tile([0.52, 0.84], (251, 1)))

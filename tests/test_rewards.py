@@ -1,0 +1,187 @@
+"""What an episode pays in sum, through every interface."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from option_table import OBJECTIVES, STEPS_PER_ACTION, small_flock
+
+from flockesc_env import (
+    FlockEscapeEnv,
+    FlockScenario,
+    LineEscapeEnv,
+    LineScenario,
+    parallel_env,
+    rollout,
+    simulate,
+    simulate_line,
+)
+from flockesc_env.policies import FixedRange
+from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+
+RHO = 25.0  # exact in every interface: action -0.5 of [0, 100]
+SEED = 8
+SCENARIO = small_flock(num_agents=7, num_steps=20)
+
+Play = Callable[..., np.ndarray]
+
+
+def play_gymnasium(scenario: FlockScenario, **options: Any) -> np.ndarray:
+    env = FlockEscapeEnv(scenario, **options)
+    env.reset(seed=SEED)
+    rewards, truncated = [], False
+    while not truncated:
+        _, reward, _, truncated, _ = env.step(np.array([-0.5], np.float32))
+        rewards.append(reward)
+    return np.array(rewards)[:, None]
+
+
+def play_parallel(scenario: FlockScenario, **options: Any) -> np.ndarray:
+    env = parallel_env(scenario, **options)
+    env.reset(seed=SEED)
+    rewards = []
+    while env.agents:
+        _, paid, *_ = env.step(dict.fromkeys(env.agents, np.array([-0.5], np.float32)))
+        rewards.append(list(paid.values()))
+    return np.array(rewards)
+
+
+def play_vec(make: Any) -> Play:
+    def play(scenario: FlockScenario, **options: Any) -> np.ndarray:
+        env = make(1, scenario, **options)
+        env.seed(SEED)
+        env.reset()
+        rewards, dones = [], np.zeros(1, bool)
+        while not dones.any():
+            _, paid, dones, _ = env.step(np.full((env.num_envs, 1), -0.5, np.float32))
+            rewards.append(paid)
+        return np.array(rewards, np.float64)
+
+    return play
+
+
+def play_rollout(per_agent: bool) -> Play:
+    def play(scenario: FlockScenario, **options: Any) -> np.ndarray:
+        episodes = rollout(FixedRange(RHO), [SEED], scenario=scenario, per_agent=per_agent, **options)
+        return episodes.mean_return[None]
+
+    return play
+
+
+INTERFACES: dict[str, Play] = {
+    "gymnasium": play_gymnasium,
+    "parallel": play_parallel,
+    "flock slots": play_vec(FlockVecEnv),
+    "agent slots": play_vec(AgentVecEnv),
+    "flock rollout": play_rollout(per_agent=False),
+    "agent rollout": play_rollout(per_agent=True),
+}
+PER_AGENT: dict[str, Play] = {name: INTERFACES[name] for name in ("parallel", "agent slots", "agent rollout")}
+SLOTS_ARE_FLOAT32 = {"rtol": 0, "atol": 1e-4}
+
+objectives = pytest.mark.parametrize("objective", OBJECTIVES)
+interfaces = pytest.mark.parametrize("interface", INTERFACES)
+per_agent_interfaces = pytest.mark.parametrize("interface", PER_AGENT)
+steps_per_action = pytest.mark.parametrize("steps_per_action", STEPS_PER_ACTION)
+predators_nearby = pytest.mark.parametrize("speed", [4.0, 14.0])
+
+
+def tolerance(interface: str) -> dict[str, float]:
+    return SLOTS_ARE_FLOAT32 if "slots" in interface else {"rtol": 0, "atol": 1e-9}
+
+
+def distances(objective: str, scenario: FlockScenario = SCENARIO) -> np.ndarray:
+    run = simulate(scenario, RHO, seed=SEED)
+    return run.mean_distance if objective == "mean" else run.min_distance
+
+
+@interfaces
+@objectives
+@steps_per_action
+@predators_nearby
+@pytest.mark.parametrize("reward", ["running_minimum", "terminal"])
+def test_return_is_the_change_of_the_objective(
+    interface: str, objective: str, reward: str, steps_per_action: int, speed: float
+) -> None:
+    scenario = SCENARIO.replace(speed=speed)
+    rewards = INTERFACES[interface](
+        scenario, objective=objective, reward=reward, steps_per_action=steps_per_action
+    )
+    curve = distances(objective, scenario)
+    assert curve.min() < curve[0] - 1  # the objective does change
+    np.testing.assert_allclose(rewards.sum(axis=0), curve.min() - curve[0], **tolerance(interface))
+    if reward == "terminal" and "rollout" not in interface:
+        assert (rewards[:-1] == 0).all()
+
+
+@interfaces
+@objectives
+@steps_per_action
+def test_distance_return_is_the_time_mean(interface: str, objective: str, steps_per_action: int) -> None:
+    rewards = INTERFACES[interface](
+        SCENARIO, objective=objective, reward="distance", steps_per_action=steps_per_action
+    )
+    np.testing.assert_allclose(rewards.sum(axis=0), distances(objective)[1:].mean(), **tolerance(interface))
+
+
+def own_distances() -> np.ndarray:
+    run = simulate(SCENARIO, RHO, seed=SEED)
+    return np.linalg.norm(run.positions - run.predator_positions, axis=2)
+
+
+@per_agent_interfaces
+@objectives
+@steps_per_action
+def test_own_distance_averages_to_the_mean_distance(
+    interface: str, objective: str, steps_per_action: int
+) -> None:
+    options = {"objective": objective, "steps_per_action": steps_per_action}
+    own = PER_AGENT[interface](SCENARIO, reward="own_distance", **options)
+    mean = PER_AGENT[interface](SCENARIO, reward="distance", steps_per_action=steps_per_action)
+    np.testing.assert_allclose(own.mean(axis=1), mean.mean(axis=1), **tolerance(interface))
+    if interface != "agent rollout":
+        expected = own_distances()[1:].mean(axis=0)
+        np.testing.assert_allclose(own.sum(axis=0), expected, **tolerance(interface))
+
+
+@per_agent_interfaces
+@steps_per_action
+def test_own_distance_change_sums_to_what_each_agent_gained(interface: str, steps_per_action: int) -> None:
+    rewards = PER_AGENT[interface](SCENARIO, reward="own_distance_change", steps_per_action=steps_per_action)
+    own = own_distances()
+    expected = own[-1] - own[0]
+    if interface == "agent rollout":
+        expected = expected.mean()
+    np.testing.assert_allclose(rewards.sum(axis=0), expected, **tolerance(interface))
+
+
+@pytest.mark.parametrize("reward", ["running_minimum", "distance", "terminal"])
+def test_team_rewards_pay_every_agent_the_same(reward: str) -> None:
+    rewards = play_parallel(SCENARIO, reward=reward)
+    assert (rewards == rewards[:, :1]).all()
+    np.testing.assert_array_equal(rewards[:, :1], play_gymnasium(SCENARIO, reward=reward))
+
+
+@pytest.mark.parametrize("reward", ["difference", "terminal"])
+@pytest.mark.parametrize("escape_force", ["constant", "linear", "linear_as_printed"])
+@steps_per_action
+def test_line_return_is_the_change_of_the_escape_distance(
+    reward: str, escape_force: Any, steps_per_action: int
+) -> None:
+    scenario = LineScenario(num_agents=30, escape_force=escape_force, max_steps=50)
+    env = LineEscapeEnv(scenario, reward=reward, steps_per_action=steps_per_action, action_mode="range")
+    env.reset(seed=SEED)
+    rewards, has_ended = [], False
+    while not has_ended:
+        _, paid, terminated, truncated, info = env.step(np.array([0.25], np.float32))
+        rewards.append(paid)
+        has_ended = terminated or truncated
+    curve = simulate_line(scenario, 0.25, seed=SEED).escape_distance
+    np.testing.assert_allclose(sum(rewards), curve[-1] - curve[0], rtol=0, atol=1e-12)
+    assert info["escape_distance"] == curve[-1]
+    assert terminated == simulate_line(scenario, 0.25, seed=SEED).converged
+    if reward == "terminal":
+        assert set(rewards[:-1]) <= {0.0}

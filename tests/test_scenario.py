@@ -1,0 +1,226 @@
+"""Scenarios: one JSON document each way, plain values whatever came in, the paper's numbers by default."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import json
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from flockesc_env import (
+    ConstantVelocity,
+    EnvOptions,
+    FlockEscapeEnv,
+    FlockScenario,
+    LineOptions,
+    LineScenario,
+    Metric,
+    PurePursuit,
+    simulate,
+)
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+not_negative = st.floats(0, allow_infinity=False)
+positive = st.floats(0, exclude_min=True, allow_infinity=False)
+
+
+@st.composite
+def predators(draw: st.DrawFn, dimension: int) -> ConstantVelocity | PurePursuit:
+    def vector() -> tuple[float, ...]:
+        size = draw(st.sampled_from([2, dimension]))
+        return tuple(draw(st.lists(finite, min_size=size, max_size=size)))
+
+    if draw(st.booleans()):
+        return ConstantVelocity(vector(), vector())
+    return PurePursuit(vector(), vector(), draw(not_negative))
+
+
+@st.composite
+def flocks(draw: st.DrawFn) -> FlockScenario:
+    dimension = draw(st.sampled_from([2, 3]))
+    return FlockScenario(
+        num_agents=draw(st.integers(1, 10**7)),
+        dimension=dimension,
+        num_steps=draw(st.integers(1, 10**9)),
+        time_step=draw(positive),
+        mass=draw(positive),
+        speed=draw(positive),
+        initial_side=draw(positive),
+        initial_region=draw(st.sampled_from(["cube", "square"])),
+        predator_range=draw(not_negative),
+        repulsion_strength=draw(not_negative),
+        constant_speed=draw(st.booleans()),
+        predators=tuple(draw(st.lists(predators(dimension), max_size=3))),
+    )
+
+
+lines = st.builds(
+    LineScenario,
+    num_agents=st.integers(1, 10**7),
+    predator_position=st.none() | finite,
+    predator_range=not_negative,
+    repulsion_strength=not_negative,
+    escape_force=st.sampled_from(["constant", "linear", "linear_as_printed"]),
+    tolerance=not_negative,
+    max_steps=st.integers(1, 10**9),
+)
+
+
+@given(flocks() | lines)
+def test_json_keeps_every_bit(scenario: Any) -> None:
+    document = scenario.to_json()
+    again = type(scenario).from_json(document)
+    assert again == scenario
+    assert again.to_json() == document
+    # Equality of floats does not see the sign of zero; repr does.
+    assert repr(again) == repr(scenario)
+    assert hash(again) == hash(scenario)
+    assert pickle.loads(pickle.dumps(scenario)) == scenario  # noqa: S301, our own bytes
+    assert copy.deepcopy(scenario) == scenario
+
+
+def test_the_core_reads_the_same_bits() -> None:
+    """What is simulated is what was written: 0.1 has no short binary form."""
+    scenario = FlockScenario(num_agents=1, num_steps=1, time_step=0.1, predators=())
+    velocity = np.array([[0.3, 0.7]])
+    run = simulate(scenario, 0.0, initial_positions=[[0.0, 0.0]], initial_velocities=velocity)
+    np.testing.assert_array_equal(run.positions[1], 0.1 * velocity)
+
+
+def test_flock_defaults_are_the_papers_setting() -> None:
+    assert dataclasses.asdict(FlockScenario()) == {
+        "num_agents": 300,
+        "dimension": 2,
+        "num_steps": 240,
+        "time_step": 0.05,
+        "mass": 0.1,
+        "speed": 10.0,
+        "initial_side": 100.0,
+        "initial_region": "cube",
+        "predator_range": 30.0,
+        "repulsion_strength": 10.0,
+        "constant_speed": True,
+        "predators": ({"position": (-30.0, -30.0), "velocity": (10.0, 10.0)},),
+        "neighbor_rule": {},
+    }
+    assert FlockScenario().predators == (ConstantVelocity(),)
+    assert FlockScenario().neighbor_rule == Metric()
+    times = simulate(FlockScenario(num_agents=1), 0.0, seed=0).times
+    assert len(times) == 241
+    assert times[-1] == 12.0
+
+
+def test_line_defaults_are_the_papers_setting() -> None:
+    assert dataclasses.asdict(LineScenario()) == {
+        "num_agents": 100,
+        "predator_position": 0.6,
+        "predator_range": 0.2,
+        "repulsion_strength": 2.0,
+        "escape_force": "linear",
+        "tolerance": 1e-12,
+        "max_steps": 1000,
+    }
+
+
+@pytest.mark.parametrize("scenario", [FlockScenario, LineScenario])
+def test_missing_fields_take_their_defaults(scenario: Any) -> None:
+    assert scenario.from_json("{}") == scenario()
+    assert scenario.from_json('{"num_agents": 7}') == scenario(num_agents=7)
+    assert set(json.loads(scenario().to_json())) == {field.name for field in dataclasses.fields(scenario)}
+
+
+def test_missing_fields_of_a_predator_take_their_defaults() -> None:
+    document = '{"predators": [{"pure_pursuit": {"max_turn_rate": 2}}, {"constant_velocity": {}}]}'
+    predators = FlockScenario.from_json(document).predators
+    assert predators == (PurePursuit(max_turn_rate=2.0), ConstantVelocity())
+
+
+def test_replace_changes_one_field_of_a_copy() -> None:
+    scenario = FlockScenario()
+    changed = scenario.replace(num_agents=7, speed=3)
+    assert (changed.num_agents, changed.speed) == (7, 3.0)
+    assert changed.replace(num_agents=300, speed=10.0) == scenario == FlockScenario()
+    with pytest.raises(TypeError):
+        scenario.replace(num_agent=7)
+
+
+@pytest.mark.parametrize(
+    "value", [FlockScenario(), LineScenario(), ConstantVelocity(), EnvOptions(), LineOptions()]
+)
+def test_values_are_frozen_and_hashable(value: Any) -> None:
+    name = dataclasses.fields(value)[0].name
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        setattr(value, name, 5)
+    assert hash(value) == hash(copy.deepcopy(value))
+    assert {value: 1}[copy.deepcopy(value)] == 1
+
+
+def assert_plain(value: Any) -> None:
+    if dataclasses.is_dataclass(value):
+        for field in dataclasses.fields(value):
+            assert_plain(getattr(value, field.name))
+    elif isinstance(value, tuple):
+        for entry in value:
+            assert_plain(entry)
+    else:
+        assert type(value) in {int, float, str, bool}
+
+
+def test_numpy_and_integer_inputs_become_plain() -> None:
+    given_scenario = FlockScenario(
+        num_agents=np.int64(7),
+        num_steps=np.uint8(9),
+        speed=np.float32(2.5),
+        mass=1,
+        constant_speed=np.bool(False),
+        initial_region=np.str_("square"),
+        predators=[ConstantVelocity(np.array([1, 2]), [3, np.float64(4)]), PurePursuit(max_turn_rate=2)],
+    )
+    plain = FlockScenario(
+        num_agents=7,
+        num_steps=9,
+        speed=2.5,
+        mass=1.0,
+        constant_speed=False,
+        initial_region="square",
+        predators=(ConstantVelocity((1.0, 2.0), (3.0, 4.0)), PurePursuit(max_turn_rate=2.0)),
+    )
+    assert given_scenario == plain
+    assert repr(given_scenario) == repr(plain)
+    assert hash(given_scenario) == hash(plain)
+    assert_plain(given_scenario)
+    assert_plain(LineScenario(predator_position=np.float32(0.5), tolerance=0))
+
+
+def test_options_become_plain() -> None:
+    options = EnvOptions(
+        min_range=np.float32(1), max_range=50, range_grid=np.array([1, 2]), predator_sensing_range=5
+    )
+    assert options == EnvOptions(
+        min_range=1.0, max_range=50.0, range_grid=(1.0, 2.0), predator_sensing_range=5.0
+    )
+    assert_plain(options)
+    assert options.replace(min_range=0) == EnvOptions(
+        max_range=50.0, range_grid=(1.0, 2.0), predator_sensing_range=5.0
+    )
+
+
+def test_numpy_integers_are_steps_per_action() -> None:
+    options = EnvOptions(steps_per_action=np.int64(4))
+    assert options == EnvOptions(steps_per_action=4)
+    assert_plain(options.steps_per_action)
+    assert FlockEscapeEnv(FlockScenario(num_agents=3), steps_per_action=np.int64(4)).reset(seed=0)
+
+
+def test_a_predator_in_the_plane_flies_at_z_0() -> None:
+    plane = FlockScenario(dimension=3, num_agents=3, num_steps=4)
+    space = plane.replace(predators=(ConstantVelocity((-30.0, -30.0, 0.0), (10.0, 10.0, 0.0)),))
+    runs = [simulate(scenario, 5.0, seed=0) for scenario in (plane, space)]
+    np.testing.assert_array_equal(runs[0].positions, runs[1].positions)
+    assert (runs[0].predator_positions[..., 2] == 0).all()

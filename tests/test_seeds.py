@@ -1,0 +1,226 @@
+"""A seed means the same flock everywhere, and fixes all episodes that follow it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from option_table import DIMENSIONS, small_flock
+
+from flockesc_env import (
+    FlockEscapeEnv,
+    FlockScenario,
+    LineEscapeEnv,
+    LineScenario,
+    env,
+    parallel_env,
+    rollout,
+    simulate,
+    simulate_line,
+    sweep,
+)
+from flockesc_env.policies import FixedRange
+from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+
+RHO = 25.0
+ACTION = np.array([-0.5], np.float32)  # exactly RHO of [0, 100]
+SEEDS = [0, 7, 2**32, 2**63, 2**64 - 1]
+CURVES = ("mean_distance", "min_distance", "num_components", "polarization")
+
+seeds = pytest.mark.parametrize("seed", SEEDS)
+dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
+
+
+def curves(infos: list[dict[str, Any]]) -> dict[str, list[Any]]:
+    return {name: [info[name] for info in infos] for name in CURVES}
+
+
+def gymnasium_infos(scenario: FlockScenario, seed: int) -> list[dict[str, Any]]:
+    environment = FlockEscapeEnv(scenario)
+    infos = [environment.reset(seed=seed)[1]]
+    return infos + [environment.step(ACTION)[-1] for _ in range(scenario.num_steps)]
+
+
+def parallel_infos(scenario: FlockScenario, seed: int) -> list[dict[str, Any]]:
+    environment = parallel_env(scenario)
+    infos = [environment.reset(seed=seed)[1]]
+    while environment.agents:
+        infos.append(environment.step(dict.fromkeys(environment.agents, ACTION))[-1])
+    return [info["agent_0"] for info in infos]
+
+
+def aec_infos(scenario: FlockScenario, seed: int) -> list[dict[str, Any]]:
+    environment = env(scenario)
+    environment.reset(seed=seed)
+    infos = [environment.infos["agent_0"]]
+    for _ in range(scenario.num_steps):
+        for _ in range(scenario.num_agents):
+            environment.step(ACTION)
+        infos.append(environment.infos["agent_0"])
+    return infos
+
+
+def slot_infos(make: Any) -> Callable[[FlockScenario, int], list[dict[str, Any]]]:
+    def play(scenario: FlockScenario, seed: int) -> list[dict[str, Any]]:
+        environment = make(1, scenario)
+        environment.seed(seed)
+        environment.reset()
+        actions = np.tile(ACTION, (environment.num_envs, 1))
+        infos = [environment.reset_infos[0]]
+        return infos + [environment.step(actions)[-1][0] for _ in range(scenario.num_steps)]
+
+    return play
+
+
+INTERFACES = {
+    "gymnasium": gymnasium_infos,
+    "parallel": parallel_infos,
+    "aec": aec_infos,
+    "flock slots": slot_infos(FlockVecEnv),
+    "agent slots": slot_infos(AgentVecEnv),
+}
+
+
+@seeds
+@dimensions
+@pytest.mark.parametrize("interface", INTERFACES)
+def test_environments_play_the_simulated_flock(interface: str, seed: int, dimension: int) -> None:
+    scenario = small_flock(dimension)
+    run = simulate(scenario, RHO, seed=seed)
+    infos = INTERFACES[interface](scenario, seed)
+    expected = {name: getattr(run, name).tolist() for name in CURVES}
+    # Before the first action no range is set: everybody is alone.
+    expected["num_components"][0] = scenario.num_agents
+    assert curves(infos) == expected
+    assert infos[-1]["min_mean_distance"] == run.mean_distance.min()
+    assert infos[-1]["min_min_distance"] == run.min_distance.min()
+
+
+@seeds
+@dimensions
+def test_sweep_and_rollout_play_the_simulated_flock(seed: int, dimension: int) -> None:
+    scenario = small_flock(dimension)
+    run = simulate(scenario, RHO, seed=seed)
+    expected = (run.mean_distance.min(), run.min_distance.min(), run.num_components[-1])
+    swept = sweep(scenario, [RHO], [seed])
+    assert (swept.min_mean_distance, swept.min_min_distance, swept.num_components) == expected
+    for per_agent in (False, True):
+        episodes = rollout(FixedRange(RHO), [seed], scenario=scenario, per_agent=per_agent)
+        assert (episodes.min_mean_distance, episodes.min_min_distance, episodes.num_components) == expected
+        assert episodes.seeds.tolist() == [seed]
+
+
+@seeds
+def test_lines_are_the_same_everywhere(seed: int) -> None:
+    scenario = LineScenario(num_agents=20)
+    run = simulate_line(scenario, 0.25, seed=seed)
+    swept = sweep(scenario, [0.25], [seed])
+    assert swept.escape_distance == run.escape_distance[-1]
+    assert swept.num_components == run.num_components[-1]
+    assert swept.converged == run.converged
+    environment = LineEscapeEnv(scenario, action_mode="range")
+    assert environment.reset(seed=seed)[1]["escape_distance"] == run.escape_distance[0]
+    for distance in run.escape_distance[1:]:
+        info = environment.step(np.array([0.25], np.float32))[-1]
+        assert info["escape_distance"] == distance
+
+
+@dimensions
+def test_agents_start_in_their_region(dimension: int) -> None:
+    scenario = FlockScenario(dimension=dimension, num_agents=2000, num_steps=1, initial_side=50.0)
+    run = simulate(scenario, 0.0, seed=1)
+    assert 0 <= run.positions[0].min() < 1
+    assert 49 < run.positions[0].max() <= 50
+    np.testing.assert_allclose(run.positions[0].mean(axis=0), 25, atol=3 * 50 / np.sqrt(12 * 2000))
+    np.testing.assert_allclose(run.velocities[0].mean(axis=0), 0, atol=3 * 10 / np.sqrt(dimension * 2000))
+    square = simulate(scenario.replace(initial_region="square"), 0.0, seed=1)
+    np.testing.assert_array_equal(square.velocities[0, :, 2:], 0)
+    np.testing.assert_array_equal(square.positions[0, :, 2:], 0)
+    plane = simulate(scenario.replace(dimension=2), 0.0, seed=1)
+    np.testing.assert_array_equal(square.positions[0, :, :2], plane.positions[0])
+
+
+def test_given_positions_leave_the_drawn_headings() -> None:
+    """Every purpose draws from a stream of its own."""
+    scenario = small_flock()
+    drawn = simulate(scenario, RHO, seed=3)
+    given = simulate(scenario, RHO, seed=3, initial_positions=np.zeros((5, 2)))
+    np.testing.assert_array_equal(given.velocities[0], drawn.velocities[0])
+    assert given.seed == 3
+    both = simulate(
+        scenario, RHO, initial_positions=drawn.positions[0], initial_velocities=drawn.velocities[0]
+    )
+    np.testing.assert_array_equal(both.positions, drawn.positions)
+    assert both.seed is None
+
+
+def first_observation(environment: Any, seed: int | None = None) -> bytes:
+    """Reset any environment and return what it shows, hashable."""
+    if hasattr(environment, "num_envs"):
+        if seed is not None:
+            environment.seed(seed)
+        return environment.reset().tobytes()
+    observation, _ = environment.reset(seed=seed)
+    values = list(observation.values()) if isinstance(observation, dict) else observation
+    return np.asarray(values).tobytes()
+
+
+MAKERS: dict[str, Callable[[], Any]] = {
+    "gymnasium": lambda: FlockEscapeEnv(small_flock()),
+    "line": lambda: LineEscapeEnv(LineScenario(num_agents=5)),
+    "parallel": lambda: parallel_env(small_flock()),
+    "flock slots": lambda: FlockVecEnv(2, small_flock()),
+    "agent slots": lambda: AgentVecEnv(2, small_flock()),
+}
+
+
+@pytest.mark.parametrize("interface", MAKERS)
+def test_unseeded_resets_differ(interface: str) -> None:
+    first, second = MAKERS[interface](), MAKERS[interface]()
+    seen = [first_observation(environment) for environment in (first, second) for _ in range(4)]
+    assert len(set(seen)) == len(seen)
+
+
+@pytest.mark.parametrize("interface", MAKERS)
+def test_a_seed_fixes_all_unseeded_resets_after_it(interface: str) -> None:
+    first, second = MAKERS[interface](), MAKERS[interface]()
+    first_observation(second)
+    sequences = [
+        [first_observation(environment, seed=21), *(first_observation(environment) for _ in range(4))]
+        for environment in (first, second, first)
+    ]
+    assert sequences[0] == sequences[1] == sequences[2]
+    assert len(set(sequences[0])) == 5
+
+
+def test_single_flock_interfaces_share_the_sequence() -> None:
+    """After the same seed the n-th unseeded episode is the same flock in every interface."""
+    scenario = small_flock()
+    gym, parallel, slots = FlockEscapeEnv(scenario), parallel_env(scenario), FlockVecEnv(1, scenario)
+    slots.seed(4)
+    for seed in (4, None, None):
+        distance = gym.reset(seed=seed)[1]["mean_distance"]
+        assert parallel.reset(seed=seed)[1]["agent_0"]["mean_distance"] == distance
+        slots.reset()
+        assert slots.reset_infos[0]["mean_distance"] == distance
+
+
+def test_unseeded_runs_report_their_seed() -> None:
+    scenario, line = small_flock(), LineScenario(num_agents=5)
+    first, second = simulate(scenario, RHO), simulate(scenario, RHO)
+    assert first.seed != second.seed
+    np.testing.assert_array_equal(simulate(scenario, RHO, seed=first.seed).positions, first.positions)
+    drawn = simulate_line(line, 0.1)
+    np.testing.assert_array_equal(simulate_line(line, 0.1, seed=drawn.seed).states, drawn.states)
+
+
+@pytest.mark.parametrize("seed", [np.int64(3), np.uint8(3), np.array(3)])
+def test_numpy_integers_are_seeds(seed: Any) -> None:
+    scenario = small_flock()
+    expected = simulate(scenario, RHO, seed=3)
+    np.testing.assert_array_equal(simulate(scenario, RHO, seed=seed).positions, expected.positions)
+    assert sweep(scenario, [RHO], [seed]).seeds.tolist() == [3]
+    for make in MAKERS.values():
+        assert first_observation(make(), seed) == first_observation(make(), 3)

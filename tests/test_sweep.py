@@ -1,0 +1,166 @@
+"""What a grid search tells: the best range, the oracle, intervals, tables, files and its progress."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from option_table import small_flock
+
+from flockesc_env import FlockScenario, FlockSweepResult, LineScenario, LineSweepResult, simulate, sweep
+from flockesc_env.errors import ArgumentError
+
+RANGES = [0.0, 5.0, 30.0]
+SEEDS = [4, 2**64 - 1, 17, 3]
+
+
+def result_of(values: np.ndarray) -> FlockSweepResult:
+    """Return a sweep with given values of J_mean, and J_min half of them."""
+    ranges, seeds = values.shape
+    return FlockSweepResult(
+        scenario=FlockScenario(),
+        interaction_ranges=np.arange(ranges, dtype=np.float64),
+        seeds=np.arange(seeds, dtype=np.uint64),
+        num_components=np.ones(values.shape, np.int64),
+        min_mean_distance=values,
+        min_min_distance=-values,
+    )
+
+
+@pytest.fixture(scope="module")
+def flocks() -> FlockSweepResult:
+    result = sweep(small_flock(num_agents=20), RANGES, SEEDS)
+    assert isinstance(result, FlockSweepResult)
+    return result
+
+
+@pytest.fixture(scope="module")
+def lines() -> LineSweepResult:
+    scenario = LineScenario(escape_force="linear_as_printed", max_steps=60)
+    result = sweep(scenario, [0.1, 0.4, 0.8], range(30))
+    assert isinstance(result, LineSweepResult)
+    return result
+
+
+def test_best_range_has_the_largest_mean() -> None:
+    result = result_of(np.array([[1.0, 2.0], [4.0, 0.0], [0.0, 5.0], [5.0, 0.0]]))
+    assert result.best_range() == result.best_range("mean") == 2.0  # the first of two equals
+    assert result.best_range("minimum") == 0.0
+    assert type(result.best_range()) is float
+
+
+def test_hindsight_oracle_chooses_per_seed() -> None:
+    values = np.array([[1.0, 2.0, 9.0], [4.0, 0.0, 3.0]])
+    result = result_of(values)
+    np.testing.assert_array_equal(result.hindsight_oracle(), [4.0, 2.0, 9.0])
+    np.testing.assert_array_equal(result.hindsight_oracle("minimum"), [-1.0, 0.0, -3.0])
+
+
+def test_arrays_fit_ranges_and_seeds(flocks: FlockSweepResult, lines: LineSweepResult) -> None:
+    for result in (flocks, lines):
+        shape = (len(result.interaction_ranges), len(result.seeds))
+        assert result.num_components.shape == shape
+        for objective in result.objectives:
+            assert result.values(objective).shape == shape
+            assert (result.hindsight_oracle(objective) >= result.values(objective)).all()
+    assert flocks.seeds.tolist() == SEEDS
+    assert flocks.interaction_ranges.tolist() == RANGES
+    assert lines.converged.dtype == np.bool
+    assert not lines.converged.all()
+
+
+def test_unknown_objective(flocks: FlockSweepResult, lines: LineSweepResult) -> None:
+    for result, objective in ((flocks, "escape_distance"), (lines, "mean"), (flocks, "")):
+        with pytest.raises(ArgumentError) as caught:
+            result.best_range(objective)
+        assert caught.value.field == "objective"
+
+
+def test_no_range_is_best_without_a_predator() -> None:
+    for scenario in (small_flock(predators=()), LineScenario(num_agents=5, predator_position=None)):
+        result = sweep(scenario, [0.1, 1.0], [0, 1])
+        assert np.isinf(result.values()).all()
+        with pytest.raises(ArgumentError) as caught:
+            result.best_range()
+        assert caught.value.field == "scenario"
+
+
+def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
+    values = np.random.default_rng(0).normal(70.0, 8.0, (400, 60))
+    result = result_of(values)
+    for confidence, fewest, most in ((0.95, 0.90, 0.98), (0.5, 0.42, 0.58)):
+        mean, low, high = result.mean_with_interval(confidence=confidence)
+        np.testing.assert_allclose(mean, values.mean(axis=1))
+        assert ((low < mean) & (mean < high)).all()
+        assert fewest < ((low <= 70) & (high >= 70)).mean() < most
+
+
+def test_intervals_are_reproducible_and_per_objective(flocks: FlockSweepResult) -> None:
+    np.testing.assert_equal(flocks.mean_with_interval(), flocks.mean_with_interval("mean"))
+    mean, low, high = flocks.mean_with_interval("minimum")
+    np.testing.assert_allclose(mean, flocks.min_min_distance.mean(axis=1))
+    assert (low <= mean).all()
+    assert (mean <= high).all()
+
+
+def test_table_has_a_row_per_run(flocks: FlockSweepResult, lines: LineSweepResult) -> None:
+    table = flocks.table()
+    assert table.columns == [
+        "interaction_range",
+        "seed",
+        "min_mean_distance",
+        "min_min_distance",
+        "num_components",
+    ]
+    assert table.height == len(RANGES) * len(SEEDS)
+    assert table["seed"].dtype == pl.UInt64
+    for row in table.iter_rows(named=True):
+        run = simulate(flocks.scenario, row["interaction_range"], seed=row["seed"])
+        assert row["min_mean_distance"] == run.mean_distance.min()
+        assert row["min_min_distance"] == run.min_distance.min()
+        assert row["num_components"] == run.num_components[-1]
+    assert lines.table().columns == [
+        "interaction_range",
+        "seed",
+        "escape_distance",
+        "num_components",
+        "converged",
+    ]
+    assert lines.table()["converged"].to_list() == lines.converged.ravel().tolist()
+
+
+def test_parquet_round_trip(flocks: FlockSweepResult, lines: LineSweepResult, tmp_path: Path) -> None:
+    for result in (flocks, lines):
+        for path in (tmp_path / "sweep.parquet", str(tmp_path / "sweep.parquet")):
+            result.to_parquet(path)
+            assert pl.read_parquet(path).equals(result.table())
+            document = pl.read_parquet_metadata(path)["scenario"]
+            assert type(result.scenario).from_json(document) == result.scenario
+
+
+@pytest.mark.parametrize("scenario", [small_flock(), LineScenario(num_agents=5)], ids=["flock", "line"])
+def test_progress_rises_to_the_total(scenario: FlockScenario | LineScenario) -> None:
+    """However short the sweep is: a progress bar must not stop short of its end."""
+    for _ in range(50):
+        calls: list[tuple[int, int]] = []
+        sweep(scenario, [0.1, 0.2], range(3), progress=lambda *call, calls=calls: calls.append(call))
+        assert calls
+        assert all(total == 6 for _, total in calls)
+        done = [done for done, _ in calls]
+        assert done == sorted(done)
+        assert done[-1] == 6
+
+
+def test_progress_reaches_the_total_although_the_callback_is_slow() -> None:
+    """The sweep ends while the callback still reports that it has not."""
+    calls: list[tuple[int, int]] = []
+
+    def slow(done: int, total: int) -> None:
+        calls.append((done, total))
+        time.sleep(0.5)
+
+    sweep(FlockScenario(), [10.0], range(12), progress=slow)
+    assert calls[-1] == (12, 12)

@@ -1,0 +1,193 @@
+"""What must not change under names, places and directions, and what is conserved."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from option_table import small_flock
+
+from flockesc_env import (
+    ConstantVelocity,
+    FlockEscapeEnv,
+    FlockScenario,
+    LineScenario,
+    PurePursuit,
+    Trajectory,
+    parallel_env,
+    simulate,
+    simulate_line,
+)
+
+N, STEPS = 12, 6
+seeds = st.integers(0, 2**32 - 1)
+dimensions = st.sampled_from([2, 3])
+
+# Ranges that no pair of random agents is exactly apart; rounding then moves nobody across a threshold.
+RHO = 7.3
+OWN_RHO = np.linspace(1.7, 13.1, N)
+
+
+def random_flock(dimension: int, rng: np.random.Generator) -> tuple[FlockScenario, np.ndarray, np.ndarray]:
+    """Draw a flock with a straight and a pursuing predator in its midst."""
+
+    def vector(scale: float) -> np.ndarray:
+        return rng.normal(0, scale, dimension)
+
+    scenario = small_flock(
+        dimension,
+        num_agents=N,
+        num_steps=STEPS,
+        predators=(ConstantVelocity(vector(10), vector(10)), PurePursuit(vector(20), vector(10))),
+    )
+    return scenario, rng.normal(0, 10, (N, dimension)), rng.normal(0, 10, (N, dimension))
+
+
+def moved(scenario: FlockScenario, turn: np.ndarray, shift: np.ndarray) -> FlockScenario:
+    """Return the scenario with turned and shifted predators."""
+    predators = tuple(
+        type(p)(turn @ np.array(p.position) + shift, turn @ np.array(p.velocity)) for p in scenario.predators
+    )
+    return scenario.replace(predators=predators)
+
+
+def random_motion(dimension: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Draw a proper rotation and a shift."""
+    turn, _ = np.linalg.qr(rng.normal(size=(dimension, dimension)))
+    turn[:, 0] *= np.linalg.det(turn)
+    return turn, rng.normal(0, 300, dimension)
+
+
+def run(scenario: FlockScenario, rho: Any, positions: np.ndarray, velocities: np.ndarray) -> Trajectory:
+    return simulate(scenario, rho, initial_positions=positions, initial_velocities=velocities)
+
+
+def assert_same_metrics(first: Trajectory, second: Trajectory) -> None:
+    for name in ("mean_distance", "min_distance", "polarization"):
+        np.testing.assert_allclose(getattr(first, name), getattr(second, name), atol=1e-6, err_msg=name)
+    np.testing.assert_array_equal(first.num_components, second.num_components)
+
+
+@settings(max_examples=50)
+@given(seeds, dimensions)
+def test_turning_and_shifting_the_world(seed: int, dimension: int) -> None:
+    rng = np.random.default_rng(seed)
+    scenario, positions, velocities = random_flock(dimension, rng)
+    turn, shift = random_motion(dimension, rng)
+    for rho in (RHO, OWN_RHO):
+        first = run(scenario, rho, positions, velocities)
+        second = run(moved(scenario, turn, shift), rho, positions @ turn.T + shift, velocities @ turn.T)
+        np.testing.assert_allclose(second.positions, first.positions @ turn.T + shift, atol=1e-6)
+        np.testing.assert_allclose(second.velocities, first.velocities @ turn.T, atol=1e-6)
+        np.testing.assert_allclose(
+            second.predator_positions, first.predator_positions @ turn.T + shift, atol=1e-6
+        )
+        assert_same_metrics(first, second)
+
+
+@settings(max_examples=50)
+@given(seeds, dimensions)
+def test_renaming_agents(seed: int, dimension: int) -> None:
+    rng = np.random.default_rng(seed)
+    scenario, positions, velocities = random_flock(dimension, rng)
+    order = rng.permutation(N)
+    for rho, renamed in ((RHO, RHO), (OWN_RHO, OWN_RHO[order])):
+        first = run(scenario, rho, positions, velocities)
+        second = run(scenario, renamed, positions[order], velocities[order])
+        np.testing.assert_allclose(second.positions, first.positions[:, order], atol=1e-6)
+        np.testing.assert_allclose(second.velocities, first.velocities[:, order], atol=1e-6)
+        assert_same_metrics(first, second)
+
+
+def flock_episode(scenario: FlockScenario, start: dict[str, Any], **options: Any) -> list[np.ndarray]:
+    env = FlockEscapeEnv(scenario, action_mode="range", **options)
+    observations = [env.reset(seed=0, options=start)[0]]
+    for _ in range(STEPS):
+        observation, reward, *_ = env.step(np.array([RHO], np.float32))
+        observations += [observation, np.array([reward])]
+    return observations
+
+
+def agent_episode(scenario: FlockScenario, start: dict[str, Any], rho: np.ndarray, **options: Any):
+    env = parallel_env(scenario, action_mode="range", **options)
+    observations = [np.stack(list(env.reset(seed=0, options=start)[0].values()))]
+    for _ in range(STEPS):
+        actions = dict(zip(env.agents, rho[:, None].astype(np.float32), strict=True))
+        rows, rewards, *_ = env.step(actions)
+        observations += [np.stack(list(rows.values())), np.array(list(rewards.values()))]
+    return observations
+
+
+def assert_close(first: list[np.ndarray], second: list[np.ndarray]) -> None:
+    for one, other in zip(first, second, strict=True):
+        np.testing.assert_allclose(other, one, atol=1e-5)
+
+
+@pytest.mark.parametrize("sensing", ["predator_range", None, 5.0])
+@settings(max_examples=25)
+@given(seeds, dimensions)
+def test_observations_know_no_place_and_no_direction(sensing: Any, seed: int, dimension: int) -> None:
+    rng = np.random.default_rng(seed)
+    scenario, positions, velocities = random_flock(dimension, rng)
+    turn, shift = random_motion(dimension, rng)
+    start = {"initial_positions": positions, "initial_velocities": velocities}
+    turned = {"initial_positions": positions @ turn.T + shift, "initial_velocities": velocities @ turn.T}
+    elsewhere = moved(scenario, turn, shift)
+    options = {"predator_sensing_range": sensing}
+    assert_close(flock_episode(scenario, start, **options), flock_episode(elsewhere, turned, **options))
+    options["reward"] = "own_distance"
+    assert_close(
+        agent_episode(scenario, start, OWN_RHO, **options),
+        agent_episode(elsewhere, turned, OWN_RHO, **options),
+    )
+
+
+@settings(max_examples=25)
+@given(seeds, dimensions)
+def test_observations_follow_the_names(seed: int, dimension: int) -> None:
+    rng = np.random.default_rng(seed)
+    scenario, positions, velocities = random_flock(dimension, rng)
+    order = rng.permutation(N)
+    start = {"initial_positions": positions, "initial_velocities": velocities}
+    renamed = {"initial_positions": positions[order], "initial_velocities": velocities[order]}
+    assert_close(flock_episode(scenario, start), flock_episode(scenario, renamed))
+    first = agent_episode(scenario, start, OWN_RHO, reward="own_distance")
+    second = agent_episode(scenario, renamed, OWN_RHO[order], reward="own_distance")
+    assert_close([part[order] for part in first], second)
+
+
+@settings(max_examples=40)
+@given(seeds, dimensions, st.sampled_from([0.0, RHO, 1e3]))
+def test_speed_is_constant(seed: int, dimension: int, rho: float) -> None:
+    scenario, positions, velocities = random_flock(dimension, np.random.default_rng(seed))
+    drawn = simulate(scenario, rho, seed=seed)
+    np.testing.assert_allclose(np.linalg.norm(drawn.velocities, axis=2), scenario.speed, rtol=1e-12)
+    given_start = run(scenario, rho, positions, velocities)
+    speeds = np.linalg.norm(given_start.velocities[1:], axis=2)
+    np.testing.assert_allclose(speeds, scenario.speed, rtol=1e-12)
+
+
+@given(seeds, dimensions, st.sampled_from([0.0, RHO, 11.0, 1e3]))
+def test_equal_ranges_per_agent_are_one_shared_range(seed: int, dimension: int, rho: float) -> None:
+    scenario, _, _ = random_flock(dimension, np.random.default_rng(seed))
+    shared = simulate(scenario, rho, seed=seed)
+    for shape in ((N,), (STEPS,), (STEPS, N), (1, N), (STEPS, 1)):
+        other = simulate(scenario, np.full(shape, rho), seed=seed)
+        for name in ("positions", "velocities", "mean_distance", "min_distance", "num_components"):
+            np.testing.assert_array_equal(getattr(other, name), getattr(shared, name))
+
+
+@settings(max_examples=60)
+@given(seeds, st.integers(1, 60), st.sampled_from([0.0, 0.0213, 0.0871, 0.31, 2.0]))
+def test_line_without_predator_falls_apart_and_never_grows(seed: int, n: int, rho: float) -> None:
+    """Lemma 1: m(t) never falls; and averages never leave the hull of what they average."""
+    trajectory = simulate_line(LineScenario(num_agents=n, predator_position=None), rho, seed=seed)
+    assert trajectory.converged
+    assert (np.diff(trajectory.num_components) >= 0).all()
+    hull = np.stack([trajectory.states.min(axis=1), -trajectory.states.max(axis=1)])
+    assert (np.diff(hull, axis=1) >= -1e-15).all()
+    order = np.argsort(trajectory.states[0])  # agents never overtake each other
+    assert (np.diff(trajectory.states[:, order], axis=1) >= -1e-15).all()
