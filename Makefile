@@ -6,6 +6,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 DEMO := runs/demo
+export VIRTUAL_ENV := $(CURDIR)/$(VENV)
+export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 
 .PHONY: help
 help: ## list the commands
@@ -20,7 +22,7 @@ $(VENV)/installed: constraints.txt pyproject.toml
 
 .PHONY: build
 build: $(VENV)/installed ## make the virtual environment .venv and build the package into it
-	. $(BIN)/activate && maturin develop --release --locked --quiet
+	$(BIN)/maturin develop --release --locked --quiet
 
 .PHONY: demo
 demo: build ## train a range policy and compare it with the grid search (about 6 minutes on 2 cores)

@@ -71,9 +71,7 @@ class _BatchVecEnv(VecEnv):
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """Give flock f the seed ``seed + f`` at the next reset; ``None``: seeds from the operating system."""
         rows = self._batch.rows
-        if seed is None:
-            seed = EpisodeSeeds().next() % 2**32
-        first = as_seed(seed)
+        first = EpisodeSeeds().next() if seed is None else as_seed(seed)
         as_seed(first + self._batch.num_flocks - 1, "seed of the last flock")
         self._seeds = [first + slot // rows for slot in range(self.num_envs)]
         return self._seeds
