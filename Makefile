@@ -22,7 +22,7 @@ $(VENV)/installed: constraints.txt pyproject.toml
 
 .PHONY: build
 build: $(VENV)/installed ## make the virtual environment .venv and build the package into it
-	$(BIN)/maturin develop --release --locked --quiet
+	$(BIN)/maturin develop --release --locked --quiet --skip-install
 
 .PHONY: demo
 demo: build ## train a range policy and compare it with the grid search (about 6 minutes on 2 cores)

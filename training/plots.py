@@ -67,39 +67,50 @@ def flock_over_time(runs: list[Run], folder: Path) -> Path:
         above.plot(times, trajectory.mean_distance, color=color, label=name)
         at = int(np.argmin(trajectory.mean_distance))
         above.plot(times[at], trajectory.mean_distance[at], "o", color=color)
-        quartiles = np.quantile(ranges, [0.25, 0.75], axis=1)
-        below.fill_between(times[:-1], *quartiles, color=color, alpha=0.2, lw=0, step="post")
-        below.step(times[:-1], ranges.mean(axis=1), color=color, where="post")
+        if ranges.shape[1] > 1:
+            _shares(below, times, ranges)
+        below.stairs(ranges.mean(axis=1), times, baseline=None, color=color, lw=1.5, zorder=2)
     above.set_ylabel("mean predator distance (m)")
     above.set_title(f"Flock of seed {runs[0][1].seed}: the dot is the objective")
     above.legend(frameon=False)
-    below.set_ylabel("interaction range (m)\nmean, band: middle half of the agents")
+    below.set_ylabel("interaction range (m)\nline: mean, shade: share of agents")
     below.set_xlabel("time (s)")
     below.margins(x=0)
     return _save(figure, folder / "flock_over_time")
 
 
+def _shares(axes: Axes, times: FloatArray, ranges: FloatArray, bins: int = 20) -> None:
+    """Shade how many agents have which range at which time."""
+    edges = np.linspace(0, ranges.max(), bins + 1)
+    shares = np.array([np.histogram(row, edges)[0] / row.size for row in ranges])
+    axes.pcolormesh(times, edges, shares.T, cmap="Oranges", vmin=0, vmax=0.6, alpha=0.7, zorder=0)
+
+
 def flock_under_attack(runs: list[Run], folder: Path, times: tuple[float, ...] = (0, 3, 6, 9)) -> Path:
     """Draw snapshots of one flock, a row per policy, agents colored by their range; return the file."""
-    figure = Figure(figsize=(3.1 * len(times), 2.9 * len(runs)), layout="constrained")
-    grid = figure.subplots(len(runs), len(times), sharex=True, sharey=True, squeeze=False)
+    figure = Figure(figsize=(3 * len(times), 3.2 * len(runs)), layout="constrained")
     top = max(float(np.quantile(ranges, 0.99)) for _, _, ranges in runs)
+    drawn = []
+    corners = []
     arrows: Any = None
-    seen = []
-    for row, (name, trajectory, ranges) in zip(grid, runs, strict=True):
+    parts = figure.subfigures(len(runs), 1, squeeze=False)[:, 0]
+    for part, (name, trajectory, ranges) in zip(parts, runs, strict=True):
+        part.suptitle(name, fontsize=11)
+        row = part.subplots(1, len(times), sharex=True, sharey=True, squeeze=False)[0]
         for axes, time in zip(row, times, strict=True):
             step = min(round(time / trajectory.scenario.time_step), trajectory.scenario.num_steps - 1)
             arrows = _snapshot(axes, trajectory, ranges[step], step, top)
-            seen.append(trajectory.positions[step, :, :2])
-        row[0].set_ylabel(f"{name}\ny (m)")
-    for axes in grid[-1]:
-        axes.set_xlabel("x (m)")
-    low, high = np.quantile(np.concatenate(seen), [0.01, 0.99], axis=0)
-    margin = 0.15 * (high - low)
-    grid[0, 0].set(
-        xlim=(low[0] - margin[0], high[0] + margin[0]), ylim=(low[1] - margin[1], high[1] + margin[1])
-    )
-    figure.colorbar(arrows, ax=grid, label="interaction range (m)", shrink=0.8)
+            corners.append(np.quantile(trajectory.positions[step, :, :2], [0, 1], axis=0))
+            reach = trajectory.scenario.predator_range
+            corners += [trajectory.predator_positions[step, :, :2] + d for d in (-reach, reach)]
+            axes.set_xlabel("x (m)")
+        row[0].set_ylabel("y (m)")
+        part.colorbar(arrows, ax=row, label="interaction range (m)")
+        drawn.append(row[0])
+    seen = np.concatenate(corners)
+    low, high = seen.min(axis=0) - 5, seen.max(axis=0) + 5
+    for axes in drawn:
+        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     return _save(figure, folder / "flock_under_attack")
 
 
