@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,23 @@ from flockesc_env.scenario import FlockScenario
 class _BatchVecEnv(VecEnv):
     """A batch of flocks with ``rows`` slots each; all slots of a flock share its episode."""
 
-    def __init__(self, batch: FlockBatch) -> None:
-        self._batch = batch
+    _per_agent: ClassVar[bool]
+
+    def __init__(
+        self,
+        num_flocks: int,
+        scenario: FlockScenario | None = None,
+        *,
+        num_threads: int | None = None,
+        **options: Any,
+    ) -> None:
+        self._batch = batch = FlockBatch(
+            scenario or FlockScenario(),
+            EnvOptions(**options),
+            num_flocks=num_flocks,
+            per_agent=self._per_agent,
+            num_threads=num_threads,
+        )
         self.control = batch.control
         self.scenario = batch.scenario
         self.options = batch.options
@@ -128,22 +143,7 @@ class FlockVecEnv(_BatchVecEnv):
         ScenarioError: for an option out of bounds or a scenario without predator.
     """
 
-    def __init__(
-        self,
-        num_flocks: int,
-        scenario: FlockScenario | None = None,
-        *,
-        num_threads: int | None = None,
-        **options: Any,
-    ) -> None:
-        super().__init__(
-            FlockBatch(
-                scenario or FlockScenario(),
-                EnvOptions(**options),
-                num_flocks=num_flocks,
-                num_threads=num_threads,
-            )
-        )
+    _per_agent = False
 
 
 class AgentVecEnv(_BatchVecEnv):
@@ -161,20 +161,4 @@ class AgentVecEnv(_BatchVecEnv):
         ScenarioError: for an option out of bounds or a scenario without predator.
     """
 
-    def __init__(
-        self,
-        num_flocks: int,
-        scenario: FlockScenario | None = None,
-        *,
-        num_threads: int | None = None,
-        **options: Any,
-    ) -> None:
-        super().__init__(
-            FlockBatch(
-                scenario or FlockScenario(),
-                EnvOptions(**options),
-                num_flocks=num_flocks,
-                per_agent=True,
-                num_threads=num_threads,
-            )
-        )
+    _per_agent = True

@@ -108,7 +108,7 @@ def flock_under_attack(runs: list[Run], folder: Path, times: tuple[float, ...] =
         part.colorbar(arrows, ax=row, label="interaction range (m)")
         drawn.append(row[0])
     seen = np.concatenate(corners)
-    low, high = seen.min(axis=0) - 5, seen.max(axis=0) + 5
+    low, high = seen.min(axis=0) - 12, seen.max(axis=0) + 12
     for axes in drawn:
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     return _save(figure, folder / "flock_under_attack")
