@@ -48,3 +48,13 @@ pub(crate) fn column<'py, S, T: numpy::Element>(
 ) -> Bound<'py, PyArray1<T>> {
     items.iter().map(field).collect::<Vec<T>>().into_pyarray(py)
 }
+
+/// Array of shape `shape` of one field of every cell, row after row.
+pub(crate) fn grid<'py, S, T: numpy::Element>(
+    py: Python<'py>,
+    cells: &[S],
+    shape: [usize; 2],
+    field: impl Fn(&S) -> T,
+) -> PyResult<Bound<'py, PyAny>> {
+    shaped(py, cells.iter().map(field).collect(), shape)
+}

@@ -7,7 +7,7 @@ use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{flat, rows_and_columns, shaped, vector};
+use crate::arrays::{flat, grid, rows_and_columns, shaped, vector};
 use crate::errors::CoreError;
 use crate::long_call::long_call;
 
@@ -106,17 +106,19 @@ pub(crate) fn sweep_flock<'py>(
         flockesc_core::sweep_flock(&config, &ranges, &seeds, num_threads, progress)
     })?;
     let shape = [ranges.len(), seeds.len()];
-    let floats = |field: fn(&flockesc_core::FlockOutcome) -> f64| {
-        shaped(py, cells.iter().map(field).collect(), shape)
-    };
-    let components: Vec<i64> = cells
-        .iter()
-        .map(|cell| cell.num_components as i64)
-        .collect();
     let dict = PyDict::new(py);
-    dict.set_item("min_mean_distance", floats(|cell| cell.min_mean_distance)?)?;
-    dict.set_item("min_min_distance", floats(|cell| cell.min_min_distance)?)?;
-    dict.set_item("num_components", shaped(py, components, shape)?)?;
+    dict.set_item(
+        "min_mean_distance",
+        grid(py, &cells, shape, |cell| cell.min_mean_distance)?,
+    )?;
+    dict.set_item(
+        "min_min_distance",
+        grid(py, &cells, shape, |cell| cell.min_min_distance)?,
+    )?;
+    dict.set_item(
+        "num_components",
+        grid(py, &cells, shape, |cell| cell.num_components as i64)?,
+    )?;
     Ok(dict)
 }
 
@@ -136,16 +138,16 @@ pub(crate) fn sweep_line<'py>(
         flockesc_core::sweep_line(&config, &ranges, &seeds, num_threads, progress)
     })?;
     let shape = [ranges.len(), seeds.len()];
-    let distances: Vec<f64> = cells.iter().map(|cell| cell.escape_distance).collect();
-    let components: Vec<i64> = cells
-        .iter()
-        .map(|cell| cell.num_components as i64)
-        .collect();
-    let converged: Vec<bool> = cells.iter().map(|cell| cell.converged).collect();
     let dict = PyDict::new(py);
-    dict.set_item("escape_distance", shaped(py, distances, shape)?)?;
-    dict.set_item("num_components", shaped(py, components, shape)?)?;
-    dict.set_item("converged", shaped(py, converged, shape)?)?;
+    dict.set_item(
+        "escape_distance",
+        grid(py, &cells, shape, |cell| cell.escape_distance)?,
+    )?;
+    dict.set_item(
+        "num_components",
+        grid(py, &cells, shape, |cell| cell.num_components as i64)?,
+    )?;
+    dict.set_item("converged", grid(py, &cells, shape, |cell| cell.converged)?)?;
     Ok(dict)
 }
 
