@@ -1,4 +1,4 @@
-"""The figures of docs/model.md, drawn anew from our own seeds, within three standard errors."""
+"""Figures of an independent simulation of the same model, met by our seeds within three standard errors."""
 
 from __future__ import annotations
 
