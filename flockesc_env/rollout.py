@@ -55,7 +55,7 @@ def rollout(
         seeds: seed k is the flock of ``env.reset(seed=k)``.
         scenario: the flock model's parameters; default: the paper's.
         per_agent: whether the policy sets one range per agent, or one per flock.
-        batch_size: flocks stepped together; the outcomes do not depend on it.
+        batch_size: flocks stepped together; only a policy that draws at random can tell the difference.
         num_threads: threads over which flocks are spread; ``None``: one per core.
         progress: called with (finished episodes, all episodes).
         **options: see ``EnvOptions``.
