@@ -34,10 +34,12 @@ class Policy(Protocol):
 def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
     """Return ``act(obs)`` for one environment: its observations in, actions that its ``step`` takes out.
 
-    Works with the Gymnasium environments (one observation), the SB3 and vector environments (stacked
-    observations) and the PettingZoo parallel environment (a dict per agent). ``env`` may be wrapped.
+    Works with the Gymnasium environments (one observation), their vector environments and those of SB3
+    (stacked observations) and the PettingZoo parallel environment (a dict per agent). ``env`` may be wrapped.
     """
-    control: Control = getattr(env, "unwrapped", env).control
+    inner = getattr(env, "unwrapped", env)
+    # A Gymnasium vector environment knows its environments' attributes only through ``get_attr``.
+    control: Control = inner.control if hasattr(inner, "control") else inner.get_attr("control")[0]
 
     def act(observation: Any) -> Any:
         if isinstance(observation, dict):

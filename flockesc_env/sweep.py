@@ -76,10 +76,17 @@ class SweepResult:
         """Return mean over seeds and its percentile bootstrap interval, three arrays of shape (ranges,).
 
         Needs the ``analysis`` extra.
+
+        Raises:
+            ArgumentError: for a single seed, or a confidence that is not between 0 and 1.
         """
         from scipy.stats import bootstrap  # heavy and optional: not imported with the package
 
         values = self.values(objective)
+        if len(self.seeds) < 2:
+            raise ArgumentError("seeds", "at least 2 for an interval", len(self.seeds))
+        if not 0 < confidence < 1:
+            raise ArgumentError("confidence", "a number between 0 and 1", confidence)
         band = bootstrap(
             (values,),
             np.mean,

@@ -255,3 +255,18 @@ def test_line_environment_needs_a_predator() -> None:
     with pytest.raises(ScenarioError) as caught:
         LineEscapeEnv(LineScenario(predator_position=None))
     assert caught.value.field == "predator_position"
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"num_agents": 3.5}, "an integer of at least 0"),
+        ({"mass": "heavy"}, "a number"),
+        ({"predators": 3}, "a list"),
+        ({"constant_speed": 1}, "true or false"),
+    ],
+)
+def test_errors_speak_of_the_document(changes: dict[str, Any], expected: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        FlockScenario(**changes)
+    assert caught.value.expected == expected

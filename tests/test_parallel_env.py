@@ -102,6 +102,9 @@ def test_what_callers_write_into_results_does_not_come_back() -> None:
         state = environment.state()
         state[:] = np.nan
     assert environment.agents == twin.agents == []
+    environment.reset(seed=1)
+    environment.agents.clear()
+    assert environment.possible_agents == twin.possible_agents
 
 
 def test_order_of_actions_does_not_matter() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import gymnasium
@@ -22,6 +23,7 @@ from flockesc_env import (
     LineOptions,
     LineScenario,
     parallel_env,
+    record,
     rollout,
     simulate,
 )
@@ -252,3 +254,33 @@ def test_rollout_reports_progress() -> None:
 def test_rollout_default_is_the_papers_flock() -> None:
     episodes = rollout(FixedRange(25.0), [0])
     assert episodes.min_mean_distance[0] == simulate(FlockScenario(), 25.0, seed=0).mean_distance.min()
+
+
+@pytest.mark.parametrize("steps_per_action", STEPS_PER_ACTION)
+@pytest.mark.parametrize("name", AGENT_POLICIES)
+def test_record_is_the_episode_of_the_rollout(name: str, steps_per_action: int) -> None:
+    options = {**options_for(name, "normalized"), "steps_per_action": steps_per_action}
+    views = [True, False] if name in SHARED_POLICIES else [True]
+    for per_agent in views:
+        make = AGENT_POLICIES[name]
+        run, ranges = record(make(), SEEDS[0], scenario=SCENARIO, per_agent=per_agent, **options)
+        episodes = rollout(make(), SEEDS[:1], scenario=SCENARIO, per_agent=per_agent, **options)
+        expected = [run.mean_distance.min(), run.min_distance.min(), run.num_components[-1]]
+        assert outcome(episodes)[:, 0].tolist() == expected
+        assert run.seed == SEEDS[0]
+        assert ranges.shape == (T, N if per_agent else 1)
+        held = np.arange(T) // steps_per_action * steps_per_action
+        np.testing.assert_array_equal(ranges, ranges[held])
+        np.testing.assert_array_equal(simulate(SCENARIO, ranges, seed=SEEDS[0]).positions, run.positions)
+
+
+@pytest.mark.parametrize("vectorize", [gymnasium.vector.SyncVectorEnv, gymnasium.vector.AsyncVectorEnv])
+def test_bind_to_a_gymnasium_vector_environment(vectorize: Any) -> None:
+    make = functools.partial(
+        gymnasium.make, "flockesc_env:flockesc/FlockEscape-v0", scenario=SCENARIO, action_mode="range"
+    )
+    env = vectorize([make, make])
+    observations, _ = env.reset(seed=0)
+    *_, info = env.step(bind(FixedRange(7.0), env)(observations))
+    env.close()
+    assert info["interaction_range"].tolist() == [7.0, 7.0]

@@ -207,6 +207,13 @@ def test_single_flock_interfaces_share_the_sequence() -> None:
         assert slots.reset_infos[0]["mean_distance"] == distance
 
 
+def test_seeds_that_people_name_never_come_up_by_chance() -> None:
+    """Flocks held out for a report, of small seeds, cannot slip into training."""
+    slots = FlockVecEnv(1, small_flock())
+    drawn = [simulate(small_flock(), RHO).seed for _ in range(50)] + [slots.seed()[0] for _ in range(50)]
+    assert min(drawn) >= 2**32
+
+
 def test_unseeded_runs_report_their_seed() -> None:
     scenario, line = small_flock(), LineScenario(num_agents=5)
     first, second = simulate(scenario, RHO), simulate(scenario, RHO)

@@ -164,3 +164,12 @@ def test_progress_reaches_the_total_although_the_callback_is_slow() -> None:
 
     sweep(FlockScenario(), [10.0], range(12), progress=slow)
     assert calls[-1] == (12, 12)
+
+
+def test_an_interval_needs_two_seeds_and_a_confidence() -> None:
+    scenario = FlockScenario(num_agents=3, num_steps=3)
+    with pytest.raises(ArgumentError, match="seeds: expected at least 2"):
+        sweep(scenario, [1.0], [0]).mean_with_interval()
+    for confidence in (0.0, 1.0, 2.0, float("nan")):
+        with pytest.raises(ArgumentError, match="confidence: expected"):
+            sweep(scenario, [1.0], [0, 1]).mean_with_interval(confidence=confidence)

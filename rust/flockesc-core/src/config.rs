@@ -193,8 +193,21 @@ pub(crate) fn parse<T: DeserializeOwned>(document: &str) -> Result<T> {
         } else {
             path
         };
-        Error::config(field, expected, given)
+        Error::config(field, plain(expected), given)
     })
+}
+
+/// What serde expects, in words of the document instead of Rust's.
+fn plain(expected: &str) -> &str {
+    match expected {
+        "usize" => "an integer of at least 0",
+        "f64" => "a number",
+        "a sequence" => "a list",
+        "a boolean" => "true or false",
+        "newtype variant" | "struct variant" | "map" => "an object with its fields",
+        other if other.starts_with("struct ") => "an object with its fields",
+        other => other,
+    }
 }
 
 /// The name in backquotes in serde's messages on unknown and missing fields.
