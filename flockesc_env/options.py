@@ -63,7 +63,7 @@ class ActionOptions:
             object.__setattr__(self, "range_grid", tuple(grid.tolist()))
 
     def replace(self, **changes: Any) -> Self:
-        """Return a copy with some options changed."""
+        """Return a copy with some options changed, checked anew."""
         return dataclasses.replace(self, **changes)
 
 

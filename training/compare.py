@@ -14,15 +14,13 @@ from typing import Literal
 
 import numpy as np
 import polars as pl
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 from flockesc_env import Episodes, FlockScenario, FlockSweepResult, rollout, sweep
 from training import plots, seeds, stats
 from training.config import CONFIG_FILE, RunRecord, versions
 from training.contenders import Contender, contender
-
-FloatArray = NDArray[np.float64]
+from training.stats import FloatArray
 
 RESULTS = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
 

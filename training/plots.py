@@ -10,13 +10,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
-from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario, FlockSweepResult, Trajectory, record
 from training import stats
 from training.contenders import Contender
+from training.stats import FloatArray
 
-FloatArray = NDArray[np.float64]
 Run = tuple[str, Trajectory, FloatArray]
 """Name of a policy, what the flock did under it, and the ranges in force, shape (T, n) or (T, 1)."""
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import bootstrap
 
-Values = NDArray[np.float64]
+FloatArray = NDArray[np.float64]
 
 CONFIDENCE = 0.95
 RESAMPLES = 9_999
@@ -26,7 +26,7 @@ class Estimate:
         return f"{self.mean:.2f} [{self.low:.2f}, {self.high:.2f}]"
 
 
-def mean(values: Values) -> Estimate:
+def mean(values: FloatArray) -> Estimate:
     """Return the mean of one value per flock, shape (flocks,), with its percentile bootstrap interval."""
     if np.ptp(values) == 0:  # nothing to resample
         return Estimate(values[0], values[0], values[0])
@@ -41,6 +41,6 @@ def mean(values: Values) -> Estimate:
     return Estimate(float(values.mean()), float(interval.low), float(interval.high))
 
 
-def improvement(values: Values, baseline: Values) -> Estimate:
+def improvement(values: FloatArray, baseline: FloatArray) -> Estimate:
     """Return the probability that a flock fares better than under the baseline, paired; ties count half."""
     return mean((values > baseline) + 0.5 * (values == baseline))

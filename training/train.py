@@ -80,8 +80,7 @@ def train(args: TrainArgs, scenario: FlockScenario | None = None) -> Path:
 
 
 def _env(args: TrainArgs, scenario: FlockScenario) -> VecEnv:
-    options = {f.name: getattr(args.env_options(), f.name) for f in dataclasses.fields(args.env_options())}
     make = AgentVecEnv if args.per_agent else FlockVecEnv
-    env: VecEnv = make(args.num_flocks, scenario, **options)
+    env: VecEnv = make(args.num_flocks, scenario, **dataclasses.asdict(args.env_options()))
     # Observations are scaled already; returns are brought to unit scale for the value network.
     return VecNormalize(VecMonitor(env), norm_obs=False, gamma=args.gamma)

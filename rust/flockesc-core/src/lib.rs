@@ -47,12 +47,12 @@ pub use error::{Error, Result};
 pub use flock::{InitialState, Schedule, Trajectory, World, simulate_flock};
 pub use graph::{laplacian, perron_matrix};
 pub use line::{
-    EscapeForce, Line, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory, initial_states,
-    line_entries, num_components, simulate_line,
+    EscapeForce, Line, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory, line_entries,
+    num_components, simulate_line,
 };
 pub use neighbor::{NeighborRule, Ranges};
 pub use observation::{Entry, entries};
 pub use predator::{ConstantVelocity, Predator, PredatorConfig, PurePursuit};
 pub use reward::Reward;
 pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};
-pub use threads::{MAX_THREADS, Progress, available_threads};
+pub use threads::Progress;

@@ -9,7 +9,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::error::{Error, Result};
 
 /// Most threads that a call may ask for.
-pub const MAX_THREADS: usize = 1024;
+const MAX_THREADS: usize = 1024;
 
 /// Pools by (process id, number of threads). A forked child inherits its parent's pools without their
 /// threads; it never looks at them because its process id differs, and they are never dropped, because
@@ -45,8 +45,7 @@ pub(crate) fn pool(num_threads: Option<usize>) -> Result<&'static ThreadPool> {
 }
 
 /// Number of threads that `None` stands for.
-#[must_use]
-pub fn available_threads() -> usize {
+fn available_threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 

@@ -142,7 +142,6 @@ impl FlockBatch {
             let positions: Vec<_> = world.predators().iter().map(|p| p.position).collect();
             let velocities: Vec<_> = world.predators().iter().map(|p| p.velocity).collect();
             dict.set_item("step", episode.step_count())?;
-            dict.set_item("has_ended", episode.has_ended())?;
             dict.set_item("interaction_range", episode.ranges().to_vec().into_pyarray(py))?;
             dict.set_item("distances", episode.own_distances().to_vec().into_pyarray(py))?;
             dict.set_item("positions", shaped(py, flat(world.positions()), agents)?)?;

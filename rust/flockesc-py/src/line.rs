@@ -42,10 +42,6 @@ impl LineEpisode {
         self.inner.observation().into_pyarray(py)
     }
 
-    fn states<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.inner.line().states().to_vec().into_pyarray(py)
-    }
-
     /// An equal episode that goes its own way.
     fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
         self.clone()

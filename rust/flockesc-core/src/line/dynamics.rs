@@ -100,8 +100,7 @@ impl Line {
 }
 
 /// x(0) ~ U[0, 1]^n.
-#[must_use]
-pub fn initial_states(num_agents: usize, seed: u64) -> Vec<f64> {
+fn initial_states(num_agents: usize, seed: u64) -> Vec<f64> {
     let mut rng = rng::stream(seed, Stream::LineState);
     (0..num_agents)
         .map(|_| rng::uniform(&mut rng, 1.0))

@@ -5,7 +5,7 @@ mod episode;
 mod escape;
 mod simulate;
 
-pub use dynamics::{Line, initial_states, num_components};
+pub use dynamics::{Line, num_components};
 pub use episode::{LineEpisode, LineEpisodeConfig, LineReward, line_entries};
 pub use escape::EscapeForce;
 pub use simulate::{LineTrajectory, simulate_line};
