@@ -21,10 +21,12 @@
 //! - [`simulate_flock`], [`simulate_line`]: whole runs, recorded; [`sweep_flock`], [`sweep_line`]: the grid search.
 //! - [`Batch`]: many episodes with rewards and observations, stepped together.
 
+mod agents;
 mod batch;
 mod config;
 mod episode;
 mod error;
+mod exact;
 mod flock;
 mod graph;
 mod line;
@@ -50,6 +52,7 @@ pub use line::{
     EscapeForce, Line, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory, line_entries,
     num_components, simulate_line,
 };
+pub use metrics::PredatorDistance;
 pub use neighbor::{NeighborRule, Ranges};
 pub use observation::{Entry, entries};
 pub use predator::{ConstantVelocity, Predator, PredatorConfig, PurePursuit};

@@ -136,16 +136,18 @@ impl FlockBatch {
         on_batch!(&self.inner, batch => {
             let episode = batch.episode(slot).map_err(CoreError::from)?;
             let world = episode.world();
-            let agents = [world.positions().len(), world.config().dimension];
+            let agents = [world.config().num_agents, world.config().dimension];
+            let mut distances = Vec::new();
+            world.write_distances(&mut distances);
             let predators = [world.predators().len(), world.config().dimension];
             let flat = |rows: &[_]| rows.iter().flatten().copied().collect::<Vec<f64>>();
             let positions: Vec<_> = world.predators().iter().map(|p| p.position).collect();
             let velocities: Vec<_> = world.predators().iter().map(|p| p.velocity).collect();
             dict.set_item("step", episode.step_count())?;
             dict.set_item("interaction_range", episode.ranges().to_vec().into_pyarray(py))?;
-            dict.set_item("distances", episode.own_distances().to_vec().into_pyarray(py))?;
-            dict.set_item("positions", shaped(py, flat(world.positions()), agents)?)?;
-            dict.set_item("velocities", shaped(py, flat(world.velocities()), agents)?)?;
+            dict.set_item("distances", distances.into_pyarray(py))?;
+            dict.set_item("positions", shaped(py, flat(&world.positions()), agents)?)?;
+            dict.set_item("velocities", shaped(py, flat(&world.velocities()), agents)?)?;
             dict.set_item("predator_positions", shaped(py, flat(&positions), predators)?)?;
             dict.set_item("predator_velocities", shaped(py, flat(&velocities), predators)?)?;
         });
