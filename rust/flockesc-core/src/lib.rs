@@ -48,7 +48,7 @@ pub use flock::{InitialState, Schedule, Trajectory, World, simulate_flock};
 pub use graph::{laplacian, perron_matrix};
 pub use line::{
     EscapeForce, Line, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory, line_entries,
-    num_components, simulate_line,
+    simulate_line,
 };
 pub use neighbor::{NeighborRule, Ranges};
 pub use observation::{Entry, entries};

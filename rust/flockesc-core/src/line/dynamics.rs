@@ -2,17 +2,18 @@
 
 use std::sync::Arc;
 
+use super::consensus::{Consensus, components};
+use super::groups::Groups;
 use crate::config::LineConfig;
 use crate::error::{Error, Result};
-use crate::metrics::minimum;
 use crate::rng::{self, Stream};
 
 /// A line of agents at one moment.
 #[derive(Debug, Clone)]
 pub struct Line {
     config: Arc<LineConfig>,
-    states: Vec<f64>,
-    next: Vec<f64>,
+    groups: Groups,
+    consensus: Consensus,
 }
 
 impl Line {
@@ -21,25 +22,36 @@ impl Line {
     /// # Errors
     /// [`Error::Argument`] if `states` has another length than the line or an entry is not finite.
     pub fn new(config: Arc<LineConfig>, seed: u64, states: Option<&[f64]>) -> Result<Self> {
-        let states = match states {
+        let groups = match states {
             Some(given) => {
                 check_states(given, config.num_agents)?;
-                given.to_vec()
+                Groups::new(given)
             }
-            None => initial_states(config.num_agents, seed),
+            None => Groups::new(&initial_states(config.num_agents, seed)),
         };
-        let next = Vec::with_capacity(states.len());
         Ok(Self {
             config,
-            states,
-            next,
+            groups,
+            consensus: Consensus::default(),
         })
     }
 
     /// x(t), length n.
     #[must_use]
-    pub fn states(&self) -> &[f64] {
-        &self.states
+    pub fn states(&self) -> Vec<f64> {
+        let mut states = Vec::with_capacity(self.config.num_agents);
+        self.append_states(&mut states);
+        states
+    }
+
+    pub(super) fn append_states(&self, out: &mut Vec<f64>) {
+        self.groups.append_states(out);
+    }
+
+    /// x(t) in rising order, length n.
+    pub(super) fn sorted_states(&self) -> impl Iterator<Item = f64> {
+        let groups = self.groups.sorted().iter();
+        groups.flat_map(|group| std::iter::repeat_n(group.state, group.size as usize))
     }
 
     /// The parameters.
@@ -54,26 +66,24 @@ impl Line {
     /// [`Error::Argument`] if `range` is negative or not finite.
     pub fn step(&mut self, range: f64) -> Result<f64> {
         check_range(range)?;
-        consensus(&self.states, range, &mut self.next);
+        let groups = self.groups.sorted();
+        let next = self.consensus.means(groups, self.config.num_agents, range);
         if let Some(predator) = self.config.predator_position {
             let LineConfig {
-                escape_force,
                 predator_range,
                 repulsion_strength,
+                escape_force,
                 ..
             } = *self.config;
-            for (next, state) in self.next.iter_mut().zip(&self.states) {
-                *next += escape_force.at(state - predator, predator_range, repulsion_strength);
+            // Groups that feel the predator stand side by side.
+            let start = groups.partition_point(|g| g.state - predator <= -predator_range);
+            let end = groups.partition_point(|g| g.state - predator < predator_range);
+            for (next, group) in next[start..end].iter_mut().zip(&groups[start..end]) {
+                *next +=
+                    escape_force.at(group.state - predator, predator_range, repulsion_strength);
             }
         }
-        let moved = self
-            .next
-            .iter()
-            .zip(&self.states)
-            .map(|(next, state)| (next - state).abs())
-            .fold(0.0, f64::max);
-        std::mem::swap(&mut self.states, &mut self.next);
-        Ok(moved)
+        Ok(self.groups.move_to(next))
     }
 
     /// Whether a step that moved no agent by more than `moved` left the line in its steady state.
@@ -85,17 +95,19 @@ impl Line {
     /// d(t) = min_i |x_i - x_p|; infinite without a predator.
     #[must_use]
     pub fn escape_distance(&self) -> f64 {
-        let Some(predator) = self.config.predator_position else {
-            return f64::INFINITY;
-        };
-        let distances: Vec<f64> = self.states.iter().map(|x| (x - predator).abs()).collect();
-        minimum(&distances)
+        let groups = self.groups.sorted().iter();
+        self.config
+            .predator_position
+            .map(|predator| groups.map(move |group| (group.state - predator).abs()))
+            .into_iter()
+            .flatten()
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// m(t), the number of connected components under `range`.
     #[must_use]
     pub fn num_components(&self, range: f64) -> usize {
-        num_components(&self.states, range)
+        components(self.groups.sorted(), range).count()
     }
 }
 
@@ -105,31 +117,6 @@ fn initial_states(num_agents: usize, seed: u64) -> Vec<f64> {
     (0..num_agents)
         .map(|_| rng::uniform(&mut rng, 1.0))
         .collect()
-}
-
-/// m, the number of connected components of a line: 1 + the number of gaps above `range`.
-#[must_use]
-pub fn num_components(states: &[f64], range: f64) -> usize {
-    let mut sorted = states.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    1 + sorted.windows(2).filter(|w| w[1] - w[0] > range).count()
-}
-
-/// y_i = mean of x_j over |x_i - x_j| <= `range` (Eq. 1), summed in index order, so that agents with
-/// the same neighbors get the same bits.
-pub(crate) fn consensus(states: &[f64], range: f64, out: &mut Vec<f64>) {
-    out.clear();
-    out.extend(states.iter().map(|x| {
-        let mut sum = 0.0;
-        let mut count = 0.0;
-        for other in states {
-            if (x - other).abs() <= range {
-                sum += other;
-                count += 1.0;
-            }
-        }
-        sum / count
-    }));
 }
 
 fn check_states(states: &[f64], num_agents: usize) -> Result<()> {
