@@ -1,23 +1,26 @@
-//! The consensus of a sorted line (Eq. 1) in one pass: prefix sums, and windows with two moving ends.
+//! The consensus of a sorted line (Eq. 1) in one pass: prefix sums, and a window with two moving ends.
 
 use super::groups::Group;
 
-/// Groups by which the end of a window is moved at a time.
+/// Groups by which the upper end of a window moves at a time; comparing so many takes no branch.
 const STRIDE: usize = 4;
 
 /// The means of a line, with room for what it takes to find them.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct Consensus {
     means: Vec<f64>,
+    /// States of one component, then `STRIDE` infinities, which no window reaches.
     states: Vec<f64>,
+    /// Sums over the first k groups of one component, k = 0 to their number.
     prefixes: Vec<Prefix>,
+    /// How many groups the window loses as it moves on to the k-th group of the component.
+    leaving: Vec<u32>,
 }
 
-/// Sums over the groups before one.
 #[derive(Debug, Clone, Copy, Default)]
 struct Prefix {
-    /// Of quantised states, agent by agent.
-    sum: i64,
+    /// Of fixed-point states, agent by agent.
+    state: i64,
     /// Of sizes.
     size: i64,
 }
@@ -28,70 +31,115 @@ pub(super) fn components(groups: &[Group], range: f64) -> impl Iterator<Item = &
 }
 
 impl Consensus {
-    /// For every group the mean state of the agents within `range`.
+    /// Room for `num_groups` groups.
+    pub(super) fn with_capacity(num_groups: usize) -> Self {
+        Self {
+            means: Vec::with_capacity(num_groups),
+            states: Vec::with_capacity(num_groups + STRIDE),
+            prefixes: Vec::with_capacity(num_groups + 1),
+            leaving: Vec::with_capacity(num_groups + 1),
+        }
+    }
+
+    /// For every group the mean state of the agents within `range` of it, the boundary included.
+    ///
+    /// Groups with the same neighbors get the same bits, whatever the order of the agents.
     pub(super) fn means(&mut self, groups: &[Group], num_agents: usize, range: f64) -> &mut [f64] {
         self.means.clear();
         for component in components(groups, range) {
-            match component {
-                [alone] => self.means.push(alone.state),
-                _ => self.extend(component, num_agents, range),
+            let (first, last) = (component[0].state, component[component.len() - 1].state);
+            if first == last {
+                // Nobody moves, not even by a rounding.
+                self.means.extend(component.iter().map(|group| group.state));
+            } else {
+                let scale = FixedPoint::new(num_agents, first.abs().max(last.abs()));
+                self.sum_up(component, scale);
+                self.extend_means(component, scale, range);
             }
         }
         &mut self.means
     }
 
-    fn extend(&mut self, component: &[Group], num_agents: usize, range: f64) {
-        let (to_fixed, from_fixed) = scales(component, num_agents);
+    fn sum_up(&mut self, component: &[Group], scale: FixedPoint) {
         self.states.clear();
         self.states
             .extend(component.iter().map(|group| group.state));
         self.states.extend([f64::INFINITY; STRIDE]);
-        let mut prefix = Prefix::default();
+        let mut sum = Prefix::default();
         self.prefixes.clear();
-        self.prefixes.push(prefix);
+        self.prefixes.push(sum);
         self.prefixes.extend(component.iter().map(|group| {
             let size = i64::from(group.size);
-            prefix.sum += size * (group.state * to_fixed) as i64;
-            prefix.size += size;
-            prefix
+            sum.state += size * scale.to_fixed(group.state);
+            sum.size += size;
+            sum
         }));
-        let (states, prefixes) = (&self.states[..], &self.prefixes[..=component.len()]);
+    }
+
+    fn extend_means(&mut self, component: &[Group], scale: FixedPoint, range: f64) {
+        let (states, prefixes, leaving) = (&self.states, &self.prefixes, &mut self.leaving);
+        leaving.clear();
+        leaving.resize(component.len() + 1, 0);
         let first = component[0].state;
         let mut low = 0;
         let mut high = component.partition_point(|group| group.state - first <= range);
-        self.means.extend(component.iter().map(|group| {
-            if group.state - first > range {
-                low = advanced(states, low, |state| group.state - state > range);
-            }
-            if high < component.len() {
-                high = advanced(states, high, |state| state - group.state <= range);
-            }
-            let (before, after) = (prefixes[low], prefixes[high]);
-            let mean = (after.sum - before.sum) as f64 / (after.size - before.size) as f64;
-            mean * from_fixed
-        }));
+        self.means
+            .extend(component.iter().enumerate().map(|(k, group)| {
+                if high < component.len() {
+                    high = window_end(states, high, group.state, range);
+                }
+                // Neighbors are mutual: the first that this group does not hear is the first not to hear it.
+                leaving[high] += 1;
+                low += leaving[k] as usize;
+                let (below, upto) = (prefixes[low], prefixes[high]);
+                scale.mean(upto.state - below.state, upto.size - below.size)
+            }));
     }
 }
 
-fn advanced(states: &[f64], mut end: usize, passed: impl Fn(f64) -> bool) -> usize {
+/// The first of the rising `states` above `state` + `range`, at `from` or after it.
+fn window_end(states: &[f64], from: usize, state: f64, range: f64) -> usize {
+    let mut end = from;
     while let Some(next) = states[end..].first_chunk::<STRIDE>() {
-        let count: usize = next.iter().map(|&state| usize::from(passed(state))).sum();
-        end += count;
-        if count < STRIDE {
+        let heard = next.iter().filter(|&next| next - state <= range).count();
+        end += heard;
+        if heard < STRIDE {
             break;
         }
     }
     end
 }
 
-fn scales(component: &[Group], num_agents: usize) -> (f64, f64) {
-    let magnitude = component[0]
-        .state
-        .abs()
-        .max(component[component.len() - 1].state.abs());
-    let exponent = ((magnitude.to_bits() >> 52) as i64) - 1022; // magnitude < 2^exponent
-    let bits = i64::from((num_agents as u64).leading_zeros()) - 1; // num_agents < 2^(63 - bits)
-    let shift = (bits - exponent).min(1022);
-    let power = |shift: i64| f64::from_bits(((1023 + shift) as u64) << 52);
-    (power(shift), power(-shift))
+/// States as integers times a power of two: their sums are exact, so that their order cannot matter.
+#[derive(Debug, Clone, Copy)]
+struct FixedPoint {
+    to_fixed: f64,
+    from_fixed: f64,
+}
+
+impl FixedPoint {
+    /// As fine as an `i64` allows that holds the sum of `num_agents` states of at most `magnitude`.
+    ///
+    /// The unit for 100 agents is an eighth of the last place of `magnitude` as an `f64`. It grows with the
+    /// number of agents, as does what rounding costs a sum of floats, and stays far below. It is 2^-1022 or more.
+    fn new(num_agents: usize, magnitude: f64) -> Self {
+        // num_agents < 2^(63 - spare_bits), magnitude < 2^exponent
+        let spare_bits = i64::from((num_agents as u64).leading_zeros()) - 1;
+        let exponent = (magnitude.to_bits() >> 52) as i64 - 1022;
+        let shift = (spare_bits - exponent).min(1022); // a normal power of two, and so is its inverse
+        let power_of_two = |exponent: i64| f64::from_bits(((1023 + exponent) as u64) << 52);
+        Self {
+            to_fixed: power_of_two(shift),
+            from_fixed: power_of_two(-shift),
+        }
+    }
+
+    fn to_fixed(self, state: f64) -> i64 {
+        (state * self.to_fixed) as i64
+    }
+
+    /// The quotient first: a sum may be beyond every `f64`.
+    fn mean(self, sum: i64, count: i64) -> f64 {
+        sum as f64 / count as f64 * self.from_fixed
+    }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::consensus::{Consensus, components};
-use super::groups::Groups;
+use super::groups::{Group, Groups};
 use crate::config::LineConfig;
 use crate::error::{Error, Result};
 use crate::rng::{self, Stream};
@@ -22,17 +22,18 @@ impl Line {
     /// # Errors
     /// [`Error::Argument`] if `states` has another length than the line or an entry is not finite.
     pub fn new(config: Arc<LineConfig>, seed: u64, states: Option<&[f64]>) -> Result<Self> {
+        let num_agents = config.num_agents;
         let groups = match states {
             Some(given) => {
-                check_states(given, config.num_agents)?;
+                check_states(given, num_agents)?;
                 Groups::new(given)
             }
-            None => Groups::new(&initial_states(config.num_agents, seed)),
+            None => Groups::new(&initial_states(num_agents, seed)),
         };
         Ok(Self {
             config,
             groups,
-            consensus: Consensus::default(),
+            consensus: Consensus::with_capacity(num_agents),
         })
     }
 
@@ -44,6 +45,7 @@ impl Line {
         states
     }
 
+    /// Appends x(t), length n.
     pub(super) fn append_states(&self, out: &mut Vec<f64>) {
         self.groups.append_states(out);
     }
@@ -75,12 +77,14 @@ impl Line {
                 escape_force,
                 ..
             } = *self.config;
-            // Groups that feel the predator stand side by side.
-            let start = groups.partition_point(|g| g.state - predator <= -predator_range);
-            let end = groups.partition_point(|g| g.state - predator < predator_range);
-            for (next, group) in next[start..end].iter_mut().zip(&groups[start..end]) {
-                *next +=
-                    escape_force.at(group.state - predator, predator_range, repulsion_strength);
+            // Who feels the predator stands side by side.
+            let offset = |group: &Group| group.state - predator;
+            let start = groups.partition_point(|group| offset(group) <= -predator_range);
+            let num_chased =
+                groups[start..].partition_point(|group| offset(group) < predator_range);
+            let chased = groups[start..].iter().take(num_chased);
+            for (next, group) in next[start..].iter_mut().zip(chased) {
+                *next += escape_force.at(offset(group), predator_range, repulsion_strength);
             }
         }
         Ok(self.groups.move_to(next))
@@ -95,12 +99,12 @@ impl Line {
     /// d(t) = min_i |x_i - x_p|; infinite without a predator.
     #[must_use]
     pub fn escape_distance(&self) -> f64 {
+        let Some(predator) = self.config.predator_position else {
+            return f64::INFINITY;
+        };
         let groups = self.groups.sorted().iter();
-        self.config
-            .predator_position
-            .map(|predator| groups.map(move |group| (group.state - predator).abs()))
-            .into_iter()
-            .flatten()
+        groups
+            .map(|group| (group.state - predator).abs())
             .fold(f64::INFINITY, f64::min)
     }
 
@@ -153,6 +157,7 @@ pub(crate) fn check_range(range: f64) -> Result<()> {
 mod tests {
     use super::*;
     use crate::line::EscapeForce;
+    use crate::metrics::minimum;
     use proptest::prelude::*;
 
     fn line(states: &[f64]) -> Line {
@@ -177,8 +182,9 @@ mod tests {
         ) {
             let mut line = line(&states);
             let hull = |line: &Line| {
-                let low = minimum(line.states());
-                (low, line.states().iter().copied().fold(low, f64::max))
+                let states = line.states();
+                let low = minimum(&states);
+                (low, states.into_iter().fold(low, f64::max))
             };
             let (mut components, mut before) = (line.num_components(range), hull(&line));
             for _ in 0..30 {

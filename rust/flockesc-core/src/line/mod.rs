@@ -6,11 +6,10 @@ mod episode;
 mod escape;
 mod groups;
 mod simulate;
+#[cfg(test)]
+mod tests;
 
 pub use dynamics::Line;
 pub use episode::{LineEpisode, LineEpisodeConfig, LineReward, line_entries};
 pub use escape::EscapeForce;
 pub use simulate::{LineTrajectory, simulate_line};
-
-#[cfg(test)]
-pub(crate) use dynamics::consensus;
