@@ -91,8 +91,8 @@ impl Consensus {
                 // Neighbors are mutual: the first that this group does not hear is the first not to hear it.
                 leaving[high] += 1;
                 low += leaving[k] as usize;
-                let (below, upto) = (prefixes[low], prefixes[high]);
-                scale.mean(upto.state - below.state, upto.size - below.size)
+                let (below, up_to) = (prefixes[low], prefixes[high]);
+                scale.mean(up_to.state - below.state, up_to.size - below.size)
             }));
     }
 }
