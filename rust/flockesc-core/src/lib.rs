@@ -50,7 +50,7 @@ pub use flock::{InitialState, Schedule, Trajectory, World, simulate_flock};
 pub use graph::{laplacian, perron_matrix};
 pub use line::{
     EscapeForce, Line, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory, line_entries,
-    num_components, simulate_line,
+    simulate_line,
 };
 pub use metrics::PredatorDistance;
 pub use neighbor::{NeighborRule, Ranges};
