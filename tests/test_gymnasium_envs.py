@@ -18,7 +18,6 @@ INFO_KEYS = {
     "min_distance",
     "min_mean_distance",
     "min_min_distance",
-    "num_components",
     "polarization",
     "interaction_range",
 }
@@ -117,6 +116,16 @@ def test_discrete_grid() -> None:
     default = FlockEscapeEnv(small_flock(), action_mode="discrete", min_range=10.0, max_range=50.0)
     default.reset(seed=0)
     assert [default.step(index)[-1]["interaction_range"] for index in (0, 1, 20)] == [10.0, 12.0, 50.0]
+
+
+@pytest.mark.parametrize("count_components", [False, True])
+def test_components_are_counted_where_asked(count_components: bool) -> None:
+    env = FlockEscapeEnv(small_flock(), count_components=count_components)
+    _, info = env.reset(seed=0)
+    assert info.get("num_components") == (5 if count_components else None)
+    *_, info = env.step(env.action_space.high)  # all agents hear all
+    assert info.get("num_components") == (1 if count_components else None)
+    assert set(info) == (INFO_KEYS | {"num_components"} if count_components else INFO_KEYS)
 
 
 def test_close_twice_is_fine() -> None:

@@ -37,7 +37,7 @@ SEEDS = [3, 4]
 T, N = SCENARIO.num_steps, SCENARIO.num_agents
 
 # With ranges up to 128 multiples of a quarter survive the way through float32 actions in every mode.
-EXACT = {"max_range": 128.0, "range_grid": tuple(np.arange(513) / 4)}
+EXACT = {"max_range": 128.0, "range_grid": tuple(np.arange(513) / 4), "count_components": True}
 SCHEDULE = np.random.default_rng(0).integers(0, 80, T) / 4
 OWN_SCHEDULE = np.random.default_rng(1).integers(0, 80, (T, N)) / 4
 

@@ -38,13 +38,13 @@ def curves(infos: list[dict[str, Any]]) -> dict[str, list[Any]]:
 
 
 def gymnasium_infos(scenario: FlockScenario, seed: int) -> list[dict[str, Any]]:
-    environment = FlockEscapeEnv(scenario)
+    environment = FlockEscapeEnv(scenario, count_components=True)
     infos = [environment.reset(seed=seed)[1]]
     return infos + [environment.step(ACTION)[-1] for _ in range(scenario.num_steps)]
 
 
 def parallel_infos(scenario: FlockScenario, seed: int) -> list[dict[str, Any]]:
-    environment = parallel_env(scenario)
+    environment = parallel_env(scenario, count_components=True)
     infos = [environment.reset(seed=seed)[1]]
     while environment.agents:
         infos.append(environment.step(dict.fromkeys(environment.agents, ACTION))[-1])
@@ -52,7 +52,7 @@ def parallel_infos(scenario: FlockScenario, seed: int) -> list[dict[str, Any]]:
 
 
 def aec_infos(scenario: FlockScenario, seed: int) -> list[dict[str, Any]]:
-    environment = env(scenario)
+    environment = env(scenario, count_components=True)
     environment.reset(seed=seed)
     infos = [environment.infos["agent_0"]]
     for _ in range(scenario.num_steps):
@@ -64,7 +64,7 @@ def aec_infos(scenario: FlockScenario, seed: int) -> list[dict[str, Any]]:
 
 def slot_infos(make: Any) -> Callable[[FlockScenario, int], list[dict[str, Any]]]:
     def play(scenario: FlockScenario, seed: int) -> list[dict[str, Any]]:
-        environment = make(1, scenario)
+        environment = make(1, scenario, count_components=True)
         environment.seed(seed)
         environment.reset()
         actions = np.tile(ACTION, (environment.num_envs, 1))

@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::flock::InitialState;
 use crate::flock::check_ranges;
 use crate::observation;
+use crate::rng::episode_seed;
 use crate::threads;
 
 /// A batch of episodes of one scenario, a slot per flock.
@@ -18,9 +19,19 @@ use crate::threads;
 pub struct Batch<const D: usize> {
     scenario: Arc<FlockConfig>,
     config: Arc<EpisodeConfig>,
-    slots: Vec<Option<Episode<D>>>,
+    slots: Vec<Slot<D>>,
     num_threads: Option<usize>,
     row_length: usize,
+}
+
+/// A flock and the seeds of its episodes ([`episode_seed`]).
+#[derive(Debug, Clone)]
+struct Slot<const D: usize> {
+    /// The seed that the schedule started with.
+    seed: u64,
+    /// Number of the next episode in the schedule.
+    next: u64,
+    episode: Option<Episode<D>>,
 }
 
 /// Metrics of one slot, as the environments' `info` reports them.
@@ -34,10 +45,15 @@ pub struct Metrics {
     pub min_mean_distance: f64,
     /// Smallest minimum distance so far, in m.
     pub min_min_distance: f64,
-    /// Connected components under the ranges of the last action.
-    pub num_components: usize,
     /// Norm of the mean heading.
     pub polarization: f64,
+}
+
+/// What a step does with a slot that has reached its horizon.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum AtHorizon {
+    Refuse,
+    Restart,
 }
 
 impl<const D: usize> Batch<D> {
@@ -64,7 +80,7 @@ impl<const D: usize> Batch<D> {
             row_length: observation::entries(config.view, scenario.dimension).len(),
             scenario: Arc::new(scenario),
             config: Arc::new(config),
-            slots: (0..num_flocks).map(|_| None).collect(),
+            slots: (0..num_flocks as u64).map(Slot::new).collect(),
             num_threads,
         })
     }
@@ -87,22 +103,54 @@ impl<const D: usize> Batch<D> {
         self.row_length
     }
 
-    /// Starts a new episode in `slot`.
+    /// Starts the schedules of all slots anew, slot i from [`episode_seed`]`(seed, i + 1)`, without touching what
+    /// runs. Before that slot i plays the schedule of seed i.
+    pub fn seed(&mut self, seed: u64) {
+        for (index, slot) in (1..).zip(&mut self.slots) {
+            (slot.seed, slot.next) = (episode_seed(seed, index), 0);
+        }
+    }
+
+    /// Starts a new episode in `slot`, and the schedule of its seed.
     ///
     /// # Errors
     /// [`Error::Argument`] if there is no such slot or `start` does not fit the scenario.
     pub fn reset(&mut self, slot: usize, start: &InitialState) -> Result<()> {
+        self.reset_many(&[(slot, Some(start.seed))], start)
+    }
+
+    /// Starts new episodes in several slots: with a seed of their own, or with the next one of their schedule.
+    /// All take the arrays of `start`, whose seed does not count.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] if there is no such slot or `start` does not fit the scenario. Nothing has changed
+    /// then.
+    pub fn reset_many(
+        &mut self,
+        resets: &[(usize, Option<u64>)],
+        start: &InitialState,
+    ) -> Result<()> {
         start.check(&self.scenario)?;
         let slots = self.slots.len();
-        let place = self
-            .slots
-            .get_mut(slot)
-            .ok_or_else(|| Error::argument("slot", format!("an integer below {slots}"), slot))?;
-        *place = Some(Episode::new(
-            self.scenario.clone(),
-            self.config.clone(),
-            start,
-        ));
+        if let Some((slot, _)) = resets.iter().find(|(slot, _)| *slot >= slots) {
+            let expected = format!("an integer below {slots}");
+            return Err(Error::argument("slot", expected, slot));
+        }
+        let pool = self.pool(resets.len())?;
+        let mut is_reset = vec![false; slots];
+        for &(slot, seed) in resets {
+            is_reset[slot] = true;
+            if let Some(seed) = seed {
+                (self.slots[slot].seed, self.slots[slot].next) = (seed, 0);
+            }
+        }
+        let (scenario, config) = (&self.scenario, &self.config);
+        let work = self.slots.iter_mut().zip(is_reset);
+        spread(
+            pool,
+            work.filter_map(|(slot, is_reset)| is_reset.then_some(slot)),
+            |slot| slot.start(scenario, config, start),
+        );
         Ok(())
     }
 
@@ -113,7 +161,7 @@ impl<const D: usize> Batch<D> {
     pub fn episode(&self, slot: usize) -> Result<&Episode<D>> {
         self.slots
             .get(slot)
-            .and_then(Option::as_ref)
+            .and_then(|slot| slot.episode.as_ref())
             .ok_or_else(|| never_reset(slot))
     }
 
@@ -129,43 +177,66 @@ impl<const D: usize> Batch<D> {
         rewards: &mut [f64],
         observations: &mut [f32],
     ) -> Result<()> {
-        self.check_step(ranges, rewards.len(), observations.len())?;
+        self.step_all(ranges, AtHorizon::Refuse, rewards, observations)
+    }
+
+    /// As [`Self::step`], but a slot that has reached its horizon starts its next episode in place of moving, and
+    /// is paid nothing.
+    ///
+    /// # Errors
+    /// As [`Self::step`], save for the horizon.
+    pub fn step_or_restart(
+        &mut self,
+        ranges: &[f64],
+        rewards: &mut [f64],
+        observations: &mut [f32],
+    ) -> Result<()> {
+        self.step_all(ranges, AtHorizon::Restart, rewards, observations)
+    }
+
+    fn step_all(
+        &mut self,
+        ranges: &[f64],
+        at_horizon: AtHorizon,
+        rewards: &mut [f64],
+        observations: &mut [f32],
+    ) -> Result<()> {
+        self.check_step(ranges, at_horizon, rewards.len(), observations.len())?;
         let rows = self.rows();
         let size = rows * self.row_length;
-        match self.pool()? {
-            Some(pool) => pool.install(|| {
-                self.slots
-                    .par_iter_mut()
-                    .zip(ranges.par_chunks_exact(rows))
-                    .zip(rewards.par_chunks_exact_mut(rows))
-                    .zip(observations.par_chunks_exact_mut(size))
-                    .for_each(|(((slot, ranges), rewards), out)| {
-                        advance(slot, ranges, rewards, out)
-                    });
-            }),
-            None => self
-                .slots
-                .iter_mut()
-                .zip(ranges.chunks_exact(rows))
-                .zip(rewards.chunks_exact_mut(rows))
-                .zip(observations.chunks_exact_mut(size))
-                .for_each(|(((slot, ranges), rewards), out)| advance(slot, ranges, rewards, out)),
-        }
+        let pool = self.pool(self.num_flocks())?;
+        let (scenario, config) = (&self.scenario, &self.config);
+        let work = self
+            .slots
+            .iter_mut()
+            .zip(ranges.chunks_exact(rows))
+            .zip(rewards.chunks_exact_mut(rows))
+            .zip(observations.chunks_exact_mut(size));
+        spread(pool, work, |(((slot, ranges), rewards), out)| {
+            match &mut slot.episode {
+                Some(episode) if !episode.has_ended() => episode.advance(ranges, rewards),
+                _ => {
+                    slot.start(scenario, config, &InitialState::default());
+                    rewards.fill(0.0);
+                }
+            }
+            slot.observe(out);
+        });
         Ok(())
     }
 
-    /// Writes the observation of `slot`.
+    /// Writes the observations of `slots`, one after the other.
     ///
     /// # Errors
-    /// [`Error::Episode`] if the slot was never reset; [`Error::Argument`] for an array of the wrong length.
-    pub fn observe(&self, slot: usize, observation: &mut [f32]) -> Result<()> {
-        let episode = self.episode(slot)?;
-        check_length(
-            "observation",
-            observation.len(),
-            self.rows() * self.row_length,
-        )?;
-        episode.observe(observation);
+    /// [`Error::Episode`] if a slot was never reset; [`Error::Argument`] for an array of the wrong length.
+    pub fn observe(&self, slots: &[usize], observations: &mut [f32]) -> Result<()> {
+        let size = self.rows() * self.row_length;
+        check_length("observations", observations.len(), slots.len() * size)?;
+        let episodes = self.episodes(slots.iter().copied())?;
+        let work = episodes.iter().zip(observations.chunks_exact_mut(size));
+        spread(self.pool(slots.len())?, work, |(episode, out)| {
+            episode.observe(out);
+        });
         Ok(())
     }
 
@@ -174,30 +245,50 @@ impl<const D: usize> Batch<D> {
     /// # Errors
     /// [`Error::Episode`] if a slot was never reset.
     pub fn metrics(&self) -> Result<Vec<Metrics>> {
-        let slots: Vec<_> = (0..self.num_flocks())
-            .map(|slot| self.episode(slot))
-            .collect::<Result<_>>()?;
-        Ok(match self.pool()? {
-            Some(pool) => pool.install(|| slots.par_iter().map(|e| metrics(e)).collect()),
-            None => slots.iter().map(|e| metrics(e)).collect(),
+        self.map(Metrics::of)
+    }
+
+    /// Connected components of every slot under the ranges of its last action.
+    ///
+    /// # Errors
+    /// [`Error::Episode`] if a slot was never reset.
+    pub fn num_components(&self) -> Result<Vec<usize>> {
+        self.map(Episode::num_components)
+    }
+
+    fn map<T: Send>(&self, measure: fn(&Episode<D>) -> T) -> Result<Vec<T>> {
+        let episodes = self.episodes(0..self.num_flocks())?;
+        Ok(match self.pool(episodes.len())? {
+            Some(pool) => pool.install(|| episodes.par_iter().map(|e| measure(e)).collect()),
+            None => episodes.iter().map(|e| measure(e)).collect(),
         })
     }
 
-    /// The pool to spread over; `None` where one flock or one thread leaves nothing to spread.
-    fn pool(&self) -> Result<Option<&'static ThreadPool>> {
-        if self.num_flocks() == 1 || self.num_threads == Some(1) {
+    fn episodes(&self, slots: impl Iterator<Item = usize>) -> Result<Vec<&Episode<D>>> {
+        slots.map(|slot| self.episode(slot)).collect()
+    }
+
+    /// The pool to spread `flocks` over; `None` where one flock or one thread leaves nothing to spread.
+    fn pool(&self, flocks: usize) -> Result<Option<&'static ThreadPool>> {
+        if flocks <= 1 || self.num_threads == Some(1) {
             return Ok(None);
         }
         threads::pool(self.num_threads).map(Some)
     }
 
-    fn check_step(&self, ranges: &[f64], rewards: usize, observations: usize) -> Result<()> {
+    fn check_step(
+        &self,
+        ranges: &[f64],
+        at_horizon: AtHorizon,
+        rewards: usize,
+        observations: usize,
+    ) -> Result<()> {
         let rows = self.num_flocks() * self.rows();
         check_length("interaction_range", ranges.len(), rows)?;
         check_length("rewards", rewards, rows)?;
         check_length("observations", observations, rows * self.row_length)?;
         for slot in 0..self.num_flocks() {
-            if self.episode(slot)?.has_ended() {
+            if self.episode(slot)?.has_ended() && at_horizon == AtHorizon::Refuse {
                 return Err(Error::episode(
                     "step",
                     format!("a reset: the episode in slot {slot} has reached its horizon"),
@@ -209,15 +300,63 @@ impl<const D: usize> Batch<D> {
     }
 }
 
-fn advance<const D: usize>(
-    slot: &mut Option<Episode<D>>,
-    ranges: &[f64],
-    rewards: &mut [f64],
-    observation: &mut [f32],
+impl<const D: usize> Slot<D> {
+    fn new(seed: u64) -> Self {
+        Self {
+            seed,
+            next: 0,
+            episode: None,
+        }
+    }
+
+    /// Starts the next episode of the schedule.
+    fn start(
+        &mut self,
+        scenario: &Arc<FlockConfig>,
+        config: &Arc<EpisodeConfig>,
+        start: &InitialState,
+    ) {
+        let start = InitialState {
+            seed: episode_seed(self.seed, self.next),
+            ..start.clone()
+        };
+        self.next += 1;
+        self.episode = Some(Episode::new(scenario.clone(), config.clone(), &start));
+    }
+
+    fn observe(&self, observation: &mut [f32]) {
+        if let Some(episode) = &self.episode {
+            episode.observe(observation);
+        }
+    }
+}
+
+impl Metrics {
+    /// Metrics of one episode.
+    #[must_use]
+    pub fn of<const D: usize>(episode: &Episode<D>) -> Self {
+        Self {
+            mean_distance: episode.mean_distance().now,
+            min_distance: episode.min_distance().now,
+            min_mean_distance: episode.mean_distance().minimum,
+            min_min_distance: episode.min_distance().minimum,
+            polarization: episode.world().polarization(),
+        }
+    }
+}
+
+/// Runs every piece of work, over the threads of `pool` if there is one.
+fn spread<T: Send>(
+    pool: Option<&ThreadPool>,
+    work: impl Iterator<Item = T>,
+    run: impl Fn(T) + Send + Sync,
 ) {
-    if let Some(episode) = slot {
-        episode.advance(ranges, rewards);
-        episode.observe(observation);
+    match pool {
+        Some(pool) => {
+            let work: Vec<T> = work.collect();
+            pool.install(|| work.into_par_iter().for_each(run));
+        }
+        None => work.for_each(run),
     }
 }
 
@@ -234,17 +373,6 @@ fn check_length(field: &str, given: usize, expected: usize) -> Result<()> {
         Ok(())
     } else {
         Err(Error::argument(field, format!("{expected} entries"), given))
-    }
-}
-
-fn metrics<const D: usize>(episode: &Episode<D>) -> Metrics {
-    Metrics {
-        mean_distance: episode.mean_distance().now,
-        min_distance: episode.min_distance().now,
-        min_mean_distance: episode.mean_distance().minimum,
-        min_min_distance: episode.min_distance().minimum,
-        num_components: episode.num_components(),
-        polarization: episode.world().polarization(),
     }
 }
 

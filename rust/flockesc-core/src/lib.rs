@@ -54,5 +54,6 @@ pub use neighbor::{NeighborRule, Ranges};
 pub use observation::{Entry, entries};
 pub use predator::{ConstantVelocity, Predator, PredatorConfig, PurePursuit};
 pub use reward::Reward;
+pub use rng::episode_seed;
 pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};
 pub use threads::Progress;
