@@ -131,10 +131,11 @@ class _BatchVecEnv(VecEnv):
 
     def _slot_infos(self, columns: Columns, ranges: NDArray[np.float64]) -> list[dict[str, Any]]:
         own = {"interaction_range": 0.0, "TimeLimit.truncated": False}
-        shared = [{**info, **own} for info in infos(columns) for _ in range(self._batch.rows)]
-        for info, rho in zip(shared, ranges.tolist(), strict=True):
+        shared = [{**info, **own} for info in infos(columns)]
+        slot_infos = [info.copy() for info in shared for _ in range(self._batch.rows)]
+        for info, rho in zip(slot_infos, ranges.tolist(), strict=True):
             info["interaction_range"] = rho
-        return shared
+        return slot_infos
 
 
 class FlockVecEnv(_BatchVecEnv):

@@ -78,9 +78,8 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         Raises:
             ArgumentError: naming a bad seed or option; the running episode goes on.
         """
-        rows, info = self.reset_array(seed, options)
-        info["interaction_range"] = 0.0
-        return dict(zip(self.agents, rows, strict=True)), {agent: info.copy() for agent in self.agents}
+        rows, columns = self._reset(seed, options)
+        return dict(zip(self.agents, rows, strict=True)), self._infos(columns, np.zeros(len(rows)))
 
     def reset_array(
         self, seed: int | None = None, options: dict[str, Any] | None = None
@@ -90,10 +89,7 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         Returns:
             Observations (n, entries), and an ``info`` whose ``interaction_range`` has shape (n,).
         """
-        known = {name: value for name, value in (options or {}).items() if name in STARTS}
-        start = self._batch.start(known)
-        rows, columns = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
-        self.agents = self.possible_agents.copy()
+        rows, columns = self._reset(seed, options)
         return rows, _info(columns, np.zeros(len(rows)))
 
     def step(
@@ -112,16 +108,12 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         if stacked is None:
             stacked = self._stack(actions)
         rows, rewards, ended, ranges, columns = self._step(stacked, self._label)
-        shared = {**infos(columns)[0], "interaction_range": 0.0}
         return (
             dict(zip(agents, rows, strict=True)),
             dict(zip(agents, rewards.tolist(), strict=True)),
             self._no.copy(),
             (self._yes if ended[0] else self._no).copy(),
-            {
-                agent: {**shared, "interaction_range": rho}
-                for agent, rho in zip(agents, ranges.tolist(), strict=True)
-            },
+            self._infos(columns, ranges),
         )
 
     def step_array(
@@ -153,6 +145,13 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         names = ("positions", "velocities", "predator_positions", "predator_velocities")
         return np.concatenate([scalars, *(state[name].ravel() for name in names)], dtype=np.float32)
 
+    def _reset(self, seed: int | None, options: dict[str, Any] | None) -> tuple[Observation, Columns]:
+        known = {name: value for name, value in (options or {}).items() if name in STARTS}
+        start = self._batch.start(known)
+        started = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
+        self.agents = self.possible_agents.copy()
+        return started
+
     def _acting(self) -> list[str]:
         if not self.agents:
             raise EpisodeError("step", "a reset first", "no agents")
@@ -175,6 +174,14 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         one = self.control.actions.one
         given = [one(actions[agent], self._label(place)) for place, agent in enumerate(self.possible_agents)]
         return np.stack(given)
+
+    def _infos(self, columns: Columns, ranges: NDArray[np.float64]) -> dict[str, dict[str, Any]]:
+        shared = {**infos(columns)[0], "interaction_range": 0.0}
+        own: dict[str, dict[str, Any]] = {}
+        for agent, rho in zip(self.possible_agents, ranges.tolist(), strict=True):
+            own[agent] = info = shared.copy()  # cheaper than a display with one more key
+            info["interaction_range"] = rho
+        return own
 
     def _label(self, place: int) -> str:
         return f"action of {self.possible_agents[place]!r}"

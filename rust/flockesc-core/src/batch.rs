@@ -12,6 +12,7 @@ use crate::flock::InitialState;
 use crate::flock::check_ranges;
 use crate::observation;
 use crate::rng::episode_seed;
+use crate::slot::Slot;
 use crate::threads;
 
 /// A batch of episodes of one scenario, a slot per flock.
@@ -22,16 +23,6 @@ pub struct Batch<const D: usize> {
     slots: Vec<Slot<D>>,
     num_threads: Option<usize>,
     row_length: usize,
-}
-
-/// A flock and the seeds of its episodes ([`episode_seed`]).
-#[derive(Debug, Clone)]
-struct Slot<const D: usize> {
-    /// The seed that the schedule started with.
-    seed: u64,
-    /// Number of the next episode in the schedule.
-    next: u64,
-    episode: Option<Episode<D>>,
 }
 
 /// Metrics of one slot, as the environments' `info` reports them.
@@ -47,13 +38,6 @@ pub struct Metrics {
     pub min_min_distance: f64,
     /// Norm of the mean heading.
     pub polarization: f64,
-}
-
-/// What a step does with a slot that has reached its horizon.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum AtHorizon {
-    Refuse,
-    Restart,
 }
 
 impl<const D: usize> Batch<D> {
@@ -75,7 +59,9 @@ impl<const D: usize> Batch<D> {
         if num_flocks == 0 {
             return Err(Error::argument("num_flocks", "an integer of at least 1", 0));
         }
-        threads::pool(num_threads)?;
+        if num_flocks > 1 || num_threads.is_some() {
+            threads::pool(num_threads)?; // refused now rather than in the first step
+        }
         Ok(Self {
             row_length: observation::entries(config.view, scenario.dimension).len(),
             scenario: Arc::new(scenario),
@@ -107,7 +93,7 @@ impl<const D: usize> Batch<D> {
     /// runs. Before that slot i plays the schedule of seed i.
     pub fn seed(&mut self, seed: u64) {
         for (index, slot) in (1..).zip(&mut self.slots) {
-            (slot.seed, slot.next) = (episode_seed(seed, index), 0);
+            slot.seed(episode_seed(seed, index));
         }
     }
 
@@ -141,7 +127,7 @@ impl<const D: usize> Batch<D> {
         for &(slot, seed) in resets {
             is_reset[slot] = true;
             if let Some(seed) = seed {
-                (self.slots[slot].seed, self.slots[slot].next) = (seed, 0);
+                self.slots[slot].seed(seed);
             }
         }
         let (scenario, config) = (&self.scenario, &self.config);
@@ -161,7 +147,7 @@ impl<const D: usize> Batch<D> {
     pub fn episode(&self, slot: usize) -> Result<&Episode<D>> {
         self.slots
             .get(slot)
-            .and_then(|slot| slot.episode.as_ref())
+            .and_then(Slot::episode)
             .ok_or_else(|| never_reset(slot))
     }
 
@@ -177,7 +163,7 @@ impl<const D: usize> Batch<D> {
         rewards: &mut [f64],
         observations: &mut [f32],
     ) -> Result<()> {
-        self.step_all(ranges, AtHorizon::Refuse, rewards, observations)
+        self.step_all(ranges, false, rewards, observations)
     }
 
     /// As [`Self::step`], but a slot that has reached its horizon starts its next episode in place of moving, and
@@ -191,17 +177,17 @@ impl<const D: usize> Batch<D> {
         rewards: &mut [f64],
         observations: &mut [f32],
     ) -> Result<()> {
-        self.step_all(ranges, AtHorizon::Restart, rewards, observations)
+        self.step_all(ranges, true, rewards, observations)
     }
 
     fn step_all(
         &mut self,
         ranges: &[f64],
-        at_horizon: AtHorizon,
+        restart: bool,
         rewards: &mut [f64],
         observations: &mut [f32],
     ) -> Result<()> {
-        self.check_step(ranges, at_horizon, rewards.len(), observations.len())?;
+        self.check_step(ranges, restart, rewards.len(), observations.len())?;
         let rows = self.rows();
         let size = rows * self.row_length;
         let pool = self.pool(self.num_flocks())?;
@@ -213,12 +199,8 @@ impl<const D: usize> Batch<D> {
             .zip(rewards.chunks_exact_mut(rows))
             .zip(observations.chunks_exact_mut(size));
         spread(pool, work, |(((slot, ranges), rewards), out)| {
-            match &mut slot.episode {
-                Some(episode) if !episode.has_ended() => episode.advance(ranges, rewards),
-                _ => {
-                    slot.start(scenario, config, &InitialState::default());
-                    rewards.fill(0.0);
-                }
+            if !slot.advance(ranges, rewards) {
+                slot.start(scenario, config, &InitialState::default());
             }
             slot.observe(out);
         });
@@ -279,7 +261,7 @@ impl<const D: usize> Batch<D> {
     fn check_step(
         &self,
         ranges: &[f64],
-        at_horizon: AtHorizon,
+        restart: bool,
         rewards: usize,
         observations: usize,
     ) -> Result<()> {
@@ -288,7 +270,7 @@ impl<const D: usize> Batch<D> {
         check_length("rewards", rewards, rows)?;
         check_length("observations", observations, rows * self.row_length)?;
         for slot in 0..self.num_flocks() {
-            if self.episode(slot)?.has_ended() && at_horizon == AtHorizon::Refuse {
+            if self.episode(slot)?.has_ended() && !restart {
                 return Err(Error::episode(
                     "step",
                     format!("a reset: the episode in slot {slot} has reached its horizon"),
@@ -297,37 +279,6 @@ impl<const D: usize> Batch<D> {
             }
         }
         check_ranges("interaction_range", ranges)
-    }
-}
-
-impl<const D: usize> Slot<D> {
-    fn new(seed: u64) -> Self {
-        Self {
-            seed,
-            next: 0,
-            episode: None,
-        }
-    }
-
-    /// Starts the next episode of the schedule.
-    fn start(
-        &mut self,
-        scenario: &Arc<FlockConfig>,
-        config: &Arc<EpisodeConfig>,
-        start: &InitialState,
-    ) {
-        let start = InitialState {
-            seed: episode_seed(self.seed, self.next),
-            ..start.clone()
-        };
-        self.next += 1;
-        self.episode = Some(Episode::new(scenario.clone(), config.clone(), &start));
-    }
-
-    fn observe(&self, observation: &mut [f32]) {
-        if let Some(episode) = &self.episode {
-            episode.observe(observation);
-        }
     }
 }
 
@@ -466,6 +417,95 @@ mod tests {
         }
         let end = batch.episode(0).expect("an episode").objective().minimum;
         assert!(end < start && (total - (end - start)).abs() < 1e-12);
+    }
+
+    /// Slots whose episodes end at different times: each goes on as if it were alone.
+    #[test]
+    fn slots_restart_at_their_own_horizon() {
+        let ends = 7; // of 20 steps, three per action
+        for threads in [1, 3] {
+            let mut crowd = batch(3, threads);
+            let all: Vec<_> = (0..3).map(|slot| (slot, Some(slot as u64))).collect();
+            crowd
+                .reset_many(&all, &InitialState::default())
+                .expect("slots");
+            let mut alone: Vec<_> = (0..3).map(|_| batch(1, 1)).collect();
+            for (seed, batch) in alone.iter_mut().enumerate() {
+                let start = InitialState::seeded(seed as u64);
+                batch.reset(0, &start).expect("a slot");
+            }
+            let rows = 3 * AGENTS;
+            let mut rewards = vec![0.0; rows];
+            let mut observations = vec![0.0; rows * crowd.row_length()];
+            let mut numbers = [0, 0, 0];
+            for action in 0..3 * ends {
+                if action == 2 {
+                    let next = InitialState::seeded(episode_seed(1, 1));
+                    crowd
+                        .reset_many(&[(1, None)], &InitialState::seeded(99))
+                        .expect("a slot");
+                    alone[1].reset(0, &next).expect("a slot");
+                    numbers[1] = 1;
+                }
+                crowd
+                    .step_or_restart(&vec![4.0; rows], &mut rewards, &mut observations)
+                    .expect("good ranges");
+                for (slot, alone) in alone.iter_mut().enumerate() {
+                    let mut reward = vec![1.0; AGENTS];
+                    let mut observation = vec![0.0; AGENTS * alone.row_length()];
+                    if alone.episode(0).expect("an episode").has_ended() {
+                        numbers[slot] += 1;
+                        let start = InitialState::seeded(episode_seed(slot as u64, numbers[slot]));
+                        alone.reset(0, &start).expect("a slot");
+                        alone.observe(&[0], &mut observation).expect("a slot");
+                        reward.fill(0.0);
+                    } else {
+                        let ranges = vec![4.0; AGENTS];
+                        alone
+                            .step(&ranges, &mut reward, &mut observation)
+                            .expect("steps left");
+                    }
+                    let width = observation.len();
+                    assert_eq!(rewards[slot * AGENTS..(slot + 1) * AGENTS], reward);
+                    assert_eq!(observations[slot * width..(slot + 1) * width], observation);
+                }
+            }
+            assert_eq!(numbers, [2, 3, 2]);
+        }
+    }
+
+    #[test]
+    fn unseeded_slots_start_apart_and_refused_resets_change_nothing() {
+        let mut batch = batch(3, 1);
+        batch.seed(5);
+        let all: Vec<_> = (0..3).map(|slot| (slot, None)).collect();
+        assert!(
+            batch
+                .reset_many(&[(0, None), (3, None)], &InitialState::default())
+                .is_err()
+        );
+        let spoilt = InitialState {
+            positions: Some(vec![0.0]),
+            ..InitialState::default()
+        };
+        assert!(batch.reset_many(&all, &spoilt).is_err());
+        assert!(batch.metrics().is_err());
+        batch
+            .reset_many(&all, &InitialState::default())
+            .expect("slots");
+        let metrics = batch.metrics().expect("episodes");
+        assert!(metrics[0] != metrics[1] && metrics[1] != metrics[2] && metrics[0] != metrics[2]);
+        for (slot, expected) in metrics.iter().enumerate() {
+            let seed = episode_seed(5, slot as u64 + 1);
+            batch
+                .reset(slot, &InitialState::seeded(seed))
+                .expect("a slot");
+            assert_eq!(
+                Metrics::of(batch.episode(slot).expect("an episode")),
+                *expected
+            );
+        }
+        assert_eq!(batch.num_components().expect("episodes"), [AGENTS; 3]);
     }
 
     #[test]

@@ -34,6 +34,7 @@ mod observation;
 mod predator;
 mod reward;
 mod rng;
+mod slot;
 mod sweep;
 mod threads;
 mod vector;

@@ -4,11 +4,12 @@ use flockesc_core::{Batch, EpisodeConfig, FlockConfig, InitialState, Metrics, Vi
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn};
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::PyDict;
 
 use crate::actions::RangeMap;
 use crate::arrays::{column, flat, overwrite, shaped};
 use crate::errors::CoreError;
+use crate::info::{Measured, columns, numbers};
 
 #[derive(Clone)]
 enum Inner {
@@ -34,6 +35,12 @@ type Step<'py> = (
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyDict>,
 );
+
+/// Observation, reward, whether the horizon is reached, `info`.
+type StepOne<'py> = (Bound<'py, PyArray1<f32>>, f64, bool, Bound<'py, PyDict>);
+
+/// Arrays that observations and rewards are written into.
+type Out<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f64>>);
 
 #[pyclass(module = "flockesc_env._core")]
 #[derive(Clone)]
@@ -104,7 +111,7 @@ impl FlockBatch {
         let rows = slots.len() * self.rows;
         let mut observations = vec![0.0; rows * self.row_length];
         let (inner, count_components) = (&mut self.inner, self.count_components);
-        let (metrics, components) = py
+        let measured = py
             .detach(|| -> flockesc_core::Result<Measured> {
                 on_batch!(inner, batch => {
                     batch.reset_many(&resets, &start)?;
@@ -112,14 +119,16 @@ impl FlockBatch {
                     let started = slots.iter().map(|slot| batch.episode(*slot));
                     let started = started.collect::<flockesc_core::Result<Vec<_>>>()?;
                     let count = || started.iter().map(|e| e.num_components()).collect();
-                    let metrics = started.iter().map(|e| Metrics::of(e)).collect();
-                    Ok((metrics, count_components.then(count)))
+                    Ok(Measured {
+                        metrics: started.iter().map(|e| Metrics::of(e)).collect(),
+                        components: count_components.then(count),
+                    })
                 })
             })
             .map_err(CoreError::from)?;
         Ok((
             shaped(py, observations, [rows, self.row_length])?,
-            columns(py, &metrics, components)?,
+            columns(py, &measured)?,
         ))
     }
 
@@ -134,7 +143,7 @@ impl FlockBatch {
         py: Python<'py>,
         actions: &Bound<'py, PyAny>,
         restart: bool,
-        out: Option<(Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f64>>)>,
+        out: Option<Out<'py>>,
     ) -> PyResult<Option<Step<'py>>> {
         let rows = self.num_flocks * self.rows;
         let Some(mut ranges) = self.actions.ranges(actions, rows) else {
@@ -156,7 +165,7 @@ impl FlockBatch {
         };
         observations.resize(rows * self.row_length, 0.0);
         rewards.resize(rows, 0.0);
-        let (metrics, components) = self
+        let measured = self
             .advance(py, &ranges, restart, &mut rewards, &mut observations)
             .map_err(CoreError::from)?;
         let (observations, rewards) = match out {
@@ -176,33 +185,26 @@ impl FlockBatch {
             rewards,
             self.ended(py)?,
             ranges.into_pyarray(py),
-            columns(py, &metrics, components)?,
+            columns(py, &measured)?,
         )))
     }
 
-    /// As `step`, for the single action of a batch of one row: observation, reward, whether the horizon is
-    /// reached, and `info`.
+    /// As `step`, for the single action of a batch of one row.
     fn step_one<'py>(
         &mut self,
         py: Python<'py>,
         action: &Bound<'py, PyAny>,
-    ) -> PyResult<Option<(Bound<'py, PyArray1<f32>>, f64, bool, Bound<'py, PyDict>)>> {
+    ) -> PyResult<Option<StepOne<'py>>> {
         let range = match self.actions.range(action) {
             Some(range) if !range.is_nan() => range,
             _ => return Ok(None),
         };
         let mut reward = [0.0];
         let mut observation = vec![0.0; self.row_length];
-        let (metrics, components) = self
+        let measured = self
             .advance(py, &[range], false, &mut reward, &mut observation)
             .map_err(CoreError::from)?;
-        let info = PyDict::new(py);
-        for (name, value) in fields(py) {
-            info.set_item(name, metrics.first().map(value))?;
-        }
-        if let Some(components) = components {
-            info.set_item(intern!(py, "num_components"), components.first())?;
-        }
+        let info = numbers(py, &measured)?;
         info.set_item(intern!(py, "interaction_range"), range)?;
         let ended = self.has_ended(0)?;
         Ok(Some((observation.into_pyarray(py), reward[0], ended, info)))
@@ -223,7 +225,13 @@ impl FlockBatch {
         let metrics = py
             .detach(|| on_batch!(inner, batch => batch.metrics()))
             .map_err(CoreError::from)?;
-        columns(py, &metrics, None)
+        columns(
+            py,
+            &Measured {
+                metrics,
+                components: None,
+            },
+        )
     }
 
     /// Connected components of every slot under the ranges of its last action.
@@ -269,8 +277,6 @@ impl FlockBatch {
     }
 }
 
-type Measured = (Vec<Metrics>, Option<Vec<usize>>);
-
 impl FlockBatch {
     fn has_ended(&self, slot: usize) -> Result<bool, CoreError> {
         Ok(on_batch!(&self.inner, batch => batch.episode(slot)?.has_ended()))
@@ -293,38 +299,10 @@ impl FlockBatch {
                     batch.step(ranges, rewards, observations)?;
                 }
                 let components = count_components.then(|| batch.num_components());
-                Ok((batch.metrics()?, components.transpose()?))
+                Ok(Measured { metrics: batch.metrics()?, components: components.transpose()? })
             })
         })
     }
-}
-
-/// Name and value of every metric.
-fn fields(py: Python<'_>) -> [(&Bound<'_, PyString>, fn(&Metrics) -> f64); 5] {
-    [
-        (intern!(py, "mean_distance"), |m| m.mean_distance),
-        (intern!(py, "min_distance"), |m| m.min_distance),
-        (intern!(py, "min_mean_distance"), |m| m.min_mean_distance),
-        (intern!(py, "min_min_distance"), |m| m.min_min_distance),
-        (intern!(py, "polarization"), |m| m.polarization),
-    ]
-}
-
-/// A column per metric, and one of components where they were counted.
-fn columns<'py>(
-    py: Python<'py>,
-    metrics: &[Metrics],
-    components: Option<Vec<usize>>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let dict = PyDict::new(py);
-    for (name, value) in fields(py) {
-        dict.set_item(name, column(py, metrics, value))?;
-    }
-    if let Some(components) = components {
-        let counts = column(py, &components, |count| *count as i64);
-        dict.set_item(intern!(py, "num_components"), counts)?;
-    }
-    Ok(dict)
 }
 
 /// Seed of the `episode`-th episode after one that was given `seed`.

@@ -4,6 +4,7 @@ mod actions;
 mod arrays;
 mod batch;
 mod errors;
+mod info;
 mod line;
 mod long_call;
 mod models;
