@@ -111,9 +111,9 @@ class RangeActions:
     def _judge(
         self, actions: Any, count: int, label: Label, ignored: NDArray[np.bool] | None = None
     ) -> tuple[NDArray[Any], FloatArray]:
-        """Return actions as contiguous float64 or int64, and their ranges."""
+        """Return actions as float64 or int64, in new memory without gaps, and their ranges."""
         array = self._array(actions, (count, *self._shape), "action")
-        plain = np.ascontiguousarray(array, np.float64 if self.grid is None else np.int64)
+        plain = np.array(array, np.float64 if self.grid is None else np.int64, order="C")
         ranges = self.core.to_ranges(plain)
         refused = np.isnan(ranges)
         if ignored is not None:

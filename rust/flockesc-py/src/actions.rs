@@ -147,11 +147,14 @@ fn entry(grid: &[f64], index: i64) -> f64 {
 
 /// The number in an array of shape (1,).
 fn number(action: &Bound<'_, PyAny>) -> Option<f64> {
-    if let Ok(array) = action.cast::<PyArray1<f32>>() {
-        return (array.len() == 1).then(|| array.get_owned(0).map(f64::from))?;
+    fn only<T: Element + Into<f64>>(array: &Bound<'_, PyArray1<T>>) -> Option<f64> {
+        let is_one = array.len() == 1 && array.is_aligned();
+        is_one.then(|| array.get_owned(0).map(T::into))?
     }
-    let array = action.cast::<PyArray1<f64>>().ok()?;
-    (array.len() == 1).then(|| array.get_owned(0))?
+    match action.cast::<PyArray1<f32>>() {
+        Ok(array) => only(array),
+        Err(_) => only(action.cast::<PyArray1<f64>>().ok()?),
+    }
 }
 
 /// An integer that is no bool.
