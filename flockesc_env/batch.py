@@ -160,9 +160,7 @@ class FlockBatch:
         """
         step = self._core.step_one(action)
         if step is None:
-            actions = self.control.actions
-            plain = actions.plain(actions.one(action, "action")[np.newaxis], 1, lambda _: "action")
-            step = self._core.step_one(plain[0])
+            step = self._core.step_one(self.control.actions.plain_one(action))
             assert step is not None  # noqa: S101, as in `step`
         return step
 

@@ -58,6 +58,15 @@ class RangeActions:
         """
         return self._array(action, self._shape, label)
 
+    def to_range(self, action: Any) -> float:
+        """Map a single action to its range.
+
+        Raises:
+            ActionError: naming ``action``, for a wrong dtype or shape, or if it is outside of the space.
+        """
+        rho = self.core.to_range(action)
+        return rho if rho is not None else float(self.to_ranges(*self._alone(action))[0])
+
     def to_ranges(self, actions: Any, count: int, label: Label = STACKED) -> FloatArray:
         """Map ``count`` actions, stacked to shape (count, 1) or, where discrete, (count,), to as many ranges.
 
@@ -81,6 +90,14 @@ class RangeActions:
             ActionError: as ``to_ranges``.
         """
         return self._judge(actions, count, label, ignored)[0]
+
+    def plain_one(self, action: Any) -> Any:
+        """Return a single action in the form that the core takes.
+
+        Raises:
+            ActionError: as ``to_range``.
+        """
+        return self.plain(*self._alone(action))[0]
 
     def from_ranges(self, ranges: FloatArray) -> NDArray[Any]:
         """Map ranges of shape (k,) to actions: (k, 1) float32, or the nearest grid indices (k,) int64.
@@ -107,6 +124,10 @@ class RangeActions:
         if array.shape != shape:
             raise ActionError(label, f"shape {shape}", f"shape {array.shape}")
         return array
+
+    def _alone(self, action: Any) -> tuple[NDArray[Any], int, Label]:
+        """Return a single action as a stack of one, with its number and label."""
+        return self.one(action, "action")[np.newaxis], 1, lambda _: "action"
 
     def _judge(
         self, actions: Any, count: int, label: Label, ignored: NDArray[np.bool] | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -222,6 +223,14 @@ def test_arrays_are_new_ones() -> None:
         for array in arrays:
             array[:] = True
         kept += arrays
+
+
+def test_actions_come_in_any_mapping() -> None:
+    environment, twin = parallel_env(small_flock()), parallel_env(small_flock())
+    environment.reset(seed=0)
+    twin.reset(seed=0)
+    actions = sample(environment)
+    np.testing.assert_equal(environment.step(MappingProxyType(actions)), twin.step(actions))
 
 
 def test_actions_of_any_real_type_are_taken() -> None:

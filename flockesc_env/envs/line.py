@@ -86,10 +86,8 @@ class LineEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
         """
         if self._episode is None:
             raise EpisodeError("step", "a reset before anything else", "no episode")
-        one = self.control.actions.one(action, "action")
-        ranges = self.control.actions.to_ranges(one[np.newaxis], 1, lambda _: "action")
         episode = self._episode
-        reward = episode.step(float(ranges[0]))
+        reward = episode.step(self.control.actions.to_range(action))
         is_truncated = episode.has_ended and not episode.is_steady
         return episode.observe(), reward, episode.is_steady, is_truncated, self._info(episode)
 

@@ -58,16 +58,26 @@ impl RangeMap {
         }
     }
 
-    /// The actions of `agents`, stacked; `None` unless `actions` names just these, each in plain form.
+    /// The range of a single action; `None` if it lies outside of the space or is not in plain form.
+    pub(crate) fn to_range(&self, action: &Bound<'_, PyAny>) -> Option<f64> {
+        let range = match &self.grid {
+            Some(grid) => entry(grid, index(action)?),
+            None => self.of_number(number(action)?),
+        };
+        (!range.is_nan()).then_some(range)
+    }
+
+    /// The actions of `agents`, stacked; `None` unless `actions` is a dict of just these, each in plain form.
     fn stack<'py>(
         &self,
         py: Python<'py>,
-        actions: &Bound<'py, PyDict>,
+        actions: &Bound<'py, PyAny>,
         agents: &Bound<'py, PyList>,
     ) -> PyResult<Option<Bound<'py, PyAny>>> {
-        if actions.len() != agents.len() {
-            return Ok(None);
-        }
+        let actions = match actions.cast::<PyDict>() {
+            Ok(actions) if actions.len() == agents.len() => actions,
+            _ => return Ok(None),
+        };
         if self.grid.is_some() {
             let stacked = each(actions, agents, index)?;
             return Ok(stacked.map(|indices| indices.into_pyarray(py).into_any()));
@@ -92,14 +102,6 @@ impl RangeMap {
         }
         self.column::<f32>(actions, count)
             .or_else(|| self.column::<f64>(actions, count))
-    }
-
-    /// The range of a single action, NaN outside of the space; `None` if it is not in plain form.
-    pub(crate) fn range(&self, action: &Bound<'_, PyAny>) -> Option<f64> {
-        match &self.grid {
-            Some(grid) => index(action).map(|index| entry(grid, index)),
-            None => number(action).map(|value| self.of_number(value)),
-        }
     }
 
     fn column<T: Element + Copy + Into<f64>>(

@@ -195,9 +195,8 @@ impl FlockBatch {
         py: Python<'py>,
         action: &Bound<'py, PyAny>,
     ) -> PyResult<Option<StepOne<'py>>> {
-        let range = match self.actions.range(action) {
-            Some(range) if !range.is_nan() => range,
-            _ => return Ok(None),
+        let Some(range) = self.actions.to_range(action) else {
+            return Ok(None);
         };
         let mut reward = [0.0];
         let mut observation = vec![0.0; self.row_length];
