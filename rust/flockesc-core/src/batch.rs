@@ -163,30 +163,24 @@ impl<const D: usize> Batch<D> {
         rewards: &mut [f64],
         observations: &mut [f32],
     ) -> Result<()> {
-        self.step_all(ranges, false, rewards, observations)
+        self.step_measured(ranges, false, rewards, observations, |_| ())
+            .map(drop)
     }
 
-    /// As [`Self::step`], but a slot that has reached its horizon starts its next episode in place of moving, and
-    /// is paid nothing.
+    /// As [`Self::step`], and returns what `measure` finds in every slot after it, in the same pass over the
+    /// threads. With `restart` a slot that has reached its horizon is not refused: it starts its next
+    /// episode in place of moving, and is paid nothing.
     ///
     /// # Errors
-    /// As [`Self::step`], save for the horizon.
-    pub fn step_or_restart(
-        &mut self,
-        ranges: &[f64],
-        rewards: &mut [f64],
-        observations: &mut [f32],
-    ) -> Result<()> {
-        self.step_all(ranges, true, rewards, observations)
-    }
-
-    fn step_all(
+    /// As [`Self::step`].
+    pub fn step_measured<T: Send>(
         &mut self,
         ranges: &[f64],
         restart: bool,
         rewards: &mut [f64],
         observations: &mut [f32],
-    ) -> Result<()> {
+        measure: impl Fn(&Episode<D>) -> T + Send + Sync,
+    ) -> Result<Vec<T>> {
         self.check_step(ranges, restart, rewards.len(), observations.len())?;
         let rows = self.rows();
         let size = rows * self.row_length;
@@ -198,13 +192,16 @@ impl<const D: usize> Batch<D> {
             .zip(ranges.chunks_exact(rows))
             .zip(rewards.chunks_exact_mut(rows))
             .zip(observations.chunks_exact_mut(size));
-        spread(pool, work, |(((slot, ranges), rewards), out)| {
+        let measured = spread(pool, work, |(((slot, ranges), rewards), out)| {
             if !slot.advance(ranges, rewards) {
                 slot.start(scenario, config, &InitialState::default());
             }
-            slot.observe(out);
+            slot.episode().map(|episode| {
+                episode.observe(out);
+                measure(episode)
+            })
         });
-        Ok(())
+        Ok(measured.into_iter().flatten().collect())
     }
 
     /// Writes the observations of `slots`, one after the other.
@@ -240,10 +237,8 @@ impl<const D: usize> Batch<D> {
 
     fn map<T: Send>(&self, measure: fn(&Episode<D>) -> T) -> Result<Vec<T>> {
         let episodes = self.episodes(0..self.num_flocks())?;
-        Ok(match self.pool(episodes.len())? {
-            Some(pool) => pool.install(|| episodes.par_iter().map(|e| measure(e)).collect()),
-            None => episodes.iter().map(|e| measure(e)).collect(),
-        })
+        let pool = self.pool(episodes.len())?;
+        Ok(spread(pool, episodes.into_iter(), measure))
     }
 
     fn episodes(&self, slots: impl Iterator<Item = usize>) -> Result<Vec<&Episode<D>>> {
@@ -296,18 +291,18 @@ impl Metrics {
     }
 }
 
-/// Runs every piece of work, over the threads of `pool` if there is one.
-fn spread<T: Send>(
+/// Runs every piece of work, over the threads of `pool` if there is one; results are in order.
+fn spread<T: Send, R: Send>(
     pool: Option<&ThreadPool>,
     work: impl Iterator<Item = T>,
-    run: impl Fn(T) + Send + Sync,
-) {
+    run: impl Fn(T) -> R + Send + Sync,
+) -> Vec<R> {
     match pool {
         Some(pool) => {
             let work: Vec<T> = work.collect();
-            pool.install(|| work.into_par_iter().for_each(run));
+            pool.install(|| work.into_par_iter().map(run).collect())
         }
-        None => work.for_each(run),
+        None => work.map(run).collect(),
     }
 }
 
@@ -448,7 +443,13 @@ mod tests {
                     numbers[1] = 1;
                 }
                 crowd
-                    .step_or_restart(&vec![4.0; rows], &mut rewards, &mut observations)
+                    .step_measured(
+                        &vec![4.0; rows],
+                        true,
+                        &mut rewards,
+                        &mut observations,
+                        |_| (),
+                    )
                     .expect("good ranges");
                 for (slot, alone) in alone.iter_mut().enumerate() {
                     let mut reward = vec![1.0; AGENTS];

@@ -63,10 +63,4 @@ impl<const D: usize> Slot<D> {
             }
         }
     }
-
-    pub(crate) fn observe(&self, observation: &mut [f32]) {
-        if let Some(episode) = &self.episode {
-            episode.observe(observation);
-        }
-    }
 }

@@ -1,6 +1,6 @@
 //! `FlockBatch`: the batch of either dimension behind one Python class.
 
-use flockesc_core::{Batch, EpisodeConfig, FlockConfig, InitialState, Metrics, View, entries};
+use flockesc_core::{Batch, EpisodeConfig, FlockConfig, InitialState, View, entries};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 use crate::actions::RangeMap;
 use crate::arrays::{column, flat, overwrite, shaped};
 use crate::errors::CoreError;
-use crate::info::{Measured, columns, numbers};
+use crate::info::{Measured, columns, metric_columns, numbers};
 
 #[derive(Clone)]
 enum Inner {
@@ -112,17 +112,12 @@ impl FlockBatch {
         let mut observations = vec![0.0; rows * self.row_length];
         let (inner, count_components) = (&mut self.inner, self.count_components);
         let measured = py
-            .detach(|| -> flockesc_core::Result<Measured> {
+            .detach(|| -> flockesc_core::Result<Vec<Measured>> {
                 on_batch!(inner, batch => {
                     batch.reset_many(&resets, &start)?;
                     batch.observe(&slots, &mut observations)?;
                     let started = slots.iter().map(|slot| batch.episode(*slot));
-                    let started = started.collect::<flockesc_core::Result<Vec<_>>>()?;
-                    let count = || started.iter().map(|e| e.num_components()).collect();
-                    Ok(Measured {
-                        metrics: started.iter().map(|e| Metrics::of(e)).collect(),
-                        components: count_components.then(count),
-                    })
+                    started.map(|episode| Ok(Measured::of(episode?, count_components))).collect()
                 })
             })
             .map_err(CoreError::from)?;
@@ -132,8 +127,8 @@ impl FlockBatch {
         ))
     }
 
-    /// Holds the ranges of stacked actions for one action; `None`, with nothing changed, if an action lies outside of
-    /// its space or they are not in plain form.
+    /// Holds the ranges of stacked actions for one action; `None`, with nothing changed, if one lies outside
+    /// of the space or they are not in plain form.
     ///
     /// With `restart` a slot at its horizon ignores its action and starts its next episode. With `out` the
     /// observations and rewards are written into those two arrays.
@@ -160,11 +155,9 @@ impl FlockBatch {
             return Ok(None);
         }
         let (mut observations, mut rewards) = match out {
-            Some(_) => std::mem::take(&mut self.scratch),
-            None => Default::default(),
+            Some(_) if !self.scratch.1.is_empty() => std::mem::take(&mut self.scratch),
+            _ => (vec![0.0; rows * self.row_length], vec![0.0; rows]),
         };
-        observations.resize(rows * self.row_length, 0.0);
-        rewards.resize(rows, 0.0);
         let measured = self
             .advance(py, &ranges, restart, &mut rewards, &mut observations)
             .map_err(CoreError::from)?;
@@ -203,7 +196,10 @@ impl FlockBatch {
         let measured = self
             .advance(py, &[range], false, &mut reward, &mut observation)
             .map_err(CoreError::from)?;
-        let info = numbers(py, &measured)?;
+        let info = match measured.first() {
+            Some(measured) => numbers(py, measured)?,
+            None => PyDict::new(py),
+        };
         info.set_item(intern!(py, "interaction_range"), range)?;
         let ended = self.has_ended(0)?;
         Ok(Some((observation.into_pyarray(py), reward[0], ended, info)))
@@ -224,13 +220,7 @@ impl FlockBatch {
         let metrics = py
             .detach(|| on_batch!(inner, batch => batch.metrics()))
             .map_err(CoreError::from)?;
-        columns(
-            py,
-            &Measured {
-                metrics,
-                components: None,
-            },
-        )
+        metric_columns(py, &metrics)
     }
 
     /// Connected components of every slot under the ranges of its last action.
@@ -288,17 +278,13 @@ impl FlockBatch {
         restart: bool,
         rewards: &mut [f64],
         observations: &mut [f32],
-    ) -> flockesc_core::Result<Measured> {
+    ) -> flockesc_core::Result<Vec<Measured>> {
         let (inner, count_components) = (&mut self.inner, self.count_components);
         py.detach(|| {
             on_batch!(inner, batch => {
-                if restart {
-                    batch.step_or_restart(ranges, rewards, observations)?;
-                } else {
-                    batch.step(ranges, rewards, observations)?;
-                }
-                let components = count_components.then(|| batch.num_components());
-                Ok(Measured { metrics: batch.metrics()?, components: components.transpose()? })
+                batch.step_measured(ranges, restart, rewards, observations, |episode| {
+                    Measured::of(episode, count_components)
+                })
             })
         })
     }
