@@ -26,12 +26,18 @@ pub(crate) struct Group<const D: usize> {
     pub(crate) position: [Column<f64>; D],
     /// v in m/s; 0 where there is no agent.
     pub(crate) velocity: [Column<f64>; D],
+    /// ||v|| in m/s.
+    pub(crate) speed: Column<f64>,
+    /// Distance to the nearest predator in m; infinite without predators, NaN where there is no agent.
+    pub(crate) distance: Column<f64>,
 }
 
 impl<const D: usize> Group<D> {
     const EMPTY: Self = Self {
         position: [[f64::NAN; GROUP]; D],
         velocity: [[0.0; GROUP]; D],
+        speed: [0.0; GROUP],
+        distance: [f64::NAN; GROUP],
     };
 }
 
@@ -40,6 +46,8 @@ impl<const D: usize> Group<D> {
 struct Agent<const D: usize> {
     position: [f64; D],
     velocity: [f64; D],
+    speed: f64,
+    distance: f64,
     name: u32,
 }
 
@@ -63,6 +71,8 @@ impl<const D: usize> Agents<D> {
         agents.scratch.extend(given.map(|((r, v), name)| Agent {
             position: (*r).into(),
             velocity: (*v).into(),
+            speed: v.norm(),
+            distance: f64::INFINITY,
             name,
         }));
         agents.settle();
@@ -124,6 +134,8 @@ impl<const D: usize> Agents<D> {
                 .extend(names.iter().enumerate().map(|(lane, &name)| Agent {
                     position: std::array::from_fn(|axis| group.position[axis][lane]),
                     velocity: std::array::from_fn(|axis| group.velocity[axis][lane]),
+                    speed: group.speed[lane],
+                    distance: group.distance[lane],
                     name,
                 }));
         }
@@ -138,6 +150,8 @@ impl<const D: usize> Agents<D> {
                 group.position[axis][lane] = agent.position[axis];
                 group.velocity[axis][lane] = agent.velocity[axis];
             }
+            group.speed[lane] = agent.speed;
+            group.distance[lane] = agent.distance;
             self.names[place] = agent.name;
         }
     }

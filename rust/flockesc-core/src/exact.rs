@@ -58,6 +58,12 @@ impl Scale {
         sum as f64 * self.down
     }
 
+    /// What `units` are worth.
+    #[inline(always)]
+    pub(crate) fn of(self, units: f64) -> f64 {
+        units * self.down
+    }
+
     /// What `sum` units are worth, shared by `count`. The quotient first: a sum may be beyond every f64.
     #[inline(always)]
     pub(crate) fn mean(self, sum: i64, count: i64) -> f64 {

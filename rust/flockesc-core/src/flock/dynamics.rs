@@ -8,7 +8,7 @@ use super::motion::{self, Predators};
 use super::{InitialState, Summary};
 use crate::agents::Agents;
 use crate::config::FlockConfig;
-use crate::metrics::{Distances, PredatorDistance};
+use crate::metrics::{PredatorDistance, distances};
 use crate::neighbor::{Neighborhood, Ranges};
 use crate::predator::Predator;
 use crate::threads;
@@ -20,7 +20,6 @@ pub struct World<const D: usize> {
     agents: Agents<D>,
     predators: Vec<Predator<D>>,
     neighborhood: Neighborhood<D>,
-    distances: Vec<Distances>,
     predator_distance: PredatorDistance,
     /// Positions of the predators before and after the step being made.
     before: Vec<[f64; D]>,
@@ -31,20 +30,17 @@ impl<const D: usize> World<D> {
     /// The world at t = 0. `config.dimension` is D, and `start` has passed [`InitialState::check`].
     #[must_use]
     pub fn new(config: Arc<FlockConfig>, start: &InitialState) -> Self {
-        let agents = Agents::new(&start.positions(&config), &start.velocities(&config));
+        let mut agents = Agents::new(&start.positions(&config), &start.velocities(&config));
         let predators: Vec<Predator<D>> = start.predators(&config);
         let after: Vec<[f64; D]> = predators.iter().map(|p| p.position.into()).collect();
-        let distances: Vec<_> = agents
-            .groups
-            .iter()
-            .map(|group| Distances::of(group, &after))
-            .collect();
+        for group in &mut agents.groups {
+            group.distance = distances(&group.position, &after);
+        }
         Self {
-            predator_distance: PredatorDistance::of(&distances, agents.len()),
+            predator_distance: PredatorDistance::of(&agents.groups, agents.len()),
             neighborhood: Neighborhood::silent(config.neighbor_rule, &agents),
             before: after.clone(),
             after,
-            distances,
             predators,
             agents,
             config,
@@ -63,21 +59,16 @@ impl<const D: usize> World<D> {
             before: &self.before,
             after: &self.after,
         };
-        let (heard, config) = (self.neighborhood.heard(), &self.config);
-        threads::for_each_chunk(
-            &mut self.agents.groups,
-            &mut self.distances,
-            |first, groups, distances| {
-                let heard = &heard[first..first + groups.len()];
-                motion::advance(config, &predators, heard, groups, distances);
-            },
-        );
+        let (config, heard) = (&self.config, self.neighborhood.heard_mut());
+        threads::for_each_chunk(&mut self.agents.groups, heard, |_, groups, heard| {
+            motion::advance(config, &predators, groups, heard);
+        });
         self.agents.clear_empty_places();
         self.neighborhood.follow(&self.agents);
         for predator in &mut self.predators {
             predator.steer(self.config.time_step, &self.agents);
         }
-        self.predator_distance = PredatorDistance::of(&self.distances, self.agents.len());
+        self.predator_distance = PredatorDistance::of(&self.agents.groups, self.agents.len());
     }
 
     /// The parameters.
@@ -113,8 +104,8 @@ impl<const D: usize> World<D> {
     /// Writes d_i, the distance of every agent to its nearest predator in m, in the order of the agents' names.
     pub fn write_distances(&self, out: &mut Vec<f64>) {
         out.resize(self.agents.len(), 0.0);
-        for (index, Distances(column)) in self.distances.iter().enumerate() {
-            for (&name, distance) in self.agents.names_of(index).iter().zip(column) {
+        for (index, group) in self.agents.groups.iter().enumerate() {
+            for (&name, distance) in self.agents.names_of(index).iter().zip(&group.distance) {
                 out[name as usize] = *distance;
             }
         }
@@ -134,11 +125,6 @@ impl<const D: usize> World<D> {
 
     pub(crate) fn agents(&self) -> &Agents<D> {
         &self.agents
-    }
-
-    /// d_i, group by group.
-    pub(crate) fn distances(&self) -> &[Distances] {
-        &self.distances
     }
 
     /// r_p in m.

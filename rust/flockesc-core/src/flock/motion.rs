@@ -4,7 +4,7 @@ use multiversion::multiversion;
 
 use crate::agents::{Column, GROUP, Group};
 use crate::config::FlockConfig;
-use crate::metrics::{Distances, squared_norm};
+use crate::metrics::{distances, squared_norm};
 use crate::neighbor::Heard;
 
 /// Where the predators are before and after a step, in m.
@@ -18,28 +18,35 @@ pub(super) struct Predators<'a, const D: usize> {
 pub(super) fn advance<const D: usize>(
     config: &FlockConfig,
     predators: &Predators<'_, D>,
-    heard: &[Heard<D>],
     groups: &mut [Group<D>],
-    distances: &mut [Distances],
+    heard: &mut [Heard<D>],
 ) {
-    for ((group, heard), distances) in groups.iter_mut().zip(heard).zip(distances) {
+    for (group, heard) in groups.iter_mut().zip(heard) {
         let mut force = consensus_force(config, heard);
-        for predator in predators.before {
-            add_escape_force(config, group, predator, &mut force);
+        match predators.before {
+            // The nearest predator is the only one.
+            [only] => add_escape_force(config, group, only, &group.distance, &mut force),
+            many => {
+                for predator in many {
+                    let distance = distances(&group.position, &[*predator]);
+                    add_escape_force(config, group, predator, &distance, &mut force);
+                }
+            }
         }
         integrate(config, &force, group);
-        *distances = Distances::of(group, predators.after);
+        group.distance = distances(&group.position, predators.after);
     }
 }
 
 /// v0 <v>_i / ||<v>_i|| (Eq. 11), the direction of the sum; 0 where that is exactly 0.
 #[inline(always)]
-fn consensus_force<const D: usize>(config: &FlockConfig, heard: &Heard<D>) -> [Column<f64>; D] {
+fn consensus_force<const D: usize>(config: &FlockConfig, heard: &mut Heard<D>) -> [Column<f64>; D] {
     let mut force = [[0.0; GROUP]; D];
     for lane in 0..GROUP {
         let sum: [f64; D] = std::array::from_fn(|axis| heard.sum[axis][lane] as f64);
         let norm = squared_norm(&sum).sqrt();
         let factor = if norm > 0.0 { config.speed / norm } else { 0.0 };
+        heard.norm[lane] = norm;
         for axis in 0..D {
             force[axis][lane] = sum[axis] * factor;
         }
@@ -47,26 +54,24 @@ fn consensus_force<const D: usize>(config: &FlockConfig, heard: &Heard<D>) -> [C
     force
 }
 
-/// s (r_i - r_p) / ||r_i - r_p|| where that distance is at most rho_p; 0 where it is 0.
+/// s (r_i - r_p) / ||r_i - r_p|| where that `distance` is at most rho_p; 0 where it is 0.
 #[inline(always)]
 fn add_escape_force<const D: usize>(
     config: &FlockConfig,
     group: &Group<D>,
     predator: &[f64; D],
+    distance: &Column<f64>,
     force: &mut [Column<f64>; D],
 ) {
     for lane in 0..GROUP {
-        let offset: [f64; D] =
-            std::array::from_fn(|axis| group.position[axis][lane] - predator[axis]);
-        let distance = squared_norm(&offset).sqrt();
-        let is_felt = distance <= config.predator_range && distance > 0.0;
+        let is_felt = distance[lane] <= config.predator_range && distance[lane] > 0.0;
         let factor = if is_felt {
-            config.repulsion_strength / distance
+            config.repulsion_strength / distance[lane]
         } else {
             0.0
         };
         for axis in 0..D {
-            force[axis][lane] += offset[axis] * factor;
+            force[axis][lane] += (group.position[axis][lane] - predator[axis]) * factor;
         }
     }
 }
@@ -86,15 +91,21 @@ fn integrate<const D: usize>(config: &FlockConfig, force: &[Column<f64>; D], gro
         let pushed: [f64; D] =
             std::array::from_fn(|axis| velocity[axis] + force[axis][lane] * (time_step / mass));
         let norm = squared_norm(&pushed).sqrt();
+        let is_kept = constant_speed && norm <= 0.0;
         let factor = if constant_speed { speed / norm } else { 1.0 };
-        let is_moving = norm > 0.0;
         for axis in 0..D {
             group.position[axis][lane] += velocity[axis] * time_step;
-            group.velocity[axis][lane] = if is_moving || !constant_speed {
-                pushed[axis] * factor
-            } else {
+            group.velocity[axis][lane] = if is_kept {
                 velocity[axis]
+            } else {
+                pushed[axis] * factor
             };
         }
+        let new_speed = if constant_speed { speed } else { norm };
+        group.speed[lane] = if is_kept {
+            group.speed[lane]
+        } else {
+            new_speed
+        };
     }
 }

@@ -5,7 +5,7 @@ use multiversion::multiversion;
 use super::World;
 use crate::agents::{Column, GROUP, Group};
 use crate::exact::Scale;
-use crate::metrics::{Distances, reduce, squared_norm};
+use crate::metrics::{reduce, squared_norm};
 use crate::neighbor::Heard;
 
 /// Means over all agents at one moment. A scaled value x of scale s is x / (x + s).
@@ -40,7 +40,6 @@ pub(crate) const HALF_COUNT: f64 = 8.0;
 struct Flock<'a, const D: usize> {
     groups: &'a [Group<D>],
     heard: &'a [Heard<D>],
-    distances: &'a [Distances],
     predators: &'a [[f64; D]],
     /// The unit of what was heard, in m/s.
     heard_scale: Scale,
@@ -87,7 +86,6 @@ impl<const D: usize> Summary<D> {
         let flock = Flock {
             groups: &world.agents().groups,
             heard: world.neighborhood().heard(),
-            distances: world.distances(),
             predators: world.predator_positions(),
             heard_scale: world.neighborhood().scale(),
             speed: config.speed,
@@ -129,16 +127,18 @@ fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
     let mut heading_away = [0; GROUP];
     let mut heading_away_in_range = [0; GROUP];
     let mut in_range = [0; GROUP];
-    for ((group, heard), Distances(distance)) in
-        flock.groups.iter().zip(flock.heard).zip(flock.distances)
-    {
+    for (group, heard) in flock.groups.iter().zip(flock.heard) {
+        let Group {
+            distance,
+            speed: norm,
+            ..
+        } = group;
         let away = offsets(group, flock.predators);
         for lane in 0..GROUP {
             let is_agent = -i64::from(!distance[lane].is_nan());
             let velocity: [f64; D] = std::array::from_fn(|axis| group.velocity[axis][lane]);
-            let norm = squared_norm(&velocity).sqrt();
             // One division for two; vectors of length 0 stay 0.
-            let (length, moving) = (divisor(distance[lane]), divisor(norm));
+            let (length, moving) = (divisor(distance[lane]), divisor(norm[lane]));
             let inverse = (length * moving).recip();
             let mut cosine = 0.0;
             for axis in 0..D {
@@ -150,17 +150,15 @@ fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
             }
             let cosine = scales.share.quantize(cosine * inverse) & is_agent;
             let is_in_range = -i64::from(distance[lane] <= flock.predator_range);
-            speed[lane] += scales.speed.quantize(norm) & is_agent;
+            speed[lane] += scales.speed.quantize(norm[lane]) & is_agent;
             heading_away[lane] += cosine;
             heading_away_in_range[lane] += cosine & is_in_range;
             in_range[lane] -= is_in_range;
         }
         for lane in 0..GROUP {
             let is_agent = -i64::from(!distance[lane].is_nan());
-            let sum: [f64; D] =
-                std::array::from_fn(|axis| flock.heard_scale.value(heard.sum[axis][lane]));
             let count = heard.count[lane] as f64;
-            let total = squared_norm(&sum).sqrt();
+            let total = flock.heard_scale.of(heard.norm[lane]);
             // (count - 1) / (count - 1 + HALF_COUNT) and ||<v>|| / (||<v>|| + v0), with one division for two.
             let (others, norms) = (count - 1.0 + HALF_COUNT, total + flock.speed * count);
             let inverse = (others * norms).recip();

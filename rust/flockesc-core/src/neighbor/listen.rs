@@ -8,8 +8,9 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::Ranges;
 use super::reach::{Reach, squared_norm};
-use super::tree::{Siblings, Speakers, Tree};
+use super::tree::{Siblings, Speaker, Speakers, Tree};
 use crate::agents::{Agents, Column, FAN, GROUP, TILE};
+use crate::metrics;
 
 /// What the agents of one group heard; meaningless where there is no agent.
 #[derive(Debug, Clone)]
@@ -19,14 +20,19 @@ pub(crate) struct Heard<const D: usize> {
     pub(crate) sum: [Column<i64>; D],
     /// |N_i|.
     pub(crate) count: Column<i64>,
+    /// The norm of the sum, left here by those who need it first.
+    pub(crate) norm: Column<f64>,
 }
 
 impl<const D: usize> Heard<D> {
     /// Every agent hears itself alone.
     pub(super) fn alone(speakers: &Speakers<D>) -> Self {
+        let norm =
+            |speaker: Speaker<D>| metrics::squared_norm(&speaker.signal.map(|v| v as f64)).sqrt();
         Self {
             sum: std::array::from_fn(|axis| speakers.0.map(|speaker| speaker.signal[axis])),
             count: [1; GROUP],
+            norm: speakers.0.map(norm),
         }
     }
 }

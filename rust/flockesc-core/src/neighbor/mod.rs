@@ -60,7 +60,7 @@ impl Ranges<'_> {
 }
 
 /// Cost of arranging per agent and halving, in tests of a pair of tiles (measured).
-const ARRANGING: f64 = 0.25;
+const ARRANGING: f64 = 0.4;
 
 /// Who heard what: <v>_i and |N_i|, found by the rule.
 #[derive(Debug, Clone)]
@@ -132,6 +132,11 @@ impl<const D: usize> Neighborhood<D> {
     /// What the groups of agents heard in the last step.
     pub(crate) fn heard(&self) -> &[Heard<D>] {
         &self.heard
+    }
+
+    /// The same, for the step to be made of it.
+    pub(crate) fn heard_mut(&mut self) -> &mut [Heard<D>] {
+        &mut self.heard
     }
 
     /// The unit in m/s of the sums in [`Neighborhood::heard`].
