@@ -9,9 +9,8 @@ import numpy as np
 
 from benchmarks import PROJECT
 from benchmarks.measure import Contender, Record, cores, measure
-from benchmarks.peers import TOLERANCE, DisagreementError
+from benchmarks.peers import TOLERANCE, DisagreementError, plain_rust
 from benchmarks.peers.model import Floats
-from benchmarks.peers.plain_rust import MODULE
 from flockesc_env import LineScenario, simulate_line, sweep
 
 RANGES = (0.05, 0.1, 0.2, 0.5)
@@ -47,14 +46,15 @@ def run(*, quick: bool) -> list[Record]:
 
 
 def check(name: str, peer: Run, rho: float) -> None:
-    """Compare a peer with this project after ten steps.
+    """Compare a peer with this project on every step of a line until it stands still.
 
     Raises:
         DisagreementError: naming the peer, the range and the difference.
     """
-    scenario = LineScenario(tolerance=0.0, max_steps=10)
-    line = simulate_line(scenario, rho, seed=0)
-    difference = np.abs(peer(line.states[0], scenario, rho, line.steps) - line.states[-1]).max()
+    scenario = LineScenario()
+    states = simulate_line(scenario, rho, seed=0).states
+    reached = [peer(before, scenario, rho, 1) for before in states[:-1]]
+    difference = np.abs(np.array(reached) - states[1:]).max()
     if not difference <= TOLERANCE:
         raise DisagreementError(f"{name} at {rho} on the line: off by {difference:.3g}")
 
@@ -76,7 +76,7 @@ def _numpy(states: Floats, scenario: LineScenario, interaction_range: float, ste
 
 
 def _plain_rust(states: Floats, scenario: LineScenario, interaction_range: float, steps: int) -> Floats:
-    end: Floats = MODULE.line_all_pairs(states, scenario, interaction_range, steps)
+    end: Floats = plain_rust.module().line_all_pairs(states, scenario, interaction_range, steps)
     return end
 
 

@@ -85,21 +85,21 @@ def show(records: list[Record]) -> None:
     for layout in LAYOUTS:
         chosen = [r for r in records if r.section == layout.section and set(r.case) == layout.case]
         if chosen:
-            console.print(_table(layout, chosen))
+            console.print(f"\n{layout.title}", _table(layout, chosen))
     environments = [record for record in records if record.section == "environments"]
     if environments:
-        console.print(_environments(environments))
+        console.print("\nEnvironments (one core)", _environments(environments))
     for record in records:
         if record.note:
             case = ", ".join(f"{name} = {value:,g}" for name, value in record.case.items())
             console.print(f"{record.contender}, {case}: {record.note}", style="dim")
-    console.print(_targets(Medians(records)))
+    console.print("\nTargets", _targets(Medians(records)))
 
 
 def _table(layout: Layout, records: list[Record]) -> Table:
     columns = list(dict.fromkeys(record.case[layout.columns] for record in records))
     figures = {(r.contender, r.case[layout.columns]): layout.value(r) for r in records}
-    table = _titled(layout.title, "", *(f"{column:,g}" for column in columns))
+    table = _empty(*(f"{column:,.7g}" for column in columns))
     for name in dict.fromkeys(record.contender for record in records):
         row = [_figure(figures.get((name, column), math.nan)) for column in columns]
         table.add_row(name, *row, style="bold" if name == PROJECT else "")
@@ -107,9 +107,7 @@ def _table(layout: Layout, records: list[Record]) -> Table:
 
 
 def _environments(records: list[Record]) -> Table:
-    table = _titled(
-        "Environments (one core)", "", "agents", "flocks", "us per step", "us per flock", "M agent-steps/s"
-    )
+    table = _empty("agents", "flocks", "us per step", "us per flock", "M agent-steps/s")
     for record in records:
         agents, flocks = record.case["agents"], record.case["flocks"]
         micros = 1e6 * record.median
@@ -120,7 +118,7 @@ def _environments(records: list[Record]) -> Table:
 
 
 def _targets(medians: Medians) -> Table:
-    table = _titled("Targets", "", "unit", "target", "stretch", "reached", "")
+    table = _empty("unit", "target", "stretch", "reached", "")
     for target in TARGETS:
         bounds = [target.bound(target.target), target.bound(target.stretch)]
         table.add_row(
@@ -129,10 +127,10 @@ def _targets(medians: Medians) -> Table:
     return table
 
 
-def _titled(title: str, first: str, *others: str) -> Table:
-    table = Table(title=title, title_justify="left", title_style="bold", min_width=len(title) + 2)
-    table.add_column(first)
-    for name in others:
+def _empty(*columns: str) -> Table:
+    """A table without rows, of a column of names and these."""
+    table = Table("")
+    for name in columns:
         table.add_column(name, justify="right")
     return table
 
@@ -141,4 +139,6 @@ def _figure(value: float) -> str:
     """Three significant digits; nothing for what is not a number."""
     if math.isnan(value):
         return "-"
-    return f"{value:,.0f}" if abs(value) >= 100 else f"{value:#.3g}".rstrip(".")
+    if isinstance(value, int) or abs(value) >= 100:
+        return f"{value:,.0f}"
+    return f"{value:#.3g}".rstrip(".")

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import subprocess
+from functools import cache
 from importlib.machinery import ExtensionFileLoader, ModuleSpec
 from importlib.util import module_from_spec
 from pathlib import Path
 from types import ModuleType
 
-from benchmarks.peers.model import Peer, one_by_one
+from benchmarks.peers.model import Floats, Model, Peer, one_by_one
 
 _ROOT = Path(__file__).parents[2]
 
 
-def build() -> ModuleType:
+@cache
+def module() -> ModuleType:
     """Build the crate ``flockesc-peers`` and import it.
 
     Raises:
@@ -22,13 +24,24 @@ def build() -> ModuleType:
     command = ["cargo", "build", "--release", "--locked", "--quiet", "--package", "flockesc-peers"]
     subprocess.run(command, cwd=_ROOT, check=True)
     loader = ExtensionFileLoader("flockesc_peers", str(_ROOT / "target/release/libflockesc_peers.so"))
-    module = module_from_spec(ModuleSpec(loader.name, loader, origin=loader.path))
-    loader.exec_module(module)
-    return module
+    built = module_from_spec(ModuleSpec(loader.name, loader, origin=loader.path))
+    loader.exec_module(built)
+    return built
 
 
-MODULE = build()
+def _peer(name: str, function: str) -> Peer:
+    def run(
+        model: Model, positions: Floats, velocities: Floats, interaction_range: float, steps: int
+    ) -> tuple[Floats, float]:
+        outcome: tuple[Floats, float] = getattr(module(), function)(
+            model, positions, velocities, interaction_range, steps
+        )
+        return outcome
+
+    return Peer(name, one_by_one(run))
+
+
 PEERS = (
-    Peer("plain Rust, all pairs", one_by_one(MODULE.flock_all_pairs)),
-    Peer("plain Rust, cell list", one_by_one(MODULE.flock_cells)),
+    _peer("plain Rust, all pairs", "flock_all_pairs"),
+    _peer("plain Rust, cell list", "flock_cells"),
 )
