@@ -12,10 +12,12 @@ from flockesc_env._core import __version__
 from flockesc_env.envs.flock import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.envs.parallel import FlockParallelEnv, env, parallel_env, raw_env
+from flockesc_env.envs.vector import FlockVectorEnv
 from flockesc_env.errors import ActionError, ArgumentError, EpisodeError, FlockescError, ScenarioError
 from flockesc_env.options import EnvOptions, LineOptions
 from flockesc_env.rollout import Episodes, record, rollout
 from flockesc_env.scenario import ConstantVelocity, FlockScenario, LineScenario, Metric, PurePursuit
+from flockesc_env.seeds import episode_seed
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
 from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 
@@ -30,6 +32,7 @@ __all__ = [
     "FlockParallelEnv",
     "FlockScenario",
     "FlockSweepResult",
+    "FlockVectorEnv",
     "FlockescError",
     "LineEscapeEnv",
     "LineOptions",
@@ -43,6 +46,7 @@ __all__ = [
     "Trajectory",
     "__version__",
     "env",
+    "episode_seed",
     "graph",
     "parallel_env",
     "policies",
@@ -54,5 +58,9 @@ __all__ = [
     "sweep",
 ]
 
-_gymnasium.register("flockesc/FlockEscape-v0", "flockesc_env.envs.flock:FlockEscapeEnv")
+_gymnasium.register(
+    "flockesc/FlockEscape-v0",
+    "flockesc_env.envs.flock:FlockEscapeEnv",
+    vector_entry_point="flockesc_env.envs.vector:FlockVectorEnv",
+)
 _gymnasium.register("flockesc/LineEscape-v0", "flockesc_env.envs.line:LineEscapeEnv")

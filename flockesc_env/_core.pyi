@@ -1,4 +1,4 @@
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Self, final
 
 import numpy as np
@@ -7,9 +7,11 @@ from numpy.typing import NDArray
 __all__ = [
     "FlockBatch",
     "LineEpisode",
+    "RangeMap",
     "__version__",
     "check_flock_scenario",
     "check_line_scenario",
+    "episode_seed",
     "laplacian",
     "line_observation_entries",
     "observation_entries",
@@ -23,20 +25,55 @@ __all__ = [
 __version__: str
 
 @final
+class RangeMap:
+    def __new__(
+        cls, min_range: float, max_range: float, is_normalized: bool, grid: list[float] | None
+    ) -> Self: ...
+    def __getnewargs__(self) -> tuple[float, float, bool, list[float] | None]: ...
+    def to_ranges(self, actions: NDArray[Any]) -> NDArray[np.float64]: ...
+    def to_range(self, action: Any) -> float | None: ...
+    def stack(self, actions: Any, agents: list[str]) -> NDArray[Any] | None: ...
+
+@final
 class FlockBatch:
-    def __new__(cls, scenario: str, options: str, num_flocks: int, num_threads: int | None) -> Self: ...
+    def __new__(
+        cls,
+        scenario: str,
+        options: str,
+        actions: RangeMap,
+        num_flocks: int,
+        num_threads: int | None,
+        count_components: bool,
+        seed: int,
+    ) -> Self: ...
     def reset(
         self,
-        slot: int,
-        seed: int,
+        slots: Sequence[int],
+        seeds: Sequence[int | None],
         positions: NDArray[np.float64] | None = None,
         velocities: NDArray[np.float64] | None = None,
         predator_positions: NDArray[np.float64] | None = None,
         predator_velocities: NDArray[np.float64] | None = None,
-    ) -> None: ...
-    def step(self, ranges: NDArray[np.float64]) -> tuple[NDArray[np.float32], NDArray[np.float64]]: ...
-    def observe(self, slot: int) -> NDArray[np.float32]: ...
+    ) -> tuple[NDArray[np.float32], dict[str, NDArray[Any]]]: ...
+    def step(
+        self,
+        actions: Any,
+        restart: bool = False,
+        out: tuple[NDArray[np.float32], NDArray[np.float64]] | None = None,
+    ) -> (
+        tuple[
+            NDArray[np.float32],
+            NDArray[np.float64],
+            NDArray[np.bool],
+            NDArray[np.float64],
+            dict[str, NDArray[Any]],
+        ]
+        | None
+    ): ...
+    def step_one(self, action: Any) -> tuple[NDArray[np.float32], float, bool, dict[str, Any]] | None: ...
+    def observe(self, slots: Sequence[int]) -> NDArray[np.float32]: ...
     def metrics(self) -> dict[str, NDArray[Any]]: ...
+    def num_components(self) -> NDArray[np.int64]: ...
     def state(self, slot: int) -> dict[str, Any]: ...
     def ended(self) -> NDArray[np.bool]: ...
     def __deepcopy__(self, _memo: dict[int, Any]) -> Self: ...
@@ -86,6 +123,7 @@ def sweep_line(
     num_threads: int | None,
     report: Callable[[int], None] | None,
 ) -> dict[str, NDArray[Any]]: ...
+def episode_seed(seed: int, episode: int) -> int: ...
 def perron_matrix(states: NDArray[np.float64], interaction_range: float) -> NDArray[np.float64]: ...
 def laplacian(states: NDArray[np.float64], interaction_range: float) -> NDArray[np.float64]: ...
 def observation_entries(per_agent: bool, dimension: int) -> list[tuple[str, float, float]]: ...

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
-from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
 from flockesc_env import _core
@@ -14,18 +13,17 @@ from flockesc_env._checks import FloatArray, as_count, as_floats
 from flockesc_env.errors import ArgumentError
 from flockesc_env.options import EnvOptions
 from flockesc_env.scenario import FlockScenario
-from flockesc_env.spaces import Control, ObservationLayout, RangeActions
+from flockesc_env.seeds import fresh_seed
+from flockesc_env.spaces import STACKED, Control, Label, ObservationLayout, RangeActions
 
-METRICS: Final = (
-    "mean_distance",
-    "min_distance",
-    "min_mean_distance",
-    "min_min_distance",
-    "num_components",
-    "polarization",
-)
-"""Keys of ``info``, beside ``interaction_range``."""
+Observations = NDArray[np.float32]
 
+Columns = dict[str, NDArray[Any]]
+"""``info`` of several flocks without ``interaction_range``: an array per key, with an entry per flock."""
+
+Step = tuple[Observations, FloatArray, NDArray[np.bool], FloatArray, Columns]
+"""Observations (num_flocks * rows, entries), rewards (num_flocks * rows,), whether each flock has reached its
+horizon (num_flocks,), ranges in m (num_flocks * rows,), and columns of ``info``."""
 
 STARTS: Final = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
 """Keys of the ``options`` of a reset."""
@@ -34,31 +32,6 @@ Start = Sequence[FloatArray | None]
 """The arrays of ``STARTS``; ``None``: the seed's, or the scenario's."""
 
 NO_START: Final[Start] = (None, None, None, None)
-
-
-class EpisodeSeeds:
-    """The seeds of one slot: a given seed starts an episode itself, later ones are drawn from it.
-
-    Without a seed ever given the first one comes from the operating system.
-    """
-
-    def __init__(self) -> None:
-        self._rng: np.random.Generator | None = None
-
-    def next(self, seed: int | None = None) -> int:
-        """Return the seed of the next episode; ``seed`` starts the sequence anew."""
-        if seed is not None or self._rng is None:
-            self._rng, _ = seeding.np_random(seed)
-        return draw_seed(self._rng) if seed is None else seed
-
-
-def draw_seed(rng: np.random.Generator) -> int:
-    """Draw the seed of an episode that nobody named.
-
-    It is 2^32 or more: a smaller seed, such as people name, never comes up by chance, so that flocks held
-    out for a report cannot slip into training.
-    """
-    return int(rng.integers(2**32, 2**63))
 
 
 class FlockBatch:
@@ -90,14 +63,21 @@ class FlockBatch:
         self.num_flocks = as_count(num_flocks, "num_flocks")
         self.rows = scenario.num_agents if per_agent else 1
         threads = None if num_threads is None else as_count(num_threads, "num_threads")
-        document = options.to_core(scenario, per_agent=per_agent)
-        self._core = _core.FlockBatch(scenario.to_json(), document, self.num_flocks, threads)
         self.control = Control(
             actions=RangeActions(options),
             layout=ObservationLayout.of(_core.observation_entries(per_agent, scenario.dimension)),
             per_agent=per_agent,
             num_agents=scenario.num_agents,
             num_steps=scenario.num_steps,
+        )
+        self._core = _core.FlockBatch(
+            scenario.to_json(),
+            options.to_core(scenario, per_agent=per_agent),
+            self.control.actions.core,
+            self.num_flocks,
+            threads,
+            options.count_components,
+            fresh_seed(),
         )
 
     def start(self, options: Mapping[str, Any] | None) -> Start:
@@ -123,40 +103,85 @@ class FlockBatch:
             None if value is None else as_floats(value, name, shapes[name]) for name, value in given.items()
         ]
 
-    def reset(self, slot: int, seed: int, start: Start = NO_START) -> None:
-        """Start a new episode in one slot, with the flock of ``seed`` where ``start`` gives nothing else."""
-        self._core.reset(slot, seed, *start)
+    def reset(
+        self, slots: Sequence[int], seeds: Sequence[int | None] | None = None, start: Start = NO_START
+    ) -> tuple[Observations, Columns]:
+        """Start episodes in some slots, in the states that ``start`` gives and else in those of the seeds.
 
-    def step(self, ranges: FloatArray) -> tuple[NDArray[np.float32], FloatArray]:
-        """Hold ranges in m, shape (num_flocks * rows,), for one action in every slot.
+        Args:
+            slots: which.
+            seeds: one per slot of ``slots``; ``None``: the next of the slot's schedule (``episode_seed``).
+            start: what ``start`` returned.
 
         Returns:
-            Observations (num_flocks * rows, entries) and rewards (num_flocks * rows,), both new arrays.
+            Observations (len(slots) * rows, entries) and columns of ``info``, of ``slots`` only.
+        """
+        return self._core.reset(slots, seeds or [None] * len(slots), *start)
+
+    def step(
+        self,
+        actions: Any,
+        *,
+        label: Label = STACKED,
+        restart: bool = False,
+        out: tuple[Observations, FloatArray] | None = None,
+    ) -> Step:
+        """Hold the ranges that actions set for one action in every slot.
+
+        Args:
+            actions: shape (num_flocks * rows, 1) or, where discrete, (num_flocks * rows,).
+            label: names an action in an error.
+            restart: whether a slot at its horizon ignores its action, starts the next episode of its schedule
+                and is paid 0, instead of being refused.
+            out: arrays for the observations and rewards; ``None``: new ones.
 
         Raises:
-            EpisodeError: if a slot was never reset or has reached its horizon.
+            ActionError: for a wrong dtype or shape, or an action outside of the action space.
+            EpisodeError: if a slot was never reset or, without ``restart``, has reached its horizon.
         """
-        return self._core.step(ranges)
+        step = self._core.step(actions, restart, out)
+        if step is None:
+            ignored = np.repeat(self._core.ended(), self.rows) if restart else None
+            count = self.num_flocks * self.rows
+            plain = self.control.actions.plain(actions, count, label, ignored)
+            step = self._core.step(plain, restart, out)
+            assert step is not None  # noqa: S101, what `plain` returns is what the core takes
+        return step
 
-    def observe(self, slot: int) -> NDArray[np.float32]:
-        """Return the observation of one slot, shape (rows, entries)."""
-        return self._core.observe(slot)
+    def step_one(self, action: Any) -> tuple[Observations, float, bool, dict[str, Any]]:
+        """Do as ``step`` for the only action of a batch of one row.
 
-    def metrics(self) -> dict[str, NDArray[Any]]:
-        """Return the entries of ``METRICS``, each of shape (num_flocks,)."""
+        Returns:
+            Observation (entries,), reward, whether the flock has reached its horizon, and ``info``.
+
+        Raises:
+            ActionError: naming ``action``, as ``step``.
+            EpisodeError: as ``step``.
+        """
+        step = self._core.step_one(action)
+        if step is None:
+            step = self._core.step_one(self.control.actions.plain_one(action))
+            assert step is not None  # noqa: S101, as in `step`
+        return step
+
+    def observe(self, slots: Sequence[int]) -> Observations:
+        """Return the observations of some slots, shape (len(slots) * rows, entries)."""
+        return self._core.observe(slots)
+
+    def metrics(self) -> Columns:
+        """Return the columns of ``info`` of all slots, without ``num_components``."""
         return self._core.metrics()
 
-    def ended(self) -> NDArray[np.bool]:
-        """Return which slots have reached their horizon, shape (num_flocks,)."""
-        return self._core.ended()
+    def num_components(self) -> NDArray[np.int64]:
+        """Return the connected components under the ranges of the last action, shape (num_flocks,)."""
+        return self._core.num_components()
 
     def state(self, slot: int) -> dict[str, Any]:
         """Return a copy of everything that moves in one slot, with ``step`` and ``interaction_range``."""
         return self._core.state(slot)
 
 
-def infos(batch: FlockBatch) -> list[dict[str, Any]]:
+def infos(columns: Columns) -> list[dict[str, Any]]:
     """Return one new ``info`` of plain numbers per flock, without ``interaction_range``."""
-    columns = batch.metrics()
-    rows = zip(*(columns[name].tolist() for name in METRICS), strict=True)
-    return [dict(zip(METRICS, row, strict=True)) for row in rows]
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in rows]

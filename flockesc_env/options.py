@@ -81,11 +81,14 @@ class EnvOptions(ActionOptions):
             ``"own_distance_change"``: d_i(t) - d_i(t-1), which tells an agent at once what it gained.
         predator_sensing_range: distance in m up to which observations show a predator;
             ``"predator_range"``: the scenario's predator range; ``None``: any distance.
+        count_components: whether ``info`` holds ``num_components``, which takes a search of the neighbor
+            graph after every action.
     """
 
     objective: Objective = "mean"
     reward: Reward = "running_minimum"
     predator_sensing_range: float | Literal["predator_range"] | None = "predator_range"
+    count_components: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -95,6 +98,8 @@ class EnvOptions(ActionOptions):
         if sensing is not None and not (isinstance(sensing, str) and sensing == "predator_range"):
             sensing = float(as_floats(sensing, "predator_sensing_range", (), ScenarioError))
             object.__setattr__(self, "predator_sensing_range", sensing)
+        if not isinstance(self.count_components, bool):
+            raise ScenarioError("count_components", "True or False", repr(self.count_components))
 
     def to_core(self, scenario: FlockScenario, *, per_agent: bool) -> str:
         """Return the JSON document that the core takes."""

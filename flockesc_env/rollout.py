@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -77,12 +77,11 @@ def rollout(
         batch = FlockBatch(
             scenario, env_options, num_flocks=len(chunk), per_agent=per_agent, num_threads=num_threads
         )
-        for slot, seed in enumerate(chunk):
-            batch.reset(slot, seed)
         total = np.zeros(len(chunk))
-        for _, rewards in episode_steps(batch, policy):
+        for _, rewards in episode_steps(batch, policy, chunk):
             total += rewards.reshape(len(chunk), -1).mean(axis=1)
-        parts.append({**batch.metrics(), "mean_return": total})
+        components = batch.num_components()
+        parts.append({**batch.metrics(), "num_components": components, "mean_return": total})
         finished += len(chunk)
         if progress is not None:
             progress(finished, len(checked))
@@ -118,21 +117,23 @@ def record(
     scenario = scenario or FlockScenario()
     env_options = EnvOptions(**options)
     batch = FlockBatch(scenario, env_options, per_agent=per_agent)
-    batch.reset(0, as_seed(seed))
-    actions = np.array([ranges for ranges, _ in episode_steps(batch, policy)])
+    actions = np.array([ranges for ranges, _ in episode_steps(batch, policy, [as_seed(seed)])])
     schedule = np.repeat(actions, env_options.steps_per_action, axis=0)[: scenario.num_steps]
     return simulate(scenario, schedule, seed=seed), schedule
 
 
-def episode_steps(batch: FlockBatch, policy: Policy) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Step a freshly reset batch under a policy to the horizon.
+def episode_steps(
+    batch: FlockBatch, policy: Policy, seeds: Sequence[int]
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Step the flocks of ``seeds``, one per slot, under a policy to the horizon.
 
     Yields:
         After every action: ranges in m and rewards, both of shape (num_flocks * rows,).
     """
-    control = batch.control
-    observations = np.concatenate([batch.observe(slot) for slot in range(batch.num_flocks)])
-    while not batch.ended().all():
-        ranges = control.actions.to_ranges(policy.act(observations, control), len(observations))
-        observations, rewards = batch.step(ranges)
+    observations, _ = batch.reset(range(batch.num_flocks), seeds)
+    has_ended = False
+    while not has_ended:
+        actions = policy.act(observations, batch.control)
+        observations, rewards, ended, ranges, _ = batch.step(actions)
+        has_ended = bool(ended.all())
         yield ranges, rewards

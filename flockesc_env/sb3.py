@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,9 +11,10 @@ from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
 from flockesc_env._checks import as_seed
-from flockesc_env.batch import EpisodeSeeds, FlockBatch, infos
+from flockesc_env.batch import Columns, FlockBatch, Observations, infos
 from flockesc_env.options import EnvOptions
 from flockesc_env.scenario import FlockScenario
+from flockesc_env.seeds import fresh_seed
 
 
 class _BatchVecEnv(VecEnv):
@@ -40,22 +41,26 @@ class _BatchVecEnv(VecEnv):
         self.scenario = batch.scenario
         self.options = batch.options
         self.render_mode = None
-        self._episode_seeds = [EpisodeSeeds() for _ in range(batch.num_flocks)]
         self._actions: NDArray[Any] | None = None
         slots = batch.num_flocks * batch.rows
         super().__init__(slots, batch.control.layout.space(), batch.control.actions.space())
 
     def reset(self) -> VecEnvObs:
         """Start an episode in every flock, with the seeds and options set since the last reset."""
-        rows = self._batch.rows
-        starts = [self._batch.start(options) for options in self._options[::rows]]
-        for flock, (seeds, start) in enumerate(zip(self._episode_seeds, starts, strict=True)):
-            self._batch.reset(flock, seeds.next(self._seeds[flock * rows]), start)
+        rows, flocks = self._batch.rows, range(self._batch.num_flocks)
+        seeds = self._seeds[::rows]
+        if any(self._options):
+            starts = [self._batch.start(options) for options in self._options[::rows]]
+            parts = [self._batch.reset([flock], [seeds[flock]], starts[flock]) for flock in flocks]
+            observations = np.concatenate([rows for rows, _ in parts])
+            reset_infos = [info for _, columns in parts for info in self._slot_infos(columns, np.zeros(rows))]
+        else:
+            observations, columns = self._batch.reset(flocks, seeds)
+            reset_infos = self._slot_infos(columns, np.zeros(self.num_envs))
         self._reset_seeds()
         self._reset_options()
-        flocks = range(self._batch.num_flocks)
-        self.reset_infos = self._slot_infos(infos(self._batch), np.zeros(self.num_envs))
-        return np.concatenate([self._batch.observe(flock) for flock in flocks])
+        self.reset_infos = reset_infos
+        return observations
 
     def step_async(self, actions: NDArray[Any]) -> None:
         """Take the actions of the next step, shape (num_envs, 1) or, where discrete, (num_envs,)."""
@@ -68,25 +73,30 @@ class _BatchVecEnv(VecEnv):
             ActionError: for an action outside of the action space.
             EpisodeError: before ``reset``.
         """
-        ranges = self.control.actions.to_ranges(self._actions, self.num_envs)
-        observations, rewards = self._batch.step(ranges)
-        slot_infos = self._slot_infos(infos(self._batch), ranges)
-        rows = self._batch.rows
-        ended = self._batch.ended()
-        for flock in np.flatnonzero(ended).tolist():
-            slots = range(flock * rows, (flock + 1) * rows)
-            last = observations[slots.start : slots.stop].copy()
-            for slot, observation in zip(slots, last, strict=True):
-                slot_infos[slot]["TimeLimit.truncated"] = True
-                slot_infos[slot]["terminal_observation"] = observation
-            self._batch.reset(flock, self._episode_seeds[flock].next())
-            observations[slots.start : slots.stop] = self._batch.observe(flock)
-        return observations, rewards.astype(np.float32), np.repeat(ended, rows), slot_infos
+        observations, rewards, ended, ranges, columns = self._batch.step(self._actions)
+        slot_infos = self._slot_infos(columns, ranges)
+        dones = np.repeat(ended, self._batch.rows)
+        if ended.any():
+            self._restart(ended, dones, observations, slot_infos)
+        return observations, rewards.astype(np.float32), dones, slot_infos
+
+    def _restart(
+        self,
+        ended: NDArray[np.bool],
+        dones: NDArray[np.bool],
+        observations: Observations,
+        slot_infos: list[dict[str, Any]],
+    ) -> None:
+        """Reset the flocks that have ended, and keep their last observations in their slots' infos."""
+        for slot, last in zip(np.flatnonzero(dones).tolist(), observations[dones], strict=True):
+            slot_infos[slot]["TimeLimit.truncated"] = True
+            slot_infos[slot]["terminal_observation"] = last
+        observations[dones], _ = self._batch.reset(np.flatnonzero(ended).tolist())
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """Give flock f the seed ``seed + f`` at the next reset; ``None``: seeds from the operating system."""
         rows = self._batch.rows
-        first = EpisodeSeeds().next() if seed is None else as_seed(seed)
+        first = fresh_seed() if seed is None else as_seed(seed)
         as_seed(first + self._batch.num_flocks - 1, "seed of the last flock")
         self._seeds = [first + slot // rows for slot in range(self.num_envs)]
         return self._seeds
@@ -119,15 +129,13 @@ class _BatchVecEnv(VecEnv):
         """Return False for every slot: there is no Gymnasium environment inside that could be wrapped."""
         return [False for _ in self._get_indices(indices)]
 
-    def _slot_infos(
-        self, flocks: Iterable[dict[str, Any]], ranges: NDArray[np.float64]
-    ) -> list[dict[str, Any]]:
-        rows = self._batch.rows
-        shared = [info for info in flocks for _ in range(rows)]
-        return [
-            {**info, "interaction_range": rho, "TimeLimit.truncated": False}
-            for info, rho in zip(shared, ranges.tolist(), strict=True)
-        ]
+    def _slot_infos(self, columns: Columns, ranges: NDArray[np.float64]) -> list[dict[str, Any]]:
+        own = {"interaction_range": 0.0, "TimeLimit.truncated": False}
+        shared = [{**info, **own} for info in infos(columns)]
+        slot_infos = [info.copy() for info in shared for _ in range(self._batch.rows)]
+        for info, rho in zip(slot_infos, ranges.tolist(), strict=True):
+            info["interaction_range"] = rho
+        return slot_infos
 
 
 class FlockVecEnv(_BatchVecEnv):

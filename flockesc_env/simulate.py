@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
 from flockesc_env._checks import FloatArray, as_floats, as_seed
-from flockesc_env.batch import EpisodeSeeds
 from flockesc_env.errors import ArgumentError
 from flockesc_env.scenario import FlockScenario, LineScenario
+from flockesc_env.seeds import fresh_seed
 
 IntArray = NDArray[np.int64]
 
@@ -136,7 +136,7 @@ def simulate_line(
 
 
 def _seed(seed: int | None) -> int:
-    return EpisodeSeeds().next() if seed is None else as_seed(seed)
+    return fresh_seed() if seed is None else as_seed(seed)
 
 
 def _schedule(interaction_range: ArrayLike, scenario: FlockScenario) -> FloatArray:

@@ -11,9 +11,15 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from flockesc_env import _core
 from flockesc_env._checks import FloatArray, as_array
 from flockesc_env.errors import ActionError, ArgumentError
 from flockesc_env.options import GRID_SIZE, ActionOptions
+
+Label = Callable[[int], str]
+"""What the error calls an action, given its place in the stack."""
+
+STACKED: Label = "action[{}]".format
 
 
 class RangeActions:
@@ -21,6 +27,7 @@ class RangeActions:
 
     Attributes:
         grid: ranges of the discrete mode, shape (size,); ``None`` in the other modes.
+        core: the map from actions to ranges.
     """
 
     def __init__(self, options: ActionOptions) -> None:
@@ -33,6 +40,8 @@ class RangeActions:
             self.grid = default if options.range_grid is None else np.array(options.range_grid)
         self._shape: tuple[int, ...] = (1,) if self.grid is None else ()
         self._bounds = (-1.0, 1.0) if self.mode == "normalized" else (self.min_range, self.max_range)
+        grid = None if self.grid is None else self.grid.tolist()
+        self.core = _core.RangeMap(self.min_range, self.max_range, self.mode == "normalized", grid)
 
     def space(self) -> gymnasium.Space[Any]:
         """Return a new action space for one range: Box of shape (1,), or Discrete."""
@@ -49,29 +58,46 @@ class RangeActions:
         """
         return self._array(action, self._shape, label)
 
-    def to_ranges(
-        self, actions: Any, count: int, label: Callable[[int], str] = "action[{}]".format
-    ) -> FloatArray:
+    def to_range(self, action: Any) -> float:
+        """Map a single action to its range.
+
+        Raises:
+            ActionError: naming ``action``, for a wrong dtype or shape, or if it is outside of the space.
+        """
+        rho = self.core.to_range(action)
+        return rho if rho is not None else float(self.to_ranges(*self._alone(action))[0])
+
+    def to_ranges(self, actions: Any, count: int, label: Label = STACKED) -> FloatArray:
         """Map ``count`` actions, stacked to shape (count, 1) or, where discrete, (count,), to as many ranges.
 
         Raises:
             ActionError: for a wrong dtype or shape, or an action outside of the space, named by ``label``.
         """
-        array = self._array(actions, (count, *self._shape), "action")
-        if self.grid is not None:
-            good = (array >= 0) & (array < len(self.grid))
-            self._refuse(array, good, f"an integer from 0 to {len(self.grid) - 1}", label)
-            chosen: FloatArray = self.grid[array]
-            return chosen
-        values = array[:, 0].astype(np.float64)
-        low, high = self._bounds
-        # The space's bounds are float32: an action on them must pass although float64 sees it beyond.
-        good = (values >= min(low, float(np.float32(low)))) & (values <= max(high, float(np.float32(high))))
-        self._refuse(values, good, f"a number from {low} to {high}", label)
-        values = np.clip(values, low, high)
-        if self.mode == "normalized":
-            values = self.min_range + (values + 1) / 2 * (self.max_range - self.min_range)
-        return values
+        return self._judge(actions, count, label)[1]
+
+    def plain(
+        self, actions: Any, count: int, label: Label = STACKED, ignored: NDArray[np.bool] | None = None
+    ) -> NDArray[Any]:
+        """Return ``count`` stacked actions in the form that the core takes.
+
+        Args:
+            actions: shape (count, 1) or, where discrete, (count,), of any real or integer type.
+            count: number of actions.
+            label: names an action in an error.
+            ignored: actions whose values do not matter, shape (count,).
+
+        Raises:
+            ActionError: as ``to_ranges``.
+        """
+        return self._judge(actions, count, label, ignored)[0]
+
+    def plain_one(self, action: Any) -> Any:
+        """Return a single action in the form that the core takes.
+
+        Raises:
+            ActionError: as ``to_range``.
+        """
+        return self.plain(*self._alone(action))[0]
 
     def from_ranges(self, ranges: FloatArray) -> NDArray[Any]:
         """Map ranges of shape (k,) to actions: (k, 1) float32, or the nearest grid indices (k,) int64.
@@ -99,13 +125,28 @@ class RangeActions:
             raise ActionError(label, f"shape {shape}", f"shape {array.shape}")
         return array
 
-    @staticmethod
-    def _refuse(
-        values: NDArray[Any], good: NDArray[np.bool], expected: str, label: Callable[[int], str]
-    ) -> None:
-        if not good.all():
-            first = int(np.argmin(good))
-            raise ActionError(label(first), expected, values[first])
+    def _alone(self, action: Any) -> tuple[NDArray[Any], int, Label]:
+        """Return a single action as a stack of one, with its number and label."""
+        return self.one(action, "action")[np.newaxis], 1, lambda _: "action"
+
+    def _judge(
+        self, actions: Any, count: int, label: Label, ignored: NDArray[np.bool] | None = None
+    ) -> tuple[NDArray[Any], FloatArray]:
+        """Return actions as float64 or int64, in new memory without gaps, and their ranges."""
+        array = self._array(actions, (count, *self._shape), "action")
+        plain = np.array(array, np.float64 if self.grid is None else np.int64, order="C")
+        ranges = self.core.to_ranges(plain)
+        refused = np.isnan(ranges)
+        if ignored is not None:
+            refused &= ~ignored
+        if refused.any():
+            first = int(np.argmax(refused))
+            if self.grid is None:
+                low, high = self._bounds
+                raise ActionError(label(first), f"a number from {low} to {high}", plain[first].item())
+            expected = f"an integer from 0 to {len(self.grid) - 1}"
+            raise ActionError(label(first), expected, array[first].item())
+        return plain, ranges
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 from option_table import small_flock
+from stable_baselines3.common.vec_env import VecEnv
 
-from flockesc_env import FlockEscapeEnv, LineEscapeEnv, LineScenario, env, parallel_env
+from flockesc_env import FlockEscapeEnv, FlockVectorEnv, LineEscapeEnv, LineScenario, env, parallel_env
 from flockesc_env.errors import ActionError, EpisodeError
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
@@ -26,7 +27,28 @@ SINGLE = {
 STACKED = {
     "flock slots": lambda mode: FlockVecEnv(3, FLOCK, action_mode=mode),
     "agent slots": lambda mode: AgentVecEnv(3, FLOCK, action_mode=mode),
+    "vector": lambda mode: FlockVectorEnv(3, FLOCK, action_mode=mode),
+    "agent array": lambda mode: AgentArray(mode),
 }
+
+
+class AgentArray:
+    """The parallel environment's array interface, spelled like the other ones."""
+
+    num_envs = FLOCK.num_agents
+
+    def __init__(self, mode: str) -> None:
+        self.inner = parallel_env(FLOCK, action_mode=mode)
+        self.step, self.reset = self.inner.step_array, self.inner.reset_array
+
+
+def start(environment: Any) -> None:
+    if isinstance(environment, VecEnv):
+        environment.seed(0)
+        environment.reset()
+    else:
+        environment.reset(seed=0)
+
 
 # What is wrong with one action, whatever the bounds of the space.
 BAD_BOX = {
@@ -132,8 +154,7 @@ def test_one_slot(interface: str, mode: str, entry: Any) -> None:
     """All slots stay where they are, not only the one whose action is bad."""
     environment, twin = STACKED[interface](mode), STACKED[interface](mode)
     for each in (environment, twin):
-        each.seed(0)
-        each.reset()
+        start(each)
     good = np.stack([GOOD[mode]] * environment.num_envs)
     bad = good.copy()
     bad[2] = entry
@@ -164,8 +185,7 @@ def test_one_slot(interface: str, mode: str, entry: Any) -> None:
 def test_whole_stack(interface: str, mode: str, spoil: Any) -> None:
     environment, twin = STACKED[interface](mode), STACKED[interface](mode)
     for each in (environment, twin):
-        each.seed(0)
-        each.reset()
+        start(each)
     good = np.stack([GOOD[mode]] * environment.num_envs)
     with pytest.raises(ActionError) as caught:
         environment.step(spoil(good))

@@ -190,6 +190,7 @@ BAD_ENV_OPTIONS = BAD_ACTION_OPTIONS | {
     "objective": ("maximum", None, 0),
     "reward": ("sparse", None, 0),
     "predator_sensing_range": (-1.0, "far", True, [5.0], *NOT_FINITE),
+    "count_components": (1, 0.0, "yes", None),
 }
 BAD_LINE_OPTIONS = BAD_ACTION_OPTIONS | {"reward": ("running_minimum", None, 0)}
 

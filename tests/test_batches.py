@@ -83,21 +83,21 @@ def observed(batch: FlockBatch, slot: int, steps: list[tuple[np.ndarray, np.ndar
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_place_in_the_batch(dimension: int, per_agent: bool, threads: int) -> None:
     scenario = small_flock(dimension, num_agents=30)
-    options = EnvOptions()
+    options = EnvOptions(action_mode="range")
     alone = FlockBatch(scenario, options, per_agent=per_agent)
     crowd = FlockBatch(scenario, options, num_flocks=6, per_agent=per_agent, num_threads=threads)
     rng = np.random.default_rng(0)
     ranges = rng.uniform(0, 20, (scenario.num_steps, 6, alone.rows))
-    for slot in range(6):
-        crowd.reset(slot, 100 + slot)
-    together = [crowd.step(row.ravel()) for row in ranges]
+    crowd.reset(range(6), range(100, 106))
+    together = [crowd.step(row.reshape(-1, 1))[:2] for row in ranges]
     for slot in (0, 3, 5):
-        alone.reset(0, 100 + slot)
-        steps = [alone.step(row[slot]) for row in ranges]
+        alone.reset([0], [100 + slot])
+        steps = [alone.step(row[slot].reshape(-1, 1))[:2] for row in ranges]
         np.testing.assert_equal(observed(crowd, slot, together), observed(alone, 0, steps))
         np.testing.assert_equal(crowd.state(slot), alone.state(0))
         for name, values in crowd.metrics().items():
             assert values[slot] == alone.metrics()[name][0]
+        assert crowd.num_components()[slot] == alone.num_components()[0]
 
 
 @pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])

@@ -21,7 +21,9 @@ MAY_IMPORT_CORE = {
     "envs/line.py",
     "graph.py",
     "scenario.py",
+    "seeds.py",
     "simulate.py",
+    "spaces.py",
     "sweep.py",
 }
 MAY_IMPORT_SB3 = {"sb3.py"}

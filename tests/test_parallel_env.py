@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import pytest
-from option_table import AGENT_OPTIONS, DIMENSIONS, label, small_flock
+from option_table import ACTION_MODES, AGENT_OPTIONS, AGENT_REWARDS, DIMENSIONS, label, small_flock
 
 from flockesc_env import FlockParallelEnv, env, parallel_env
-from flockesc_env.batch import METRICS
+from flockesc_env.errors import EpisodeError
 
 Options = dict[str, Any]
+
+INFO_KEYS = {
+    "mean_distance",
+    "min_distance",
+    "min_mean_distance",
+    "min_min_distance",
+    "polarization",
+    "interaction_range",
+}
 
 
 def sample(environment: FlockParallelEnv) -> dict[str, Any]:
@@ -48,7 +58,7 @@ def test_episode(options: Options, dimension: int) -> None:
         assert all(truncated is (number == len(steps) - 1) for truncated in truncations.values())
         for agent in agents:
             assert environment.observation_space(agent).contains(observations[agent])
-            assert set(infos[agent]) == {*METRICS, "interaction_range"}
+            assert set(infos[agent]) == INFO_KEYS
     dicts = [id(part) for step in steps for part in step]
     assert len(set(dicts)) == len(dicts)
     # Equal seeds, equal episodes; from the same environment and from another one.
@@ -155,3 +165,80 @@ def test_aec_plays_the_same_episode() -> None:
             paid[agent] += aec.rewards[agent]
         assert aec.truncations == truncations
     assert paid == totals
+
+
+def as_arrays(environment: FlockParallelEnv, step: tuple[dict[str, Any], ...]) -> list[Any]:
+    """Return what ``step_array`` must give where ``step`` gave these dicts."""
+    agents = environment.possible_agents
+    arrays = [np.array([part[agent] for agent in agents]) for part in step[:-1]]
+    info = dict(step[-1][agents[0]])
+    info["interaction_range"] = np.array([step[-1][agent]["interaction_range"] for agent in agents])
+    return [*arrays, info]
+
+
+@pytest.mark.parametrize("mode", ACTION_MODES)
+@pytest.mark.parametrize("reward", AGENT_REWARDS)
+@pytest.mark.parametrize("steps_per_action", [1, 4])
+def test_arrays_hold_what_the_dicts_hold(mode: str, reward: str, steps_per_action: int) -> None:
+    """Whether an episode is stepped by dicts, by arrays or by both in turn."""
+    options = {"action_mode": mode, "reward": reward, "steps_per_action": steps_per_action}
+    dicts, arrays, mixed = (parallel_env(small_flock(), count_components=True, **options) for _ in range(3))
+    start = {"initial_positions": np.arange(10.0).reshape(5, 2)}
+    for seed, given in ((3, None), (None, None), (8, start), (None, {"nonsense": 1})):
+        started = dicts.reset(seed=seed, options=given)
+        np.testing.assert_equal(mixed.reset(seed=seed, options=given), started)
+        np.testing.assert_equal(list(arrays.reset_array(seed=seed, options=given)), as_arrays(dicts, started))
+        assert arrays.agents == dicts.agents
+        seed_actions(dicts, 1)
+        is_array_turn = True
+        while dicts.agents:
+            actions = sample(dicts)
+            expected = as_arrays(dicts, stepped := dicts.step(actions))
+            result = arrays.step_array(np.stack(list(actions.values())))
+            np.testing.assert_equal(list(result), expected)
+            assert [part.dtype for part in result[:-1]] == [np.float32, np.float64, np.bool, np.bool]
+            assert {type(value) for value in result[-1].values()} == {float, int, np.ndarray}
+            if is_array_turn:
+                np.testing.assert_equal(mixed.step_array(np.stack(list(actions.values()))), result)
+            else:
+                np.testing.assert_equal(mixed.step(actions), stepped)
+            is_array_turn = not is_array_turn
+            assert arrays.agents == mixed.agents == dicts.agents
+    for call in (lambda: arrays.step_array(np.stack(list(actions.values()))), lambda: mixed.step(actions)):
+        with pytest.raises(EpisodeError):
+            call()
+
+
+def test_arrays_are_new_ones() -> None:
+    environment, twin = parallel_env(small_flock()), parallel_env(small_flock())
+    for each in (environment, twin):
+        each.reset_array(seed=0)
+    actions = np.zeros((5, 1), np.float32)
+    kept = []
+    for _ in range(10):
+        *results, info = environment.step_array(actions)
+        np.testing.assert_equal([*results, info], list(twin.step_array(actions)))
+        arrays = [*results, info["interaction_range"]]
+        assert not any(np.shares_memory(a, b) for a in arrays for b in kept)
+        for array in arrays:
+            array[:] = True
+        kept += arrays
+
+
+def test_actions_come_in_any_mapping() -> None:
+    environment, twin = parallel_env(small_flock()), parallel_env(small_flock())
+    environment.reset(seed=0)
+    twin.reset(seed=0)
+    actions = sample(environment)
+    np.testing.assert_equal(environment.step(MappingProxyType(actions)), twin.step(actions))
+
+
+def test_actions_of_any_real_type_are_taken() -> None:
+    """Also where agents' actions have different types; whatever is no number was refused one by one."""
+    environment, twin = parallel_env(small_flock()), parallel_env(small_flock())
+    for each in (environment, twin):
+        each.reset(seed=0)
+    values = [np.array([0.5], np.float32), [0.5], np.array([1]), np.array([0.25]), np.ones((3, 1))[::2][0]]
+    actions = dict(zip(environment.agents, values, strict=True))
+    stacked = np.array([[0.5], [0.5], [1.0], [0.25], [1.0]])
+    np.testing.assert_equal(list(twin.step_array(stacked)), as_arrays(environment, environment.step(actions)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 import gymnasium
@@ -37,7 +36,7 @@ SEEDS = [3, 4]
 T, N = SCENARIO.num_steps, SCENARIO.num_agents
 
 # With ranges up to 128 multiples of a quarter survive the way through float32 actions in every mode.
-EXACT = {"max_range": 128.0, "range_grid": tuple(np.arange(513) / 4)}
+EXACT = {"max_range": 128.0, "range_grid": tuple(np.arange(513) / 4), "count_components": True}
 SCHEDULE = np.random.default_rng(0).integers(0, 80, T) / 4
 OWN_SCHEDULE = np.random.default_rng(1).integers(0, 80, (T, N)) / 4
 
@@ -274,12 +273,10 @@ def test_record_is_the_episode_of_the_rollout(name: str, steps_per_action: int) 
         np.testing.assert_array_equal(simulate(SCENARIO, ranges, seed=SEEDS[0]).positions, run.positions)
 
 
-@pytest.mark.parametrize("vectorize", [gymnasium.vector.SyncVectorEnv, gymnasium.vector.AsyncVectorEnv])
-def test_bind_to_a_gymnasium_vector_environment(vectorize: Any) -> None:
-    make = functools.partial(
-        gymnasium.make, "flockesc_env:flockesc/FlockEscape-v0", scenario=SCENARIO, action_mode="range"
-    )
-    env = vectorize([make, make])
+@pytest.mark.parametrize("mode", ["sync", "async", "vector_entry_point"])
+def test_bind_to_a_gymnasium_vector_environment(mode: str) -> None:
+    name = "flockesc_env:flockesc/FlockEscape-v0"
+    env = gymnasium.make_vec(name, 2, mode, scenario=SCENARIO, action_mode="range")
     observations, _ = env.reset(seed=0)
     *_, info = env.step(bind(FixedRange(7.0), env)(observations))
     env.close()

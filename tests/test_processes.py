@@ -11,7 +11,7 @@ import pytest
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 from option_table import small_flock
 
-from flockesc_env import LineScenario, rollout, sweep
+from flockesc_env import FlockVectorEnv, LineScenario, rollout, sweep
 from flockesc_env.policies import FixedRange
 
 TIMEOUT = 120.0  # only a child that hangs needs as long
@@ -58,3 +58,21 @@ def test_async_vector_env_equals_sync_vector_env(method: str, name: str) -> None
     finally:
         parallel.close(terminate=True)
         sync.close()
+
+
+def played(num_threads: int | None) -> list[np.ndarray]:
+    """Return the observations of flocks stepped together, into their third episode."""
+    env = FlockVectorEnv(6, small_flock(num_steps=6), num_threads=num_threads)
+    env.action_space.seed(0)
+    observations = [env.reset(seed=4)[0]]
+    return observations + [env.step(env.action_space.sample())[0] for _ in range(15)]
+
+
+@METHODS
+def test_child_steps_a_vector_environment_after_its_parent_has(method: str) -> None:
+    here = played(2)
+    with multiprocessing.get_context(method).Pool(2) as pool:
+        there = [pool.apply_async(played, (num_threads,)) for num_threads in (1, 2, None, 2)]
+        for result in there:
+            np.testing.assert_array_equal(result.get(TIMEOUT), here)
+    np.testing.assert_array_equal(played(2), here)

@@ -7,20 +7,25 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gymnasium.utils import seeding
 from option_table import DIMENSIONS, small_flock
+from stable_baselines3.common.vec_env import VecEnv
 
 from flockesc_env import (
     FlockEscapeEnv,
     FlockScenario,
+    FlockVectorEnv,
     LineEscapeEnv,
     LineScenario,
     env,
+    episode_seed,
     parallel_env,
     rollout,
     simulate,
     simulate_line,
     sweep,
 )
+from flockesc_env.errors import ArgumentError
 from flockesc_env.policies import FixedRange
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
@@ -38,13 +43,13 @@ def curves(infos: list[dict[str, Any]]) -> dict[str, list[Any]]:
 
 
 def gymnasium_infos(scenario: FlockScenario, seed: int) -> list[dict[str, Any]]:
-    environment = FlockEscapeEnv(scenario)
+    environment = FlockEscapeEnv(scenario, count_components=True)
     infos = [environment.reset(seed=seed)[1]]
     return infos + [environment.step(ACTION)[-1] for _ in range(scenario.num_steps)]
 
 
 def parallel_infos(scenario: FlockScenario, seed: int) -> list[dict[str, Any]]:
-    environment = parallel_env(scenario)
+    environment = parallel_env(scenario, count_components=True)
     infos = [environment.reset(seed=seed)[1]]
     while environment.agents:
         infos.append(environment.step(dict.fromkeys(environment.agents, ACTION))[-1])
@@ -52,7 +57,7 @@ def parallel_infos(scenario: FlockScenario, seed: int) -> list[dict[str, Any]]:
 
 
 def aec_infos(scenario: FlockScenario, seed: int) -> list[dict[str, Any]]:
-    environment = env(scenario)
+    environment = env(scenario, count_components=True)
     environment.reset(seed=seed)
     infos = [environment.infos["agent_0"]]
     for _ in range(scenario.num_steps):
@@ -64,7 +69,7 @@ def aec_infos(scenario: FlockScenario, seed: int) -> list[dict[str, Any]]:
 
 def slot_infos(make: Any) -> Callable[[FlockScenario, int], list[dict[str, Any]]]:
     def play(scenario: FlockScenario, seed: int) -> list[dict[str, Any]]:
-        environment = make(1, scenario)
+        environment = make(1, scenario, count_components=True)
         environment.seed(seed)
         environment.reset()
         actions = np.tile(ACTION, (environment.num_envs, 1))
@@ -158,7 +163,7 @@ def test_given_positions_leave_the_drawn_headings() -> None:
 
 def first_observation(environment: Any, seed: int | None = None) -> bytes:
     """Reset any environment and return what it shows, hashable."""
-    if hasattr(environment, "num_envs"):
+    if isinstance(environment, VecEnv):
         if seed is not None:
             environment.seed(seed)
         return environment.reset().tobytes()
@@ -171,6 +176,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "gymnasium": lambda: FlockEscapeEnv(small_flock()),
     "line": lambda: LineEscapeEnv(LineScenario(num_agents=5)),
     "parallel": lambda: parallel_env(small_flock()),
+    "vector": lambda: FlockVectorEnv(2, small_flock()),
     "flock slots": lambda: FlockVecEnv(2, small_flock()),
     "agent slots": lambda: AgentVecEnv(2, small_flock()),
 }
@@ -205,6 +211,76 @@ def test_single_flock_interfaces_share_the_sequence() -> None:
         assert parallel.reset(seed=seed)[1]["agent_0"]["mean_distance"] == distance
         slots.reset()
         assert slots.reset_infos[0]["mean_distance"] == distance
+
+
+@seeds
+def test_every_episode_can_be_played_alone(seed: int) -> None:
+    """The k-th reset without a seed plays ``episode_seed(seed, k)``, in every interface."""
+    scenario, line = small_flock(), LineScenario(num_agents=5)
+    env, parallel, slots = FlockEscapeEnv(scenario), parallel_env(scenario), FlockVecEnv(1, scenario)
+    vector, agents, lines = FlockVectorEnv(1, scenario), AgentVecEnv(1, scenario), LineEscapeEnv(line)
+    slots.seed(seed)
+    agents.seed(seed)
+    for episode in range(4):
+        given = seed if episode == 0 else None
+        drawn = episode_seed(seed, episode)
+        distance = simulate(scenario, RHO, seed=drawn).mean_distance[0]
+        assert env.reset(seed=given)[1]["mean_distance"] == distance
+        assert parallel.reset(seed=given)[1]["agent_0"]["mean_distance"] == distance
+        assert vector.reset(seed=given)[1]["mean_distance"].tolist() == [distance]
+        for each in (slots, agents):
+            each.reset()
+            assert each.reset_infos[0]["mean_distance"] == distance
+        distance = simulate_line(line, 0.1, seed=drawn).escape_distance[0]
+        assert lines.reset(seed=given)[1]["escape_distance"] == distance
+
+
+@pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])
+def test_autoreset_follows_the_schedule(make: Any) -> None:
+    scenario = small_flock(num_steps=3)
+    environment = make(2, scenario)
+    environment.seed(40)
+    environment.reset()
+    actions = np.tile(ACTION, (environment.num_envs, 1))
+    for episode in range(3):
+        infos = [environment.step(actions)[-1] for _ in range(3)]
+        for flock in range(2):
+            run = simulate(scenario, RHO, seed=episode_seed(40 + flock, episode))
+            slot = flock * environment.num_envs // 2
+            assert [info[slot]["mean_distance"] for info in infos] == run.mean_distance[1:].tolist()
+
+
+def test_schedule_of_seeds() -> None:
+    """Pure, without repetition, and from 2^32 on; the numbers are part of what a seed means."""
+    assert [episode_seed(seed, 0) for seed in SEEDS] == SEEDS
+    assert episode_seed(np.int64(7), np.uint8(0)) == 7
+    assert [episode_seed(7, episode) for episode in (1, 2)] == [856522681599956647, 9029727068422764021]
+    drawn = {episode_seed(seed, episode) for seed in range(50) for episode in range(1, 50)}
+    assert len(drawn) == 50 * 49
+    assert min(drawn) >= 2**32
+    assert max(drawn) < 2**63
+
+
+@pytest.mark.parametrize(
+    ("seed", "episode", "field"),
+    [(-1, 0, "seed"), (2**64, 0, "seed"), (1.5, 0, "seed"), (0, -1, "episode"), (0, "1", "episode")],
+)
+def test_no_schedule_for_other_numbers(seed: Any, episode: Any, field: str) -> None:
+    with pytest.raises(ArgumentError) as caught:
+        episode_seed(seed, episode)
+    assert caught.value.field == field
+
+
+@pytest.mark.parametrize("make", [MAKERS["gymnasium"], MAKERS["line"], MAKERS["vector"]])
+def test_np_random_is_what_gymnasium_says(make: Callable[[], Any]) -> None:
+    environment = make()
+    environment.reset()
+    environment.reset(seed=12)
+    expected, seed = seeding.np_random(12)
+    assert environment.np_random_seed == seed
+    assert environment.np_random.bit_generator.state == expected.bit_generator.state
+    environment.reset()
+    assert environment.np_random.random() == expected.random()
 
 
 def test_seeds_that_people_name_never_come_up_by_chance() -> None:

@@ -9,8 +9,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from flockesc_env import FlockScenario, rollout, sweep
-from flockesc_env.batch import EpisodeSeeds
+from flockesc_env import FlockScenario, episode_seed, rollout, sweep
 from flockesc_env.policies import FixedRange
 from training import seeds, stats
 from training.compare import CompareArgs, compare
@@ -46,9 +45,7 @@ def test_seed_ranges_are_disjoint_and_out_of_reach_of_drawn_seeds() -> None:
     for one, other in combinations(ranges, 2):
         assert one.stop <= other.start or other.stop <= one.start
     assert max(r.stop for r in ranges) <= 2**32
-    drawn = EpisodeSeeds()
-    drawn.next(0)
-    assert all(drawn.next() >= 2**32 for _ in range(1000))
+    assert all(episode_seed(0, episode) >= 2**32 for episode in range(1, 1000))
 
 
 def test_training_seeds_stay_in_their_range() -> None:

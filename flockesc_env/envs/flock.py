@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env._checks import as_seed
-from flockesc_env.batch import FlockBatch, draw_seed, infos
+from flockesc_env.batch import FlockBatch, infos
 from flockesc_env.options import EnvOptions
 from flockesc_env.scenario import FlockScenario
 
@@ -37,7 +37,6 @@ class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
         self.options = self._batch.options
         self.observation_space = self.control.layout.space()
         self.action_space = self.control.actions.space()
-        self._range = 0.0
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -56,9 +55,8 @@ class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
         if seed is not None:
             seed = as_seed(seed)
             super().reset(seed=seed)
-        self._batch.reset(0, draw_seed(self.np_random) if seed is None else seed, start)
-        self._range = 0.0
-        return self._batch.observe(0)[0], self._info()
+        observations, columns = self._batch.reset([0], [seed], start)
+        return observations[0], {**infos(columns)[0], "interaction_range": 0.0}
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Hold the range that ``action`` sets for ``steps_per_action`` steps of the model.
@@ -67,11 +65,5 @@ class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
             ActionError: for an action outside of the action space.
             EpisodeError: before ``reset``, or after the horizon.
         """
-        one = self.control.actions.one(action, "action")
-        ranges = self.control.actions.to_ranges(one[np.newaxis], 1, lambda _: "action")
-        observations, rewards = self._batch.step(ranges)
-        self._range = float(ranges[0])
-        return observations[0], float(rewards[0]), False, bool(self._batch.ended()[0]), self._info()
-
-    def _info(self) -> dict[str, Any]:
-        return {**infos(self._batch)[0], "interaction_range": self._range}
+        observation, reward, has_ended, info = self._batch.step_one(action)
+        return observation, reward, False, has_ended, info

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from flockesc_env import _core
 from flockesc_env._checks import as_floats, as_seed
-from flockesc_env.batch import draw_seed
 from flockesc_env.errors import ArgumentError, EpisodeError
 from flockesc_env.options import LineOptions
 from flockesc_env.scenario import LineScenario
+from flockesc_env.seeds import EpisodeSeeds
 from flockesc_env.spaces import Control, ObservationLayout, RangeActions
 
 
@@ -40,6 +40,7 @@ class LineEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
         self._document = self.options.to_core()
         _core.LineEpisode(self.scenario.to_json(), self._document, 0)  # refuses what cannot be played
         self._episode: _core.LineEpisode | None = None
+        self._seeds = EpisodeSeeds()
         self.control = Control(
             actions=RangeActions(self.options),
             layout=ObservationLayout.of(_core.line_observation_entries(self.scenario.num_agents)),
@@ -72,7 +73,7 @@ class LineEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
         seed = None if seed is None else as_seed(seed)
         if seed is not None:
             super().reset(seed=seed)
-        start = draw_seed(self.np_random) if seed is None else seed
+        start = self._seeds.next(seed)
         self._episode = _core.LineEpisode(self.scenario.to_json(), self._document, start, states)
         return self._episode.observe(), self._info(self._episode)
 
@@ -85,10 +86,8 @@ class LineEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
         """
         if self._episode is None:
             raise EpisodeError("step", "a reset before anything else", "no episode")
-        one = self.control.actions.one(action, "action")
-        ranges = self.control.actions.to_ranges(one[np.newaxis], 1, lambda _: "action")
         episode = self._episode
-        reward = episode.step(float(ranges[0]))
+        reward = episode.step(self.control.actions.to_range(action))
         is_truncated = episode.has_ended and not episode.is_steady
         return episode.observe(), reward, episode.is_steady, is_truncated, self._info(episode)
 

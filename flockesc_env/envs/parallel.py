@@ -11,10 +11,11 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
 from flockesc_env._checks import as_seed
-from flockesc_env.batch import STARTS, EpisodeSeeds, FlockBatch, infos
+from flockesc_env.batch import STARTS, Columns, FlockBatch, Step, infos
 from flockesc_env.errors import ActionError, EpisodeError
 from flockesc_env.options import EnvOptions
 from flockesc_env.scenario import FlockScenario
+from flockesc_env.spaces import STACKED, Label
 
 Observation = NDArray[np.float32]
 
@@ -48,12 +49,12 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         count = self.scenario.num_agents
         self.possible_agents = [f"agent_{i:0{len(str(count - 1))}d}" for i in range(count)]
         self.agents: list[str] = []
-        self._labels = [f"action of {agent!r}" for agent in self.possible_agents]
+        self._no = dict.fromkeys(self.possible_agents, False)
+        self._yes = dict.fromkeys(self.possible_agents, True)
         self.observation_spaces = {agent: self.control.layout.space() for agent in self.possible_agents}
         self.action_spaces = {agent: self.control.actions.space() for agent in self.possible_agents}
         size = 2 * self.scenario.dimension * (count + len(self.scenario.predators)) + 3
         self.state_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
-        self._seeds = EpisodeSeeds()
 
     def observation_space(self, agent: str) -> gymnasium.Space[Any]:
         """Return the agent's observation space, the same object at every call."""
@@ -77,12 +78,19 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         Raises:
             ArgumentError: naming a bad seed or option; the running episode goes on.
         """
-        known = {name: value for name, value in (options or {}).items() if name in STARTS}
-        start = self._batch.start(known)
-        self._batch.reset(0, self._seeds.next(None if seed is None else as_seed(seed)), start)
-        self.agents = self.possible_agents.copy()
-        rows = self._batch.observe(0)
-        return dict(zip(self.agents, rows, strict=True)), self._infos(np.zeros(len(self.agents)))
+        rows, columns = self._reset(seed, options)
+        return dict(zip(self.agents, rows, strict=True)), self._infos(columns, np.zeros(len(rows)))
+
+    def reset_array(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start an episode, as ``reset``, without dicts per agent.
+
+        Returns:
+            Observations (n, entries), and an ``info`` whose ``interaction_range`` has shape (n,).
+        """
+        rows, columns = self._reset(seed, options)
+        return rows, _info(columns, np.zeros(len(rows)))
 
     def step(
         self, actions: dict[str, Any]
@@ -95,22 +103,39 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
             ActionError: naming an agent that is unknown, missing or whose action is outside of its space.
             EpisodeError: before ``reset``, or after the horizon.
         """
-        if not self.agents:
-            raise EpisodeError("step", "a reset first", "no agents")
-        ranges = self._ranges(actions)
-        rows, rewards = self._batch.step(ranges)
-        agents = self.agents
-        has_ended = bool(self._batch.ended()[0])
-        result = (
+        agents = self._acting()
+        stacked = self.control.actions.core.stack(actions, agents)
+        if stacked is None:
+            stacked = self._stack(actions)
+        rows, rewards, ended, ranges, columns = self._step(stacked, self._label)
+        return (
             dict(zip(agents, rows, strict=True)),
             dict(zip(agents, rewards.tolist(), strict=True)),
-            dict.fromkeys(agents, False),
-            dict.fromkeys(agents, has_ended),
-            self._infos(ranges),
+            self._no.copy(),
+            (self._yes if ended[0] else self._no).copy(),
+            self._infos(columns, ranges),
         )
-        if has_ended:
-            self.agents = []
-        return result
+
+    def step_array(
+        self, actions: Any
+    ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool], NDArray[np.bool], dict[str, Any]]:
+        """Do as ``step``, without dicts per agent; entries and rows are in the order of ``possible_agents``.
+
+        Args:
+            actions: shape (n, 1) or, where discrete, (n,).
+
+        Returns:
+            New arrays: observations (n, entries), rewards (n,), terminations (n,), truncations (n,); and an
+            ``info`` of plain numbers, save for ``interaction_range`` of shape (n,).
+
+        Raises:
+            ActionError: for a wrong dtype or shape, or an action outside of the action space.
+            EpisodeError: before ``reset``, or after the horizon.
+        """
+        count = len(self._acting())
+        rows, rewards, ended, ranges, columns = self._step(actions, STACKED)
+        truncations = np.full(count, ended[0])
+        return rows, rewards, np.zeros(count, np.bool), truncations, _info(columns, ranges)
 
     def state(self) -> NDArray[np.float32]:
         """Return time, running minima, positions and velocities of agents, then of predators, flat."""
@@ -120,21 +145,50 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         names = ("positions", "velocities", "predator_positions", "predator_velocities")
         return np.concatenate([scalars, *(state[name].ravel() for name in names)], dtype=np.float32)
 
-    def _ranges(self, actions: dict[str, Any]) -> NDArray[np.float64]:
+    def _reset(self, seed: int | None, options: dict[str, Any] | None) -> tuple[Observation, Columns]:
+        known = {name: value for name, value in (options or {}).items() if name in STARTS}
+        start = self._batch.start(known)
+        started = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
+        self.agents = self.possible_agents.copy()
+        return started
+
+    def _acting(self) -> list[str]:
+        if not self.agents:
+            raise EpisodeError("step", "a reset first", "no agents")
+        return self.possible_agents
+
+    def _step(self, actions: Any, label: Label) -> Step:
+        step = self._batch.step(actions, label=label)
+        if step[2][0]:
+            self.agents = []
+        return step
+
+    def _stack(self, actions: dict[str, Any]) -> NDArray[Any]:
+        """Stack actions of any form, or say what is wrong with them."""
         for agent in actions:
             if agent not in self.action_spaces:
                 raise ActionError(f"action of {agent!r}", "an agent of this flock", "an unknown agent")
-        for agent in self.agents:
+        for place, agent in enumerate(self.possible_agents):
             if agent not in actions:
-                raise ActionError(f"action of {agent!r}", "an action", "none")
-        one, labels = self.control.actions.one, self._labels
-        given = [one(actions[agent], label) for agent, label in zip(self.agents, labels, strict=True)]
-        return self.control.actions.to_ranges(np.stack(given), len(given), labels.__getitem__)
+                raise ActionError(self._label(place), "an action", "none")
+        one = self.control.actions.one
+        given = [one(actions[agent], self._label(place)) for place, agent in enumerate(self.possible_agents)]
+        return np.stack(given)
 
-    def _infos(self, ranges: NDArray[np.float64]) -> dict[str, dict[str, Any]]:
-        shared = infos(self._batch)[0]
-        own = zip(self.agents, ranges.tolist(), strict=True)
-        return {agent: {**shared, "interaction_range": rho} for agent, rho in own}
+    def _infos(self, columns: Columns, ranges: NDArray[np.float64]) -> dict[str, dict[str, Any]]:
+        shared = {**infos(columns)[0], "interaction_range": 0.0}
+        own: dict[str, dict[str, Any]] = {}
+        for agent, rho in zip(self.possible_agents, ranges.tolist(), strict=True):
+            own[agent] = info = shared.copy()  # cheaper than a display with one more key
+            info["interaction_range"] = rho
+        return own
+
+    def _label(self, place: int) -> str:
+        return f"action of {self.possible_agents[place]!r}"
+
+
+def _info(columns: Columns, ranges: NDArray[np.float64]) -> dict[str, Any]:
+    return {**infos(columns)[0], "interaction_range": ranges}
 
 
 def parallel_env(scenario: FlockScenario | None = None, **options: Any) -> FlockParallelEnv:

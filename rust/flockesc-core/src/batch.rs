@@ -11,6 +11,8 @@ use crate::error::{Error, Result};
 use crate::flock::InitialState;
 use crate::flock::check_ranges;
 use crate::observation;
+use crate::rng::episode_seed;
+use crate::slot::Slot;
 use crate::threads;
 
 /// A batch of episodes of one scenario, a slot per flock.
@@ -18,7 +20,7 @@ use crate::threads;
 pub struct Batch<const D: usize> {
     scenario: Arc<FlockConfig>,
     config: Arc<EpisodeConfig>,
-    slots: Vec<Option<Episode<D>>>,
+    slots: Vec<Slot<D>>,
     num_threads: Option<usize>,
     row_length: usize,
 }
@@ -34,8 +36,6 @@ pub struct Metrics {
     pub min_mean_distance: f64,
     /// Smallest minimum distance so far, in m.
     pub min_min_distance: f64,
-    /// Connected components under the ranges of the last action.
-    pub num_components: usize,
     /// Norm of the mean heading.
     pub polarization: f64,
 }
@@ -59,12 +59,14 @@ impl<const D: usize> Batch<D> {
         if num_flocks == 0 {
             return Err(Error::argument("num_flocks", "an integer of at least 1", 0));
         }
-        threads::pool(num_threads)?;
+        if num_flocks > 1 || num_threads.is_some() {
+            threads::pool(num_threads)?; // refused now rather than in the first step
+        }
         Ok(Self {
             row_length: observation::entries(config.view, scenario.dimension).len(),
             scenario: Arc::new(scenario),
             config: Arc::new(config),
-            slots: (0..num_flocks).map(|_| None).collect(),
+            slots: (0..num_flocks as u64).map(Slot::new).collect(),
             num_threads,
         })
     }
@@ -87,22 +89,54 @@ impl<const D: usize> Batch<D> {
         self.row_length
     }
 
-    /// Starts a new episode in `slot`.
+    /// Starts the schedules of all slots anew, slot i from [`episode_seed`]`(seed, i + 1)`, without touching what
+    /// runs. Before that slot i plays the schedule of seed i.
+    pub fn seed(&mut self, seed: u64) {
+        for (index, slot) in (1..).zip(&mut self.slots) {
+            slot.seed(episode_seed(seed, index));
+        }
+    }
+
+    /// Starts a new episode in `slot`, and the schedule of its seed.
     ///
     /// # Errors
     /// [`Error::Argument`] if there is no such slot or `start` does not fit the scenario.
     pub fn reset(&mut self, slot: usize, start: &InitialState) -> Result<()> {
+        self.reset_many(&[(slot, Some(start.seed))], start)
+    }
+
+    /// Starts new episodes in several slots: with a seed of their own, or with the next one of their schedule.
+    /// All take the arrays of `start`, whose seed does not count.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] if there is no such slot or `start` does not fit the scenario. Nothing has changed
+    /// then.
+    pub fn reset_many(
+        &mut self,
+        resets: &[(usize, Option<u64>)],
+        start: &InitialState,
+    ) -> Result<()> {
         start.check(&self.scenario)?;
         let slots = self.slots.len();
-        let place = self
-            .slots
-            .get_mut(slot)
-            .ok_or_else(|| Error::argument("slot", format!("an integer below {slots}"), slot))?;
-        *place = Some(Episode::new(
-            self.scenario.clone(),
-            self.config.clone(),
-            start,
-        ));
+        if let Some((slot, _)) = resets.iter().find(|(slot, _)| *slot >= slots) {
+            let expected = format!("an integer below {slots}");
+            return Err(Error::argument("slot", expected, slot));
+        }
+        let pool = self.pool(resets.len())?;
+        let mut is_reset = vec![false; slots];
+        for &(slot, seed) in resets {
+            is_reset[slot] = true;
+            if let Some(seed) = seed {
+                self.slots[slot].seed(seed);
+            }
+        }
+        let (scenario, config) = (&self.scenario, &self.config);
+        let work = self.slots.iter_mut().zip(is_reset);
+        spread(
+            pool,
+            work.filter_map(|(slot, is_reset)| is_reset.then_some(slot)),
+            |slot| slot.start(scenario, config, start),
+        );
         Ok(())
     }
 
@@ -113,7 +147,7 @@ impl<const D: usize> Batch<D> {
     pub fn episode(&self, slot: usize) -> Result<&Episode<D>> {
         self.slots
             .get(slot)
-            .and_then(Option::as_ref)
+            .and_then(Slot::episode)
             .ok_or_else(|| never_reset(slot))
     }
 
@@ -129,43 +163,59 @@ impl<const D: usize> Batch<D> {
         rewards: &mut [f64],
         observations: &mut [f32],
     ) -> Result<()> {
-        self.check_step(ranges, rewards.len(), observations.len())?;
-        let rows = self.rows();
-        let size = rows * self.row_length;
-        match self.pool()? {
-            Some(pool) => pool.install(|| {
-                self.slots
-                    .par_iter_mut()
-                    .zip(ranges.par_chunks_exact(rows))
-                    .zip(rewards.par_chunks_exact_mut(rows))
-                    .zip(observations.par_chunks_exact_mut(size))
-                    .for_each(|(((slot, ranges), rewards), out)| {
-                        advance(slot, ranges, rewards, out)
-                    });
-            }),
-            None => self
-                .slots
-                .iter_mut()
-                .zip(ranges.chunks_exact(rows))
-                .zip(rewards.chunks_exact_mut(rows))
-                .zip(observations.chunks_exact_mut(size))
-                .for_each(|(((slot, ranges), rewards), out)| advance(slot, ranges, rewards, out)),
-        }
-        Ok(())
+        self.step_measured(ranges, false, rewards, observations, |_| ())
+            .map(drop)
     }
 
-    /// Writes the observation of `slot`.
+    /// As [`Self::step`], and returns what `measure` finds in every slot after it, in the same pass over the
+    /// threads. With `restart` a slot that has reached its horizon is not refused: it starts its next
+    /// episode in place of moving, and is paid nothing.
     ///
     /// # Errors
-    /// [`Error::Episode`] if the slot was never reset; [`Error::Argument`] for an array of the wrong length.
-    pub fn observe(&self, slot: usize, observation: &mut [f32]) -> Result<()> {
-        let episode = self.episode(slot)?;
-        check_length(
-            "observation",
-            observation.len(),
-            self.rows() * self.row_length,
-        )?;
-        episode.observe(observation);
+    /// As [`Self::step`].
+    pub fn step_measured<T: Send>(
+        &mut self,
+        ranges: &[f64],
+        restart: bool,
+        rewards: &mut [f64],
+        observations: &mut [f32],
+        measure: impl Fn(&Episode<D>) -> T + Send + Sync,
+    ) -> Result<Vec<T>> {
+        self.check_step(ranges, restart, rewards.len(), observations.len())?;
+        let rows = self.rows();
+        let size = rows * self.row_length;
+        let pool = self.pool(self.num_flocks())?;
+        let (scenario, config) = (&self.scenario, &self.config);
+        let work = self
+            .slots
+            .iter_mut()
+            .zip(ranges.chunks_exact(rows))
+            .zip(rewards.chunks_exact_mut(rows))
+            .zip(observations.chunks_exact_mut(size));
+        let measured = spread(pool, work, |(((slot, ranges), rewards), out)| {
+            if !slot.advance(ranges, rewards) {
+                slot.start(scenario, config, &InitialState::default());
+            }
+            slot.episode().map(|episode| {
+                episode.observe(out);
+                measure(episode)
+            })
+        });
+        Ok(measured.into_iter().flatten().collect())
+    }
+
+    /// Writes the observations of `slots`, one after the other.
+    ///
+    /// # Errors
+    /// [`Error::Episode`] if a slot was never reset; [`Error::Argument`] for an array of the wrong length.
+    pub fn observe(&self, slots: &[usize], observations: &mut [f32]) -> Result<()> {
+        let size = self.rows() * self.row_length;
+        check_length("observations", observations.len(), slots.len() * size)?;
+        let episodes = self.episodes(slots.iter().copied())?;
+        let work = episodes.iter().zip(observations.chunks_exact_mut(size));
+        spread(self.pool(slots.len())?, work, |(episode, out)| {
+            episode.observe(out);
+        });
         Ok(())
     }
 
@@ -174,30 +224,48 @@ impl<const D: usize> Batch<D> {
     /// # Errors
     /// [`Error::Episode`] if a slot was never reset.
     pub fn metrics(&self) -> Result<Vec<Metrics>> {
-        let slots: Vec<_> = (0..self.num_flocks())
-            .map(|slot| self.episode(slot))
-            .collect::<Result<_>>()?;
-        Ok(match self.pool()? {
-            Some(pool) => pool.install(|| slots.par_iter().map(|e| metrics(e)).collect()),
-            None => slots.iter().map(|e| metrics(e)).collect(),
-        })
+        self.map(Metrics::of)
     }
 
-    /// The pool to spread over; `None` where one flock or one thread leaves nothing to spread.
-    fn pool(&self) -> Result<Option<&'static ThreadPool>> {
-        if self.num_flocks() == 1 || self.num_threads == Some(1) {
+    /// Connected components of every slot under the ranges of its last action.
+    ///
+    /// # Errors
+    /// [`Error::Episode`] if a slot was never reset.
+    pub fn num_components(&self) -> Result<Vec<usize>> {
+        self.map(Episode::num_components)
+    }
+
+    fn map<T: Send>(&self, measure: fn(&Episode<D>) -> T) -> Result<Vec<T>> {
+        let episodes = self.episodes(0..self.num_flocks())?;
+        let pool = self.pool(episodes.len())?;
+        Ok(spread(pool, episodes.into_iter(), measure))
+    }
+
+    fn episodes(&self, slots: impl Iterator<Item = usize>) -> Result<Vec<&Episode<D>>> {
+        slots.map(|slot| self.episode(slot)).collect()
+    }
+
+    /// The pool to spread `flocks` over; `None` where one flock or one thread leaves nothing to spread.
+    fn pool(&self, flocks: usize) -> Result<Option<&'static ThreadPool>> {
+        if flocks <= 1 || self.num_threads == Some(1) {
             return Ok(None);
         }
         threads::pool(self.num_threads).map(Some)
     }
 
-    fn check_step(&self, ranges: &[f64], rewards: usize, observations: usize) -> Result<()> {
+    fn check_step(
+        &self,
+        ranges: &[f64],
+        restart: bool,
+        rewards: usize,
+        observations: usize,
+    ) -> Result<()> {
         let rows = self.num_flocks() * self.rows();
         check_length("interaction_range", ranges.len(), rows)?;
         check_length("rewards", rewards, rows)?;
         check_length("observations", observations, rows * self.row_length)?;
         for slot in 0..self.num_flocks() {
-            if self.episode(slot)?.has_ended() {
+            if self.episode(slot)?.has_ended() && !restart {
                 return Err(Error::episode(
                     "step",
                     format!("a reset: the episode in slot {slot} has reached its horizon"),
@@ -209,15 +277,32 @@ impl<const D: usize> Batch<D> {
     }
 }
 
-fn advance<const D: usize>(
-    slot: &mut Option<Episode<D>>,
-    ranges: &[f64],
-    rewards: &mut [f64],
-    observation: &mut [f32],
-) {
-    if let Some(episode) = slot {
-        episode.advance(ranges, rewards);
-        episode.observe(observation);
+impl Metrics {
+    /// Metrics of one episode.
+    #[must_use]
+    pub fn of<const D: usize>(episode: &Episode<D>) -> Self {
+        Self {
+            mean_distance: episode.mean_distance().now,
+            min_distance: episode.min_distance().now,
+            min_mean_distance: episode.mean_distance().minimum,
+            min_min_distance: episode.min_distance().minimum,
+            polarization: episode.world().polarization(),
+        }
+    }
+}
+
+/// Runs every piece of work, over the threads of `pool` if there is one; results are in order.
+fn spread<T: Send, R: Send>(
+    pool: Option<&ThreadPool>,
+    work: impl Iterator<Item = T>,
+    run: impl Fn(T) -> R + Send + Sync,
+) -> Vec<R> {
+    match pool {
+        Some(pool) => {
+            let work: Vec<T> = work.collect();
+            pool.install(|| work.into_par_iter().map(run).collect())
+        }
+        None => work.map(run).collect(),
     }
 }
 
@@ -234,17 +319,6 @@ fn check_length(field: &str, given: usize, expected: usize) -> Result<()> {
         Ok(())
     } else {
         Err(Error::argument(field, format!("{expected} entries"), given))
-    }
-}
-
-fn metrics<const D: usize>(episode: &Episode<D>) -> Metrics {
-    Metrics {
-        mean_distance: episode.mean_distance().now,
-        min_distance: episode.min_distance().now,
-        min_mean_distance: episode.mean_distance().minimum,
-        min_min_distance: episode.min_distance().minimum,
-        num_components: episode.num_components(),
-        polarization: episode.world().polarization(),
     }
 }
 
@@ -338,6 +412,101 @@ mod tests {
         }
         let end = batch.episode(0).expect("an episode").objective().minimum;
         assert!(end < start && (total - (end - start)).abs() < 1e-12);
+    }
+
+    /// Slots whose episodes end at different times: each goes on as if it were alone.
+    #[test]
+    fn slots_restart_at_their_own_horizon() {
+        let ends = 7; // of 20 steps, three per action
+        for threads in [1, 3] {
+            let mut crowd = batch(3, threads);
+            let all: Vec<_> = (0..3).map(|slot| (slot, Some(slot as u64))).collect();
+            crowd
+                .reset_many(&all, &InitialState::default())
+                .expect("slots");
+            let mut alone: Vec<_> = (0..3).map(|_| batch(1, 1)).collect();
+            for (seed, batch) in alone.iter_mut().enumerate() {
+                let start = InitialState::seeded(seed as u64);
+                batch.reset(0, &start).expect("a slot");
+            }
+            let rows = 3 * AGENTS;
+            let mut rewards = vec![0.0; rows];
+            let mut observations = vec![0.0; rows * crowd.row_length()];
+            let mut numbers = [0, 0, 0];
+            for action in 0..3 * ends {
+                if action == 2 {
+                    let next = InitialState::seeded(episode_seed(1, 1));
+                    crowd
+                        .reset_many(&[(1, None)], &InitialState::seeded(99))
+                        .expect("a slot");
+                    alone[1].reset(0, &next).expect("a slot");
+                    numbers[1] = 1;
+                }
+                crowd
+                    .step_measured(
+                        &vec![4.0; rows],
+                        true,
+                        &mut rewards,
+                        &mut observations,
+                        |_| (),
+                    )
+                    .expect("good ranges");
+                for (slot, alone) in alone.iter_mut().enumerate() {
+                    let mut reward = vec![1.0; AGENTS];
+                    let mut observation = vec![0.0; AGENTS * alone.row_length()];
+                    if alone.episode(0).expect("an episode").has_ended() {
+                        numbers[slot] += 1;
+                        let start = InitialState::seeded(episode_seed(slot as u64, numbers[slot]));
+                        alone.reset(0, &start).expect("a slot");
+                        alone.observe(&[0], &mut observation).expect("a slot");
+                        reward.fill(0.0);
+                    } else {
+                        let ranges = vec![4.0; AGENTS];
+                        alone
+                            .step(&ranges, &mut reward, &mut observation)
+                            .expect("steps left");
+                    }
+                    let width = observation.len();
+                    assert_eq!(rewards[slot * AGENTS..(slot + 1) * AGENTS], reward);
+                    assert_eq!(observations[slot * width..(slot + 1) * width], observation);
+                }
+            }
+            assert_eq!(numbers, [2, 3, 2]);
+        }
+    }
+
+    #[test]
+    fn unseeded_slots_start_apart_and_refused_resets_change_nothing() {
+        let mut batch = batch(3, 1);
+        batch.seed(5);
+        let all: Vec<_> = (0..3).map(|slot| (slot, None)).collect();
+        assert!(
+            batch
+                .reset_many(&[(0, None), (3, None)], &InitialState::default())
+                .is_err()
+        );
+        let spoilt = InitialState {
+            positions: Some(vec![0.0]),
+            ..InitialState::default()
+        };
+        assert!(batch.reset_many(&all, &spoilt).is_err());
+        assert!(batch.metrics().is_err());
+        batch
+            .reset_many(&all, &InitialState::default())
+            .expect("slots");
+        let metrics = batch.metrics().expect("episodes");
+        assert!(metrics[0] != metrics[1] && metrics[1] != metrics[2] && metrics[0] != metrics[2]);
+        for (slot, expected) in metrics.iter().enumerate() {
+            let seed = episode_seed(5, slot as u64 + 1);
+            batch
+                .reset(slot, &InitialState::seeded(seed))
+                .expect("a slot");
+            assert_eq!(
+                Metrics::of(batch.episode(slot).expect("an episode")),
+                *expected
+            );
+        }
+        assert_eq!(batch.num_components().expect("episodes"), [AGENTS; 3]);
     }
 
     #[test]

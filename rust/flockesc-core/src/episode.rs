@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use crate::config::{EpisodeConfig, FlockConfig, Objective, View};
 use crate::flock::{InitialState, World};
-use crate::metrics;
 use crate::neighbor::Ranges;
 use crate::observation;
 use crate::reward::Moment;
@@ -41,9 +40,8 @@ pub struct Episode<const D: usize> {
     config: Arc<EpisodeConfig>,
     world: World<D>,
     step: usize,
-    /// d_i now, in m.
+    /// d_i now and one step ago in m, for rewards that differ between agents; otherwise empty.
     own_distances: Vec<f64>,
-    /// d_i one step ago, in m.
     own_distances_before: Vec<f64>,
     mean_distance: Running,
     min_distance: Running,
@@ -62,10 +60,12 @@ impl<const D: usize> Episode<D> {
         let ranges = vec![0.0; rows(&config, &scenario)];
         let world = World::new(scenario, start);
         let mut own_distances = Vec::new();
-        world.distances(&mut own_distances);
+        if config.reward.is_own() {
+            world.write_distances(&mut own_distances);
+        }
         Self {
-            mean_distance: Running::new(metrics::mean(&own_distances)),
-            min_distance: Running::new(metrics::minimum(&own_distances)),
+            mean_distance: Running::new(world.predator_distance().mean),
+            min_distance: Running::new(world.predator_distance().minimum),
             config,
             world,
             step: 0,
@@ -87,12 +87,13 @@ impl<const D: usize> Episode<D> {
             let minimum_before = self.objective().minimum;
             self.world.step(as_ranges(&self.config, &self.ranges));
             self.step += 1;
-            std::mem::swap(&mut self.own_distances_before, &mut self.own_distances);
-            self.world.distances(&mut self.own_distances);
-            self.mean_distance
-                .update(metrics::mean(&self.own_distances));
-            self.min_distance
-                .update(metrics::minimum(&self.own_distances));
+            if self.config.reward.is_own() {
+                std::mem::swap(&mut self.own_distances_before, &mut self.own_distances);
+                self.world.write_distances(&mut self.own_distances);
+            }
+            let distance = self.world.predator_distance();
+            self.mean_distance.update(distance.mean);
+            self.min_distance.update(distance.minimum);
             let objective = self.objective();
             let moment = Moment {
                 distance: objective.now,
@@ -138,12 +139,6 @@ impl<const D: usize> Episode<D> {
     #[must_use]
     pub fn config(&self) -> &EpisodeConfig {
         &self.config
-    }
-
-    /// d_i now, in m.
-    #[must_use]
-    pub fn own_distances(&self) -> &[f64] {
-        &self.own_distances
     }
 
     /// Mean predator distance.

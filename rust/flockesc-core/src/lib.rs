@@ -21,10 +21,12 @@
 //! - [`simulate_flock`], [`simulate_line`]: whole runs, recorded; [`sweep_flock`], [`sweep_line`]: the grid search.
 //! - [`Batch`]: many episodes with rewards and observations, stepped together.
 
+mod agents;
 mod batch;
 mod config;
 mod episode;
 mod error;
+mod exact;
 mod flock;
 mod graph;
 mod line;
@@ -34,6 +36,7 @@ mod observation;
 mod predator;
 mod reward;
 mod rng;
+mod slot;
 mod sweep;
 mod threads;
 mod vector;
@@ -48,11 +51,13 @@ pub use flock::{InitialState, Schedule, Trajectory, World, simulate_flock};
 pub use graph::{laplacian, perron_matrix};
 pub use line::{
     EscapeForce, Line, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory, line_entries,
-    num_components, simulate_line,
+    simulate_line,
 };
+pub use metrics::PredatorDistance;
 pub use neighbor::{NeighborRule, Ranges};
 pub use observation::{Entry, entries};
 pub use predator::{ConstantVelocity, Predator, PredatorConfig, PurePursuit};
 pub use reward::Reward;
+pub use rng::episode_seed;
 pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};
 pub use threads::Progress;

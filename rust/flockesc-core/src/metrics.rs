@@ -1,22 +1,112 @@
-//! Predator distances and polarization: pure functions of the state.
+//! Predator distances and polarization: pure functions of the state, free of the order of the agents.
 
-use nalgebra::SVector;
+use multiversion::multiversion;
 
-use crate::vector::heading;
+use crate::agents::{Column, GROUP, Group};
+use crate::exact::Scale;
 
-/// d_i, the distance of every agent to its nearest predator, in m; infinite where there is none.
-pub(crate) fn distances<'a, const D: usize>(
-    positions: &[SVector<f64, D>],
-    predators: impl Iterator<Item = &'a SVector<f64, D>> + Clone,
-    out: &mut Vec<f64>,
-) {
-    out.clear();
-    out.extend(positions.iter().map(|position| {
-        predators
-            .clone()
-            .map(|predator| (position - predator).norm())
-            .fold(f64::INFINITY, f64::min)
-    }));
+/// d_i, the distance of every agent of a group to its nearest predator, in m; infinite where there is none, NaN where
+/// there is no agent.
+#[derive(Debug, Clone)]
+#[repr(C, align(64))]
+pub(crate) struct Distances(pub(crate) Column<f64>);
+
+impl Distances {
+    #[inline(always)]
+    pub(crate) fn of<const D: usize>(group: &Group<D>, predators: &[[f64; D]]) -> Self {
+        // Infinity for agents, NaN where there is none.
+        let mut squared = group.position[0];
+        for lane in 0..GROUP {
+            squared[lane] = if squared[lane].is_nan() { f64::NAN } else { f64::INFINITY };
+        }
+        for predator in predators {
+            for lane in 0..GROUP {
+                let offset: [f64; D] = std::array::from_fn(|axis| group.position[axis][lane] - predator[axis]);
+                let square = squared_norm(&offset);
+                squared[lane] = if square < squared[lane] { square } else { squared[lane] };
+            }
+        }
+        Self(squared.map(f64::sqrt))
+    }
+}
+
+/// Mean and minimum over the agents of the distance to the nearest predator, in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PredatorDistance {
+    /// dbar; infinite without predators.
+    pub mean: f64,
+    /// dmin; infinite without predators.
+    pub minimum: f64,
+}
+
+impl PredatorDistance {
+    pub(crate) fn of(distances: &[Distances], num_agents: usize) -> Self {
+        let (minimum, maximum) = extremes(distances);
+        let mean = if maximum.is_finite() {
+            let scale = Scale::new(maximum, num_agents);
+            scale.value(total(distances, scale)) / num_agents as f64
+        } else {
+            maximum
+        };
+        Self { mean, minimum }
+    }
+}
+
+/// The smallest and the largest distance.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn extremes(distances: &[Distances]) -> (f64, f64) {
+    let (mut smallest, mut largest) = ([f64::INFINITY; GROUP], [0.0; GROUP]);
+    for Distances(column) in distances {
+        for lane in 0..GROUP {
+            smallest[lane] = smaller(smallest[lane], column[lane]);
+            largest[lane] = larger(largest[lane], column[lane]);
+        }
+    }
+    (reduce(smallest, smaller), reduce(largest, larger))
+}
+
+/// Sum of the distances in units of `scale`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn total(distances: &[Distances], scale: Scale) -> i64 {
+    let mut sums = [0; GROUP];
+    for Distances(column) in distances {
+        for lane in 0..GROUP {
+            let units = scale.quantize(column[lane]);
+            sums[lane] += if column[lane].is_nan() { 0 } else { units };
+        }
+    }
+    reduce(sums, |a, b| a + b)
+}
+
+/// Folds a column into one value, half onto half.
+#[inline(always)]
+pub(crate) fn reduce<T: Copy>(mut column: Column<T>, fold: impl Fn(T, T) -> T) -> T {
+    let mut width = GROUP / 2;
+    while width > 0 {
+        for lane in 0..width {
+            column[lane] = fold(column[lane], column[lane + width]);
+        }
+        width /= 2;
+    }
+    column[0]
+}
+
+/// The smaller one; `a` where `b` is NaN.
+#[inline(always)]
+pub(crate) fn smaller(a: f64, b: f64) -> f64 {
+    if b < a { b } else { a }
+}
+
+/// The larger one; `a` where `b` is NaN.
+#[inline(always)]
+pub(crate) fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+/// The squared Euclidean norm.
+#[inline(always)]
+pub(crate) fn squared_norm<const D: usize>(vector: &[f64; D]) -> f64 {
+    (1..D).fold(vector[0] * vector[0], |sum, axis| sum + vector[axis] * vector[axis])
 }
 
 /// The arithmetic mean; summed in index order.
@@ -30,32 +120,25 @@ pub(crate) fn minimum(values: &[f64]) -> f64 {
 }
 
 /// Norm of the mean heading, in [0, 1]; an agent at rest has no heading and counts as 0.
-pub(crate) fn polarization<const D: usize>(velocities: &[SVector<f64, D>]) -> f64 {
-    let sum: SVector<f64, D> = velocities.iter().map(heading).sum();
-    (sum / velocities.len() as f64).norm().min(1.0)
+pub(crate) fn polarization<const D: usize>(groups: &[Group<D>], num_agents: usize) -> f64 {
+    let scale = Scale::new(1.0, num_agents);
+    let sum = headings(groups, scale).map(|sum| scale.value(sum) / num_agents as f64);
+    squared_norm(&sum).sqrt().min(1.0)
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use nalgebra::vector;
-
-    #[test]
-    fn distance_is_to_the_nearest_predator() {
-        let agents = [vector![0.0, 0.0], vector![10.0, 0.0]];
-        let mut d = Vec::new();
-        let predators = [vector![3.0, 4.0], vector![10.0, 2.0]];
-        distances(&agents, predators.iter(), &mut d);
-        assert_eq!(d, [5.0, 2.0]);
-        assert_eq!((mean(&d), minimum(&d)), (3.5, 2.0));
-        distances(&agents, [].iter(), &mut d);
-        assert_eq!(mean(&d), f64::INFINITY);
+/// Sum of the headings in units of `scale`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn headings<const D: usize>(groups: &[Group<D>], scale: Scale) -> [i64; D] {
+    let mut sums = [[0; GROUP]; D];
+    for group in groups {
+        for lane in 0..GROUP {
+            let velocity: [f64; D] = std::array::from_fn(|axis| group.velocity[axis][lane]);
+            let norm = squared_norm(&velocity).sqrt();
+            let factor = if norm > 0.0 { norm.recip() } else { 0.0 };
+            for axis in 0..D {
+                sums[axis][lane] += scale.quantize(velocity[axis] * factor);
+            }
+        }
     }
-
-    #[test]
-    fn polarization_of_opposed_and_equal_headings() {
-        assert_eq!(polarization(&[vector![3.0, 0.0], vector![-1.0, 0.0]]), 0.0);
-        assert_eq!(polarization(&[vector![0.0, 3.0], vector![0.0, 1.0]]), 1.0);
-        assert_eq!(polarization(&[vector![0.0, 0.0], vector![0.0, 1.0]]), 0.5);
-    }
+    sums.map(|sum| reduce(sum, |a, b| a + b))
 }

@@ -9,6 +9,7 @@ pub(crate) enum Stream {
     Positions = 0,
     Headings = 1,
     LineState = 2,
+    Episodes = 3,
 }
 
 /// The generator for `purpose` under `seed`.
@@ -16,6 +17,20 @@ pub(crate) fn stream(seed: u64, purpose: Stream) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(purpose as u64);
     rng
+}
+
+/// Seed of the `episode`-th episode that follows one started with `seed`: `seed` itself for 0, then numbers
+/// in [2^32, 2^63), so that a seed that people name never comes up by chance.
+///
+/// A pure function: every episode of a long run can be played alone.
+#[must_use]
+pub fn episode_seed(seed: u64, episode: u64) -> u64 {
+    if episode == 0 {
+        return seed;
+    }
+    let mut rng = stream(seed, Stream::Episodes);
+    rng.set_word_pos(2 * u128::from(episode)); // an episode's u64 is two words of 32 bits
+    rng.random::<u64>() >> 1 | 1 << 32
 }
 
 /// Uniform on [0, `end`).
@@ -44,5 +59,24 @@ mod tests {
             0.40248566366484806,
         ];
         assert_eq!(draws, expected);
+    }
+
+    /// The schedule of seeds: these numbers must never change either.
+    #[test]
+    fn seeds_of_later_episodes() {
+        assert_eq!(episode_seed(7, 0), 7);
+        let expected = [
+            856_522_681_599_956_647,
+            9_029_727_068_422_764_021,
+            6_527_866_856_406_044_275,
+        ];
+        assert_eq!([1, 2, 1_000_000].map(|k| episode_seed(7, k)), expected);
+        let mut seeds: Vec<u64> = (0..100)
+            .flat_map(|seed| (1..100).map(move |episode| episode_seed(seed, episode)))
+            .collect();
+        assert!(seeds.iter().all(|seed| (1 << 32..1 << 63).contains(seed)));
+        seeds.sort_unstable();
+        seeds.dedup();
+        assert_eq!(seeds.len(), 100 * 99);
     }
 }

@@ -8,7 +8,6 @@ use crate::config::{FlockConfig, LineConfig};
 use crate::error::Result;
 use crate::flock::{InitialState, World, check_ranges};
 use crate::line::Line;
-use crate::metrics;
 use crate::neighbor::Ranges;
 use crate::threads::{self, Progress};
 
@@ -102,7 +101,6 @@ fn run_flock<const D: usize>(
     progress: &Progress,
 ) -> Result<FlockOutcome> {
     let mut world = World::<D>::new(config.clone(), &InitialState::seeded(seed));
-    let mut distances = Vec::with_capacity(config.num_agents);
     let mut outcome = FlockOutcome {
         min_mean_distance: f64::INFINITY,
         min_min_distance: f64::INFINITY,
@@ -113,9 +111,9 @@ fn run_flock<const D: usize>(
             progress.check()?;
             world.step(Ranges::Shared(range));
         }
-        world.distances(&mut distances);
-        outcome.min_mean_distance = outcome.min_mean_distance.min(metrics::mean(&distances));
-        outcome.min_min_distance = outcome.min_min_distance.min(metrics::minimum(&distances));
+        let distance = world.predator_distance();
+        outcome.min_mean_distance = outcome.min_mean_distance.min(distance.mean);
+        outcome.min_min_distance = outcome.min_min_distance.min(distance.minimum);
     }
     outcome.num_components = world.num_components(Ranges::Shared(range));
     Ok(outcome)

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
+use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::error::{Error, Result};
@@ -47,6 +48,66 @@ pub(crate) fn pool(num_threads: Option<usize>) -> Result<&'static ThreadPool> {
 /// Number of threads that `None` stands for.
 fn available_threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Items from which on it pays to spread one flock over threads.
+const SPREAD: usize = 64;
+/// Items that one thread takes at a time.
+const CHUNK: usize = 16;
+
+/// Calls `work(index of the first, some of a, as many of b)` until all are done: in parallel on a thread of a pool,
+/// if there are many.
+pub(crate) fn for_each_chunk<A: Send, B: Send>(
+    a: &mut [A],
+    b: &mut [B],
+    work: impl Fn(usize, &mut [A], &mut [B]) + Sync,
+) {
+    if a.len() >= SPREAD && is_pooled() {
+        a.par_chunks_mut(CHUNK)
+            .zip(b.par_chunks_mut(CHUNK))
+            .enumerate()
+            .for_each(|(index, (a, b))| work(index * CHUNK, a, b));
+    } else {
+        work(0, a, b);
+    }
+}
+
+/// Number of chunks into which so many items may be cut.
+pub(crate) fn num_chunks(items: usize) -> usize {
+    items.div_ceil(CHUNK)
+}
+
+/// As [`for_each_chunk`], with something of its own for every one of [`num_chunks`] chunks.
+pub(crate) fn for_each_chunk_with<A: Send, B: Send>(
+    a: &mut [A],
+    own: &mut [B],
+    work: impl Fn(usize, &mut [A], &mut B) + Sync,
+) {
+    if a.len() >= SPREAD && is_pooled() {
+        a.par_chunks_mut(CHUNK)
+            .zip(own)
+            .enumerate()
+            .for_each(|(index, (a, own))| work(index * CHUNK, a, own));
+    } else {
+        for (index, (a, own)) in a.chunks_mut(CHUNK).zip(own).enumerate() {
+            work(index * CHUNK, a, own);
+        }
+    }
+}
+
+/// Runs both: in parallel on a thread of a pool, if `is_large`.
+pub(crate) fn join(is_large: bool, a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
+    if is_large && is_pooled() {
+        rayon::join(a, b);
+    } else {
+        a();
+        b();
+    }
+}
+
+/// Whether this is a thread of a pool of several, so that rayon does not fall back on its global pool.
+fn is_pooled() -> bool {
+    rayon::current_thread_index().is_some() && rayon::current_num_threads() > 1
 }
 
 /// How far a long call has come, and the wish to stop it; shared between its worker and its watcher.

@@ -1,6 +1,9 @@
 //! Numpy arrays in and out, with shapes checked before any work starts.
 
-use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{
+    Element, IntoPyArray, PyArray, PyArray1, PyArrayMethods, PyReadonlyArrayDyn,
+    PyUntypedArrayMethods, ndarray::Dimension,
+};
 use pyo3::prelude::*;
 
 use crate::errors::CoreError;
@@ -13,6 +16,22 @@ pub(crate) fn flat(array: Option<PyReadonlyArrayDyn<'_, f64>>) -> PyResult<Optio
 /// A flat copy of an array; a copy, because Python may write to it while we are detached.
 pub(crate) fn vector(array: &PyReadonlyArrayDyn<'_, f64>) -> PyResult<Vec<f64>> {
     Ok(array.as_slice()?.to_vec())
+}
+
+/// Writes `values` over the entries of an array, in order.
+pub(crate) fn overwrite<T: Element + Copy, D: Dimension>(
+    array: &Bound<'_, PyArray<T, D>>,
+    values: &[T],
+) -> PyResult<()> {
+    let mut array = array.try_readwrite()?;
+    let entries = array.as_slice_mut()?;
+    if entries.len() != values.len() {
+        let expected = format!("{} entries", values.len());
+        let error = flockesc_core::Error::argument("out", expected, entries.len());
+        return Err(CoreError::from(error).into());
+    }
+    entries.copy_from_slice(values);
+    Ok(())
 }
 
 /// A flat array of shape `shape`, without a copy.

@@ -1,12 +1,15 @@
 //! `FlockBatch`: the batch of either dimension behind one Python class.
 
 use flockesc_core::{Batch, EpisodeConfig, FlockConfig, InitialState, View, entries};
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArrayDyn};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn};
+use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{column, flat, shaped, vector};
+use crate::actions::RangeMap;
+use crate::arrays::{column, flat, overwrite, shaped};
 use crate::errors::CoreError;
+use crate::info::{Measured, columns, metric_columns, numbers};
 
 #[derive(Clone)]
 enum Inner {
@@ -24,110 +27,207 @@ macro_rules! on_batch {
     };
 }
 
+/// Observations, rewards, whether each slot has reached its horizon, ranges, metrics.
+type Step<'py> = (
+    Bound<'py, PyAny>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<bool>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyDict>,
+);
+
+/// Observation, reward, whether the horizon is reached, `info`.
+type StepOne<'py> = (Bound<'py, PyArray1<f32>>, f64, bool, Bound<'py, PyDict>);
+
+/// Arrays that observations and rewards are written into.
+type Out<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f64>>);
+
 #[pyclass(module = "flockesc_env._core")]
 #[derive(Clone)]
 pub(crate) struct FlockBatch {
     inner: Inner,
+    actions: RangeMap,
+    count_components: bool,
     rows: usize,
     row_length: usize,
     num_flocks: usize,
+    /// Observations and rewards on their way into arrays that Python keeps.
+    scratch: (Vec<f32>, Vec<f64>),
 }
 
 #[pymethods]
 impl FlockBatch {
     #[new]
-    #[pyo3(signature = (scenario, options, num_flocks, num_threads))]
+    #[pyo3(signature = (scenario, options, actions, num_flocks, num_threads, count_components, seed))]
     fn new(
         scenario: &str,
         options: &str,
+        actions: &Bound<'_, RangeMap>,
         num_flocks: usize,
         num_threads: Option<usize>,
+        count_components: bool,
+        seed: u64,
     ) -> Result<Self, CoreError> {
         let scenario = FlockConfig::from_json(scenario)?;
         let options = EpisodeConfig::from_json(options)?;
-        let inner = match scenario.dimension {
+        let mut inner = match scenario.dimension {
             2 => Inner::Plane(Batch::new(scenario, options, num_flocks, num_threads)?),
             _ => Inner::Space(Batch::new(scenario, options, num_flocks, num_threads)?),
         };
+        on_batch!(&mut inner, batch => batch.seed(seed));
         let (rows, row_length) = on_batch!(&inner, batch => (batch.rows(), batch.row_length()));
         Ok(Self {
             inner,
+            actions: actions.get().clone(),
+            count_components,
             rows,
             row_length,
             num_flocks,
+            scratch: Default::default(),
         })
     }
 
-    #[pyo3(signature = (slot, seed, positions=None, velocities=None, predator_positions=None, predator_velocities=None))]
-    fn reset(
+    /// Starts episodes in `slots`, each with its seed or, where that is `None`, the next of its schedule.
+    #[pyo3(signature = (slots, seeds, positions=None, velocities=None, predator_positions=None, predator_velocities=None))]
+    #[expect(clippy::too_many_arguments, reason = "the arrays of a reset's options")]
+    fn reset<'py>(
         &mut self,
-        slot: usize,
-        seed: u64,
-        positions: Option<PyReadonlyArrayDyn<'_, f64>>,
-        velocities: Option<PyReadonlyArrayDyn<'_, f64>>,
-        predator_positions: Option<PyReadonlyArrayDyn<'_, f64>>,
-        predator_velocities: Option<PyReadonlyArrayDyn<'_, f64>>,
-    ) -> PyResult<()> {
+        py: Python<'py>,
+        slots: Vec<usize>,
+        seeds: Vec<Option<u64>>,
+        positions: Option<PyReadonlyArrayDyn<'py, f64>>,
+        velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
+        predator_positions: Option<PyReadonlyArrayDyn<'py, f64>>,
+        predator_velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>)> {
         let start = InitialState {
-            seed,
+            seed: 0,
             positions: flat(positions)?,
             velocities: flat(velocities)?,
             predator_positions: flat(predator_positions)?,
             predator_velocities: flat(predator_velocities)?,
         };
-        on_batch!(&mut self.inner, batch => batch.reset(slot, &start)).map_err(CoreError::from)?;
-        Ok(())
-    }
-
-    fn step<'py>(
-        &mut self,
-        py: Python<'py>,
-        ranges: PyReadonlyArrayDyn<'py, f64>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyArray1<f64>>)> {
-        let ranges = vector(&ranges)?;
-        let rows = self.num_flocks * self.rows;
-        let mut rewards = vec![0.0; rows];
-        let mut observations = vec![0.0_f32; rows * self.row_length];
-        let inner = &mut self.inner;
-        py.detach(
-            || on_batch!(inner, batch => batch.step(&ranges, &mut rewards, &mut observations)),
-        )
-        .map_err(CoreError::from)?;
+        let resets: Vec<_> = slots.iter().copied().zip(seeds).collect();
+        let rows = slots.len() * self.rows;
+        let mut observations = vec![0.0; rows * self.row_length];
+        let (inner, count_components) = (&mut self.inner, self.count_components);
+        let measured = py
+            .detach(|| -> flockesc_core::Result<Vec<Measured>> {
+                on_batch!(inner, batch => {
+                    batch.reset_many(&resets, &start)?;
+                    batch.observe(&slots, &mut observations)?;
+                    let started = slots.iter().map(|slot| batch.episode(*slot));
+                    started.map(|episode| Ok(Measured::of(episode?, count_components))).collect()
+                })
+            })
+            .map_err(CoreError::from)?;
         Ok((
             shaped(py, observations, [rows, self.row_length])?,
-            rewards.into_pyarray(py),
+            columns(py, &measured)?,
         ))
     }
 
-    fn observe<'py>(&self, py: Python<'py>, slot: usize) -> PyResult<Bound<'py, PyAny>> {
-        let mut observation = vec![0.0_f32; self.rows * self.row_length];
-        on_batch!(&self.inner, batch => batch.observe(slot, &mut observation))
+    /// Holds the ranges of stacked actions for one action; `None`, with nothing changed, if one lies outside
+    /// of the space or they are not in plain form.
+    ///
+    /// With `restart` a slot at its horizon ignores its action and starts its next episode. With `out` the
+    /// observations and rewards are written into those two arrays.
+    #[pyo3(signature = (actions, restart=false, out=None))]
+    fn step<'py>(
+        &mut self,
+        py: Python<'py>,
+        actions: &Bound<'py, PyAny>,
+        restart: bool,
+        out: Option<Out<'py>>,
+    ) -> PyResult<Option<Step<'py>>> {
+        let rows = self.num_flocks * self.rows;
+        let Some(mut ranges) = self.actions.ranges(actions, rows) else {
+            return Ok(None);
+        };
+        if restart {
+            for (slot, ranges) in ranges.chunks_exact_mut(self.rows).enumerate() {
+                if self.has_ended(slot)? {
+                    ranges.fill(0.0);
+                }
+            }
+        }
+        if ranges.iter().any(|range| range.is_nan()) {
+            return Ok(None);
+        }
+        let (mut observations, mut rewards) = match out {
+            Some(_) if !self.scratch.1.is_empty() => std::mem::take(&mut self.scratch),
+            _ => (vec![0.0; rows * self.row_length], vec![0.0; rows]),
+        };
+        let measured = self
+            .advance(py, &ranges, restart, &mut rewards, &mut observations)
             .map_err(CoreError::from)?;
-        shaped(py, observation, [self.rows, self.row_length])
+        let (observations, rewards) = match out {
+            Some((kept_observations, kept_rewards)) => {
+                overwrite(&kept_observations, &observations)?;
+                overwrite(&kept_rewards, &rewards)?;
+                self.scratch = (observations, rewards);
+                (kept_observations.into_any(), kept_rewards)
+            }
+            None => (
+                shaped(py, observations, [rows, self.row_length])?,
+                rewards.into_pyarray(py),
+            ),
+        };
+        Ok(Some((
+            observations,
+            rewards,
+            self.ended(py)?,
+            ranges.into_pyarray(py),
+            columns(py, &measured)?,
+        )))
     }
 
+    /// As `step`, for the single action of a batch of one row.
+    fn step_one<'py>(
+        &mut self,
+        py: Python<'py>,
+        action: &Bound<'py, PyAny>,
+    ) -> PyResult<Option<StepOne<'py>>> {
+        let Some(range) = self.actions.to_range(action) else {
+            return Ok(None);
+        };
+        let mut reward = [0.0];
+        let mut observation = vec![0.0; self.row_length];
+        let measured = self
+            .advance(py, &[range], false, &mut reward, &mut observation)
+            .map_err(CoreError::from)?;
+        let info = match measured.first() {
+            Some(measured) => numbers(py, measured)?,
+            None => PyDict::new(py),
+        };
+        info.set_item(intern!(py, "interaction_range"), range)?;
+        let ended = self.has_ended(0)?;
+        Ok(Some((observation.into_pyarray(py), reward[0], ended, info)))
+    }
+
+    /// Observations of `slots`, one after the other.
+    fn observe<'py>(&self, py: Python<'py>, slots: Vec<usize>) -> PyResult<Bound<'py, PyAny>> {
+        let rows = slots.len() * self.rows;
+        let mut observations = vec![0.0_f32; rows * self.row_length];
+        on_batch!(&self.inner, batch => batch.observe(&slots, &mut observations))
+            .map_err(CoreError::from)?;
+        shaped(py, observations, [rows, self.row_length])
+    }
+
+    /// Metrics of every slot, one column each, without the number of components.
     fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let inner = &self.inner;
         let metrics = py
             .detach(|| on_batch!(inner, batch => batch.metrics()))
             .map_err(CoreError::from)?;
-        let dict = PyDict::new(py);
-        dict.set_item("mean_distance", column(py, &metrics, |m| m.mean_distance))?;
-        dict.set_item("min_distance", column(py, &metrics, |m| m.min_distance))?;
-        dict.set_item(
-            "min_mean_distance",
-            column(py, &metrics, |m| m.min_mean_distance),
-        )?;
-        dict.set_item(
-            "min_min_distance",
-            column(py, &metrics, |m| m.min_min_distance),
-        )?;
-        dict.set_item(
-            "num_components",
-            column(py, &metrics, |m| m.num_components as i64),
-        )?;
-        dict.set_item("polarization", column(py, &metrics, |m| m.polarization))?;
-        Ok(dict)
+        metric_columns(py, &metrics)
+    }
+
+    /// Connected components of every slot under the ranges of its last action.
+    fn num_components<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<i64>>, CoreError> {
+        let inner = &self.inner;
+        let components = py.detach(|| on_batch!(inner, batch => batch.num_components()))?;
+        Ok(column(py, &components, |count| *count as i64))
     }
 
     /// State of one slot: step, positions, velocities, predator positions and velocities.
@@ -136,16 +236,18 @@ impl FlockBatch {
         on_batch!(&self.inner, batch => {
             let episode = batch.episode(slot).map_err(CoreError::from)?;
             let world = episode.world();
-            let agents = [world.positions().len(), world.config().dimension];
+            let agents = [world.config().num_agents, world.config().dimension];
+            let mut distances = Vec::new();
+            world.write_distances(&mut distances);
             let predators = [world.predators().len(), world.config().dimension];
             let flat = |rows: &[_]| rows.iter().flatten().copied().collect::<Vec<f64>>();
             let positions: Vec<_> = world.predators().iter().map(|p| p.position).collect();
             let velocities: Vec<_> = world.predators().iter().map(|p| p.velocity).collect();
             dict.set_item("step", episode.step_count())?;
             dict.set_item("interaction_range", episode.ranges().to_vec().into_pyarray(py))?;
-            dict.set_item("distances", episode.own_distances().to_vec().into_pyarray(py))?;
-            dict.set_item("positions", shaped(py, flat(world.positions()), agents)?)?;
-            dict.set_item("velocities", shaped(py, flat(world.velocities()), agents)?)?;
+            dict.set_item("distances", distances.into_pyarray(py))?;
+            dict.set_item("positions", shaped(py, flat(&world.positions()), agents)?)?;
+            dict.set_item("velocities", shaped(py, flat(&world.velocities()), agents)?)?;
             dict.set_item("predator_positions", shaped(py, flat(&positions), predators)?)?;
             dict.set_item("predator_velocities", shaped(py, flat(&velocities), predators)?)?;
         });
@@ -159,13 +261,41 @@ impl FlockBatch {
 
     /// Whether each slot has reached its horizon.
     fn ended<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<bool>>, CoreError> {
-        let ended: Vec<bool> = on_batch!(&self.inner, batch => {
-            (0..self.num_flocks)
-                .map(|slot| batch.episode(slot).map(|episode| episode.has_ended()))
-                .collect::<flockesc_core::Result<_>>()?
-        });
+        let ended: Vec<bool> = (0..self.num_flocks)
+            .map(|slot| self.has_ended(slot))
+            .collect::<Result<_, _>>()?;
         Ok(ended.into_pyarray(py))
     }
+}
+
+impl FlockBatch {
+    fn has_ended(&self, slot: usize) -> Result<bool, CoreError> {
+        Ok(on_batch!(&self.inner, batch => batch.episode(slot)?.has_ended()))
+    }
+
+    fn advance(
+        &mut self,
+        py: Python<'_>,
+        ranges: &[f64],
+        restart: bool,
+        rewards: &mut [f64],
+        observations: &mut [f32],
+    ) -> flockesc_core::Result<Vec<Measured>> {
+        let (inner, count_components) = (&mut self.inner, self.count_components);
+        py.detach(|| {
+            on_batch!(inner, batch => {
+                batch.step_measured(ranges, restart, rewards, observations, |episode| {
+                    Measured::of(episode, count_components)
+                })
+            })
+        })
+    }
+}
+
+/// Seed of the `episode`-th episode after one that was given `seed`.
+#[pyfunction]
+pub(crate) fn episode_seed(seed: u64, episode: u64) -> u64 {
+    flockesc_core::episode_seed(seed, episode)
 }
 
 /// Name, lower and upper bound of every entry of an observation row.

@@ -1,8 +1,10 @@
 //! `flockesc_env._core`: checks what Python passes, detaches from the interpreter, calls the core.
 
+mod actions;
 mod arrays;
 mod batch;
 mod errors;
+mod info;
 mod line;
 mod long_call;
 mod models;
@@ -11,6 +13,7 @@ use pyo3::prelude::*;
 
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<actions::RangeMap>()?;
     module.add_class::<batch::FlockBatch>()?;
     module.add_class::<line::LineEpisode>()?;
     module.add_function(wrap_pyfunction!(models::check_flock_scenario, module)?)?;
@@ -21,6 +24,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(models::sweep_line, module)?)?;
     module.add_function(wrap_pyfunction!(models::laplacian, module)?)?;
     module.add_function(wrap_pyfunction!(models::perron_matrix, module)?)?;
+    module.add_function(wrap_pyfunction!(batch::episode_seed, module)?)?;
     module.add_function(wrap_pyfunction!(batch::observation_entries, module)?)?;
     module.add_function(wrap_pyfunction!(line::line_observation_entries, module)?)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))

@@ -5,81 +5,80 @@ use std::sync::Arc;
 use nalgebra::SVector;
 
 use super::InitialState;
+use super::motion::{self, Predators};
+use crate::agents::Agents;
 use crate::config::FlockConfig;
-use crate::metrics;
-use crate::neighbor::{Neighborhood, Ranges};
+use crate::exact::Scale;
+use crate::metrics::{self, Distances, PredatorDistance};
+use crate::neighbor::{Heard, Neighborhood, Ranges};
 use crate::predator::Predator;
-use crate::vector::{heading, unit};
+use crate::threads;
 
 /// A flock and its predators at one moment.
 #[derive(Debug, Clone)]
 pub struct World<const D: usize> {
     config: Arc<FlockConfig>,
-    positions: Vec<SVector<f64, D>>,
-    velocities: Vec<SVector<f64, D>>,
+    agents: Agents<D>,
     predators: Vec<Predator<D>>,
     neighborhood: Neighborhood<D>,
+    distances: Vec<Distances>,
+    predator_distance: PredatorDistance,
+    /// Positions of the predators before and after the step being made.
+    before: Vec<[f64; D]>,
+    after: Vec<[f64; D]>,
 }
 
 impl<const D: usize> World<D> {
     /// The world at t = 0. `config.dimension` is D, and `start` has passed [`InitialState::check`].
     #[must_use]
     pub fn new(config: Arc<FlockConfig>, start: &InitialState) -> Self {
-        let velocities = start.velocities(&config);
+        let agents = Agents::new(&start.positions(&config), &start.velocities(&config));
+        let predators: Vec<Predator<D>> = start.predators(&config);
+        let after: Vec<[f64; D]> = predators.iter().map(|p| p.position.into()).collect();
+        let distances: Vec<_> = agents
+            .groups
+            .iter()
+            .map(|group| Distances::of(group, &after))
+            .collect();
         Self {
-            positions: start.positions(&config),
-            predators: start.predators(&config),
-            neighborhood: Neighborhood::silent(config.neighbor_rule, &velocities),
-            velocities,
+            predator_distance: PredatorDistance::of(&distances, agents.len()),
+            neighborhood: Neighborhood::silent(config.neighbor_rule, &agents),
+            before: after.clone(),
+            after,
+            distances,
+            predators,
+            agents,
             config,
         }
     }
 
     /// Advances from t to t + dt under `ranges`.
     pub fn step(&mut self, ranges: Ranges<'_>) {
-        self.neighborhood
-            .listen(&self.positions, &self.velocities, ranges);
-        let FlockConfig {
-            time_step,
-            mass,
-            speed,
-            constant_speed,
-            ..
-        } = *self.config;
-        for agent in 0..self.positions.len() {
-            let force = self.consensus_force(agent) + self.escape_force(agent);
-            let velocity = &mut self.velocities[agent];
-            self.positions[agent] += *velocity * time_step;
-            let pushed = *velocity + force * (time_step / mass);
-            if constant_speed {
-                if let Some(heading) = unit(&pushed) {
-                    *velocity = heading * speed;
-                }
-            } else {
-                *velocity = pushed;
-            }
+        self.neighborhood.listen(&mut self.agents, ranges);
+        std::mem::swap(&mut self.before, &mut self.after);
+        for (predator, after) in self.predators.iter_mut().zip(&mut self.after) {
+            predator.position += predator.velocity * self.config.time_step;
+            *after = predator.position.into();
         }
+        let predators = Predators {
+            before: &self.before,
+            after: &self.after,
+        };
+        let (heard, config) = (self.neighborhood.heard(), &self.config);
+        threads::for_each_chunk(
+            &mut self.agents.groups,
+            &mut self.distances,
+            |first, groups, distances| {
+                let heard = &heard[first..first + groups.len()];
+                motion::advance(config, &predators, heard, groups, distances);
+            },
+        );
+        self.agents.clear_empty_places();
+        self.neighborhood.follow(&self.agents);
         for predator in &mut self.predators {
-            predator.advance(time_step, &self.positions);
+            predator.steer(self.config.time_step, &self.agents);
         }
-    }
-
-    /// v0 <v>_i / ||<v>_i|| (Eq. 11); 0 where the mean is exactly 0.
-    fn consensus_force(&self, agent: usize) -> SVector<f64, D> {
-        heading(&self.neighborhood.mean_velocity[agent]) * self.config.speed
-    }
-
-    /// s (r_i - r_p) / ||r_i - r_p||, summed over the predators within their range of agent i.
-    fn escape_force(&self, agent: usize) -> SVector<f64, D> {
-        let mut force = SVector::zeros();
-        for predator in &self.predators {
-            let offset = self.positions[agent] - predator.position;
-            let distance = offset.norm();
-            if distance <= self.config.predator_range && distance > 0.0 {
-                force += offset * (self.config.repulsion_strength / distance);
-            }
-        }
-        force
+        self.predator_distance = PredatorDistance::of(&self.distances, self.agents.len());
     }
 
     /// The parameters.
@@ -88,16 +87,16 @@ impl<const D: usize> World<D> {
         &self.config
     }
 
-    /// r_i in m.
+    /// r_i in m, in the order of the agents' names.
     #[must_use]
-    pub fn positions(&self) -> &[SVector<f64, D>] {
-        &self.positions
+    pub fn positions(&self) -> Vec<SVector<f64, D>> {
+        self.agents.by_name(|group| &group.position)
     }
 
-    /// v_i in m/s.
+    /// v_i in m/s, in the order of the agents' names.
     #[must_use]
-    pub fn velocities(&self) -> &[SVector<f64, D>] {
-        &self.velocities
+    pub fn velocities(&self) -> Vec<SVector<f64, D>> {
+        self.agents.by_name(|group| &group.velocity)
     }
 
     /// The predators.
@@ -106,26 +105,46 @@ impl<const D: usize> World<D> {
         &self.predators
     }
 
-    /// What the agents heard in the last step.
-    pub(crate) fn neighborhood(&self) -> &Neighborhood<D> {
-        &self.neighborhood
+    /// Mean and minimum predator distance.
+    #[must_use]
+    pub fn predator_distance(&self) -> PredatorDistance {
+        self.predator_distance
     }
 
-    /// Writes d_i, the distance of every agent to its nearest predator, in m.
-    pub fn distances(&self, out: &mut Vec<f64>) {
-        let predators = self.predators.iter().map(|p| &p.position);
-        metrics::distances(&self.positions, predators, out);
+    /// Writes d_i, the distance of every agent to its nearest predator in m, in the order of the agents' names.
+    pub fn write_distances(&self, out: &mut Vec<f64>) {
+        out.resize(self.agents.len(), 0.0);
+        for (index, Distances(column)) in self.distances.iter().enumerate() {
+            for (&name, distance) in self.agents.names_of(index).iter().zip(column) {
+                out[name as usize] = *distance;
+            }
+        }
     }
 
     /// Number of (weakly) connected components under `ranges`.
     #[must_use]
     pub fn num_components(&self, ranges: Ranges<'_>) -> usize {
-        self.neighborhood.num_components(&self.positions, ranges)
+        self.neighborhood.num_components(&self.agents, ranges)
     }
 
     /// Norm of the mean heading, in [0, 1].
     #[must_use]
     pub fn polarization(&self) -> f64 {
-        metrics::polarization(&self.velocities)
+        metrics::polarization(&self.agents.groups, self.agents.len())
+    }
+
+    pub fn tests(&self) -> f64 { self.neighborhood.tests() as f64 / self.agents.len() as f64 * 8.0 }
+    pub(crate) fn agents(&self) -> &Agents<D> {
+        &self.agents
+    }
+
+    /// d_i, group by group.
+    pub(crate) fn distances(&self) -> &[Distances] {
+        &self.distances
+    }
+
+    /// What the agents heard in the last step, group by group, and the unit of the sums in m/s.
+    pub(crate) fn heard(&self) -> (&[Heard<D>], Scale) {
+        (self.neighborhood.heard(), self.neighborhood.scale())
     }
 }

@@ -2,6 +2,7 @@
 
 mod dynamics;
 mod initial;
+mod motion;
 mod simulate;
 
 pub use dynamics::World;

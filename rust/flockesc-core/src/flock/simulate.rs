@@ -7,7 +7,6 @@ use nalgebra::SVector;
 use super::{InitialState, World};
 use crate::config::FlockConfig;
 use crate::error::{Error, Result};
-use crate::metrics;
 use crate::neighbor::Ranges;
 use crate::threads::Progress;
 
@@ -100,14 +99,14 @@ impl Trajectory {
         }
     }
 
-    fn record<const D: usize>(&mut self, world: &World<D>, ranges: Ranges<'_>, d: &mut Vec<f64>) {
+    fn record<const D: usize>(&mut self, world: &World<D>, ranges: Ranges<'_>) {
         extend(&mut self.positions, world.positions().iter());
         extend(&mut self.velocities, world.velocities().iter());
         let predators = world.predators().iter().map(|p| &p.position);
         extend(&mut self.predator_positions, predators);
-        world.distances(d);
-        self.mean_distance.push(metrics::mean(d));
-        self.min_distance.push(metrics::minimum(d));
+        let distance = world.predator_distance();
+        self.mean_distance.push(distance.mean);
+        self.min_distance.push(distance.minimum);
         self.num_components
             .push(world.num_components(ranges) as i64);
         self.polarization.push(world.polarization());
@@ -151,12 +150,11 @@ fn run<const D: usize>(
     let num_steps = config.num_steps;
     let mut trajectory = Trajectory::with_room_for(&config)?;
     let mut world = World::<D>::new(config, start);
-    let mut distances = Vec::new();
     for step in 0..num_steps {
         progress.check()?;
-        trajectory.record(&world, schedule.at(step), &mut distances);
+        trajectory.record(&world, schedule.at(step));
         world.step(schedule.at(step));
     }
-    trajectory.record(&world, schedule.at(num_steps - 1), &mut distances);
+    trajectory.record(&world, schedule.at(num_steps - 1));
     Ok(trajectory)
 }

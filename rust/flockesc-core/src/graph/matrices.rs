@@ -32,8 +32,11 @@ fn adjacency(states: &[f64], range: f64) -> DMatrix<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
-    use crate::line::consensus;
+    use crate::config::LineConfig;
+    use crate::line::{EscapeForce, Line};
 
     #[test]
     fn perron_matrix_is_i_minus_inverse_degree_times_laplacian() {
@@ -47,10 +50,19 @@ mod tests {
         let perron = perron_matrix(&states, range);
         assert!((&perron - expected).amax() < 1e-15);
 
-        let mut averaged = Vec::new();
-        consensus(&states, range, &mut averaged);
+        let config = LineConfig {
+            num_agents: states.len(),
+            predator_position: None,
+            predator_range: 0.0,
+            repulsion_strength: 0.0,
+            escape_force: EscapeForce::Constant,
+            tolerance: 0.0,
+            max_steps: 1,
+        };
+        let mut line = Line::new(Arc::new(config), 0, Some(&states)).expect("finite states");
+        line.step(range).expect("a good range");
         let product = perron * nalgebra::DVector::from_row_slice(&states);
-        for (mean, entry) in averaged.iter().zip(product.iter()) {
+        for (mean, entry) in line.states().iter().zip(product.iter()) {
             assert!((mean - entry).abs() < 1e-15);
         }
     }

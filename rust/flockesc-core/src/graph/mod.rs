@@ -1,7 +1,5 @@
-//! The neighbor graph: connected components, Perron matrix, Laplacian.
+//! Matrices of the neighbor graph of a line, for analysis.
 
-mod components;
 mod matrices;
 
-pub(crate) use components::num_components;
 pub use matrices::{laplacian, perron_matrix};

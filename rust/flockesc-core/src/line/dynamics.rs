@@ -2,17 +2,18 @@
 
 use std::sync::Arc;
 
+use super::consensus::{Consensus, components};
+use super::groups::{Group, Groups};
 use crate::config::LineConfig;
 use crate::error::{Error, Result};
-use crate::metrics::minimum;
 use crate::rng::{self, Stream};
 
 /// A line of agents at one moment.
 #[derive(Debug, Clone)]
 pub struct Line {
     config: Arc<LineConfig>,
-    states: Vec<f64>,
-    next: Vec<f64>,
+    groups: Groups,
+    consensus: Consensus,
 }
 
 impl Line {
@@ -21,25 +22,38 @@ impl Line {
     /// # Errors
     /// [`Error::Argument`] if `states` has another length than the line or an entry is not finite.
     pub fn new(config: Arc<LineConfig>, seed: u64, states: Option<&[f64]>) -> Result<Self> {
-        let states = match states {
+        let num_agents = config.num_agents;
+        let groups = match states {
             Some(given) => {
-                check_states(given, config.num_agents)?;
-                given.to_vec()
+                check_states(given, num_agents)?;
+                Groups::new(given)
             }
-            None => initial_states(config.num_agents, seed),
+            None => Groups::new(&initial_states(num_agents, seed)),
         };
-        let next = Vec::with_capacity(states.len());
         Ok(Self {
             config,
-            states,
-            next,
+            groups,
+            consensus: Consensus::with_capacity(num_agents),
         })
     }
 
     /// x(t), length n.
     #[must_use]
-    pub fn states(&self) -> &[f64] {
-        &self.states
+    pub fn states(&self) -> Vec<f64> {
+        let mut states = Vec::with_capacity(self.config.num_agents);
+        self.append_states(&mut states);
+        states
+    }
+
+    /// Appends x(t), length n.
+    pub(super) fn append_states(&self, out: &mut Vec<f64>) {
+        self.groups.append_states(out);
+    }
+
+    /// x(t) in rising order, length n.
+    pub(super) fn sorted_states(&self) -> impl Iterator<Item = f64> {
+        let groups = self.groups.sorted().iter();
+        groups.flat_map(|group| std::iter::repeat_n(group.state, group.size as usize))
     }
 
     /// The parameters.
@@ -54,26 +68,26 @@ impl Line {
     /// [`Error::Argument`] if `range` is negative or not finite.
     pub fn step(&mut self, range: f64) -> Result<f64> {
         check_range(range)?;
-        consensus(&self.states, range, &mut self.next);
+        let groups = self.groups.sorted();
+        let next = self.consensus.means(groups, self.config.num_agents, range);
         if let Some(predator) = self.config.predator_position {
             let LineConfig {
-                escape_force,
                 predator_range,
                 repulsion_strength,
+                escape_force,
                 ..
             } = *self.config;
-            for (next, state) in self.next.iter_mut().zip(&self.states) {
-                *next += escape_force.at(state - predator, predator_range, repulsion_strength);
+            // Who feels the predator stands side by side.
+            let offset = |group: &Group| group.state - predator;
+            let start = groups.partition_point(|group| offset(group) <= -predator_range);
+            let num_chased =
+                groups[start..].partition_point(|group| offset(group) < predator_range);
+            let chased = groups[start..].iter().take(num_chased);
+            for (next, group) in next[start..].iter_mut().zip(chased) {
+                *next += escape_force.at(offset(group), predator_range, repulsion_strength);
             }
         }
-        let moved = self
-            .next
-            .iter()
-            .zip(&self.states)
-            .map(|(next, state)| (next - state).abs())
-            .fold(0.0, f64::max);
-        std::mem::swap(&mut self.states, &mut self.next);
-        Ok(moved)
+        Ok(self.groups.move_to(next))
     }
 
     /// Whether a step that moved no agent by more than `moved` left the line in its steady state.
@@ -88,14 +102,16 @@ impl Line {
         let Some(predator) = self.config.predator_position else {
             return f64::INFINITY;
         };
-        let distances: Vec<f64> = self.states.iter().map(|x| (x - predator).abs()).collect();
-        minimum(&distances)
+        let groups = self.groups.sorted().iter();
+        groups
+            .map(|group| (group.state - predator).abs())
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// m(t), the number of connected components under `range`.
     #[must_use]
     pub fn num_components(&self, range: f64) -> usize {
-        num_components(&self.states, range)
+        components(self.groups.sorted(), range).count()
     }
 }
 
@@ -105,31 +121,6 @@ fn initial_states(num_agents: usize, seed: u64) -> Vec<f64> {
     (0..num_agents)
         .map(|_| rng::uniform(&mut rng, 1.0))
         .collect()
-}
-
-/// m, the number of connected components of a line: 1 + the number of gaps above `range`.
-#[must_use]
-pub fn num_components(states: &[f64], range: f64) -> usize {
-    let mut sorted = states.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    1 + sorted.windows(2).filter(|w| w[1] - w[0] > range).count()
-}
-
-/// y_i = mean of x_j over |x_i - x_j| <= `range` (Eq. 1), summed in index order, so that agents with
-/// the same neighbors get the same bits.
-pub(crate) fn consensus(states: &[f64], range: f64, out: &mut Vec<f64>) {
-    out.clear();
-    out.extend(states.iter().map(|x| {
-        let mut sum = 0.0;
-        let mut count = 0.0;
-        for other in states {
-            if (x - other).abs() <= range {
-                sum += other;
-                count += 1.0;
-            }
-        }
-        sum / count
-    }));
 }
 
 fn check_states(states: &[f64], num_agents: usize) -> Result<()> {
@@ -166,6 +157,7 @@ pub(crate) fn check_range(range: f64) -> Result<()> {
 mod tests {
     use super::*;
     use crate::line::EscapeForce;
+    use crate::metrics::minimum;
     use proptest::prelude::*;
 
     fn line(states: &[f64]) -> Line {
@@ -190,8 +182,9 @@ mod tests {
         ) {
             let mut line = line(&states);
             let hull = |line: &Line| {
-                let low = minimum(line.states());
-                (low, line.states().iter().copied().fold(low, f64::max))
+                let states = line.states();
+                let low = minimum(&states);
+                (low, states.into_iter().fold(low, f64::max))
             };
             let (mut components, mut before) = (line.num_components(range), hull(&line));
             for _ in 0..30 {

@@ -123,8 +123,7 @@ impl LineEpisode {
         let scenario = self.line.config();
         let predator = scenario.predator_position.unwrap_or_default();
         let distance = self.line.escape_distance();
-        let mut offsets: Vec<f64> = self.line.states().iter().map(|x| x - predator).collect();
-        offsets.sort_unstable_by(f64::total_cmp);
+        let offsets = self.line.sorted_states().map(|x| x - predator);
         let scalars = [
             self.step as f64 / scenario.max_steps as f64,
             distance / (1.0 + distance),
@@ -132,7 +131,7 @@ impl LineEpisode {
         ];
         scalars
             .into_iter()
-            .chain(offsets.into_iter().map(|u| u / (1.0 + u.abs())))
+            .chain(offsets.map(|u| u / (1.0 + u.abs())))
             .map(|entry| entry as f32)
             .collect()
     }

@@ -35,7 +35,7 @@ pub fn simulate_line(
 ) -> Result<LineTrajectory> {
     let mut line = Line::new(config, seed, initial_state)?;
     let mut trajectory = LineTrajectory {
-        states: line.states().to_vec(),
+        states: line.states(),
         num_components: vec![line.num_components(range) as i64],
         escape_distance: vec![line.escape_distance()],
         converged: false,
@@ -44,7 +44,7 @@ pub fn simulate_line(
     while !trajectory.converged && trajectory.steps < line.config().max_steps {
         progress.check()?;
         let moved = line.step(range)?;
-        trajectory.states.extend_from_slice(line.states());
+        line.append_states(&mut trajectory.states);
         trajectory
             .num_components
             .push(line.num_components(range) as i64);

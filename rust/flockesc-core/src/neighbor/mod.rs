@@ -1,11 +1,20 @@
 //! Who listens to whom. Everything that depends on the neighbor rule goes through [`Neighborhood`].
 
-mod metric;
+mod components;
+mod listen;
+mod reach;
+mod tree;
 
-use nalgebra::SVector;
 use serde::Deserialize;
 
-use crate::graph;
+use crate::agents::{Agents, Column};
+use crate::exact::Scale;
+use crate::metrics;
+use crate::threads;
+use components::num_components;
+pub(crate) use listen::Heard;
+use listen::{Scratch, listen};
+use tree::Tree;
 
 /// The rule that makes agents neighbors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -25,62 +34,118 @@ pub enum Ranges<'a> {
 }
 
 impl Ranges<'_> {
-    pub(crate) fn of(&self, agent: usize) -> f64 {
+    /// Squares of the ranges of the agents named, in m^2.
+    #[inline(always)]
+    fn square(self, names: &[u32], out: &mut Column<f64>) {
+        // Finite, so that nobody hears the boxes at infinity that stand for no agent.
+        let square = |range: f64| (range * range).min(f64::MAX);
         match self {
-            Self::Shared(range) => *range,
-            Self::PerAgent(ranges) => ranges[agent],
-        }
-    }
-}
-
-/// What every agent heard: <v>_i and |N_i|.
-#[derive(Debug, Clone)]
-pub(crate) struct Neighborhood<const D: usize> {
-    rule: NeighborRule,
-    /// <v>_i, mean velocity over N_i, in m/s.
-    pub(crate) mean_velocity: Vec<SVector<f64, D>>,
-    /// |N_i|, agent i itself included.
-    pub(crate) count: Vec<f64>,
-}
-
-impl<const D: usize> Neighborhood<D> {
-    /// What agents have heard before their first step: themselves alone.
-    pub(crate) fn silent(rule: NeighborRule, velocities: &[SVector<f64, D>]) -> Self {
-        Self {
-            rule,
-            mean_velocity: velocities.to_vec(),
-            count: vec![1.0; velocities.len()],
-        }
-    }
-
-    /// Finds every agent's neighbors and averages their velocities (Eq. 11).
-    pub(crate) fn listen(
-        &mut self,
-        positions: &[SVector<f64, D>],
-        velocities: &[SVector<f64, D>],
-        ranges: Ranges<'_>,
-    ) {
-        match self.rule {
-            NeighborRule::Metric {} => {
-                metric::for_each_listener(positions, velocities, ranges, |agent, mean, count| {
-                    self.mean_velocity[agent] = mean;
-                    self.count[agent] = count;
-                });
+            Self::Shared(range) => out.fill(square(range)),
+            Self::PerAgent(ranges) => {
+                for (squared, &name) in out.iter_mut().zip(names) {
+                    *squared = square(ranges[name as usize]);
+                }
             }
         }
     }
 
-    /// Number of weakly connected components of the neighbor graph.
-    pub(crate) fn num_components(
-        &self,
-        positions: &[SVector<f64, D>],
-        ranges: Ranges<'_>,
-    ) -> usize {
-        match self.rule {
-            NeighborRule::Metric {} => graph::num_components(positions.len(), |i, j| {
-                let range = ranges.of(i).max(ranges.of(j));
-                (positions[i] - positions[j]).norm_squared() <= range * range
-            }),
+    fn mean(self) -> f64 {
+        match self {
+            Self::Shared(range) => range,
+            Self::PerAgent(ranges) => metrics::mean(ranges),
         }
+    }
+}
+
+/// Cost of arranging per agent and halving, in tests of a pair of tiles (measured).
+const ARRANGING: f64 = 0.25;
+
+/// Who heard what: <v>_i and |N_i|, found by the rule.
+#[derive(Debug, Clone)]
+pub(crate) struct Neighborhood<const D: usize> {
+    rule: NeighborRule,
+    tree: Tree<D>,
+    heard: Vec<Heard<D>>,
+    /// Unit in m/s of the sums heard.
+    scale: Scale,
+    scratch: Vec<Scratch>,
+    /// Mean extent of a tile in m when the agents were arranged.
+    tight: f64,
+    /// Tests since then that another arrangement would have spared.
+    excess: f64,
+}
+
+impl<const D: usize> Neighborhood<D> {
+    /// What agents have heard before their first step: themselves alone.
+    pub(crate) fn silent(rule: NeighborRule, agents: &Agents<D>) -> Self {
+        let mut tree = Tree::new(agents.groups.len());
+        tree.refresh(agents);
+        Self {
+            rule,
+            heard: tree.speakers.iter().map(Heard::alone).collect(),
+            scale: tree.scale,
+            scratch: vec![Scratch::default(); threads::num_chunks(agents.groups.len())],
+            tight: tree.mean_extent(),
+            excess: 0.0,
+            tree,
+        }
+    }
+
+    /// Finds every agent's neighbors and sums their velocities (Eq. 11). May give the agents new places.
+    pub(crate) fn listen(&mut self, agents: &mut Agents<D>, ranges: Ranges<'_>) {
+        match self.rule {
+            NeighborRule::Metric {} => {
+                self.arrange_if_it_pays(agents, ranges);
+                let tree = &self.tree;
+                threads::for_each_chunk_with(
+                    &mut self.heard,
+                    &mut self.scratch,
+                    |first, heard, scratch| listen(agents, tree, ranges, first, heard, scratch),
+                );
+                self.scale = tree.scale;
+            }
+        }
+    }
+
+    /// Arranges the agents anew as soon as the tests that loose tiles have cost would have paid for it.
+    fn arrange_if_it_pays(&mut self, agents: &mut Agents<D>, ranges: Ranges<'_>) {
+        let reach = 2.0 * ranges.mean();
+        let loose = self.tree.mean_extent();
+        let spared = 1.0 - ((self.tight + reach) / (loose + reach)).powi(D as i32);
+        self.excess += spared * self.tests() as f64;
+        let n = agents.len() as f64;
+        if self.excess > ARRANGING * n * n.log2() {
+            agents.arrange();
+            self.tree.refresh(agents);
+            self.tight = self.tree.mean_extent();
+            self.excess = 0.0;
+        }
+    }
+
+    /// Takes note of where the agents are now and how they move.
+    pub(crate) fn follow(&mut self, agents: &Agents<D>) {
+        self.tree.refresh(agents);
+    }
+
+    /// What the groups of agents heard in the last step.
+    pub(crate) fn heard(&self) -> &[Heard<D>] {
+        &self.heard
+    }
+
+    /// The unit in m/s of the sums in [`Neighborhood::heard`].
+    pub(crate) fn scale(&self) -> Scale {
+        self.scale
+    }
+
+    /// Number of weakly connected components of the neighbor graph.
+    pub(crate) fn num_components(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> usize {
+        match self.rule {
+            NeighborRule::Metric {} => num_components(agents, &self.tree, ranges),
+        }
+    }
+
+    /// Pairs of tiles that the last step tested agent by agent.
+    pub(crate) fn tests(&self) -> usize {
+        self.scratch.iter().map(|scratch| scratch.tests).sum()
     }
 }

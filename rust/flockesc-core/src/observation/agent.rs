@@ -4,6 +4,7 @@ use nalgebra::SVector;
 
 use super::frame::Frame;
 use super::{Entry, HALF_COUNT, Writer, entry, squash};
+use crate::agents::GROUP;
 use crate::episode::Episode;
 use crate::predator::Predator;
 use crate::vector::unit;
@@ -36,14 +37,17 @@ pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
     let world = episode.world();
     let scenario = world.config();
     let options = episode.config();
-    let heard = world.neighborhood();
+    let (heard, scale) = world.heard();
     let time = episode.step_count() as f64 / scenario.num_steps as f64;
     let running_minimum = squash(episode.objective().minimum, scenario.initial_side);
-    let mut writer = Writer::new(out);
-    for (agent, position) in world.positions().iter().enumerate() {
-        let velocity = world.velocities()[agent];
-        let heard_velocity = heard.mean_velocity[agent];
-        let sensed = nearest(position, world.predators()).filter(|(_, distance)| {
+    let length = out.len() / scenario.num_agents;
+    for (place, (agent, position, velocity)) in world.agents().iter().enumerate() {
+        let (heard, lane) = (&heard[place / GROUP], place % GROUP);
+        let count = heard.count[lane] as f64;
+        let heard_velocity: SVector<f64, D> =
+            SVector::from_fn(|axis, _| scale.value(heard.sum[axis][lane]) / count);
+        let mut writer = Writer::new(&mut out[agent * length..(agent + 1) * length]);
+        let sensed = nearest(&position, world.predators()).filter(|(_, distance)| {
             options
                 .predator_sensing_range
                 .is_none_or(|r| *distance <= r)
@@ -62,7 +66,7 @@ pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
         writer.push(running_minimum);
         writer.push(episode.ranges()[agent] / options.max_range);
         writer.push(squash(velocity.norm(), scenario.speed));
-        writer.push(squash(heard.count[agent] - 1.0, HALF_COUNT));
+        writer.push(squash(count - 1.0, HALF_COUNT));
         writer.extend(&scaled(&heard_velocity));
         writer.push(f64::from(sensed.is_some()));
         writer.push(sensed.map_or(0.0, |(_, distance)| squash(distance, scenario.initial_side)));

@@ -35,27 +35,28 @@ pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
     let world = episode.world();
     let scenario = world.config();
     let options = episode.config();
-    let heard = world.neighborhood();
+    let (heard, scale) = world.heard();
+    let positions = world.positions();
+    let velocities = world.velocities();
+    let mut distances = Vec::new();
+    world.write_distances(&mut distances);
     let n = scenario.num_agents as f64;
     let length = scenario.initial_side;
 
-    let centroid = world.positions().iter().sum::<SVector<f64, D>>() / n;
-    let squared_spread: f64 = world
-        .positions()
-        .iter()
+    let centroid = positions.iter().sum::<SVector<f64, D>>() / n;
+    let squared_spread: f64 = positions.iter()
         .map(|r| (r - centroid).norm_squared())
         .sum();
-    let speeds: f64 = world.velocities().iter().map(|v| v.norm()).sum();
-    let neighbors: f64 = heard
-        .count
-        .iter()
-        .map(|c| squash(c - 1.0, HALF_COUNT))
-        .sum();
-    let alignment: f64 = heard
-        .mean_velocity
-        .iter()
-        .map(|v| squash(v.norm(), scenario.speed))
-        .sum();
+    let speeds: f64 = velocities.iter().map(|v| v.norm()).sum();
+    let mut neighbors = 0.0;
+    let mut alignment = 0.0;
+    for place in 0..scenario.num_agents {
+        let (heard, lane) = (&heard[place / 64], place % 64);
+        let count = heard.count[lane] as f64;
+        neighbors += squash(count - 1.0, HALF_COUNT);
+        let v: SVector<f64, D> = SVector::from_fn(|axis, _| scale.value(heard.sum[axis][lane]) / count);
+        alignment += squash(v.norm(), scenario.speed);
+    }
 
     let mut writer = Writer::new(out);
     writer.push(episode.step_count() as f64 / scenario.num_steps as f64);
@@ -67,10 +68,9 @@ pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
     writer.push(neighbors / n);
     writer.push(alignment / n);
 
-    let distances = episode.own_distances();
     let is_sensed = options
         .predator_sensing_range
-        .is_none_or(|range| minimum(distances) <= range);
+        .is_none_or(|range| minimum(&distances) <= range);
     let Some((predator, centroid_distance)) =
         nearest(&centroid, world.predators()).filter(|_| is_sensed)
     else {
@@ -78,11 +78,9 @@ pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
         return;
     };
     let away = heading(&(centroid - predator.position));
-    let mean_velocity = world.velocities().iter().sum::<SVector<f64, D>>() / n;
-    let cosines: Vec<f64> = world
-        .positions()
-        .iter()
-        .zip(world.velocities())
+    let mean_velocity = velocities.iter().sum::<SVector<f64, D>>() / n;
+    let cosines: Vec<f64> = positions.iter()
+        .zip(&velocities)
         .map(|(position, velocity)| {
             nearest(position, world.predators())
                 .and_then(|(predator, _)| unit(&(position - predator.position)))
@@ -91,14 +89,14 @@ pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
         .collect();
     let in_range: Vec<f64> = cosines
         .iter()
-        .zip(distances)
+        .zip(&distances)
         .filter(|(_, distance)| **distance <= scenario.predator_range)
         .map(|(cosine, _)| *cosine)
         .collect();
 
     writer.push(1.0);
-    writer.push(squash(mean(distances), length));
-    writer.push(squash(minimum(distances), length));
+    writer.push(squash(mean(&distances), length));
+    writer.push(squash(minimum(&distances), length));
     writer.push(squash(centroid_distance, length));
     writer.push(in_range.len() as f64 / n);
     writer.push(mean(&cosines));

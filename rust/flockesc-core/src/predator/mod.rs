@@ -9,6 +9,7 @@ use serde::Deserialize;
 pub use constant_velocity::ConstantVelocity;
 pub use pure_pursuit::PurePursuit;
 
+use crate::agents::Agents;
 use crate::config::finite;
 use crate::error::{Error, Result};
 
@@ -80,9 +81,8 @@ impl<const D: usize> Predator<D> {
         }
     }
 
-    /// Step 5: moves with the old velocity, then sets the next one, seeing the agents where they now are.
-    pub(crate) fn advance(&mut self, time_step: f64, agents: &[SVector<f64, D>]) {
-        self.position += self.velocity * time_step;
+    /// Sets the next velocity, seeing the agents where they now are.
+    pub(crate) fn steer(&mut self, time_step: f64, agents: &Agents<D>) {
         match &self.strategy {
             PredatorConfig::ConstantVelocity(_) => {}
             PredatorConfig::PurePursuit(strategy) => {

@@ -3,6 +3,7 @@
 use nalgebra::SVector;
 use serde::Deserialize;
 
+use crate::agents::Agents;
 use crate::config::not_negative;
 use crate::error::Result;
 use crate::vector::{least_aligned_axis, unit};
@@ -29,7 +30,7 @@ impl PurePursuit {
         position: &SVector<f64, D>,
         velocity: &SVector<f64, D>,
         time_step: f64,
-        agents: &[SVector<f64, D>],
+        agents: &Agents<D>,
     ) -> SVector<f64, D> {
         let speed = velocity.norm();
         let sight = nearest(position, agents).and_then(|agent| unit(&(agent - position)));
@@ -44,16 +45,16 @@ impl PurePursuit {
 
 fn nearest<const D: usize>(
     position: &SVector<f64, D>,
-    agents: &[SVector<f64, D>],
+    agents: &Agents<D>,
 ) -> Option<SVector<f64, D>> {
-    let mut best = (f64::INFINITY, None);
-    for agent in agents {
+    let mut best = (f64::INFINITY, usize::MAX, None);
+    for (name, agent, _) in agents.iter() {
         let squared = (agent - position).norm_squared();
-        if squared < best.0 {
-            best = (squared, Some(*agent));
+        if squared < best.0 || (squared == best.0 && name < best.1) {
+            best = (squared, name, Some(agent));
         }
     }
-    best.1
+    best.2
 }
 
 /// The unit vector `heading` turned toward the unit vector `sight` by at most `limit` rad, in their plane.
@@ -106,12 +107,13 @@ mod tests {
             velocity: vec![],
             max_turn_rate: 1e3,
         };
-        let agents = [vector![0.0, 9.0], vector![-4.0, 0.0]];
+        let positions = [vector![0.0, 9.0], vector![-4.0, 0.0]];
+        let agents = Agents::new(&positions, &positions);
         let velocity = vector![3.0, 0.0];
         let next = hunter.steer(&vector![0.0, 0.0], &velocity, 0.05, &agents);
         assert!((next - vector![-3.0, 0.0]).norm() < 1e-12);
         assert_eq!(
-            hunter.steer(&agents[0], &velocity, 0.05, &agents[..1]),
+            hunter.steer(&positions[0], &velocity, 0.05, &agents),
             velocity
         );
     }

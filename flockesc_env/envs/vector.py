@@ -1,0 +1,194 @@
+"""Gymnasium's vector interface: many flocks in one batch, one range for each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from flockesc_env._checks import FloatArray, as_count, as_seed
+from flockesc_env.batch import Columns, FlockBatch, Observations
+from flockesc_env.errors import ArgumentError, EpisodeError
+from flockesc_env.options import EnvOptions
+from flockesc_env.scenario import FlockScenario
+
+VectorStep = tuple[Observations, FloatArray, NDArray[np.bool], NDArray[np.bool], dict[str, Any]]
+
+
+class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
+    """Many flocks under attack, ``flockesc/FlockEscape-v0`` by ``gymnasium.make_vec``; one range for each.
+
+    It gives what ``SyncVectorEnv`` over ``FlockEscapeEnv`` gives, bit for bit, in one call of the core per
+    step. The horizon is ``scenario.num_steps``.
+
+    Args:
+        num_envs: number of flocks.
+        scenario: the flock model's parameters; default: the paper's.
+        autoreset_mode: what happens to a flock at its horizon, as the enum or its value (``"NextStep"``,
+            ``"SameStep"``, ``"Disabled"``).
+        copy: whether ``reset`` and ``step`` return new arrays; ``False``: observations and rewards are two
+            arrays that the next call overwrites.
+        num_threads: threads over which flocks are spread; ``None``: one per core.
+        **options: see ``EnvOptions``.
+
+    Raises:
+        ArgumentError: for another argument of a wrong type or value.
+        ScenarioError: for an option out of bounds or a scenario without predator.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        scenario: FlockScenario | None = None,
+        *,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        copy: bool = True,
+        num_threads: int | None = None,
+        **options: Any,
+    ) -> None:
+        self.num_envs = as_count(num_envs, "num_envs")
+        self.autoreset_mode = _mode(autoreset_mode)
+        self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
+        self._batch = FlockBatch(
+            scenario or FlockScenario(),
+            EnvOptions(**options),
+            num_flocks=self.num_envs,
+            num_threads=num_threads,
+        )
+        self.control = self._batch.control
+        self.scenario = self._batch.scenario
+        self.options = self._batch.options
+        self.single_observation_space = self.control.layout.space()
+        self.single_action_space = self.control.actions.space()
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        entries = len(self.control.layout.names)
+        self._out = (
+            None if copy else (np.zeros((self.num_envs, entries), np.float32), np.zeros(self.num_envs))
+        )
+        self._is_started = False
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Observations, dict[str, Any]]:
+        """Start an episode in every slot, or in some.
+
+        Args:
+            seed: slot i takes ``seed + i``, or entry i of a list; ``None``: the next of its schedule
+                (``episode_seed``).
+            options: those of the single environment, which hold for every slot that is reset, and
+                ``reset_mask``, bool of shape (num_envs,): which slots; default: all.
+
+        Raises:
+            ArgumentError: naming a bad seed or option; the running episodes go on.
+            EpisodeError: if the first reset leaves slots out.
+        """
+        given = dict(options or {})
+        slots = self._slots(given.pop("reset_mask", None))
+        seeds = self._seeds(seed)
+        start = self._batch.start(given)
+        if len(slots) < self.num_envs and not self._is_started:
+            raise EpisodeError("options['reset_mask']", "all slots in the first reset", f"slots {slots}")
+        super().reset(seed=seeds[0])
+        observations, columns = self._batch.reset(slots, [seeds[slot] for slot in slots], start)
+        self._is_started = True
+        if len(slots) < self.num_envs:
+            observations = self._batch.observe(range(self.num_envs))
+        if self._out is not None:
+            self._out[0][:] = observations
+            observations = self._out[0]
+        return observations, self._infos({**columns, "interaction_range": np.zeros(len(slots))}, slots)
+
+    def step(self, actions: Any) -> VectorStep:
+        """Hold the ranges that ``actions`` set for ``steps_per_action`` steps of the model.
+
+        Raises:
+            ActionError: for an action outside of the action space, save those of slots that are reset.
+            EpisodeError: before ``reset``, or if autoreset is disabled and a slot has reached its horizon.
+        """
+        restart = self.autoreset_mode is AutoresetMode.NEXT_STEP
+        observations, rewards, truncations, ranges, columns = self._batch.step(
+            actions, restart=restart, out=self._out
+        )
+        columns["interaction_range"] = ranges
+        infos = self._infos(columns, range(self.num_envs))
+        if self.autoreset_mode is AutoresetMode.SAME_STEP and truncations.any():
+            self._restart(truncations, observations, columns, infos)
+        return observations, rewards, np.zeros(self.num_envs, np.bool), truncations, infos
+
+    def _restart(
+        self, ended: NDArray[np.bool], observations: Observations, columns: Columns, infos: dict[str, Any]
+    ) -> None:
+        """Start the next episode where one has ended, and keep what the last one ended with in ``infos``."""
+        slots = np.flatnonzero(ended).tolist()
+        last = np.full(self.num_envs, None, object)
+        for slot in slots:
+            last[slot] = observations[slot].copy()
+        final = self._infos({name: column[slots] for name, column in columns.items()}, slots)
+        infos |= {
+            "final_obs": last,
+            "_final_obs": ended.copy(),
+            "final_info": final,
+            "_final_info": ended.copy(),
+        }
+        observations[slots], started = self._batch.reset(slots)
+        for name, column in columns.items():
+            column[slots] = started.get(name, 0.0)
+
+    def _infos(self, columns: Columns, slots: Sequence[int]) -> dict[str, Any]:
+        """Return Gymnasium's ``infos`` of some slots: arrays over all slots, and masks of who has one."""
+        if len(slots) < self.num_envs:
+            mask = np.zeros(self.num_envs, np.bool)
+            mask[slots] = True
+            columns = {name: _scatter(column, mask) for name, column in columns.items()}
+        else:
+            mask = np.ones(self.num_envs, np.bool)
+        infos: dict[str, Any] = {}
+        for name, column in columns.items():
+            infos[name], infos[f"_{name}"] = column, mask.copy()
+        return infos
+
+    def _slots(self, mask: Any) -> list[int]:
+        if mask is None:
+            return list(range(self.num_envs))
+        expected = f"a bool array of shape ({self.num_envs},) that is true somewhere"
+        is_mask = isinstance(mask, np.ndarray) and mask.dtype == np.bool and mask.shape == (self.num_envs,)
+        if not (is_mask and mask.any()):
+            raise ArgumentError("options['reset_mask']", expected, repr(mask))
+        slots: list[int] = np.flatnonzero(mask).tolist()
+        return slots
+
+    def _seeds(self, seed: Any) -> Sequence[int | None]:
+        if seed is None:
+            return [None] * self.num_envs
+        if isinstance(seed, list | tuple | np.ndarray) and np.ndim(seed) > 0:
+            if len(seed) != self.num_envs:
+                raise ArgumentError("seed", f"{self.num_envs} seeds", len(seed))
+            return [None if one is None else as_seed(one, f"seed[{i}]") for i, one in enumerate(seed)]
+        first = as_seed(seed)
+        as_seed(first + self.num_envs - 1, "seed of the last slot")
+        return range(first, first + self.num_envs)
+
+
+def _mode(mode: Any) -> AutoresetMode:
+    try:
+        return AutoresetMode(mode)
+    except ValueError:
+        modes = ", ".join(mode.value for mode in AutoresetMode)
+        raise ArgumentError("autoreset_mode", f"one of {modes}", repr(mode)) from None
+
+
+def _scatter(column: NDArray[Any], mask: NDArray[np.bool]) -> NDArray[Any]:
+    """Return an array with ``column`` where ``mask`` is true, and zeros."""
+    full = np.zeros(len(mask), column.dtype)
+    full[mask] = column
+    return full

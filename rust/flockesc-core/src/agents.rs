@@ -1,0 +1,180 @@
+//! Where the agents stand in memory: in groups, column by column, so that agents that are near each other in the
+//! world are near each other in memory and a vector register holds one coordinate of a whole tile.
+
+use nalgebra::SVector;
+
+use crate::threads;
+
+/// Agents of a tile: one AVX-512 register of f64.
+pub(crate) const TILE: usize = 8;
+/// Tiles of a group, and children of every node of the tree above it.
+pub(crate) const FAN: usize = 8;
+/// Agents of a group.
+pub(crate) const GROUP: usize = TILE * FAN;
+
+/// Agents from which on it pays to arrange two halves on two threads.
+const FORK: usize = 1 << 14;
+
+/// A column of one group.
+pub(crate) type Column<T> = [T; GROUP];
+
+/// The agents of one group; places without an agent have a position of NaN, which is near nobody.
+#[derive(Debug, Clone)]
+#[repr(C, align(64))]
+pub(crate) struct Group<const D: usize> {
+    /// r in m.
+    pub(crate) position: [Column<f64>; D],
+    /// v in m/s; 0 where there is no agent.
+    pub(crate) velocity: [Column<f64>; D],
+}
+
+impl<const D: usize> Group<D> {
+    const EMPTY: Self = Self {
+        position: [[f64::NAN; GROUP]; D],
+        velocity: [[0.0; GROUP]; D],
+    };
+}
+
+/// One agent, while all of them are being arranged.
+#[derive(Debug, Clone, Copy)]
+struct Agent<const D: usize> {
+    position: [f64; D],
+    velocity: [f64; D],
+    name: u32,
+}
+
+/// All agents of a flock. A *place* is where an agent stands in memory, its *name* is the index that users know.
+#[derive(Debug, Clone)]
+pub(crate) struct Agents<const D: usize> {
+    pub(crate) groups: Vec<Group<D>>,
+    /// Name of the agent in every place.
+    names: Vec<u32>,
+    scratch: Vec<Agent<D>>,
+}
+
+impl<const D: usize> Agents<D> {
+    pub(crate) fn new(positions: &[SVector<f64, D>], velocities: &[SVector<f64, D>]) -> Self {
+        let mut agents = Self {
+            groups: vec![Group::EMPTY; positions.len().div_ceil(GROUP)],
+            names: vec![0; positions.len()],
+            scratch: Vec::with_capacity(positions.len()),
+        };
+        let given = positions.iter().zip(velocities).zip(0..);
+        agents.scratch.extend(given.map(|((r, v), name)| Agent {
+            position: (*r).into(),
+            velocity: (*v).into(),
+            name,
+        }));
+        agents.settle();
+        agents
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.names.len()
+    }
+
+    /// Names in the order of places.
+    pub(crate) fn names(&self) -> &[u32] {
+        &self.names
+    }
+
+    /// Names of the agents of a group, in the order of places.
+    pub(crate) fn names_of(&self, group: usize) -> &[u32] {
+        &self.names[group * GROUP..self.len().min((group + 1) * GROUP)]
+    }
+
+    /// Name, position and velocity of every agent, in the order of places.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, SVector<f64, D>, SVector<f64, D>)> {
+        self.names.iter().enumerate().map(|(place, &name)| {
+            let (group, lane) = (&self.groups[place / GROUP], place % GROUP);
+            (
+                name as usize,
+                SVector::from_fn(|axis, _| group.position[axis][lane]),
+                SVector::from_fn(|axis, _| group.velocity[axis][lane]),
+            )
+        })
+    }
+
+    /// The vectors in some columns, in the order of names.
+    pub(crate) fn by_name(
+        &self,
+        columns: impl Fn(&Group<D>) -> &[Column<f64>; D],
+    ) -> Vec<SVector<f64, D>> {
+        let mut vectors = vec![SVector::zeros(); self.len()];
+        for (index, group) in self.groups.iter().enumerate() {
+            let columns = columns(group);
+            for (lane, &name) in self.names_of(index).iter().enumerate() {
+                vectors[name as usize] = SVector::from_fn(|axis, _| columns[axis][lane]);
+            }
+        }
+        vectors
+    }
+
+    /// Takes away whatever a step has left where there is no agent.
+    pub(crate) fn clear_empty_places(&mut self) {
+        let filled = self.len() % GROUP;
+        if let (Some(last), true) = (self.groups.last_mut(), filled > 0) {
+            for column in &mut last.velocity {
+                column[filled..].fill(0.0);
+            }
+        }
+    }
+
+    /// Gives every agent a new place, such that the agents of every tile, group and node are close together.
+    pub(crate) fn arrange(&mut self) {
+        self.scratch.clear();
+        for (index, group) in self.groups.iter().enumerate() {
+            let names = &self.names[index * GROUP..self.names.len().min((index + 1) * GROUP)];
+            self.scratch
+                .extend(names.iter().enumerate().map(|(lane, &name)| Agent {
+                    position: std::array::from_fn(|axis| group.position[axis][lane]),
+                    velocity: std::array::from_fn(|axis| group.velocity[axis][lane]),
+                    name,
+                }));
+        }
+        self.settle();
+    }
+
+    fn settle(&mut self) {
+        split(&mut self.scratch);
+        for (place, agent) in self.scratch.iter().enumerate() {
+            let (group, lane) = (&mut self.groups[place / GROUP], place % GROUP);
+            for axis in 0..D {
+                group.position[axis][lane] = agent.position[axis];
+                group.velocity[axis][lane] = agent.velocity[axis];
+            }
+            self.names[place] = agent.name;
+        }
+    }
+}
+
+/// Halves the agents across their longest extent, again and again. The first half takes a power of two, so that
+/// tiles, groups and nodes of the tree are whole halves.
+fn split<const D: usize>(agents: &mut [Agent<D>]) {
+    if agents.len() <= TILE {
+        return;
+    }
+    let axis = longest_axis(agents);
+    let middle = agents.len().next_power_of_two() / 2;
+    agents.select_nth_unstable_by(middle, |a, b| a.position[axis].total_cmp(&b.position[axis]));
+    let is_large = agents.len() >= FORK;
+    let (first, second) = agents.split_at_mut(middle);
+    threads::join(is_large, || split(first), || split(second));
+}
+
+fn longest_axis<const D: usize>(agents: &[Agent<D>]) -> usize {
+    let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
+    for agent in agents {
+        for axis in 0..D {
+            low[axis] = low[axis].min(agent.position[axis]);
+            high[axis] = high[axis].max(agent.position[axis]);
+        }
+    }
+    (1..D).fold(0, |best, axis| {
+        if high[axis] - low[axis] > high[best] - low[best] {
+            axis
+        } else {
+            best
+        }
+    })
+}

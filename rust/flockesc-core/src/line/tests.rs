@@ -1,0 +1,194 @@
+//! The line against its model, one pair of agents at a time, and under what must not matter.
+
+use std::sync::Arc;
+
+use proptest::prelude::*;
+
+use super::{EscapeForce, Line};
+use crate::config::LineConfig;
+
+/// A line without predator.
+const PEACE: LineConfig = LineConfig {
+    num_agents: 1,
+    predator_position: None,
+    predator_range: 0.0,
+    repulsion_strength: 0.0,
+    escape_force: EscapeForce::Linear,
+    tolerance: 0.0,
+    max_steps: 1,
+};
+
+/// x(t+1) of Eqs. 1 and 7, one pair at a time.
+fn reference(config: &LineConfig, states: &[f64], range: f64) -> Vec<f64> {
+    let next = |state: &f64| {
+        let heard = neighbors(states, *state, range);
+        let mean = heard.iter().map(|&j| states[j]).sum::<f64>() / heard.len() as f64;
+        let force = config.predator_position.map_or(0.0, |predator| {
+            let LineConfig {
+                predator_range,
+                repulsion_strength,
+                ..
+            } = *config;
+            config
+                .escape_force
+                .at(state - predator, predator_range, repulsion_strength)
+        });
+        mean + force
+    };
+    states.iter().map(next).collect()
+}
+
+fn neighbors(states: &[f64], state: f64, range: f64) -> Vec<usize> {
+    (0..states.len())
+        .filter(|&j| (state - states[j]).abs() <= range)
+        .collect()
+}
+
+fn line(config: &LineConfig, states: &[f64]) -> Line {
+    let config = LineConfig {
+        num_agents: states.len(),
+        ..config.clone()
+    };
+    Line::new(Arc::new(config), 0, Some(states)).expect("finite states")
+}
+
+fn bits(states: &[f64]) -> Vec<u64> {
+    states.iter().map(|state| state.to_bits()).collect()
+}
+
+fn configs() -> impl Strategy<Value = LineConfig> {
+    let predators = prop_oneof![Just(None), Just(Some(0.25)), (-1.0..1.0_f64).prop_map(Some)];
+    let ranges = prop_oneof![Just(0.0), Just(0.25), 0.0..0.5_f64];
+    let forces = prop::sample::select(vec![
+        EscapeForce::Constant,
+        EscapeForce::Linear,
+        EscapeForce::LinearAsPrinted,
+    ]);
+    (predators, ranges, 0.0..3.0_f64, forces).prop_map(
+        |(predator_position, predator_range, repulsion_strength, escape_force)| LineConfig {
+            predator_position,
+            predator_range,
+            repulsion_strength,
+            escape_force,
+            ..PEACE
+        },
+    )
+}
+
+/// Multiples of 1/16 among others: some agents share a state, and some are just a range apart.
+fn states() -> impl Strategy<Value = Vec<f64>> {
+    let state = prop_oneof![
+        (-16..=16_i8).prop_map(|i| f64::from(i) / 16.0),
+        -1.0..1.0_f64
+    ];
+    prop::collection::vec(state, 1..120)
+}
+
+fn ranges() -> impl Strategy<Value = f64> {
+    let some = prop::sample::select(vec![0.0, 0.0625, 0.25, 0.5, 2.0, 1e300]);
+    prop_oneof![some, 0.0..0.5_f64]
+}
+
+proptest! {
+    #[test]
+    fn equals_the_reference_and_equal_neighbors_mean_equal_bits(
+        config in configs(), states in states(), range in ranges(),
+    ) {
+        let mut line = line(&config, &states);
+        let mut before = states;
+        for _ in 0..10 {
+            let moved = line.step(range).expect("a good range");
+            let after = line.states();
+            for (state, expected) in after.iter().zip(reference(&config, &before, range)) {
+                prop_assert!((state - expected).abs() <= 1e-13, "{state} {expected}");
+            }
+            let moves = after.iter().zip(&before).map(|(after, before)| (after - before).abs());
+            prop_assert_eq!(moved, moves.fold(0.0, f64::max));
+            if config.predator_position.is_none() {
+                let heard: Vec<_> = before.iter().map(|&x| neighbors(&before, x, range)).collect();
+                let bits = bits(&after);
+                for i in 0..bits.len() {
+                    prop_assert!((0..i).all(|j| heard[i] != heard[j] || bits[i] == bits[j]));
+                }
+            }
+            before = after;
+        }
+    }
+
+    #[test]
+    fn permuted_agents_have_permuted_states(
+        config in configs(),
+        (states, order) in states().prop_flat_map(|states| {
+            let order: Vec<usize> = (0..states.len()).collect();
+            (Just(states), Just(order).prop_shuffle())
+        }),
+        range in ranges(),
+    ) {
+        let permuted = |states: &[f64]| order.iter().map(|&i| states[i]).collect::<Vec<f64>>();
+        let mut first = line(&config, &states);
+        let mut second = line(&config, &permuted(&states));
+        for _ in 0..10 {
+            prop_assert_eq!(first.step(range), second.step(range));
+            prop_assert_eq!(bits(&permuted(&first.states())), bits(&second.states()));
+        }
+    }
+
+    /// Nothing depends on the unit of length, from the smallest to the largest that hold 53 bits.
+    #[test]
+    fn scaled_lines_have_scaled_states(
+        states in states(), range in 0.0..0.5_f64, exponent in -900..1020_i32,
+    ) {
+        let scaled = |states: &[f64]| states.iter().map(|x| x * 2.0_f64.powi(exponent)).collect::<Vec<_>>();
+        let (mut small, mut large) = (line(&PEACE, &states), line(&PEACE, &scaled(&states)));
+        for _ in 0..10 {
+            small.step(range).expect("a good range");
+            large.step(scaled(&[range])[0]).expect("a good range");
+            prop_assert_eq!(bits(&scaled(&small.states())), bits(&large.states()));
+        }
+    }
+
+    /// An agent that nobody hears costs the others no precision, however far away.
+    #[test]
+    fn precision_is_that_of_the_component(states in states(), range in 0.0..0.5_f64) {
+        let far: Vec<f64> = states.iter().copied().chain([1e300, -f64::MAX]).collect();
+        let mut line = line(&PEACE, &far);
+        line.step(range).expect("a good range");
+        for (state, expected) in line.states().iter().zip(reference(&PEACE, &far, range)) {
+            prop_assert!((state - expected).abs() <= 1e-13, "{state} {expected}");
+        }
+    }
+}
+
+#[test]
+fn agents_that_share_a_state_at_range_zero_do_not_move() {
+    let states = [0.1, 0.7, 0.1, 0.1, 1e300, 0.7, 0.0, -0.0];
+    let mut line = line(&PEACE, &states);
+    assert_eq!(line.step(0.0), Ok(0.0));
+    assert_eq!(line.states(), states);
+}
+
+#[test]
+fn a_force_beyond_every_number_drives_to_infinity_and_breaks_nothing() {
+    let config = LineConfig {
+        predator_position: Some(0.0),
+        predator_range: 1e10,
+        repulsion_strength: 1e308,
+        ..PEACE
+    };
+    for escape_force in [EscapeForce::Linear, EscapeForce::LinearAsPrinted] {
+        let config = LineConfig {
+            escape_force,
+            ..config.clone()
+        };
+        let mut line = line(&config, &[-1.0, 0.0, 1.0, 2.0]);
+        for _ in 0..3 {
+            line.step(1.0).expect("a good range");
+        }
+        // What it is at the predator itself, infinity times 0, is no number.
+        let states = line.states();
+        assert_eq!(
+            [states[0], states[2], states[3]],
+            [f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY]
+        );
+    }
+}

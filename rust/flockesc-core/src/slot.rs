@@ -1,0 +1,66 @@
+//! A flock's place in a batch: its episode, and the seeds of those to come.
+
+use std::sync::Arc;
+
+use crate::config::{EpisodeConfig, FlockConfig};
+use crate::episode::Episode;
+use crate::flock::InitialState;
+use crate::rng::episode_seed;
+
+#[derive(Debug, Clone)]
+pub(crate) struct Slot<const D: usize> {
+    /// The seed that the schedule began with ([`episode_seed`]).
+    seed: u64,
+    /// Number of the next episode in the schedule.
+    next: u64,
+    episode: Option<Episode<D>>,
+}
+
+impl<const D: usize> Slot<D> {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self {
+            seed,
+            next: 0,
+            episode: None,
+        }
+    }
+
+    /// Begins the schedule anew; the episode goes on.
+    pub(crate) fn seed(&mut self, seed: u64) {
+        (self.seed, self.next) = (seed, 0);
+    }
+
+    /// Starts the next episode of the schedule; `start` has passed [`InitialState::check`], its seed does not
+    /// count.
+    pub(crate) fn start(
+        &mut self,
+        scenario: &Arc<FlockConfig>,
+        config: &Arc<EpisodeConfig>,
+        start: &InitialState,
+    ) {
+        let start = InitialState {
+            seed: episode_seed(self.seed, self.next),
+            ..start.clone()
+        };
+        self.next += 1;
+        self.episode = Some(Episode::new(scenario.clone(), config.clone(), &start));
+    }
+
+    pub(crate) fn episode(&self) -> Option<&Episode<D>> {
+        self.episode.as_ref()
+    }
+
+    /// Advances the episode, unless it has ended: that pays nothing and gives `false`.
+    pub(crate) fn advance(&mut self, ranges: &[f64], rewards: &mut [f64]) -> bool {
+        match &mut self.episode {
+            Some(episode) if !episode.has_ended() => {
+                episode.advance(ranges, rewards);
+                true
+            }
+            _ => {
+                rewards.fill(0.0);
+                false
+            }
+        }
+    }
+}

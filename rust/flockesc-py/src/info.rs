@@ -1,0 +1,77 @@
+//! Metrics as `info`: plain numbers of one flock, or a column over many.
+
+use flockesc_core::{Episode, Metrics};
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+
+use crate::arrays::column;
+
+/// What was measured of one flock; components where they were counted.
+pub(crate) struct Measured {
+    metrics: Metrics,
+    components: Option<usize>,
+}
+
+impl Measured {
+    pub(crate) fn of<const D: usize>(episode: &Episode<D>, count_components: bool) -> Self {
+        Self {
+            metrics: Metrics::of(episode),
+            components: count_components.then(|| episode.num_components()),
+        }
+    }
+}
+
+type Field<'py> = (&'py Bound<'py, PyString>, fn(&Metrics) -> f64);
+
+/// Name and value of every metric.
+fn fields(py: Python<'_>) -> [Field<'_>; 5] {
+    [
+        (intern!(py, "mean_distance"), |m| m.mean_distance),
+        (intern!(py, "min_distance"), |m| m.min_distance),
+        (intern!(py, "min_mean_distance"), |m| m.min_mean_distance),
+        (intern!(py, "min_min_distance"), |m| m.min_min_distance),
+        (intern!(py, "polarization"), |m| m.polarization),
+    ]
+}
+
+/// Numbers of one flock.
+pub(crate) fn numbers<'py>(py: Python<'py>, measured: &Measured) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for (name, value) in fields(py) {
+        dict.set_item(name, value(&measured.metrics))?;
+    }
+    if let Some(components) = measured.components {
+        dict.set_item(intern!(py, "num_components"), components)?;
+    }
+    Ok(dict)
+}
+
+/// A column of every metric, an entry per flock.
+pub(crate) fn metric_columns<'py>(
+    py: Python<'py>,
+    metrics: &[Metrics],
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for (name, value) in fields(py) {
+        dict.set_item(name, column(py, metrics, value))?;
+    }
+    Ok(dict)
+}
+
+/// As `metric_columns`, with components where they were counted.
+pub(crate) fn columns<'py>(py: Python<'py>, measured: &[Measured]) -> PyResult<Bound<'py, PyDict>> {
+    let metrics: Vec<Metrics> = measured.iter().map(|flock| flock.metrics).collect();
+    let dict = metric_columns(py, &metrics)?;
+    let components: Option<Vec<i64>> = measured
+        .iter()
+        .map(|flock| flock.components.map(|count| count as i64))
+        .collect();
+    if let Some(components) = components {
+        dict.set_item(
+            intern!(py, "num_components"),
+            column(py, &components, |count| *count),
+        )?;
+    }
+    Ok(dict)
+}

@@ -1,0 +1,352 @@
+"""The native vector environment gives what Gymnasium's SyncVectorEnv over single environments gives."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import data_equivalence
+from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
+from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
+from option_table import ACTION_MODES, FLOCK_REWARDS, small_flock
+
+from flockesc_env import FlockEscapeEnv, FlockVectorEnv, episode_seed, simulate
+from flockesc_env.errors import ActionError, ArgumentError, EpisodeError, ScenarioError
+
+NAME = "flockesc_env:flockesc/FlockEscape-v0"
+SLOTS = 4
+START = {"initial_positions": np.arange(10.0).reshape(5, 2), "predator_velocities": np.array([[3.0, 4.0]])}
+MASK = np.array([True, False, True, False])
+
+autoreset_modes = pytest.mark.parametrize("autoreset_mode", AutoresetMode)
+action_modes = pytest.mark.parametrize("action_mode", ACTION_MODES)
+
+
+class Twins:
+    """The native vector environment and SyncVectorEnv, told and compared alike."""
+
+    def __init__(
+        self, autoreset_mode: AutoresetMode, *, num_threads: int | None = None, **options: Any
+    ) -> None:
+        options.setdefault("scenario", small_flock())
+        self.native = FlockVectorEnv(SLOTS, autoreset_mode=autoreset_mode, num_threads=num_threads, **options)
+        self.sync = SyncVectorEnv([lambda: FlockEscapeEnv(**options)] * SLOTS, autoreset_mode=autoreset_mode)
+        self.sync.action_space.seed(0)
+        self.truncations = np.zeros(SLOTS, bool)
+
+    def reset(self, seed: Any = None, mask: np.ndarray | None = None, **options: Any) -> None:
+        # SyncVectorEnv takes the mask out of the dict that it is given.
+        given = [{**options, **({} if mask is None else {"reset_mask": mask.copy()})} for _ in range(2)]
+        native = self.native.reset(seed=seed, options=given[0])
+        assert data_equivalence(native, self.sync.reset(seed=seed, options=given[1]), exact=True)
+        assert ("reset_mask" in given[0]) == (mask is not None)
+
+    def step(self, steps: int = 1) -> None:
+        for _ in range(steps):
+            if self.native.autoreset_mode is AutoresetMode.DISABLED and self.truncations.any():
+                self.reset(mask=self.truncations)
+            actions = self.sync.action_space.sample()
+            native = self.native.step(actions)
+            assert data_equivalence(native, self.sync.step(actions), exact=True)
+            self.truncations = native[3].copy()
+
+
+@autoreset_modes
+@action_modes
+@pytest.mark.parametrize("num_threads", [None, 1, 3])
+def test_episodes_of_equal_phase(
+    autoreset_mode: AutoresetMode, action_mode: str, num_threads: int | None
+) -> None:
+    twins = Twins(autoreset_mode, num_threads=num_threads, action_mode=action_mode)
+    for seed in (7, None, [3, None, 2**64 - 1, np.int64(5)], None):
+        twins.reset(seed)
+        twins.step(3 * 11 + 4)
+
+
+@autoreset_modes
+@action_modes
+def test_episodes_of_unequal_phase(autoreset_mode: AutoresetMode, action_mode: str) -> None:
+    """Masked resets in mid-episode, so that slots end at different times from then on."""
+    twins = Twins(autoreset_mode, action_mode=action_mode, count_components=True)
+    twins.reset(1)
+    twins.step(3)
+    twins.reset(mask=MASK)
+    twins.step(4)
+    twins.reset(seed=[None, 9, None, None], mask=~MASK)
+    twins.step(31)
+    twins.reset(seed=40, mask=MASK, **START)
+    twins.step(25)
+    twins.reset()
+    twins.step(12)
+
+
+@autoreset_modes
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("reward", FLOCK_REWARDS)
+@pytest.mark.parametrize("steps_per_action", [1, 4])
+def test_options(autoreset_mode: AutoresetMode, dimension: int, reward: str, steps_per_action: int) -> None:
+    twins = Twins(
+        autoreset_mode, scenario=small_flock(dimension), reward=reward, steps_per_action=steps_per_action
+    )
+    twins.reset(0)
+    twins.step(15)
+
+
+@autoreset_modes
+def test_given_starts_hold_for_all_slots_that_are_reset(autoreset_mode: AutoresetMode) -> None:
+    twins = Twins(autoreset_mode)
+    twins.reset(0, **START)
+    observations, _ = twins.native.reset(seed=[5, 5, 5, 5], options=START)
+    np.testing.assert_array_equal(observations, observations[[0] * SLOTS])
+    twins.reset(0, **START)
+    twins.step(14)
+
+
+@autoreset_modes
+def test_masked_reset_of_a_slot_that_has_ended(autoreset_mode: AutoresetMode) -> None:
+    """The caller may reset what would be reset by itself."""
+    twins = Twins(autoreset_mode)
+    twins.reset(3)
+    twins.step(10)
+    twins.reset(mask=np.ones(SLOTS, bool) if autoreset_mode is AutoresetMode.DISABLED else MASK)
+    twins.truncations[:] = False
+    twins.step(25)
+
+
+@autoreset_modes
+def test_wrappers_of_gymnasium_see_no_difference(autoreset_mode: AutoresetMode) -> None:
+    twins = Twins(autoreset_mode)
+    native, sync = (
+        DictInfoToList(RecordEpisodeStatistics(env, stats_key="stats")) for env in (twins.native, twins.sync)
+    )
+    assert data_equivalence(native.reset(seed=1), sync.reset(seed=1), exact=True)
+    recorded = 0
+    for _ in range(10 if autoreset_mode is AutoresetMode.DISABLED else 25):
+        actions = sync.action_space.sample()
+        result, expected = native.step(actions), sync.step(actions)
+        for info in (*result[4], *expected[4]):
+            if "stats" in info:
+                recorded += 1
+                del info["stats"]["t"]  # the time that it took
+        assert data_equivalence(result, expected, exact=True)
+    assert recorded >= 2 * SLOTS
+
+
+@action_modes
+def test_spaces_and_metadata(action_mode: str) -> None:
+    twins = Twins(AutoresetMode.SAME_STEP, action_mode=action_mode)
+    for name in ("observation_space", "action_space", "single_observation_space", "single_action_space"):
+        assert getattr(twins.native, name) == getattr(twins.sync, name)
+    assert twins.native.metadata == twins.sync.metadata
+    assert twins.native.num_envs == twins.sync.num_envs
+    assert twins.native.render_mode is twins.sync.render_mode is None
+    assert "autoreset_mode" not in FlockVectorEnv.metadata
+
+
+@pytest.mark.parametrize("mode", [*AutoresetMode, "NextStep", "SameStep", "Disabled"])
+def test_make_vec(mode: Any) -> None:
+    env = gymnasium.make_vec(
+        NAME,
+        num_envs=3,
+        vectorization_mode="vector_entry_point",
+        scenario=small_flock(),
+        autoreset_mode=mode,
+        num_threads=1,
+        reward="distance",
+    )
+    assert type(env) is FlockVectorEnv
+    assert env.metadata["autoreset_mode"] is AutoresetMode(mode)
+    assert env.options.reward == "distance"
+    assert env.spec is not None
+    observations, _ = env.reset(seed=2)
+    assert env.observation_space.contains(observations)
+    again = gymnasium.make_vec(env.spec)
+    np.testing.assert_array_equal(again.reset(seed=2)[0], observations)
+    env.close()
+    env.close()
+    assert env.closed
+    assert type(gymnasium.make_vec(NAME)) is FlockVectorEnv  # the default way
+
+
+def play(env: VectorEnv[Any, Any, Any], keep: Any = copy.deepcopy) -> list[Any]:
+    """Return what ``keep`` makes of all that an environment returns."""
+    env.action_space.seed(0)
+    results = [keep(env.reset(seed=0))]
+    results += [keep(env.step(env.action_space.sample())) for _ in range(25)]
+    return [*results, keep(env.reset(options={"reset_mask": MASK.copy()}))]
+
+
+@pytest.mark.parametrize("autoreset_mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_copy_false_reuses_two_arrays(autoreset_mode: AutoresetMode) -> None:
+    fresh, reusing = (
+        FlockVectorEnv(SLOTS, small_flock(), autoreset_mode=autoreset_mode, copy=keep)
+        for keep in (True, False)
+    )
+    expected = play(fresh, keep=lambda result: result)
+    assert data_equivalence(play(reusing), expected, exact=True)
+    # What is promised to be new shares no memory with what came before; what is promised to be reused is.
+    observations = [result[0] for result in expected]
+    rewards = [result[1] for result in expected[1:-1]]
+    for arrays in (observations, rewards):
+        assert not any(np.shares_memory(a, b) for i, a in enumerate(arrays) for b in arrays[:i])
+    returned = play(reusing, keep=lambda result: result)
+    assert len({id(result[0]) for result in returned}) == 1
+    for index, count in ((1, 1), (2, 25), (3, 25)):
+        assert len({id(result[index]) for result in returned[1:-1]}) == count
+
+
+def test_final_observations_outlive_reused_arrays() -> None:
+    env = FlockVectorEnv(SLOTS, small_flock(), autoreset_mode="SameStep", copy=False)
+    env.reset(seed=0)
+    for _ in range(10):
+        observations, *_, infos = env.step(np.zeros((SLOTS, 1), np.float32))
+    last = [row.copy() for row in infos["final_obs"]]
+    observations[:] = np.nan
+    env.step(np.zeros((SLOTS, 1), np.float32))
+    np.testing.assert_array_equal(np.array(last), np.stack(infos["final_obs"]))
+
+
+@autoreset_modes
+def test_what_callers_write_into_results_does_not_come_back(autoreset_mode: AutoresetMode) -> None:
+    twins = Twins(autoreset_mode)
+    env, twin = twins.native, copy.deepcopy(twins.native)
+    for each in (env, twin):
+        each.reset(seed=5)
+        each.action_space.seed(0)
+    for _ in range(10 if autoreset_mode is AutoresetMode.DISABLED else 22):
+        actions = env.action_space.sample()
+        result = env.step(actions)
+        assert data_equivalence(result, twin.step(actions.copy()), exact=True)
+        masks = [infos for name, infos in result[4].items() if name.startswith("_")]
+        assert len({id(mask) for mask in masks}) == len(masks)
+        for array in [*result[:4], *masks]:
+            array[:] = True
+        actions[:] = 0
+
+
+@pytest.mark.parametrize("autoreset_mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_episodes_can_be_played_alone(autoreset_mode: AutoresetMode) -> None:
+    """Every slot's episodes are the simulated flocks of its seeds in the schedule, up to the third."""
+    scenario = small_flock()
+    env = FlockVectorEnv(SLOTS, scenario, autoreset_mode=autoreset_mode, action_mode="range")
+    _, infos = env.reset(seed=30)
+    episodes = [[infos["mean_distance"].copy()]]
+    while len(episodes) < 4:
+        *_, infos = env.step(np.full((SLOTS, 1), 12.0, np.float32))
+        if "final_info" in infos:
+            episodes[-1].append(infos["final_info"]["mean_distance"])
+        if infos["interaction_range"].any():
+            episodes[-1].append(infos["mean_distance"])
+        else:  # no action has been taken yet
+            episodes.append([infos["mean_distance"]])
+    for slot in range(SLOTS):
+        for number in range(3):
+            run = simulate(scenario, 12.0, seed=episode_seed(30 + slot, number))
+            assert [distances[slot] for distances in episodes[number]] == run.mean_distance.tolist()
+
+
+@action_modes
+def test_actions_of_slots_that_are_reset_do_not_matter(action_mode: str) -> None:
+    twins = Twins(AutoresetMode.NEXT_STEP, action_mode=action_mode)
+    twins.reset(0)
+    twins.step(4)
+    twins.reset(mask=MASK)
+    twins.step(6)
+    assert twins.truncations.tolist() == [False, True, False, True]
+    actions = twins.sync.action_space.sample()
+    spoilt = actions.copy()
+    spoilt[1::2] = 10**6 if action_mode == "discrete" else np.nan
+    bad = spoilt.copy()
+    bad[2] = bad[1]
+    with pytest.raises(ActionError) as caught:
+        twins.native.step(bad)
+    assert caught.value.field == "action[2]"
+    assert data_equivalence(twins.native.step(spoilt), twins.sync.step(actions), exact=True)
+    twins.step(20)
+
+
+def test_ended_slots_are_not_stepped_without_autoreset() -> None:
+    twins = Twins(AutoresetMode.DISABLED)
+    twins.reset(0)
+    twins.step(4)
+    twins.reset(mask=MASK)
+    twins.step(6)
+    with pytest.raises(EpisodeError, match="slot 1"):
+        twins.native.step(twins.sync.action_space.sample())
+    twins.step(20)
+
+
+def test_before_the_first_reset() -> None:
+    env, twin = (FlockVectorEnv(SLOTS, small_flock()) for _ in range(2))
+    for act in (
+        lambda: env.step(np.zeros((SLOTS, 1), np.float32)),
+        lambda: env.reset(seed=3, options={"reset_mask": MASK}),
+    ):
+        with pytest.raises(EpisodeError):
+            act()
+    assert data_equivalence(env.reset(seed=1), twin.reset(seed=1), exact=True)
+
+
+@pytest.mark.parametrize(
+    ("seed", "options", "field"),
+    [
+        (-1, {}, "seed"),
+        (1.5, {}, "seed"),
+        ("a", {}, "seed"),
+        (2**64 - SLOTS + 1, {}, "seed of the last slot"),
+        ([1, 2, 3], {}, "seed"),
+        ([1, 2, 3, -1], {}, "seed[3]"),
+        (None, {"reset_mask": [True] * SLOTS}, "options['reset_mask']"),
+        (None, {"reset_mask": np.ones(SLOTS)}, "options['reset_mask']"),
+        (None, {"reset_mask": np.ones(SLOTS + 1, bool)}, "options['reset_mask']"),
+        (None, {"reset_mask": np.zeros(SLOTS, bool)}, "options['reset_mask']"),
+        (8, {"initial_positions": np.zeros((4, 2))}, "initial_positions"),
+        (None, {"reset_mask": MASK, "positions": 1}, "options['positions']"),
+    ],
+)
+def test_refused_resets_leave_no_trace(seed: Any, options: dict[str, Any], field: str) -> None:
+    env, twin = (FlockVectorEnv(SLOTS, small_flock()) for _ in range(2))
+    for each in (env, twin):
+        each.reset(seed=6)
+    with pytest.raises(ArgumentError) as caught:
+        env.reset(seed=seed, options=options)
+    assert caught.value.field == field
+    actions = np.zeros((SLOTS, 1), np.float32)
+    assert data_equivalence(env.step(actions), twin.step(actions), exact=True)
+    assert data_equivalence(env.reset(), twin.reset(), exact=True)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "field"),
+    [
+        ({"num_envs": 0}, ArgumentError, "num_envs"),
+        ({"num_envs": 1.5}, ArgumentError, "num_envs"),
+        ({"num_threads": 0}, ArgumentError, "num_threads"),
+        ({"autoreset_mode": "Never"}, ArgumentError, "autoreset_mode"),
+        ({"autoreset_mode": None}, ArgumentError, "autoreset_mode"),
+        ({"max_range": -1.0}, ScenarioError, "max_range"),
+        ({"reward": "own_distance"}, ScenarioError, "reward"),
+        ({"scenario": small_flock(predators=())}, ScenarioError, "predators"),
+    ],
+)
+def test_bad_arguments(arguments: dict[str, Any], error: type[ArgumentError], field: str) -> None:
+    with pytest.raises(error) as caught:
+        FlockVectorEnv(**arguments)
+    assert caught.value.field == field
+
+
+@autoreset_modes
+def test_deep_copies_go_their_own_way(autoreset_mode: AutoresetMode) -> None:
+    env = FlockVectorEnv(SLOTS, small_flock(), autoreset_mode=autoreset_mode, copy=False)
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    env.step(env.action_space.sample())
+    twin = copy.deepcopy(env)
+    actions = [env.action_space.sample() for _ in range(9)]
+    results = [copy.deepcopy(env.step(action)) for action in actions]
+    for action, result in zip(actions, results, strict=True):
+        assert data_equivalence(twin.step(action), result, exact=True)
+    assert data_equivalence(twin.reset(), env.reset(), exact=True)
