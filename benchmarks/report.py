@@ -42,14 +42,14 @@ LAYOUTS = (
         lambda record: 1e6 * record.median,
     ),
     Layout(
-        "Flock at 0.03 agents per m^2, 10 m: million agent-steps per s, against its size (one core)",
+        "Flock at 0.03 agents per m^2, 10 m: million agent-steps per s, against its size (one core; -: over 2 s a step)",
         "size",
         {"n", "rho"},
         "n",
         lambda record: record.case["n"] / record.median / 1e6,
     ),
     Layout(
-        "Flock of 100,000 in 100 m x 100 m: ms per step, against the range in m (one core)",
+        "Flock of 100,000 in 100 m x 100 m: ms per step, against the range in m (one core; -: over 5 s a step)",
         "size",
         {"n", "side", "rho"},
         "rho",
@@ -89,10 +89,6 @@ def show(records: list[Record]) -> None:
     environments = [record for record in records if record.section == "environments"]
     if environments:
         console.print("\nEnvironments (one core)", _environments(environments))
-    for record in records:
-        if record.note:
-            case = ", ".join(f"{name} = {value:,g}" for name, value in record.case.items())
-            console.print(f"{record.contender}, {case}: {record.note}", style="dim")
     console.print("\nTargets", _targets(Medians(records)))
 
 
@@ -100,7 +96,8 @@ def _table(layout: Layout, records: list[Record]) -> Table:
     columns = list(dict.fromkeys(record.case[layout.columns] for record in records))
     figures = {(r.contender, r.case[layout.columns]): layout.value(r) for r in records}
     table = _empty(*(f"{column:,.7g}" for column in columns))
-    for name in dict.fromkeys(record.contender for record in records):
+    names = dict.fromkeys(record.contender for record in records)
+    for name in sorted(names, key=lambda name: name != PROJECT):
         row = [_figure(figures.get((name, column), math.nan)) for column in columns]
         table.add_row(name, *row, style="bold" if name == PROJECT else "")
     return table
