@@ -45,6 +45,15 @@ def as_count(value: Any, field: str, error: type[FlockescError] = ArgumentError)
     return count
 
 
+def as_threads(value: Any) -> int | None:
+    """Return ``num_threads`` as a plain integer of at least 1, or ``None``.
+
+    Raises:
+        ArgumentError: if ``value`` is anything else.
+    """
+    return None if value is None else as_count(value, "num_threads")
+
+
 def as_array(value: Any, field: str, error: type[FlockescError] = ArgumentError) -> NDArray[Any]:
     """Return ``value`` as an array, whatever is in it.
 

@@ -103,8 +103,9 @@ def simulate_flock(
     scenario: str,
     ranges: NDArray[np.float64],
     seed: int,
-    positions: NDArray[np.float64] | None = None,
-    velocities: NDArray[np.float64] | None = None,
+    positions: NDArray[np.float64] | None,
+    velocities: NDArray[np.float64] | None,
+    num_threads: int | None,
 ) -> dict[str, Any]: ...
 def simulate_line(
     scenario: str, interaction_range: float, seed: int, initial_state: NDArray[np.float64] | None = None

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import FloatArray, as_count, as_floats
+from flockesc_env._checks import FloatArray, as_count, as_floats, as_threads
 from flockesc_env.errors import ArgumentError
 from flockesc_env.options import EnvOptions
 from flockesc_env.scenario import FlockScenario
@@ -42,7 +42,7 @@ class FlockBatch:
         options: what actions mean, what is paid, what is seen.
         num_flocks: number of slots.
         per_agent: whether every agent has its own range and observation row, or every flock one.
-        num_threads: threads over which slots are spread; ``None``: one per core.
+        num_threads: threads over which slots, or a single large flock, are spread; ``None``: one per core.
 
     Attributes:
         rows: observation rows and ranges per flock: 1, or the number of agents.
@@ -62,7 +62,7 @@ class FlockBatch:
         self.options = options
         self.num_flocks = as_count(num_flocks, "num_flocks")
         self.rows = scenario.num_agents if per_agent else 1
-        threads = None if num_threads is None else as_count(num_threads, "num_threads")
+        threads = as_threads(num_threads)
         self.control = Control(
             actions=RangeActions(options),
             layout=ObservationLayout.of(_core.observation_entries(per_agent, scenario.dimension)),

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import FloatArray, as_floats, as_seed
+from flockesc_env._checks import FloatArray, as_floats, as_seed, as_threads
 from flockesc_env.errors import ArgumentError
 from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.seeds import fresh_seed
@@ -78,6 +78,7 @@ def simulate(
     seed: int | None = None,
     initial_positions: ArrayLike | None = None,
     initial_velocities: ArrayLike | None = None,
+    num_threads: int | None = None,
 ) -> Trajectory:
     """Run a flock for ``scenario.num_steps`` steps.
 
@@ -89,6 +90,8 @@ def simulate(
         initial_positions: r(0) in m, shape (n, D), in place of those of the seed.
         initial_velocities: v(0) in m/s, shape (n, D), likewise. With constant speed an agent is brought to
             speed v0 by its first step.
+        num_threads: threads over which a large flock is spread; ``None``: one per core. The results do not
+            depend on it.
 
     Raises:
         ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
@@ -103,7 +106,8 @@ def simulate(
     is_drawn = positions is None or velocities is None
     start = _seed(seed) if is_drawn else 0
     ranges = _schedule(interaction_range, scenario)
-    run = _core.simulate_flock(scenario.to_json(), ranges, start, positions, velocities)
+    threads = as_threads(num_threads)
+    run = _core.simulate_flock(scenario.to_json(), ranges, start, positions, velocities, threads)
     times: FloatArray = np.arange(scenario.num_steps + 1) * np.float64(scenario.time_step)
     return Trajectory(scenario=scenario, seed=start if is_drawn else None, times=times, **run)
 

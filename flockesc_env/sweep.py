@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import FloatArray, as_count, as_floats, as_seed
+from flockesc_env._checks import FloatArray, as_floats, as_seed, as_threads
 from flockesc_env.errors import ArgumentError
 from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.simulate import IntArray
@@ -194,7 +194,7 @@ def sweep(
     checked = np.array([as_seed(seed, f"seeds[{i}]") for i, seed in enumerate(seeds)], np.uint64)
     if not checked.size:
         raise ArgumentError("seeds", "at least one seed", "none")
-    threads = None if num_threads is None else as_count(num_threads, "num_threads")
+    threads = as_threads(num_threads)
     total = ranges.size * checked.size
     report = None if progress is None else lambda done: progress(done, total)
     document = scenario.to_json()

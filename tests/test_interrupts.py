@@ -107,8 +107,8 @@ def test_a_handler_that_does_not_raise_lets_the_sweep_finish() -> None:
         seen = []
         signal.signal(signal.SIGALRM, lambda *_: seen.append(1))
         signal.setitimer(signal.ITIMER_REAL, 0.05, 0.05)
-        result = sweep(FlockScenario(), [10.0], range(20))
+        result = sweep(FlockScenario(), [10.0], range(400))
         signal.setitimer(signal.ITIMER_REAL, 0)
         print(result.min_mean_distance.shape, bool(seen), flush=True)
     """)
-    assert finish(process) == "(1, 20) True\n"
+    assert finish(process) == "(1, 400) True\n"

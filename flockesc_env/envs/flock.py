@@ -22,16 +22,20 @@ class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
 
     Args:
         scenario: the flock model's parameters; default: the paper's.
+        num_threads: threads over which a large flock is spread; ``None``: one per core.
         **options: see ``EnvOptions``.
 
     Raises:
+        ArgumentError: for a bad ``num_threads``.
         ScenarioError: for an option out of bounds or a scenario without predator.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}
 
-    def __init__(self, scenario: FlockScenario | None = None, **options: Any) -> None:
-        self._batch = FlockBatch(scenario or FlockScenario(), EnvOptions(**options))
+    def __init__(
+        self, scenario: FlockScenario | None = None, *, num_threads: int | None = None, **options: Any
+    ) -> None:
+        self._batch = FlockBatch(scenario or FlockScenario(), EnvOptions(**options), num_threads=num_threads)
         self.control = self._batch.control
         self.scenario = self._batch.scenario
         self.options = self._batch.options

@@ -28,9 +28,11 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
 
     Args:
         scenario: the flock model's parameters; default: the paper's.
+        num_threads: threads over which a large flock is spread; ``None``: one per core.
         **options: see ``EnvOptions``.
 
     Raises:
+        ArgumentError: for a bad ``num_threads``.
         ScenarioError: for an option out of bounds or a scenario without predator.
     """
 
@@ -40,8 +42,12 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         "render_modes": [],
     }
 
-    def __init__(self, scenario: FlockScenario | None = None, **options: Any) -> None:
-        self._batch = FlockBatch(scenario or FlockScenario(), EnvOptions(**options), per_agent=True)
+    def __init__(
+        self, scenario: FlockScenario | None = None, *, num_threads: int | None = None, **options: Any
+    ) -> None:
+        self._batch = FlockBatch(
+            scenario or FlockScenario(), EnvOptions(**options), per_agent=True, num_threads=num_threads
+        )
         self.control = self._batch.control
         self.scenario = self._batch.scenario
         self.options = self._batch.options

@@ -73,11 +73,6 @@ impl<const D: usize> Agents<D> {
         self.names.len()
     }
 
-    /// Names in the order of places.
-    pub(crate) fn names(&self) -> &[u32] {
-        &self.names
-    }
-
     /// Names of the agents of a group, in the order of places.
     pub(crate) fn names_of(&self, group: usize) -> &[u32] {
         &self.names[group * GROUP..self.len().min((group + 1) * GROUP)]

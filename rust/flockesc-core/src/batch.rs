@@ -245,9 +245,10 @@ impl<const D: usize> Batch<D> {
         slots.map(|slot| self.episode(slot)).collect()
     }
 
-    /// The pool to spread `flocks` over; `None` where one flock or one thread leaves nothing to spread.
+    /// The pool to spread `flocks` over; `None` where one small flock or one thread leaves nothing to spread.
     fn pool(&self, flocks: usize) -> Result<Option<&'static ThreadPool>> {
-        if flocks <= 1 || self.num_threads == Some(1) {
+        let is_small = flocks <= 1 && !threads::is_large(self.scenario.num_agents);
+        if is_small || self.num_threads == Some(1) {
             return Ok(None);
         }
         threads::pool(self.num_threads).map(Some)
@@ -286,7 +287,7 @@ impl Metrics {
             min_distance: episode.min_distance().now,
             min_mean_distance: episode.mean_distance().minimum,
             min_min_distance: episode.min_distance().minimum,
-            polarization: episode.world().polarization(),
+            polarization: episode.polarization(),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::config::{EpisodeConfig, FlockConfig, Objective, View};
-use crate::flock::{InitialState, World};
+use crate::flock::{InitialState, Summary, World};
 use crate::neighbor::Ranges;
 use crate::observation;
 use crate::reward::Moment;
@@ -45,6 +45,7 @@ pub struct Episode<const D: usize> {
     own_distances_before: Vec<f64>,
     mean_distance: Running,
     min_distance: Running,
+    summary: Summary<D>,
     /// Ranges of the last action, one or n; 0 before the first.
     ranges: Vec<f64>,
 }
@@ -66,6 +67,7 @@ impl<const D: usize> Episode<D> {
         Self {
             mean_distance: Running::new(world.predator_distance().mean),
             min_distance: Running::new(world.predator_distance().minimum),
+            summary: Summary::of(&world),
             config,
             world,
             step: 0,
@@ -107,6 +109,7 @@ impl<const D: usize> Episode<D> {
             };
             self.config.reward.add(&moment, rewards);
         }
+        self.summary = Summary::of(&self.world);
     }
 
     /// Writes the observation: one row for the flock, or one per agent.
@@ -160,6 +163,16 @@ impl<const D: usize> Episode<D> {
             Objective::Mean => self.mean_distance,
             Objective::Minimum => self.min_distance,
         }
+    }
+
+    /// Norm of the mean heading, in [0, 1].
+    #[must_use]
+    pub fn polarization(&self) -> f64 {
+        self.summary.polarization
+    }
+
+    pub(crate) fn summary(&self) -> &Summary<D> {
+        &self.summary
     }
 
     /// Ranges of the last action: one entry, or one per agent.

@@ -4,6 +4,7 @@ use multiversion::multiversion;
 
 use crate::agents::{Column, GROUP, Group};
 use crate::exact::Scale;
+use crate::threads;
 
 /// d_i, the distance of every agent of a group to its nearest predator, in m; infinite where there is none, NaN where
 /// there is no agent.
@@ -17,13 +18,22 @@ impl Distances {
         // Infinity for agents, NaN where there is none.
         let mut squared = group.position[0];
         for lane in 0..GROUP {
-            squared[lane] = if squared[lane].is_nan() { f64::NAN } else { f64::INFINITY };
+            squared[lane] = if squared[lane].is_nan() {
+                f64::NAN
+            } else {
+                f64::INFINITY
+            };
         }
         for predator in predators {
             for lane in 0..GROUP {
-                let offset: [f64; D] = std::array::from_fn(|axis| group.position[axis][lane] - predator[axis]);
+                let offset: [f64; D] =
+                    std::array::from_fn(|axis| group.position[axis][lane] - predator[axis]);
                 let square = squared_norm(&offset);
-                squared[lane] = if square < squared[lane] { square } else { squared[lane] };
+                squared[lane] = if square < squared[lane] {
+                    square
+                } else {
+                    squared[lane]
+                };
             }
         }
         Self(squared.map(f64::sqrt))
@@ -41,10 +51,14 @@ pub struct PredatorDistance {
 
 impl PredatorDistance {
     pub(crate) fn of(distances: &[Distances], num_agents: usize) -> Self {
-        let (minimum, maximum) = extremes(distances);
+        let (minimum, maximum) = threads::map_reduce(distances, extremes, |a, b| {
+            (smaller(a.0, b.0), larger(a.1, b.1))
+        })
+        .unwrap_or((f64::INFINITY, f64::INFINITY));
         let mean = if maximum.is_finite() {
-            let scale = Scale::new(maximum, num_agents);
-            scale.value(total(distances, scale)) / num_agents as f64
+            let scale = Scale::for_registers(maximum, num_agents);
+            let sum = threads::map_reduce(distances, |chunk| total(chunk, scale), |a, b| a + b);
+            scale.mean(sum.unwrap_or(0), num_agents as i64)
         } else {
             maximum
         };
@@ -106,39 +120,12 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
 /// The squared Euclidean norm.
 #[inline(always)]
 pub(crate) fn squared_norm<const D: usize>(vector: &[f64; D]) -> f64 {
-    (1..D).fold(vector[0] * vector[0], |sum, axis| sum + vector[axis] * vector[axis])
+    (1..D).fold(vector[0] * vector[0], |sum, axis| {
+        sum + vector[axis] * vector[axis]
+    })
 }
 
 /// The arithmetic mean; summed in index order.
 pub(crate) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
-}
-
-/// The smallest value.
-pub(crate) fn minimum(values: &[f64]) -> f64 {
-    values.iter().copied().fold(f64::INFINITY, f64::min)
-}
-
-/// Norm of the mean heading, in [0, 1]; an agent at rest has no heading and counts as 0.
-pub(crate) fn polarization<const D: usize>(groups: &[Group<D>], num_agents: usize) -> f64 {
-    let scale = Scale::new(1.0, num_agents);
-    let sum = headings(groups, scale).map(|sum| scale.value(sum) / num_agents as f64);
-    squared_norm(&sum).sqrt().min(1.0)
-}
-
-/// Sum of the headings in units of `scale`.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn headings<const D: usize>(groups: &[Group<D>], scale: Scale) -> [i64; D] {
-    let mut sums = [[0; GROUP]; D];
-    for group in groups {
-        for lane in 0..GROUP {
-            let velocity: [f64; D] = std::array::from_fn(|axis| group.velocity[axis][lane]);
-            let norm = squared_norm(&velocity).sqrt();
-            let factor = if norm > 0.0 { norm.recip() } else { 0.0 };
-            for axis in 0..D {
-                sums[axis][lane] += scale.quantize(velocity[axis] * factor);
-            }
-        }
-    }
-    sums.map(|sum| reduce(sum, |a, b| a + b))
 }

@@ -7,6 +7,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use crate::agents::GROUP;
 use crate::error::{Error, Result};
 
 /// Most threads that a call may ask for.
@@ -50,12 +51,12 @@ fn available_threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Items from which on it pays to spread one flock over threads.
+/// Groups of agents from which on it pays to spread one flock over threads.
 const SPREAD: usize = 64;
-/// Items that one thread takes at a time.
+/// Groups that one thread takes at a time.
 const CHUNK: usize = 16;
 
-/// Calls `work(index of the first, some of a, as many of b)` until all are done: in parallel on a thread of a pool,
+/// Calls `work(index of the first, some of a, as many of b)` until all groups are done: in parallel on a thread of a pool,
 /// if there are many.
 pub(crate) fn for_each_chunk<A: Send, B: Send>(
     a: &mut [A],
@@ -93,6 +94,24 @@ pub(crate) fn for_each_chunk_with<A: Send, B: Send>(
             work(index * CHUNK, a, own);
         }
     }
+}
+
+/// Folds what `map` makes of chunks of `items`, in an order that must not matter.
+pub(crate) fn map_reduce<A: Sync, R: Send>(
+    items: &[A],
+    map: impl Fn(&[A]) -> R + Sync + Send,
+    fold: impl Fn(R, R) -> R + Sync + Send,
+) -> Option<R> {
+    if items.len() >= SPREAD && is_pooled() {
+        items.par_chunks(CHUNK).map(map).reduce_with(fold)
+    } else {
+        Some(map(items))
+    }
+}
+
+/// Whether a flock of so many agents is worth more than one thread.
+pub(crate) fn is_large(num_agents: usize) -> bool {
+    num_agents >= SPREAD * GROUP
 }
 
 /// Runs both: in parallel on a thread of a pool, if `is_large`.

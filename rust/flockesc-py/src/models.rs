@@ -24,7 +24,7 @@ pub(crate) fn check_line_scenario(scenario: &str) -> Result<(), CoreError> {
 }
 
 #[pyfunction]
-#[pyo3(signature = (scenario, ranges, seed, positions=None, velocities=None))]
+#[pyo3(signature = (scenario, ranges, seed, positions, velocities, num_threads))]
 pub(crate) fn simulate_flock<'py>(
     py: Python<'py>,
     scenario: &str,
@@ -32,6 +32,7 @@ pub(crate) fn simulate_flock<'py>(
     seed: u64,
     positions: Option<PyReadonlyArrayDyn<'py, f64>>,
     velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
+    num_threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let config = Arc::new(FlockConfig::from_json(scenario).map_err(CoreError::from)?);
     let (rows, columns) = rows_and_columns(&ranges)?;
@@ -47,7 +48,7 @@ pub(crate) fn simulate_flock<'py>(
         ..InitialState::default()
     };
     let run = long_call(py, None, |progress| {
-        flockesc_core::simulate_flock(config.clone(), &schedule, &start, progress)
+        flockesc_core::simulate_flock(config.clone(), &schedule, &start, num_threads, progress)
     })?;
     let times = config.num_steps + 1;
     let agents = [times, config.num_agents, config.dimension];

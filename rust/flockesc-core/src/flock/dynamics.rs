@@ -4,13 +4,12 @@ use std::sync::Arc;
 
 use nalgebra::SVector;
 
-use super::InitialState;
 use super::motion::{self, Predators};
+use super::{InitialState, Summary};
 use crate::agents::Agents;
 use crate::config::FlockConfig;
-use crate::exact::Scale;
-use crate::metrics::{self, Distances, PredatorDistance};
-use crate::neighbor::{Heard, Neighborhood, Ranges};
+use crate::metrics::{Distances, PredatorDistance};
+use crate::neighbor::{Neighborhood, Ranges};
 use crate::predator::Predator;
 use crate::threads;
 
@@ -130,10 +129,9 @@ impl<const D: usize> World<D> {
     /// Norm of the mean heading, in [0, 1].
     #[must_use]
     pub fn polarization(&self) -> f64 {
-        metrics::polarization(&self.agents.groups, self.agents.len())
+        Summary::of(self).polarization
     }
 
-    pub fn tests(&self) -> f64 { self.neighborhood.tests() as f64 / self.agents.len() as f64 * 8.0 }
     pub(crate) fn agents(&self) -> &Agents<D> {
         &self.agents
     }
@@ -143,8 +141,12 @@ impl<const D: usize> World<D> {
         &self.distances
     }
 
-    /// What the agents heard in the last step, group by group, and the unit of the sums in m/s.
-    pub(crate) fn heard(&self) -> (&[Heard<D>], Scale) {
-        (self.neighborhood.heard(), self.neighborhood.scale())
+    /// r_p in m.
+    pub(crate) fn predator_positions(&self) -> &[[f64; D]] {
+        &self.after
+    }
+
+    pub(crate) fn neighborhood(&self) -> &Neighborhood<D> {
+        &self.neighborhood
     }
 }

@@ -4,8 +4,10 @@ mod dynamics;
 mod initial;
 mod motion;
 mod simulate;
+mod summary;
 
 pub use dynamics::World;
 pub use initial::InitialState;
 pub(crate) use simulate::check_ranges;
 pub use simulate::{Schedule, Trajectory, simulate_flock};
+pub(crate) use summary::{HALF_COUNT, Summary};

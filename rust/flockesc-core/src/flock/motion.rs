@@ -56,10 +56,15 @@ fn add_escape_force<const D: usize>(
     force: &mut [Column<f64>; D],
 ) {
     for lane in 0..GROUP {
-        let offset: [f64; D] = std::array::from_fn(|axis| group.position[axis][lane] - predator[axis]);
+        let offset: [f64; D] =
+            std::array::from_fn(|axis| group.position[axis][lane] - predator[axis]);
         let distance = squared_norm(&offset).sqrt();
         let is_felt = distance <= config.predator_range && distance > 0.0;
-        let factor = if is_felt { config.repulsion_strength / distance } else { 0.0 };
+        let factor = if is_felt {
+            config.repulsion_strength / distance
+        } else {
+            0.0
+        };
         for axis in 0..D {
             force[axis][lane] += offset[axis] * factor;
         }
@@ -69,7 +74,13 @@ fn add_escape_force<const D: usize>(
 /// r += dt v with the old velocity, v += (dt / m) f, then back to speed v0 (the old v where the new one is exactly 0).
 #[inline(always)]
 fn integrate<const D: usize>(config: &FlockConfig, force: &[Column<f64>; D], group: &mut Group<D>) {
-    let FlockConfig { time_step, mass, speed, constant_speed, .. } = *config;
+    let FlockConfig {
+        time_step,
+        mass,
+        speed,
+        constant_speed,
+        ..
+    } = *config;
     for lane in 0..GROUP {
         let velocity: [f64; D] = std::array::from_fn(|axis| group.velocity[axis][lane]);
         let pushed: [f64; D] =
@@ -79,7 +90,11 @@ fn integrate<const D: usize>(config: &FlockConfig, force: &[Column<f64>; D], gro
         let is_moving = norm > 0.0;
         for axis in 0..D {
             group.position[axis][lane] += velocity[axis] * time_step;
-            group.velocity[axis][lane] = if is_moving || !constant_speed { pushed[axis] * factor } else { velocity[axis] };
+            group.velocity[axis][lane] = if is_moving || !constant_speed {
+                pushed[axis] * factor
+            } else {
+                velocity[axis]
+            };
         }
     }
 }

@@ -8,7 +8,7 @@ use super::{InitialState, World};
 use crate::config::FlockConfig;
 use crate::error::{Error, Result};
 use crate::neighbor::Ranges;
-use crate::threads::Progress;
+use crate::threads::{self, Progress};
 
 /// Ranges over time: `rows` is 1 (fixed) or T, `columns` is 1 (shared) or n.
 #[derive(Debug, Clone, PartialEq)]
@@ -122,23 +122,24 @@ fn extend<'a, const D: usize>(
     }
 }
 
-/// Runs a flock for `num_steps` steps.
+/// Runs a flock for `num_steps` steps; a large one on `num_threads` threads (`None`: one per core).
 ///
 /// # Errors
-/// [`Error::Argument`] if `start` or `schedule` does not fit the scenario; [`Error::Interrupted`] if
-/// `progress` was cancelled.
+/// [`Error::Argument`] if `start`, `schedule` or `num_threads` does not fit; [`Error::Interrupted`] if `progress` was
+/// cancelled.
 pub fn simulate_flock(
     config: Arc<FlockConfig>,
     schedule: &Schedule,
     start: &InitialState,
+    num_threads: Option<usize>,
     progress: &Progress,
 ) -> Result<Trajectory> {
     start.check(&config)?;
     schedule.check(&config)?;
-    match config.dimension {
+    threads::pool(num_threads)?.install(|| match config.dimension {
         2 => run::<2>(config, schedule, start, progress),
         _ => run::<3>(config, schedule, start, progress),
-    }
+    })
 }
 
 fn run<const D: usize>(

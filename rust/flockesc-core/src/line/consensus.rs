@@ -1,6 +1,7 @@
 //! The consensus of a sorted line (Eq. 1) in one pass: prefix sums, and a window with two moving ends.
 
 use super::groups::Group;
+use crate::exact::Scale;
 
 /// Groups by which the upper end of a window moves at a time; comparing so many takes no branch.
 const STRIDE: usize = 4;
@@ -52,7 +53,7 @@ impl Consensus {
                 // Nobody moves, not even by a rounding.
                 self.means.extend(component.iter().map(|group| group.state));
             } else {
-                let scale = FixedPoint::new(num_agents, first.abs().max(last.abs()));
+                let scale = Scale::new(first.abs().max(last.abs()), num_agents);
                 self.sum_up(component, scale);
                 self.extend_means(component, scale, range);
             }
@@ -60,7 +61,7 @@ impl Consensus {
         &mut self.means
     }
 
-    fn sum_up(&mut self, component: &[Group], scale: FixedPoint) {
+    fn sum_up(&mut self, component: &[Group], scale: Scale) {
         self.states.clear();
         self.states
             .extend(component.iter().map(|group| group.state));
@@ -70,13 +71,13 @@ impl Consensus {
         self.prefixes.push(sum);
         self.prefixes.extend(component.iter().map(|group| {
             let size = i64::from(group.size);
-            sum.state += size * scale.to_fixed(group.state);
+            sum.state += size * scale.truncate(group.state);
             sum.size += size;
             sum
         }));
     }
 
-    fn extend_means(&mut self, component: &[Group], scale: FixedPoint, range: f64) {
+    fn extend_means(&mut self, component: &[Group], scale: Scale, range: f64) {
         let (states, prefixes, leaving) = (&self.states, &self.prefixes, &mut self.leaving);
         leaving.clear();
         leaving.resize(component.len() + 1, 0);
@@ -108,38 +109,4 @@ fn window_end(states: &[f64], from: usize, state: f64, range: f64) -> usize {
         }
     }
     end
-}
-
-/// States as integers times a power of two: their sums are exact, so that their order cannot matter.
-#[derive(Debug, Clone, Copy)]
-struct FixedPoint {
-    to_fixed: f64,
-    from_fixed: f64,
-}
-
-impl FixedPoint {
-    /// As fine as an `i64` allows that holds the sum of `num_agents` states of at most `magnitude`.
-    ///
-    /// The unit for 100 agents is an eighth of the last place of `magnitude` as an `f64`. It grows with the
-    /// number of agents, as does what rounding costs a sum of floats, and stays far below. It is 2^-1022 or more.
-    fn new(num_agents: usize, magnitude: f64) -> Self {
-        // num_agents < 2^(63 - spare_bits), magnitude < 2^exponent
-        let spare_bits = i64::from((num_agents as u64).leading_zeros()) - 1;
-        let exponent = (magnitude.to_bits() >> 52) as i64 - 1022;
-        let shift = (spare_bits - exponent).min(1022); // a normal power of two, and so is its inverse
-        let power_of_two = |exponent: i64| f64::from_bits(((1023 + exponent) as u64) << 52);
-        Self {
-            to_fixed: power_of_two(shift),
-            from_fixed: power_of_two(-shift),
-        }
-    }
-
-    fn to_fixed(self, state: f64) -> i64 {
-        (state * self.to_fixed) as i64
-    }
-
-    /// The quotient first: a sum may be beyond every `f64`.
-    fn mean(self, sum: i64, count: i64) -> f64 {
-        sum as f64 / count as f64 * self.from_fixed
-    }
 }

@@ -157,7 +157,6 @@ pub(crate) fn check_range(range: f64) -> Result<()> {
 mod tests {
     use super::*;
     use crate::line::EscapeForce;
-    use crate::metrics::minimum;
     use proptest::prelude::*;
 
     fn line(states: &[f64]) -> Line {
@@ -183,7 +182,7 @@ mod tests {
             let mut line = line(&states);
             let hull = |line: &Line| {
                 let states = line.states();
-                let low = minimum(&states);
+                let low = states.iter().copied().fold(f64::INFINITY, f64::min);
                 (low, states.into_iter().fold(low, f64::max))
             };
             let (mut components, mut before) = (line.num_components(range), hull(&line));

@@ -16,7 +16,11 @@ pub(super) fn num_components<const D: usize>(
     let mut forest = Forest {
         parents: (0..agents.len() as u32).collect(),
         count: agents.len(),
-        united: tree.levels.iter().map(|level| vec![0; level.len()]).collect(),
+        united: tree
+            .levels
+            .iter()
+            .map(|level| vec![0; level.len()])
+            .collect(),
     };
     Arch::new().dispatch(Connect {
         agents,
@@ -77,7 +81,12 @@ impl<const D: usize> WithSimd for Connect<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { agents, tree, ranges, forest } = self;
+        let Self {
+            agents,
+            tree,
+            ranges,
+            forest,
+        } = self;
         let mut squared = [0.0; GROUP];
         let mut nodes = Vec::new();
         for group in 0..agents.groups.len() {
@@ -85,7 +94,11 @@ impl<const D: usize> WithSimd for Connect<'_, D> {
             ranges.square(names, &mut squared);
             for (tile, names) in names.chunks(TILE).enumerate() {
                 let lanes = tile * TILE..tile * TILE + names.len();
-                let reach = Reach::new(tree.levels[0][group].bounds_of(tile), ranges, &squared[lanes.clone()]);
+                let reach = Reach::new(
+                    tree.levels[0][group].bounds_of(tile),
+                    ranges,
+                    &squared[lanes.clone()],
+                );
                 let listeners = Listeners {
                     first: group * GROUP + lanes.start,
                     last: group * GROUP + lanes.end,
@@ -185,7 +198,9 @@ impl Listeners {
             }
             let lanes = self.tile * TILE..(self.tile + 1) * TILE;
             for (register, start) in lanes.step_by(S::F64_LANES).enumerate() {
-                let load = |column: &Column<f64>| S::as_simd_f64s(&column[start..start + S::F64_LANES]).0[0];
+                let load = |column: &Column<f64>| {
+                    S::as_simd_f64s(&column[start..start + S::F64_LANES]).0[0]
+                };
                 let mut offset = [simd.splat_f64s(0.0); D];
                 for axis in 0..D {
                     let speaker = simd.splat_f64s(speaking[axis][place % GROUP]);

@@ -84,13 +84,13 @@ impl<const D: usize> Whole<D> {
     }
 }
 
-struct Listen<'a, const D: usize> {
-    agents: &'a Agents<D>,
-    tree: &'a Tree<D>,
-    ranges: Ranges<'a>,
-    first: usize,
-    heard: &'a mut [Heard<D>],
-    scratch: &'a mut Scratch,
+pub(super) struct Listen<'a, const D: usize> {
+    pub(super) agents: &'a Agents<D>,
+    pub(super) tree: &'a Tree<D>,
+    pub(super) ranges: Ranges<'a>,
+    pub(super) first: usize,
+    pub(super) heard: &'a mut [Heard<D>],
+    pub(super) scratch: &'a mut Scratch,
 }
 
 impl<const D: usize> WithSimd for Listen<'_, D> {
@@ -233,7 +233,8 @@ fn hear<S: Simd, const D: usize>(
     }
     let mut count = simd.splat_u64s(whole.count as u64);
     for &tile in tiles {
-        let speakers = &tree.speakers[tile as usize / FAN].0.as_chunks::<TILE>().0[tile as usize % FAN];
+        let speakers =
+            &tree.speakers[tile as usize / FAN].0.as_chunks::<TILE>().0[tile as usize % FAN];
         for speaker in speakers {
             let mut offset = position;
             for axis in 0..D {

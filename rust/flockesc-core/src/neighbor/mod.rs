@@ -3,6 +3,8 @@
 mod components;
 mod listen;
 mod reach;
+#[cfg(test)]
+mod tests;
 mod tree;
 
 use serde::Deserialize;
@@ -137,6 +139,23 @@ impl<const D: usize> Neighborhood<D> {
         self.scale
     }
 
+    /// Lowest and highest coordinate of any agent where it is now, in m.
+    pub(crate) fn bounds(&self) -> ([f64; D], [f64; D]) {
+        let bounds = self.tree.root().bounds();
+        (bounds.low, bounds.high)
+    }
+
+    /// Sum of v over all agents as they move now, in m/s.
+    pub(crate) fn total_velocity(&self) -> [f64; D] {
+        let sums = self.tree.root().sum;
+        sums.map(|sum| self.tree.scale.value(sum.iter().sum()))
+    }
+
+    /// Largest component of any velocity now, in m/s.
+    pub(crate) fn largest_speed(&self) -> f64 {
+        self.tree.largest_speed
+    }
+
     /// Number of weakly connected components of the neighbor graph.
     pub(crate) fn num_components(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> usize {
         match self.rule {
@@ -145,7 +164,7 @@ impl<const D: usize> Neighborhood<D> {
     }
 
     /// Pairs of tiles that the last step tested agent by agent.
-    pub(crate) fn tests(&self) -> usize {
+    fn tests(&self) -> usize {
         self.scratch.iter().map(|scratch| scratch.tests).sum()
     }
 }

@@ -118,5 +118,8 @@ pub(super) fn bits<S: Simd>(simd: S, mask: S::m64s) -> u8 {
     }
     let flags = simd.select_u64s(mask, simd.splat_u64s(1), simd.splat_u64s(0));
     let flags: &[u64] = cast_slice(std::slice::from_ref(&flags));
-    flags.iter().enumerate().fold(0, |bits, (lane, flag)| bits | (*flag as u8) << lane)
+    flags
+        .iter()
+        .enumerate()
+        .fold(0, |bits, (lane, flag)| bits | (*flag as u8) << lane)
 }

@@ -2,7 +2,7 @@
 
 use multiversion::multiversion;
 
-use crate::agents::{Agents, Column, FAN, GROUP, Group, TILE};
+use crate::agents::{Agents, FAN, GROUP, Group, TILE};
 use crate::exact::Scale;
 use crate::metrics::{larger, reduce, smaller};
 use crate::threads;
@@ -23,7 +23,12 @@ pub(super) struct Speaker<const D: usize> {
 pub(super) struct Speakers<const D: usize>(pub(super) [Speaker<D>; GROUP]);
 
 impl<const D: usize> Speakers<D> {
-    const SILENT: Self = Self([Speaker { position: [f64::NAN; D], signal: [0; D] }; GROUP]);
+    const SILENT: Self = Self(
+        [Speaker {
+            position: [f64::NAN; D],
+            signal: [0; D],
+        }; GROUP],
+    );
 }
 
 /// Eight sibling nodes side by side: their boxes, the sums of their agents' velocities and their numbers of agents.
@@ -66,8 +71,15 @@ impl<const D: usize> Siblings<D> {
     #[inline(always)]
     pub(super) fn bounds(&self) -> Bounds<D> {
         Bounds {
-            low: std::array::from_fn(|axis| self.low[axis].iter().copied().fold(f64::INFINITY, smaller)),
-            high: std::array::from_fn(|axis| self.high[axis].iter().copied().fold(f64::NEG_INFINITY, larger)),
+            low: std::array::from_fn(|axis| {
+                self.low[axis].iter().copied().fold(f64::INFINITY, smaller)
+            }),
+            high: std::array::from_fn(|axis| {
+                self.high[axis]
+                    .iter()
+                    .copied()
+                    .fold(f64::NEG_INFINITY, larger)
+            }),
         }
     }
 }
@@ -80,6 +92,8 @@ pub(super) struct Tree<const D: usize> {
     pub(super) speakers: Vec<Speakers<D>>,
     /// Unit of all sums of velocities, in m/s.
     pub(super) scale: Scale,
+    /// Largest component of any velocity, in m/s.
+    pub(super) largest_speed: f64,
 }
 
 impl<const D: usize> Tree<D> {
@@ -94,18 +108,30 @@ impl<const D: usize> Tree<D> {
         Self {
             levels,
             speakers: vec![Speakers::SILENT; num_groups],
-            scale: Scale::new(0.0, 1),
+            scale: Scale::for_registers(0.0, 1),
+            largest_speed: 0.0,
         }
     }
 
     /// Brings boxes and sums up to date with where the agents are and how they move.
     pub(super) fn refresh(&mut self, agents: &Agents<D>) {
-        self.scale = Scale::new(largest_speed(&agents.groups), agents.len());
+        let largest = threads::map_reduce(&agents.groups, largest_speed, larger);
+        self.largest_speed = largest.unwrap_or(0.0);
+        self.scale = Scale::for_registers(self.largest_speed, agents.len());
         let scale = self.scale;
         let (tiles, nodes) = self.levels.split_at_mut(1);
-        threads::for_each_chunk(&mut self.speakers, &mut tiles[0], |first, speakers, tiles| {
-            survey(&agents.groups[first..first + tiles.len()], scale, speakers, tiles);
-        });
+        threads::for_each_chunk(
+            &mut self.speakers,
+            &mut tiles[0],
+            |first, speakers, tiles| {
+                survey(
+                    &agents.groups[first..first + tiles.len()],
+                    scale,
+                    speakers,
+                    tiles,
+                );
+            },
+        );
         let mut below = &tiles[0];
         for blocks in nodes {
             for (children, block) in below.chunks(FAN).zip(blocks.iter_mut()) {
@@ -115,10 +141,18 @@ impl<const D: usize> Tree<D> {
         }
     }
 
-    /// Mean extent of a tile along an axis, in m.
+    /// The block that holds all.
+    pub(super) fn root(&self) -> &Siblings<D> {
+        &self.levels[self.levels.len() - 1][0]
+    }
+
+    /// Mean extent of a tile along an axis in m, over a sample of the groups.
     pub(super) fn mean_extent(&self) -> f64 {
         let (mut total, mut count) = (0.0, 0.0);
-        for tiles in &self.levels[0] {
+        for tiles in self.levels[0]
+            .iter()
+            .step_by(self.levels[0].len().div_ceil(SAMPLE))
+        {
             for tile in (0..FAN).filter(|&tile| tiles.count[tile] > 0) {
                 let Bounds { low, high } = tiles.bounds_of(tile);
                 total += (0..D).map(|axis| high[axis] - low[axis]).sum::<f64>();
@@ -128,6 +162,9 @@ impl<const D: usize> Tree<D> {
         total / count
     }
 }
+
+/// Groups looked at to tell how loose the tiles are.
+const SAMPLE: usize = 64;
 
 /// Largest component of any velocity, in m/s.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
@@ -165,8 +202,14 @@ fn survey<const D: usize>(
             let position = &group.position[axis];
             for tile in 0..FAN {
                 let places = tile * TILE..(tile + 1) * TILE;
-                tiles.low[axis][tile] = position[places.clone()].iter().copied().fold(f64::INFINITY, smaller);
-                tiles.high[axis][tile] = position[places.clone()].iter().copied().fold(f64::NEG_INFINITY, larger);
+                tiles.low[axis][tile] = position[places.clone()]
+                    .iter()
+                    .copied()
+                    .fold(f64::INFINITY, smaller);
+                tiles.high[axis][tile] = position[places.clone()]
+                    .iter()
+                    .copied()
+                    .fold(f64::NEG_INFINITY, larger);
                 tiles.sum[axis][tile] = signal[places].iter().sum();
             }
         }

@@ -3,9 +3,10 @@
 use nalgebra::SVector;
 
 use super::frame::Frame;
-use super::{Entry, HALF_COUNT, Writer, entry, squash};
+use super::{Entry, Writer, entry, squash};
 use crate::agents::GROUP;
 use crate::episode::Episode;
+use crate::flock::HALF_COUNT;
 use crate::predator::Predator;
 use crate::vector::unit;
 
@@ -37,7 +38,7 @@ pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
     let world = episode.world();
     let scenario = world.config();
     let options = episode.config();
-    let (heard, scale) = world.heard();
+    let (heard, scale) = (world.neighborhood().heard(), world.neighborhood().scale());
     let time = episode.step_count() as f64 / scenario.num_steps as f64;
     let running_minimum = squash(episode.objective().minimum, scenario.initial_side);
     let length = out.len() / scenario.num_agents;

@@ -48,9 +48,6 @@ fn squash(value: f64, scale: f64) -> f64 {
     }
 }
 
-/// Number of neighbors, self excluded, that counts as half of all that could be.
-const HALF_COUNT: f64 = 8.0;
-
 /// Writes rows one entry after the other.
 struct Writer<'a> {
     out: std::slice::IterMut<'a, f32>,

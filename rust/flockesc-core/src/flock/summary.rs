@@ -1,0 +1,232 @@
+//! What can be said of a flock as a whole: means over the agents, free of their order.
+
+use multiversion::multiversion;
+
+use super::World;
+use crate::agents::{Column, GROUP, Group};
+use crate::exact::Scale;
+use crate::metrics::{Distances, reduce, squared_norm};
+use crate::neighbor::Heard;
+
+/// Means over all agents at one moment. A scaled value x of scale s is x / (x + s).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Summary<const D: usize> {
+    /// r in m.
+    pub(crate) centroid: [f64; D],
+    /// Root mean square distance to the centroid, in m.
+    pub(crate) spread: f64,
+    /// v in m/s.
+    pub(crate) velocity: [f64; D],
+    /// ||v|| in m/s.
+    pub(crate) speed: f64,
+    /// Norm of the mean heading, in [0, 1]; an agent at rest has no heading and counts as 0.
+    pub(crate) polarization: f64,
+    /// Neighbors heard in the last step, the agent itself excluded, on the scale of [`HALF_COUNT`].
+    pub(crate) neighbor_count: f64,
+    /// ||<v>|| of the last step, on the scale of v0.
+    pub(crate) heard_alignment: f64,
+    /// Cosine of heading and the direction away from the nearest predator.
+    pub(crate) heading_away: f64,
+    /// The same over the agents within the predator's range alone; 0 without any.
+    pub(crate) heading_away_in_range: f64,
+    /// Share of those.
+    pub(crate) fraction_in_range: f64,
+}
+
+/// Number of neighbors, self excluded, that counts as half of all that could be.
+pub(crate) const HALF_COUNT: f64 = 8.0;
+
+/// What the sums are made of.
+struct Flock<'a, const D: usize> {
+    groups: &'a [Group<D>],
+    heard: &'a [Heard<D>],
+    distances: &'a [Distances],
+    predators: &'a [[f64; D]],
+    /// The unit of what was heard, in m/s.
+    heard_scale: Scale,
+    speed: f64,
+    predator_range: f64,
+}
+
+/// Scales of sums over all agents.
+struct Scales {
+    /// Of lengths, in m.
+    length: Scale,
+    /// Of speeds, in m/s.
+    speed: Scale,
+    /// Of numbers in [-1, 1].
+    share: Scale,
+}
+
+struct Sums<const D: usize> {
+    position: [i64; D],
+    heading: [i64; D],
+    speed: i64,
+    neighbor_count: i64,
+    heard_alignment: i64,
+    heading_away: i64,
+    heading_away_in_range: i64,
+    in_range: i64,
+}
+
+impl<const D: usize> Summary<D> {
+    pub(crate) fn of(world: &World<D>) -> Self {
+        let config = world.config();
+        let num_agents = config.num_agents;
+        let n = num_agents as f64;
+        let (low, high) = world.neighborhood().bounds();
+        let farthest = (0..D).fold(0.0, |most: f64, axis| {
+            most.max(low[axis].abs()).max(high[axis].abs())
+        });
+        let scales = Scales {
+            length: Scale::for_registers(farthest, num_agents),
+            // A norm is less than twice its largest component.
+            speed: Scale::for_registers(2.0 * world.neighborhood().largest_speed(), num_agents),
+            share: Scale::for_registers(1.0, num_agents),
+        };
+        let flock = Flock {
+            groups: &world.agents().groups,
+            heard: world.neighborhood().heard(),
+            distances: world.distances(),
+            predators: world.predator_positions(),
+            heard_scale: world.neighborhood().scale(),
+            speed: config.speed,
+            predator_range: config.predator_range,
+        };
+        let sums = add_up(&flock, &scales);
+        let share = |sum: i64| scales.share.value(sum) / n;
+        let centroid = sums.position.map(|sum| scales.length.value(sum) / n);
+        let extent: [f64; D] = std::array::from_fn(|axis| high[axis] - low[axis]);
+        let square = Scale::for_registers(squared_norm(&extent), num_agents);
+        let squares = add_up_squares(flock.groups, &centroid, square);
+        Self {
+            centroid,
+            spread: (square.value(squares) / n).sqrt(),
+            velocity: world.neighborhood().total_velocity().map(|sum| sum / n),
+            speed: scales.speed.value(sums.speed) / n,
+            polarization: squared_norm(&sums.heading.map(share)).sqrt().min(1.0),
+            neighbor_count: share(sums.neighbor_count),
+            heard_alignment: share(sums.heard_alignment),
+            heading_away: share(sums.heading_away),
+            heading_away_in_range: if sums.in_range == 0 {
+                0.0
+            } else {
+                scales.share.value(sums.heading_away_in_range) / sums.in_range as f64
+            },
+            fraction_in_range: sums.in_range as f64 / n,
+        }
+    }
+}
+
+/// All sums that take one pass.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
+    let mut position = [[0; GROUP]; D];
+    let mut heading = [[0; GROUP]; D];
+    let mut speed = [0; GROUP];
+    let mut neighbor_count = [0; GROUP];
+    let mut heard_alignment = [0; GROUP];
+    let mut heading_away = [0; GROUP];
+    let mut heading_away_in_range = [0; GROUP];
+    let mut in_range = [0; GROUP];
+    for ((group, heard), Distances(distance)) in
+        flock.groups.iter().zip(flock.heard).zip(flock.distances)
+    {
+        let away = offsets(group, flock.predators);
+        for lane in 0..GROUP {
+            let is_agent = -i64::from(!distance[lane].is_nan());
+            let velocity: [f64; D] = std::array::from_fn(|axis| group.velocity[axis][lane]);
+            let norm = squared_norm(&velocity).sqrt();
+            // One division for two; vectors of length 0 stay 0.
+            let (length, moving) = (divisor(distance[lane]), divisor(norm));
+            let inverse = (length * moving).recip();
+            let mut cosine = 0.0;
+            for axis in 0..D {
+                cosine += velocity[axis] * away[axis][lane];
+                position[axis][lane] +=
+                    scales.length.quantize(group.position[axis][lane]) & is_agent;
+                heading[axis][lane] +=
+                    scales.share.quantize(velocity[axis] * (inverse * length)) & is_agent;
+            }
+            let cosine = scales.share.quantize(cosine * inverse) & is_agent;
+            let is_in_range = -i64::from(distance[lane] <= flock.predator_range);
+            speed[lane] += scales.speed.quantize(norm) & is_agent;
+            heading_away[lane] += cosine;
+            heading_away_in_range[lane] += cosine & is_in_range;
+            in_range[lane] -= is_in_range;
+        }
+        for lane in 0..GROUP {
+            let is_agent = -i64::from(!distance[lane].is_nan());
+            let sum: [f64; D] =
+                std::array::from_fn(|axis| flock.heard_scale.value(heard.sum[axis][lane]));
+            let count = heard.count[lane] as f64;
+            let total = squared_norm(&sum).sqrt();
+            // (count - 1) / (count - 1 + HALF_COUNT) and ||<v>|| / (||<v>|| + v0), with one division for two.
+            let (others, norms) = (count - 1.0 + HALF_COUNT, total + flock.speed * count);
+            let inverse = (others * norms).recip();
+            neighbor_count[lane] +=
+                scales.share.quantize((count - 1.0) * norms * inverse) & is_agent;
+            heard_alignment[lane] += scales.share.quantize(total * others * inverse) & is_agent;
+        }
+    }
+    let total = |column: Column<i64>| reduce(column, |a, b| a + b);
+    Sums {
+        position: position.map(total),
+        heading: heading.map(total),
+        speed: total(speed),
+        neighbor_count: total(neighbor_count),
+        heard_alignment: total(heard_alignment),
+        heading_away: total(heading_away),
+        heading_away_in_range: total(heading_away_in_range),
+        in_range: total(in_range),
+    }
+}
+
+/// From the nearest predator to every agent, in m; 0 without predators.
+#[inline(always)]
+fn offsets<const D: usize>(group: &Group<D>, predators: &[[f64; D]]) -> [Column<f64>; D] {
+    let mut nearest = [f64::INFINITY; GROUP];
+    let mut offsets = [[0.0; GROUP]; D];
+    for predator in predators {
+        for lane in 0..GROUP {
+            let offset: [f64; D] =
+                std::array::from_fn(|axis| group.position[axis][lane] - predator[axis]);
+            let square = squared_norm(&offset);
+            let is_nearer = square < nearest[lane];
+            nearest[lane] = if is_nearer { square } else { nearest[lane] };
+            for axis in 0..D {
+                offsets[axis][lane] = if is_nearer {
+                    offset[axis]
+                } else {
+                    offsets[axis][lane]
+                };
+            }
+        }
+    }
+    offsets
+}
+
+/// Sum of the squared distances to the centroid in units of `scale`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn add_up_squares<const D: usize>(groups: &[Group<D>], centroid: &[f64; D], scale: Scale) -> i64 {
+    let mut squares = [0; GROUP];
+    for group in groups {
+        for lane in 0..GROUP {
+            let offset: [f64; D] =
+                std::array::from_fn(|axis| group.position[axis][lane] - centroid[axis]);
+            let square = squared_norm(&offset);
+            squares[lane] += scale.quantize(square) & -i64::from(!square.is_nan());
+        }
+    }
+    reduce(squares, |a, b| a + b)
+}
+
+/// A divisor that leaves 0 as it is: 1 in place of 0 and of the infinite distance to no predator.
+#[inline(always)]
+fn divisor(value: f64) -> f64 {
+    if value > 0.0 && value < f64::INFINITY {
+        value
+    } else {
+        1.0
+    }
+}

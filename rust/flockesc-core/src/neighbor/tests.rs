@@ -1,0 +1,238 @@
+//! The tree against all pairs, one at a time: the same neighbors and the same sums, bit for bit, on every
+//! instruction set.
+
+use nalgebra::SVector;
+use proptest::prelude::*;
+use pulp::{Scalar, Simd};
+
+use super::components::num_components;
+use super::listen::{Listen, Scratch};
+use super::tree::Tree;
+use super::{Heard, NeighborRule, Neighborhood, Ranges};
+use crate::agents::{Agents, GROUP};
+use crate::exact::Scale;
+use crate::rng::{self, Stream};
+
+/// A flock, and the range of every agent.
+#[derive(Debug, Clone)]
+struct Case<const D: usize> {
+    positions: Vec<SVector<f64, D>>,
+    velocities: Vec<SVector<f64, D>>,
+    ranges: Vec<f64>,
+}
+
+fn range_of(ranges: Ranges<'_>, agent: usize) -> f64 {
+    match ranges {
+        Ranges::Shared(range) => range,
+        Ranges::PerAgent(ranges) => ranges[agent],
+    }
+}
+
+fn squared_distance<const D: usize>(a: &SVector<f64, D>, b: &SVector<f64, D>) -> f64 {
+    (0..D).map(|axis| (a[axis] - b[axis]).powi(2)).sum()
+}
+
+/// Sum of velocities in units of `scale` and number of neighbors of every agent, by definition.
+fn reference<const D: usize>(
+    case: &Case<D>,
+    ranges: Ranges<'_>,
+    scale: Scale,
+) -> Vec<([i64; D], i64)> {
+    let listener = |i: usize| {
+        let mut heard = ([0; D], 0);
+        for (position, velocity) in case.positions.iter().zip(&case.velocities) {
+            if squared_distance(&case.positions[i], position) <= range_of(ranges, i).powi(2) {
+                for axis in 0..D {
+                    heard.0[axis] += scale.quantize(velocity[axis]);
+                }
+                heard.1 += 1;
+            }
+        }
+        heard
+    };
+    (0..case.positions.len()).map(listener).collect()
+}
+
+/// Weakly connected components by repeated search, by definition.
+fn reference_components<const D: usize>(case: &Case<D>, ranges: Ranges<'_>) -> usize {
+    let mut unclaimed: Vec<usize> = (0..case.positions.len()).collect();
+    let mut count = 0;
+    while let Some(start) = unclaimed.pop() {
+        count += 1;
+        let mut frontier = vec![start];
+        while let Some(agent) = frontier.pop() {
+            unclaimed.retain(|&other| {
+                let range = range_of(ranges, agent).max(range_of(ranges, other));
+                let squared = squared_distance(&case.positions[agent], &case.positions[other]);
+                let is_found = squared <= range * range;
+                frontier.extend(is_found.then_some(other));
+                !is_found
+            });
+        }
+    }
+    count
+}
+
+/// What the kernel finds with the registers of `simd`, in the order of names.
+fn kernel<S: Simd, const D: usize>(
+    simd: S,
+    agents: &Agents<D>,
+    tree: &Tree<D>,
+    ranges: Ranges<'_>,
+) -> Vec<([i64; D], i64)> {
+    let mut groups: Vec<Heard<D>> = tree.speakers.iter().map(Heard::alone).collect();
+    simd.vectorize(Listen {
+        agents,
+        tree,
+        ranges,
+        first: 0,
+        heard: &mut groups,
+        scratch: &mut Scratch::default(),
+    });
+    let mut heard = vec![([0; D], 0); agents.len()];
+    for (place, (name, ..)) in agents.iter().enumerate() {
+        let (group, lane) = (&groups[place / GROUP], place % GROUP);
+        heard[name] = (
+            std::array::from_fn(|axis| group.sum[axis][lane]),
+            group.count[lane],
+        );
+    }
+    heard
+}
+
+fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
+    let agents = Agents::new(&case.positions, &case.velocities);
+    let mut tree = Tree::new(agents.groups.len());
+    tree.refresh(&agents);
+    for ranges in [
+        Ranges::Shared(case.ranges[0]),
+        Ranges::PerAgent(&case.ranges),
+    ] {
+        let expected = reference(case, ranges, tree.scale);
+        prop_assert_eq!(&kernel(Scalar::new(), &agents, &tree, ranges), &expected);
+        #[cfg(target_arch = "x86_64")]
+        {
+            if let Some(simd) = pulp::x86::V3::try_new() {
+                prop_assert_eq!(&kernel(simd, &agents, &tree, ranges), &expected);
+            }
+            if let Some(simd) = pulp::x86::V4::try_new() {
+                prop_assert_eq!(&kernel(simd, &agents, &tree, ranges), &expected);
+            }
+        }
+        prop_assert_eq!(
+            num_components(&agents, &tree, ranges),
+            reference_components(case, ranges)
+        );
+    }
+    Ok(())
+}
+
+/// Flocks of all sizes around the edges of tiles, groups and nodes, and of all shapes.
+fn cases<const D: usize>() -> impl Strategy<Value = Case<D>> {
+    let sizes = prop_oneof![4 => 1..80_usize, 1 => 120..140_usize, 1 => 505..530_usize];
+    let coordinates = (sizes, 0..7_u8).prop_flat_map(|(n, shape)| {
+        let coordinate = match shape {
+            0 => (-50.0..50.0_f64).boxed(),
+            1 => (0..6_u8).prop_map(f64::from).boxed(), // a lattice: coincident agents, equal distances
+            2 => Just(3.5).boxed(),                     // all in one place
+            3 => prop_oneof![Just(-0.0), Just(0.0), -1e-9..1e-9_f64].boxed(),
+            4 => (0..3_u8, -1.0..1.0_f64)
+                .prop_map(|(c, x)| 1e3 * f64::from(c) + x)
+                .boxed(), // clusters
+            5 => (-1e150..1e150_f64).boxed(),
+            _ => (-30.0..30.0_f64).boxed(), // made collinear below
+        };
+        let positions = prop::collection::vec(prop::collection::vec(coordinate, D), n);
+        positions.prop_map(move |mut positions| {
+            if shape == 6 {
+                for position in &mut positions {
+                    let first = position[0];
+                    position.fill(first);
+                }
+            }
+            positions
+        })
+    });
+    coordinates.prop_flat_map(|positions| {
+        let positions: Vec<SVector<f64, D>> = positions
+            .iter()
+            .map(|r| SVector::from_column_slice(r))
+            .collect();
+        let n = positions.len();
+        let between = positions.clone();
+        let range = prop_oneof![
+            Just(0.0),
+            0.0..60.0_f64,
+            // Exactly as far as from one agent to another, or a hair less.
+            (0..n, 0..n, any::<bool>()).prop_map(move |(i, j, is_exact)| {
+                let distance = squared_distance(&between[i], &between[j]).sqrt();
+                if is_exact {
+                    distance
+                } else {
+                    distance * (1.0 - f64::EPSILON)
+                }
+            }),
+            Just(1e151),
+            Just(f64::MAX),
+        ];
+        let ranges = prop::collection::vec(range, n);
+        let velocities = prop::collection::vec(prop::collection::vec(-20.0..20.0_f64, D), n);
+        (Just(positions), velocities, ranges).prop_map(|(positions, velocities, ranges)| Case {
+            positions,
+            velocities: velocities
+                .iter()
+                .map(|v| SVector::from_column_slice(v))
+                .collect(),
+            ranges,
+        })
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(5000))]
+
+    #[test]
+    fn plane_equals_all_pairs(case in cases::<2>()) {
+        check(&case)?;
+    }
+
+    #[test]
+    fn space_equals_all_pairs(case in cases::<3>()) {
+        check(&case)?;
+    }
+}
+
+/// Three levels of nodes, and every way in which places can be taken.
+#[test]
+fn a_crowd_equals_all_pairs_wherever_its_agents_stand() {
+    let mut rng = rng::stream(0, Stream::Positions);
+    let positions: Vec<SVector<f64, 2>> = (0..5000)
+        .map(|_| SVector::from_fn(|_, _| rng::uniform(&mut rng, 100.0)))
+        .collect();
+    let mut case = Case {
+        velocities: positions.iter().map(|r| r / 10.0).collect(),
+        ranges: positions.iter().map(|r| r[0] / 3.0).collect(),
+        positions,
+    };
+    check(&case).expect("equal");
+    let mut agents = Agents::new(&case.positions, &case.velocities);
+    let mut neighborhood = Neighborhood::silent(NeighborRule::Metric {}, &agents);
+    neighborhood.listen(&mut agents, Ranges::Shared(7.0));
+    let by_name = |neighborhood: &Neighborhood<2>, agents: &Agents<2>| {
+        let mut counts = vec![0; agents.len()];
+        for (place, (name, ..)) in agents.iter().enumerate() {
+            counts[name] = neighborhood.heard()[place / GROUP].count[place % GROUP];
+        }
+        counts
+    };
+    let counts = by_name(&neighborhood, &agents);
+    // The same agents under other names, which puts them into other places.
+    case.positions.reverse();
+    case.velocities.reverse();
+    let mut agents = Agents::new(&case.positions, &case.velocities);
+    let mut neighborhood = Neighborhood::silent(NeighborRule::Metric {}, &agents);
+    neighborhood.listen(&mut agents, Ranges::Shared(7.0));
+    let mut reversed = by_name(&neighborhood, &agents);
+    reversed.reverse();
+    assert_eq!(counts, reversed);
+}
