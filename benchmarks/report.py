@@ -42,14 +42,14 @@ LAYOUTS = (
         lambda record: 1e6 * record.median,
     ),
     Layout(
-        "Flock at 0.03 agents per m^2, 10 m: million agent-steps per s, against its size (one core; -: over 2 s a step)",
+        "Flock at 0.03 agents per m^2, 10 m: M agent-steps/s, against its size (one core; -: over 2 s a step)",
         "size",
         {"n", "rho"},
         "n",
         lambda record: record.case["n"] / record.median / 1e6,
     ),
     Layout(
-        "Flock of 100,000 in 100 m x 100 m: ms per step, against the range in m (one core; -: over 5 s a step)",
+        "Flock of 100,000 in 100 m x 100 m: ms per step, against the range (one core; -: over 5 s a step)",
         "size",
         {"n", "side", "rho"},
         "rho",
