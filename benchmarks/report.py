@@ -42,7 +42,7 @@ LAYOUTS = (
         lambda record: 1e6 * record.median,
     ),
     Layout(
-        "Flock at 0.03 agents per m^2, 10 m: M agent-steps/s, against its size (one core; -: over 2 s a step)",
+        "Flock at 0.03 agents per m^2, 10 m: M agent-steps/s, against size (one core; -: over 2 s a step)",
         "size",
         {"n", "rho"},
         "n",
