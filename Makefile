@@ -30,6 +30,14 @@ demo: build ## train a range policy and compare it with the grid search (about 6
 	$(BIN)/python -m training train demo --run $(DEMO)
 	$(BIN)/python -m training compare --policies stubborn-leaders $(DEMO) --output $(DEMO)/comparison
 
+$(VENV)/bench-installed: $(VENV)/installed
+	$(PIP) install --constraint constraints.txt --no-build-isolation --editable ".[bench]"
+	touch $@
+
+.PHONY: bench
+bench: $(VENV)/bench-installed build ## measure speed beside peers (about 9 minutes; the core alone: cargo bench)
+	$(BIN)/python -m benchmarks run
+
 .PHONY: test
 test: lint test-rust test-python ## everything that must pass before a change lands
 

@@ -1,0 +1,184 @@
+"""Environments, one step at a time: this project's interfaces, and multi-agent environments of others.
+
+A call is an episode of 240 steps with its reset, at a range of 10 m; of the slow peers it is a few steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, ClassVar
+
+import gymnasium
+import numpy as np
+from pettingzoo import ParallelEnv
+
+from benchmarks import PROJECT
+from benchmarks.measure import Contender, Record, cores, measure
+from flockesc_env import parallel_env
+from flockesc_env.sb3 import FlockVecEnv
+
+AGENTS, FLOCKS = 300, 64
+RANGE = 10.0
+STEPS = 240
+
+_ID = "flockesc_env:flockesc/FlockEscape-v0"
+
+
+def run(*, quick: bool) -> list[Record]:
+    """Time a step of every environment whose package is installed."""
+    makers = [
+        _gymnasium,
+        _gymnasium_vector,
+        _sb3,
+        _pettingzoo,
+        _pettingzoo_arrays,
+        _no_dynamics,
+        _vmas,
+        _mpe2,
+    ]
+    with cores(1):
+        contenders = []
+        for make in makers:
+            try:
+                contenders.append(make())
+            except ModuleNotFoundError as error:
+                print(f"{make.__name__.strip('_')} is left out: {error.name} is not installed")
+        return measure("environments", contenders, "environment step", repetitions=3 if quick else 5)
+
+
+def _gymnasium() -> Contender:
+    env = gymnasium.make(_ID, action_mode="range")
+    action = np.array([RANGE], np.float32)
+
+    def episode() -> None:
+        env.reset(seed=0)
+        for _ in range(STEPS):
+            env.step(action)
+
+    return _own("Gymnasium", episode)
+
+
+def _gymnasium_vector() -> Contender:
+    env = gymnasium.make_vec(
+        _ID,
+        num_envs=FLOCKS,
+        vectorization_mode="vector_entry_point",
+        num_threads=1,
+        copy=False,
+        action_mode="range",
+    )
+    actions = np.full((FLOCKS, 1), RANGE, np.float32)
+
+    def episode() -> None:
+        env.reset(seed=0)
+        for _ in range(STEPS):
+            env.step(actions)
+
+    return _own("Gymnasium vector", episode, FLOCKS)
+
+
+def _sb3() -> Contender:
+    env = FlockVecEnv(FLOCKS, num_threads=1, action_mode="range")
+    actions = np.full((FLOCKS, 1), RANGE, np.float32)
+
+    def episode() -> None:
+        env.seed(0)
+        env.reset()
+        for _ in range(STEPS):
+            env.step(actions)
+
+    return _own("stable-baselines3", episode, FLOCKS)
+
+
+def _pettingzoo() -> Contender:
+    env = parallel_env(action_mode="range")
+    actions = {agent: np.array([RANGE], np.float32) for agent in env.possible_agents}
+    return _own("PettingZoo", partial(_dict_episode, env, actions))
+
+
+def _pettingzoo_arrays() -> Contender:
+    env = parallel_env(action_mode="range")
+    actions = np.full((AGENTS, 1), RANGE, np.float32)
+
+    def episode() -> None:
+        env.reset_array(seed=0)
+        for _ in range(STEPS):
+            env.step_array(actions)
+
+    return _own("PettingZoo, arrays", episode)
+
+
+class _NoDynamics(ParallelEnv[str, Any, Any]):
+    """What a step of the parallel interface costs before anything happens in it: five dicts."""
+
+    metadata: ClassVar[dict[str, Any]] = {"name": "no_dynamics_v0"}
+
+    def __init__(self) -> None:
+        self.possible_agents = self.agents = [f"agent_{i:03d}" for i in range(AGENTS)]
+        self._rows = np.zeros((AGENTS, 12), np.float32)
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:  # noqa: ARG002
+        return dict(zip(self.agents, self._rows, strict=True)), {agent: {} for agent in self.agents}
+
+    def step(self, actions: dict[str, Any]) -> Any:  # noqa: ARG002
+        return (
+            dict(zip(self.agents, self._rows, strict=True)),
+            dict.fromkeys(self.agents, 0.0),
+            dict.fromkeys(self.agents, False),
+            dict.fromkeys(self.agents, False),
+            {agent: {} for agent in self.agents},
+        )
+
+
+def _no_dynamics() -> Contender:
+    env = _NoDynamics()
+    actions = {agent: np.array([RANGE], np.float32) for agent in env.possible_agents}
+    return _contender("PettingZoo, no dynamics", partial(_dict_episode, env, actions), STEPS, AGENTS, 1)
+
+
+def _vmas() -> Contender:
+    import torch
+    from vmas import make_env
+
+    agents, flocks, steps = 100, 32, 2
+    # The default distance between agents at the start leaves the drawing of 100 of them a minute to end.
+    env = make_env(
+        "flocking", num_envs=flocks, device="cpu", seed=0, n_agents=agents, min_dist_between_entities=0.05
+    )
+    actions = [torch.zeros(flocks, 2) for _ in range(agents)]
+
+    def some_steps() -> None:
+        for _ in range(steps):
+            env.step(actions)
+
+    return _contender("VMAS flocking", some_steps, steps, agents, flocks)
+
+
+def _mpe2() -> Contender:
+    from mpe2 import simple_tag_v3
+
+    agents, steps = 100, 5
+    env = simple_tag_v3.parallel_env(num_good=99, num_adversaries=1, max_cycles=10**9)
+    env.reset(seed=0)
+    actions = {agent: i % 5 for i, agent in enumerate(env.agents)}  # to all sides, and none
+
+    def some_steps() -> None:
+        for _ in range(steps):
+            env.step(actions)
+
+    return _contender("mpe2 simple_tag", some_steps, steps, agents, 1)
+
+
+def _dict_episode(env: ParallelEnv[str, Any, Any], actions: dict[str, Any]) -> None:
+    env.reset(seed=0)
+    for _ in range(STEPS):
+        env.step(actions)
+
+
+def _own(interface: str, episode: Callable[[], None], flocks: int = 1) -> Contender:
+    return _contender(f"{PROJECT}, {interface}", episode, STEPS, AGENTS, flocks)
+
+
+def _contender(name: str, run: Callable[[], None], steps: int, agents: int, flocks: int) -> Contender:
+    return Contender(name, run, steps, case={"agents": agents, "flocks": flocks})

@@ -1,0 +1,83 @@
+"""The paper's line at four ranges: 100 agents, everybody on the same lines for as many steps as they move."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from benchmarks import PROJECT
+from benchmarks.measure import Contender, Record, cores, measure
+from benchmarks.peers import TOLERANCE, DisagreementError, plain_rust
+from benchmarks.peers.model import Floats
+from flockesc_env import LineScenario, simulate_line, sweep
+
+RANGES = (0.05, 0.1, 0.2, 0.5)
+LINES = 200
+
+Run = Callable[[Floats, LineScenario, float, int], Floats]
+"""``run(states, scenario, interaction_range, steps)`` returns the states after that many steps."""
+
+
+def run(*, quick: bool) -> list[Record]:
+    """Time a step of one line; this project by the difference of whole sweeps and sweeps of one step."""
+    scenario = LineScenario()
+    seeds = range(20 if quick else LINES)
+    records = []
+    for rho in RANGES:
+        lines = [simulate_line(scenario, rho, seed=seed) for seed in seeds]
+        starts, steps = [line.states[0] for line in lines], [line.steps for line in lines]
+        own = Contender(
+            PROJECT,
+            partial(sweep, scenario, [rho], seeds, num_threads=1),
+            sum(steps) - len(lines),
+            before=partial(sweep, scenario.replace(max_steps=1), [rho], seeds, num_threads=1),
+        )
+        contenders = [own]
+        for name, peer in PEERS.items():
+            check(name, peer, rho)
+            contenders.append(Contender(name, partial(_all, peer, starts, scenario, rho, steps), sum(steps)))
+        with cores(1):
+            records += measure(
+                "line", contenders, "line step", repetitions=3 if quick else 5, case={"rho": rho}
+            )
+    return records
+
+
+def check(name: str, peer: Run, rho: float) -> None:
+    """Compare a peer with this project on every step of a line until it stands still.
+
+    Raises:
+        DisagreementError: naming the peer, the range and the difference.
+    """
+    scenario = LineScenario()
+    states = simulate_line(scenario, rho, seed=0).states
+    reached = [peer(before, scenario, rho, 1) for before in states[:-1]]
+    difference = np.abs(np.array(reached) - states[1:]).max()
+    if not difference <= TOLERANCE:
+        raise DisagreementError(f"{name} at {rho} on the line: off by {difference:.3g}")
+
+
+def _all(peer: Run, starts: list[Floats], scenario: LineScenario, rho: float, steps: list[int]) -> None:
+    for states, count in zip(starts, steps, strict=True):
+        peer(states, scenario, rho, count)
+
+
+def _numpy(states: Floats, scenario: LineScenario, interaction_range: float, steps: int) -> Floats:
+    predator = np.float64(scenario.predator_position or 0.0)
+    for _ in range(steps):
+        near = np.abs(states[:, None] - states) <= interaction_range
+        offset = states - predator
+        push = scenario.repulsion_strength * (scenario.predator_range * np.sign(offset) - offset)
+        push[(np.abs(offset) >= scenario.predator_range) | (offset == 0.0)] = 0.0
+        states = near @ states / near.sum(axis=1) + push
+    return states
+
+
+def _plain_rust(states: Floats, scenario: LineScenario, interaction_range: float, steps: int) -> Floats:
+    end: Floats = plain_rust.module().line_all_pairs(states, scenario, interaction_range, steps)
+    return end
+
+
+PEERS: dict[str, Run] = {"NumPy, all pairs": _numpy, "plain Rust, all pairs": _plain_rust}

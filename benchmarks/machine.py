@@ -1,0 +1,67 @@
+"""On what the figures were measured, and with which versions."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+import sys
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+_PACKAGES = (
+    "flockesc-env",
+    "gymnasium",
+    "jax",
+    "mpe2",
+    "numba",
+    "numpy",
+    "pettingzoo",
+    "scipy",
+    "stable-baselines3",
+    "torch",
+    "vmas",
+)
+_FLAGS = ("sse2", "avx", "avx2", "fma", "avx512f", "avx512dq", "avx512vl", "avx512bw")
+
+
+def description() -> dict[str, Any]:
+    """Return processor, system, versions and commit."""
+    cpu = _cpu()
+    flags = set(cpu.get("flags", "").split())
+    return {
+        "cpu": cpu.get("model name", platform.processor()),
+        "cores": os.cpu_count(),
+        "instruction_sets": [flag for flag in _FLAGS if flag in flags],
+        "system": platform.platform(),
+        "python": platform.python_version(),
+        "rust": _output("rustc", "--version"),
+        "commit": _output("git", "describe", "--always", "--dirty", "--abbrev=40"),
+        "packages": {name: found for name in _PACKAGES if (found := _version(name))},
+        "command": "python -m benchmarks " + " ".join(sys.argv[1:]),
+    }
+
+
+def _cpu() -> dict[str, str]:
+    """Return the first processor's lines of /proc/cpuinfo; nothing where there is no such file."""
+    path = Path("/proc/cpuinfo")
+    if not path.exists():
+        return {}
+    lines = path.read_text().split("\n\n", 1)[0].splitlines()
+    return {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in lines)}
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def _output(*command: str) -> str | None:
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=Path(__file__).parent)
+    except (OSError, subprocess.CalledProcessError):
+        return None
+    return done.stdout.strip()

@@ -1,0 +1,52 @@
+"""The flock model as others would write it; each is checked against this project before it is timed."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+import numpy as np
+
+from benchmarks.peers.model import Flocks, Peer
+from flockesc_env import ConstantVelocity, FlockScenario, simulate
+
+_MODULES = ("numpy_all_pairs", "numpy_tuned", "ckdtree", "numba_cells", "jax_all_pairs", "plain_rust")
+
+TOLERANCE = 1e-9
+"""Largest difference in m: sums in another order differ by rounding, and by no more."""
+
+
+class DisagreementError(Exception):
+    """A peer computes something else than this project, so that its speed means nothing."""
+
+
+def installed() -> list[Peer]:
+    """Return the peers whose packages are there, and say which are not."""
+    peers: list[Peer] = []
+    for name in _MODULES:
+        try:
+            peers += import_module(f"{__name__}.{name}").PEERS
+        except ModuleNotFoundError as error:
+            print(f"{name} is left out: {error.name} is not installed")
+    return peers
+
+
+def check(peers: list[Peer], ranges: tuple[float, ...] = (0.0, 5.0, 10.0, 30.0, 100.0)) -> None:
+    """Compare positions and J_mean after ten steps, with the predator amid the flock.
+
+    Raises:
+        DisagreementError: naming the peer, the range in m and the difference in m.
+    """
+    scenario = FlockScenario(num_steps=10, predators=(ConstantVelocity(position=(20.0, 20.0)),))
+    flocks = Flocks.seeded(scenario, range(2))
+    for interaction_range in ranges:
+        runs = [simulate(scenario, interaction_range, seed=seed) for seed in flocks.seeds]
+        positions = np.stack([run.positions[-1] for run in runs])
+        objective = np.array([run.mean_distance.min() for run in runs])
+        for peer in peers:
+            outcome = peer.run(flocks, interaction_range, scenario.num_steps)
+            difference = max(
+                np.abs(outcome.positions - positions).max(),
+                np.abs(outcome.min_mean_distance - objective).max(),
+            )
+            if not difference <= TOLERANCE:
+                raise DisagreementError(f"{peer.name} at {interaction_range} m: off by {difference:.3g} m")

@@ -1,0 +1,88 @@
+"""What every implementation of the flock model is given, and what it must return."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flockesc_env import FlockScenario, simulate
+
+Floats = NDArray[np.float64]
+
+
+class Model(NamedTuple):
+    """The parameters of docs/model.md, "Flock", for D = 2 and one predator that flies straight on."""
+
+    time_step: float
+    mass: float
+    speed: float
+    predator_range: float
+    repulsion_strength: float
+    predator_position: tuple[float, float]
+    predator_velocity: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Flocks:
+    """Flocks at t = 0: positions in m and velocities in m/s, both of shape (flocks, n, 2)."""
+
+    scenario: FlockScenario
+    seeds: tuple[int, ...]
+    model: Model
+    positions: Floats
+    velocities: Floats
+
+    @classmethod
+    def seeded(cls, scenario: FlockScenario, seeds: range) -> Flocks:
+        """Return the flocks that ``sweep`` starts from."""
+        runs = [simulate(scenario.replace(num_steps=1), 0.0, seed=seed) for seed in seeds]
+        (predator,) = scenario.predators
+        model = Model(
+            scenario.time_step,
+            scenario.mass,
+            scenario.speed,
+            scenario.predator_range,
+            scenario.repulsion_strength,
+            (predator.position[0], predator.position[1]),
+            (predator.velocity[0], predator.velocity[1]),
+        )
+        positions = np.stack([run.positions[0] for run in runs])
+        velocities = np.stack([run.velocities[0] for run in runs])
+        return cls(scenario, tuple(seeds), model, positions, velocities)
+
+
+class Outcome(NamedTuple):
+    """Positions at the end, shape (flocks, n, 2), and J_mean in m, shape (flocks,)."""
+
+    positions: Floats
+    min_mean_distance: Floats
+
+
+Run = Callable[[Flocks, float, int], Outcome]
+"""``run(flocks, interaction_range, steps)``."""
+
+
+@dataclass(frozen=True)
+class Peer:
+    """One implementation of the flock model; ``flocks_at_once`` if it gains from many in one call."""
+
+    name: str
+    run: Run
+    flocks_at_once: int | None = None
+
+
+def one_by_one(run: Callable[[Model, Floats, Floats, float, int], tuple[Floats, float]]) -> Run:
+    """Turn an implementation for one flock, arrays of shape (n, 2), into one for several."""
+
+    def run_all(flocks: Flocks, interaction_range: float, steps: int) -> Outcome:
+        outcomes = [
+            run(flocks.model, positions, velocities, interaction_range, steps)
+            for positions, velocities in zip(flocks.positions, flocks.velocities, strict=True)
+        ]
+        return Outcome(np.stack([end for end, _ in outcomes]), np.array([j for _, j in outcomes]))
+
+    return run_all

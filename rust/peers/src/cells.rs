@@ -1,0 +1,88 @@
+//! Neighbors by a cell list: agents sorted into square cells, candidates from the nine cells around.
+
+use crate::all_pairs::sum_in_range;
+use crate::flock::Point;
+
+/// The cells of one moment; buffers are kept from step to step.
+#[derive(Default)]
+pub(crate) struct CellList {
+    /// Cell of every agent.
+    cell: Vec<usize>,
+    /// Where each cell starts in the sorted arrays; one entry more than cells.
+    start: Vec<usize>,
+    /// Agents in the order of their cells.
+    order: Vec<usize>,
+    positions: Vec<Point>,
+    velocities: Vec<Point>,
+}
+
+impl CellList {
+    pub(crate) fn listen(
+        &mut self,
+        positions: &[Point],
+        velocities: &[Point],
+        range: f64,
+        heard: &mut [Point],
+    ) {
+        let (columns, rows) = self.sort(positions, range);
+        self.positions.clear();
+        self.positions
+            .extend(self.order.iter().map(|&i| positions[i]));
+        self.velocities.clear();
+        self.velocities
+            .extend(self.order.iter().map(|&i| velocities[i]));
+        for (&agent, &position) in self.order.iter().zip(&self.positions) {
+            let (row, column) = (self.cell[agent] / columns, self.cell[agent] % columns);
+            let (left, right) = (column.saturating_sub(1), (column + 1).min(columns - 1));
+            let mut sum = [0.0; 2];
+            for near in row.saturating_sub(1)..=(row + 1).min(rows - 1) {
+                // Neighboring cells of a row lie side by side in the sorted arrays.
+                let first = self.start[near * columns + left];
+                let last = self.start[near * columns + right + 1];
+                let (r, v) = (&self.positions[first..last], &self.velocities[first..last]);
+                let part = sum_in_range(position, r, v, range);
+                sum = [sum[0] + part[0], sum[1] + part[1]];
+            }
+            heard[agent] = sum;
+        }
+    }
+
+    /// Sorts agents into cells by counting; returns the number of columns and of rows.
+    fn sort(&mut self, positions: &[Point], range: f64) -> (usize, usize) {
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for position in positions {
+            for axis in 0..2 {
+                low[axis] = low[axis].min(position[axis]);
+                high[axis] = high[axis].max(position[axis]);
+            }
+        }
+        // About as many cells as agents at most: smaller ones cost more to visit than they save.
+        let area = (high[0] - low[0]) * (high[1] - low[1]);
+        let side = range.max((area / positions.len() as f64).sqrt()).max(1e-9);
+        let columns = ((high[0] - low[0]) / side) as usize + 1;
+        let rows = ((high[1] - low[1]) / side) as usize + 1;
+        self.cell.clear();
+        self.cell.extend(positions.iter().map(|position| {
+            let column = ((position[0] - low[0]) / side) as usize;
+            let row = ((position[1] - low[1]) / side) as usize;
+            row * columns + column
+        }));
+        self.start.clear();
+        self.start.resize(columns * rows + 1, 0);
+        for &cell in &self.cell {
+            self.start[cell] += 1;
+        }
+        let mut end = 0;
+        for start in &mut self.start {
+            end += *start;
+            *start = end;
+        }
+        // Filled from the back, each cell's end moves down to its start.
+        self.order.resize(positions.len(), 0);
+        for (agent, &cell) in self.cell.iter().enumerate().rev() {
+            self.start[cell] -= 1;
+            self.order[self.start[cell]] = agent;
+        }
+        (columns, rows)
+    }
+}

@@ -1,0 +1,106 @@
+//! One step of the flock (docs/model.md) around whatever search finds the neighbors.
+
+use pyo3::FromPyObject;
+
+/// x and y.
+pub(crate) type Point = [f64; 2];
+
+/// The parameters; read from the attributes of `benchmarks.peers.model.Model`.
+#[derive(FromPyObject)]
+pub(crate) struct Model {
+    time_step: f64,
+    mass: f64,
+    speed: f64,
+    predator_range: f64,
+    repulsion_strength: f64,
+    predator_position: Point,
+    predator_velocity: Point,
+}
+
+/// A flock and its predator at one moment.
+pub(crate) struct Flock {
+    model: Model,
+    pub(crate) positions: Vec<Point>,
+    velocities: Vec<Point>,
+    predator: Point,
+}
+
+impl Flock {
+    pub(crate) fn new(model: Model, positions: Vec<Point>, velocities: Vec<Point>) -> Self {
+        Self {
+            predator: model.predator_position,
+            model,
+            positions,
+            velocities,
+        }
+    }
+
+    /// Runs `steps` steps and returns J_mean. `listen` writes the sum of the velocities that each agent hears.
+    pub(crate) fn run(
+        &mut self,
+        steps: usize,
+        mut listen: impl FnMut(&[Point], &[Point], &mut [Point]),
+    ) -> f64 {
+        let mut heard = vec![[0.0; 2]; self.positions.len()];
+        let mut minimum = self.mean_distance();
+        for _ in 0..steps {
+            listen(&self.positions, &self.velocities, &mut heard);
+            self.step(&heard);
+            minimum = minimum.min(self.mean_distance());
+        }
+        minimum
+    }
+
+    fn step(&mut self, heard: &[Point]) {
+        let model = &self.model;
+        for ((position, velocity), heard) in self
+            .positions
+            .iter_mut()
+            .zip(&mut self.velocities)
+            .zip(heard)
+        {
+            // The direction of a sum is that of the mean.
+            let mut force = scaled(*heard, model.speed);
+            let offset = [
+                position[0] - self.predator[0],
+                position[1] - self.predator[1],
+            ];
+            if norm(offset) <= model.predator_range {
+                let escape = scaled(offset, model.repulsion_strength);
+                force = [force[0] + escape[0], force[1] + escape[1]];
+            }
+            position[0] += model.time_step * velocity[0];
+            position[1] += model.time_step * velocity[1];
+            let gain = model.time_step / model.mass;
+            let pushed = [velocity[0] + gain * force[0], velocity[1] + gain * force[1]];
+            if norm(pushed) > 0.0 {
+                *velocity = scaled(pushed, model.speed);
+            }
+        }
+        self.predator[0] += model.time_step * model.predator_velocity[0];
+        self.predator[1] += model.time_step * model.predator_velocity[1];
+    }
+
+    fn mean_distance(&self) -> f64 {
+        let total: f64 = self
+            .positions
+            .iter()
+            .map(|p| norm([p[0] - self.predator[0], p[1] - self.predator[1]]))
+            .sum();
+        total / self.positions.len() as f64
+    }
+}
+
+fn norm(vector: Point) -> f64 {
+    (vector[0] * vector[0] + vector[1] * vector[1]).sqrt()
+}
+
+/// The vector of this length in the same direction; 0 where there is none.
+fn scaled(vector: Point, length: f64) -> Point {
+    let norm = norm(vector);
+    if norm > 0.0 {
+        [length * vector[0] / norm, length * vector[1] / norm]
+    } else {
+        [0.0; 2]
+    }
+}

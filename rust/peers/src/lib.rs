@@ -1,0 +1,82 @@
+//! The models in plain Rust, as one writes them first: `f64`, scalar, one thread. `benchmarks/` measures
+//! flockesc-core against them, so they share no code with it.
+
+mod all_pairs;
+mod cells;
+mod flock;
+mod line;
+
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+use crate::cells::CellList;
+use crate::flock::{Flock, Model, Point};
+
+/// Final positions, shape (n, 2), and J_mean in m.
+type Outcome<'py> = PyResult<(Bound<'py, PyArray2<f64>>, f64)>;
+
+#[pyfunction]
+fn flock_all_pairs<'py>(
+    py: Python<'py>,
+    model: Model,
+    positions: PyReadonlyArray2<'_, f64>,
+    velocities: PyReadonlyArray2<'_, f64>,
+    range: f64,
+    steps: usize,
+) -> Outcome<'py> {
+    let mut flock = Flock::new(model, points(&positions), points(&velocities));
+    let minimum = flock.run(steps, |positions, velocities, heard| {
+        all_pairs::listen(positions, velocities, range, heard);
+    });
+    outcome(py, &flock, minimum)
+}
+
+#[pyfunction]
+fn flock_cells<'py>(
+    py: Python<'py>,
+    model: Model,
+    positions: PyReadonlyArray2<'_, f64>,
+    velocities: PyReadonlyArray2<'_, f64>,
+    range: f64,
+    steps: usize,
+) -> Outcome<'py> {
+    let mut flock = Flock::new(model, points(&positions), points(&velocities));
+    let mut cells = CellList::default();
+    let minimum = flock.run(steps, |positions, velocities, heard| {
+        cells.listen(positions, velocities, range, heard);
+    });
+    outcome(py, &flock, minimum)
+}
+
+#[pyfunction]
+fn line_all_pairs<'py>(
+    py: Python<'py>,
+    states: PyReadonlyArray1<'_, f64>,
+    predator: line::Predator,
+    range: f64,
+    steps: usize,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let states = line::run(states.as_slice()?.to_vec(), predator, range, steps);
+    Ok(states.into_pyarray(py))
+}
+
+fn points(array: &PyReadonlyArray2<'_, f64>) -> Vec<Point> {
+    array
+        .as_array()
+        .rows()
+        .into_iter()
+        .map(|row| [row[0], row[1]])
+        .collect()
+}
+
+fn outcome<'py>(py: Python<'py>, flock: &Flock, minimum: f64) -> Outcome<'py> {
+    let rows: Vec<Vec<f64>> = flock.positions.iter().map(|p| p.to_vec()).collect();
+    Ok((PyArray2::from_vec2(py, &rows)?, minimum))
+}
+
+#[pymodule]
+fn flockesc_peers(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(flock_all_pairs, module)?)?;
+    module.add_function(wrap_pyfunction!(flock_cells, module)?)?;
+    module.add_function(wrap_pyfunction!(line_all_pairs, module)?)
+}

@@ -1,0 +1,105 @@
+"""Benchmarks time the right thing: peers compute what this project does, and a wrong one is refused.
+
+Peers whose packages are in the ``bench`` extra alone are checked by every benchmark run itself.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from benchmarks import PROJECT, kernel, line, measure, peers, plots, size
+from benchmarks.measure import Contender, Record
+from benchmarks.peers.model import Flocks, Outcome, Peer
+from benchmarks.targets import TARGETS, Medians
+
+
+@pytest.mark.parametrize("module", ["numpy_all_pairs", "numpy_tuned", "ckdtree"])
+def test_peers_agree_with_this_project(module: str) -> None:
+    peers.check(list(import_module(f"benchmarks.peers.{module}").PEERS))
+
+
+def test_a_peer_that_computes_something_else_is_refused() -> None:
+    (right,) = import_module("benchmarks.peers.numpy_tuned").PEERS
+
+    def run(flocks: Flocks, interaction_range: float, steps: int) -> Outcome:
+        return right.run(flocks, interaction_range * 1.001, steps)
+
+    with pytest.raises(peers.DisagreementError, match=r"wider at .* m: off by"):
+        peers.check([Peer("wider", run)])
+
+
+@pytest.mark.parametrize("rho", line.RANGES)
+def test_the_line_in_numpy_agrees_and_a_wrong_one_is_refused(rho: float) -> None:
+    right = line.PEERS["NumPy, all pairs"]
+    line.check("NumPy", right, rho)
+    with pytest.raises(peers.DisagreementError, match="late"):
+        line.check("late", lambda x, scenario, rho, steps: right(x, scenario, rho, steps - 1), rho)
+
+
+def test_contenders_take_turns_and_a_shared_set_up_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    now, order = 0.0, []
+
+    def costs(name: str, seconds: float) -> None:
+        nonlocal now
+        now += seconds
+        order.append(name)
+
+    monkeypatch.setitem(measure._CLOCKS, "cpu", lambda: now)
+    contenders = [
+        Contender("a", lambda: costs("a", 0.5), units=10),
+        Contender("b", lambda: costs("b", 0.75), units=10, before=lambda: costs("set-up", 0.25)),
+        Contender("long", lambda: costs("long", 2.0), units=10),
+    ]
+    records = measure.measure("kernel", contenders, "flock step", repetitions=4, case={"rho": 5.0})
+    warm_up, turn = ["a", "b", "long"], ["a", "b", "set-up", "long"]
+    assert order == warm_up + 3 * turn + turn[:-1]
+    assert [r.seconds for r in records] == [[0.05] * 4, [0.05] * 4, [0.2] * 3]
+    assert [r.case for r in records] == [{"rho": 5.0}] * 3
+
+
+def test_sizes_are_left_out_from_how_the_last_two_grew() -> None:
+    assert size._foreseen([(100, 1.0)], 300) == 0.0
+    assert size._foreseen([(100, 1.0), (1000, 100.0)], 10_000) == pytest.approx(10_000)
+    assert size._foreseen([(100, 1.0), (1000, 10.0)], 10_000) == pytest.approx(100)
+
+
+def kernel_records(own: float, peer: float) -> list[Record]:
+    costs = {PROJECT: own, "NumPy, all pairs": peer}
+    return [
+        Record("kernel", name, {"rho": rho}, "flock step", "cpu", [9.0, seconds, 0.0])
+        for rho in kernel.RANGES
+        for name, seconds in costs.items()
+    ]
+
+
+def test_targets_are_judged_by_medians_and_what_was_not_measured_is_not_met() -> None:
+    verdicts = {}
+    for own in (6e-6, 9e-6, 12e-6):
+        medians = Medians(kernel_records(own, 300 * own))
+        verdicts[own] = {target.what: target.verdict(medians) for target in TARGETS}
+    worst, gain = "kernel, n = 300, worst range", "faster than NumPy, all pairs"
+    assert [row[worst] for row in verdicts.values()] == ["stretch", "met", "not met"]
+    assert [row[gain] for row in verdicts.values()] == ["met"] * 3
+    others = [verdict for what, verdict in verdicts[6e-6].items() if "kernel, n = 300" not in what]
+    assert others.count("not measured") == len(others) - 1
+    assert math.isnan(Medians([]).grid(1))
+
+
+def test_figures_are_drawn_from_the_file_alone(tmp_path: Path) -> None:
+    records = kernel_records(8e-6, 2e-3) + [
+        Record("size", PROJECT, {"n": n, "rho": 10.0}, "flock step", "cpu", [1e-8 * n]) for n in size.SIZES
+    ]
+    left_out = Record("size", PROJECT, {"n": 10**7, "rho": 10.0}, "flock step", "cpu", [], "left out")
+    text = json.dumps([record.document() for record in [*records, left_out]])
+    read = [Record.from_document(entry) for entry in json.loads(text)]
+    assert read == [*records, left_out]
+    assert [path.name for path in plots.draw(read, tmp_path)] == [
+        "cost_against_range.png",
+        "cost_against_size.png",
+    ]
+    assert all(path.stat().st_size > 10_000 for path in tmp_path.iterdir())
