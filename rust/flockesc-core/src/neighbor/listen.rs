@@ -3,11 +3,11 @@
 //! A node that lies wholly within range is taken as a whole, one wholly out of range is left out, and only tiles
 //! across the boundary are tested agent by agent.
 
-use bytemuck::{NoUninit, cast_slice};
+use bytemuck::{NoUninit, cast_ref, cast_slice};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::Ranges;
-use super::reach::{Reach, squared_norm};
+use super::reach::{Reach, bits, squared_norm};
 use super::tree::{Siblings, Speaker, Speakers, Tree};
 use crate::agents::{Agents, Column, FAN, GROUP, TILE};
 use crate::metrics;
@@ -171,7 +171,7 @@ fn find_groups<S: Simd, const D: usize>(
 }
 
 /// Among the groups listed, lists the tiles that are partly within reach of a tile, tells how many they are, and adds
-/// those that are wholly. The list grows without a branch per tile, which no processor could predict.
+/// those that are wholly. Without a branch per tile, which no processor could predict.
 #[inline(always)]
 fn find_tiles<S: Simd, const D: usize>(
     simd: S,
@@ -181,16 +181,35 @@ fn find_tiles<S: Simd, const D: usize>(
     scratch: &mut Scratch,
 ) -> (Whole<D>, usize) {
     let mut found = 0;
+    let zero = simd.splat_u64s(0);
+    let (mut sum, mut count) = ([zero; D], zero);
     for &group in &scratch.groups {
         let block = &tree.levels[0][group];
-        let (inside, across) = reach.classify(simd, block);
-        whole.add(block, inside);
+        let mut across = reach.near(simd, block);
+        if across != 0 && reach.may_enclose {
+            for register in 0..FAN / S::F64_LANES {
+                let is_inside = reach.encloses(simd, block, register);
+                across &= !(bits(simd, is_inside) << (register * S::F64_LANES));
+                for axis in 0..D {
+                    let added = simd.add_u64s(sum[axis], load(simd, &block.sum[axis], register));
+                    sum[axis] = simd.select_u64s(is_inside, added, sum[axis]);
+                }
+                let added = simd.add_u64s(count, load(simd, &block.count, register));
+                count = simd.select_u64s(is_inside, added, count);
+            }
+        }
         let first = (group * FAN) as u32;
         let list = &mut scratch.tiles[found..found + FAN];
         for (tile, child) in list.iter_mut().zip(ONES[across as usize]) {
             *tile = first + u32::from(child);
         }
         found += across.count_ones() as usize;
+    }
+    if reach.may_enclose {
+        for axis in 0..D {
+            whole.sum[axis] += lanes(&sum[axis]).iter().sum::<i64>();
+        }
+        whole.count += lanes(&count).iter().sum::<i64>();
     }
     (whole, found)
 }
@@ -258,6 +277,13 @@ fn hear<S: Simd, const D: usize>(
         heard.sum[axis][places.clone()].copy_from_slice(lanes(&sum[axis]));
     }
     heard.count[places].copy_from_slice(lanes(&count));
+}
+
+/// One register of eight whole numbers.
+#[inline(always)]
+fn load<S: Simd>(_: S, values: &[i64; FAN], register: usize) -> S::u64s {
+    let values: &[u64; FAN] = cast_ref(values);
+    S::as_simd_u64s(values).0[register]
 }
 
 /// The whole numbers in a register.

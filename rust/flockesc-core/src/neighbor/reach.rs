@@ -19,7 +19,7 @@ pub(super) struct Reach<const D: usize> {
     shortest: f64,
     longest: f64,
     /// Whether the shortest range is half the diagonal of the box or more: otherwise nothing is wholly within reach.
-    may_enclose: bool,
+    pub(super) may_enclose: bool,
 }
 
 impl<const D: usize> Reach<D> {
@@ -49,7 +49,7 @@ impl<const D: usize> Reach<D> {
 
     /// Which of eight nodes are within reach of some listener, as far as boxes can tell: one bit per node.
     #[inline(always)]
-    fn near<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> u8 {
+    pub(super) fn near<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> u8 {
         let zero = simd.splat_f64s(0.0);
         let mut mask = 0;
         for register in 0..FAN / S::F64_LANES {
@@ -68,24 +68,24 @@ impl<const D: usize> Reach<D> {
         mask
     }
 
-    /// Which of eight nodes are wholly within reach of all listeners.
+    /// Which nodes of one register are wholly within reach of all listeners, if any [may be](Self::may_enclose).
     #[inline(always)]
-    fn inside<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> u8 {
-        let mut mask = 0;
-        for register in 0..FAN / S::F64_LANES {
-            let mut extent = [simd.splat_f64s(0.0); D];
-            for axis in 0..D {
-                let low = S::as_simd_f64s(&nodes.low[axis]).0[register];
-                let high = S::as_simd_f64s(&nodes.high[axis]).0[register];
-                let up = simd.sub_f64s(high, simd.splat_f64s(self.bounds.low[axis]));
-                let down = simd.sub_f64s(simd.splat_f64s(self.bounds.high[axis]), low);
-                extent[axis] = simd.max_f64s(up, down);
-            }
-            let shortest = simd.splat_f64s(self.shortest);
-            let is_inside = simd.less_than_or_equal_f64s(squared_norm(simd, extent), shortest);
-            mask |= bits(simd, is_inside) << (register * S::F64_LANES);
+    pub(super) fn encloses<S: Simd>(
+        &self,
+        simd: S,
+        nodes: &Siblings<D>,
+        register: usize,
+    ) -> S::m64s {
+        let mut extent = [simd.splat_f64s(0.0); D];
+        for axis in 0..D {
+            let low = S::as_simd_f64s(&nodes.low[axis]).0[register];
+            let high = S::as_simd_f64s(&nodes.high[axis]).0[register];
+            let up = simd.sub_f64s(high, simd.splat_f64s(self.bounds.low[axis]));
+            let down = simd.sub_f64s(simd.splat_f64s(self.bounds.high[axis]), low);
+            extent[axis] = simd.max_f64s(up, down);
         }
-        mask
+        let shortest = simd.splat_f64s(self.shortest);
+        simd.less_than_or_equal_f64s(squared_norm(simd, extent), shortest)
     }
 
     /// Which of eight nodes lie wholly within reach, and which partly: one bit per node.
@@ -95,7 +95,11 @@ impl<const D: usize> Reach<D> {
         if near == 0 || !self.may_enclose {
             return (0, near);
         }
-        let inside = self.inside(simd, nodes);
+        let mut inside = 0;
+        for register in 0..FAN / S::F64_LANES {
+            let is_inside = self.encloses(simd, nodes, register);
+            inside |= bits(simd, is_inside) << (register * S::F64_LANES);
+        }
         (inside, near & !inside)
     }
 }
