@@ -123,10 +123,12 @@ def test_flock(data: st.DataObject, scenario: FlockScenario, seed: int) -> None:
     assert_follows_reference(run, schedule)
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize(("dimension", "initial_region"), [(2, "cube"), (3, "cube"), (3, "square")])
 @pytest.mark.parametrize("constant_speed", [True, False])
-def test_flock_of_the_paper(dimension: int, constant_speed: bool) -> None:
-    scenario = FlockScenario(dimension=dimension, num_steps=6, constant_speed=constant_speed)
+def test_flock_of_the_paper(dimension: int, initial_region: Any, constant_speed: bool) -> None:
+    scenario = FlockScenario(
+        dimension=dimension, initial_region=initial_region, num_steps=6, constant_speed=constant_speed
+    )
     run = simulate(scenario, 10.0, seed=0)
     assert_follows_reference(run, np.full((6, 300), 10.0))
 
