@@ -150,6 +150,22 @@ def test_agent_at_rest_under_no_force_stays() -> None:
     assert (run.polarization == 0).all()
 
 
+@pytest.mark.parametrize(("constant_speed", "expected"), [(True, -8.0), (False, 0.0)])
+def test_agent_brought_to_rest(constant_speed: bool, expected: float) -> None:
+    """Consensus, 10, and escape, 18, cancel a velocity of -8 exactly: only the literal law takes it away."""
+    scenario = FlockScenario(
+        num_agents=1,
+        num_steps=1,
+        time_step=0.5,
+        mass=0.5,
+        repulsion_strength=18.0,
+        constant_speed=constant_speed,
+        predators=(ConstantVelocity((-3.0, 0.0), (0.0, 0.0)),),
+    )
+    run = simulate(scenario, 1.0, initial_positions=[[0.0, 0.0]], initial_velocities=[[-8.0, 0.0]])
+    assert run.velocities[1].tolist() == [[expected, 0.0]]
+
+
 def test_boundaries_of_the_flock_are_inclusive() -> None:
     """3-4-5 triangles: distances of exactly rho and exactly rho_p count; a hair more does not."""
     scenario = FlockScenario(

@@ -1,5 +1,7 @@
 //! A step allocates nothing, once the lists of the neighbor search have the length that the flock needs.
 
+#![allow(clippy::expect_used)] // helpers of tests: a panic is the failure report
+
 mod common;
 
 use std::sync::Arc;

@@ -1,5 +1,7 @@
 //! Results do not depend on threads: long runs of one large flock, and many small ones in any order, bit for bit.
 
+#![allow(clippy::expect_used)] // helpers of tests: a panic is the failure report
+
 mod common;
 
 use std::sync::Arc;
