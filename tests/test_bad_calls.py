@@ -13,6 +13,7 @@ from flockesc_env import (
     ConstantVelocity,
     FlockEscapeEnv,
     FlockescError,
+    FlockVectorEnv,
     LineEscapeEnv,
     LineScenario,
     PurePursuit,
@@ -188,6 +189,23 @@ def test_policies(policy: Callable[[], Any], field: str) -> None:
 )
 def test_vector_environments(make: Any, count: Any, options: dict[str, Any], field: str) -> None:
     assert refusal(lambda: make(count, FLOCK, **options)).field == field
+
+
+@pytest.mark.parametrize("num_threads", [0, -1, 1.5, "2", [2], 2**64, 10**6], ids=repr)
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda num_threads: simulate(FLOCK, 1.0, seed=0, num_threads=num_threads),
+        lambda num_threads: FlockEscapeEnv(FLOCK, num_threads=num_threads),
+        lambda num_threads: parallel_env(FLOCK, num_threads=num_threads),
+        lambda num_threads: env(FLOCK, num_threads=num_threads),
+        lambda num_threads: FlockVectorEnv(2, FLOCK, num_threads=num_threads),
+        lambda num_threads: FlockVectorEnv(1, FLOCK, num_threads=num_threads),
+    ],
+    ids=["simulate", "flock", "parallel", "aec", "vector", "vector of one"],
+)
+def test_threads(call: Callable[[Any], Any], num_threads: Any) -> None:
+    assert refusal(lambda: call(num_threads)).field == "num_threads"
 
 
 @pytest.mark.parametrize("seed", [-1, 1.5, 2**64, "a", [1], np.float64(2.0), np.int64(-3)], ids=repr)

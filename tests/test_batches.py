@@ -8,7 +8,17 @@ import numpy as np
 import pytest
 from option_table import DIMENSIONS, small_flock
 
-from flockesc_env import EnvOptions, LineScenario, rollout, sweep
+from flockesc_env import (
+    EnvOptions,
+    FlockEscapeEnv,
+    FlockScenario,
+    FlockVectorEnv,
+    LineScenario,
+    parallel_env,
+    rollout,
+    simulate,
+    sweep,
+)
 from flockesc_env.batch import FlockBatch
 from flockesc_env.policies import FixedRange, StubbornLeaders
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
@@ -98,6 +108,47 @@ def test_place_in_the_batch(dimension: int, per_agent: bool, threads: int) -> No
         for name, values in crowd.metrics().items():
             assert values[slot] == alone.metrics()[name][0]
         assert crowd.num_components()[slot] == alone.num_components()[0]
+
+
+def large_flock(dimension: int) -> FlockScenario:
+    """Return a flock that is itself spread over threads, 0.03 agents per m^D."""
+    side = (5000 / 0.03) ** (1 / dimension)
+    return FlockScenario(num_agents=5000, num_steps=8, dimension=dimension, initial_side=side)
+
+
+def simulated(scenario: FlockScenario, num_threads: int | None) -> list[Any]:
+    own = np.linspace(0.0, 20.0, 5000)
+    names = ("positions", "velocities", "mean_distance", "min_distance", "num_components", "polarization")
+    return [columns(simulate(scenario, rho, seed=2, num_threads=num_threads), *names) for rho in (6.0, own)]
+
+
+def flock_played(scenario: FlockScenario, num_threads: int | None) -> list[Any]:
+    env = FlockEscapeEnv(scenario, num_threads=num_threads)
+    env.action_space.seed(0)
+    return [env.reset(seed=2), *(env.step(env.action_space.sample()) for _ in range(8))]
+
+
+def agents_played(scenario: FlockScenario, num_threads: int | None) -> list[Any]:
+    env = parallel_env(scenario, num_threads=num_threads, reward="own_distance")
+    rng = np.random.default_rng(0)
+    steps: list[Any] = [env.reset_array(seed=2)]
+    return steps + [env.step_array(rng.uniform(-1, 1, (5000, 1)).astype(np.float32)) for _ in range(8)]
+
+
+def flocks_played(scenario: FlockScenario, num_threads: int | None) -> list[Any]:
+    """Play two large flocks, spread over the same threads as each of them, into their second episode."""
+    env = FlockVectorEnv(2, scenario, num_threads=num_threads)
+    env.action_space.seed(0)
+    return [env.reset(seed=2), *(env.step(env.action_space.sample()) for _ in range(11))]
+
+
+@dimensions
+@pytest.mark.parametrize("played", [simulated, flock_played, agents_played, flocks_played])
+def test_threads_of_one_large_flock(played: Any, dimension: int) -> None:
+    scenario = large_flock(dimension)
+    serial = played(scenario, 1)
+    for threads in (2, 4, 7):
+        np.testing.assert_equal(played(scenario, threads), serial)
 
 
 @pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import multiprocessing
+from multiprocessing.queues import SimpleQueue
 
 import gymnasium
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 from option_table import small_flock
 
-from flockesc_env import FlockVectorEnv, LineScenario, rollout, sweep
+from flockesc_env import FlockEscapeEnv, FlockScenario, FlockVectorEnv, LineScenario, rollout, sweep
 from flockesc_env.policies import FixedRange
 
 TIMEOUT = 120.0  # only a child that hangs needs as long
@@ -58,6 +59,44 @@ def test_async_vector_env_equals_sync_vector_env(method: str, name: str) -> None
     finally:
         parallel.close(terminate=True)
         sync.close()
+
+
+def large_played(num_threads: int | None) -> list[np.ndarray]:
+    """Return the observations of one flock that is itself spread over threads."""
+    env = FlockEscapeEnv(FlockScenario(num_agents=5000, initial_side=400.0), num_threads=num_threads)
+    env.action_space.seed(0)
+    observations = [env.reset(seed=4)[0]]
+    return observations + [env.step(env.action_space.sample())[0] for _ in range(5)]
+
+
+@METHODS
+def test_child_steps_a_large_flock_after_its_parent_has(method: str) -> None:
+    here = large_played(2)
+    with multiprocessing.get_context(method).Pool(2) as pool:
+        there = [pool.apply_async(large_played, (num_threads,)) for num_threads in (1, 2, None, 2)]
+        for result in there:
+            np.testing.assert_array_equal(result.get(TIMEOUT), here)
+    np.testing.assert_array_equal(large_played(2), here)
+
+
+def step_on(env: FlockEscapeEnv, results: SimpleQueue) -> None:
+    results.put([env.step(np.array([0.0], np.float32))[0] for _ in range(5)])
+
+
+def test_forked_child_goes_on_with_the_flock_of_its_parent() -> None:
+    """The environment is inherited in the middle of its episode, with a pool whose threads are gone."""
+    env = FlockEscapeEnv(FlockScenario(num_agents=5000, initial_side=400.0), num_threads=2)
+    env.reset(seed=4)
+    env.step(env.action_space.sample())
+    context = multiprocessing.get_context("fork")
+    results = context.SimpleQueue()
+    child = context.Process(target=step_on, args=(env, results))
+    child.start()
+    child.join(TIMEOUT)
+    assert child.exitcode == 0
+    there = results.get()
+    step_on(env, results)
+    np.testing.assert_array_equal(there, results.get())
 
 
 def played(num_threads: int | None) -> list[np.ndarray]:

@@ -123,10 +123,12 @@ def test_flock(data: st.DataObject, scenario: FlockScenario, seed: int) -> None:
     assert_follows_reference(run, schedule)
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize(("dimension", "initial_region"), [(2, "cube"), (3, "cube"), (3, "square")])
 @pytest.mark.parametrize("constant_speed", [True, False])
-def test_flock_of_the_paper(dimension: int, constant_speed: bool) -> None:
-    scenario = FlockScenario(dimension=dimension, num_steps=6, constant_speed=constant_speed)
+def test_flock_of_the_paper(dimension: int, initial_region: Any, constant_speed: bool) -> None:
+    scenario = FlockScenario(
+        dimension=dimension, initial_region=initial_region, num_steps=6, constant_speed=constant_speed
+    )
     run = simulate(scenario, 10.0, seed=0)
     assert_follows_reference(run, np.full((6, 300), 10.0))
 
@@ -146,6 +148,22 @@ def test_agent_at_rest_under_no_force_stays() -> None:
     np.testing.assert_array_equal(run.positions, np.broadcast_to([1.0, 2.0], (4, 1, 2)))
     assert (run.velocities == 0).all()
     assert (run.polarization == 0).all()
+
+
+@pytest.mark.parametrize(("constant_speed", "expected"), [(True, -8.0), (False, 0.0)])
+def test_agent_brought_to_rest(constant_speed: bool, expected: float) -> None:
+    """Consensus, 10, and escape, 18, cancel a velocity of -8 exactly: only the literal law takes it away."""
+    scenario = FlockScenario(
+        num_agents=1,
+        num_steps=1,
+        time_step=0.5,
+        mass=0.5,
+        repulsion_strength=18.0,
+        constant_speed=constant_speed,
+        predators=(ConstantVelocity((-3.0, 0.0), (0.0, 0.0)),),
+    )
+    run = simulate(scenario, 1.0, initial_positions=[[0.0, 0.0]], initial_velocities=[[-8.0, 0.0]])
+    assert run.velocities[1].tolist() == [[expected, 0.0]]
 
 
 def test_boundaries_of_the_flock_are_inclusive() -> None:

@@ -1,6 +1,6 @@
 """Which flocks are for what: ranges of seeds that never meet.
 
-Later episodes of a training run draw seeds of 2^32 or more (``flockesc_env.batch.draw_seed``), far beyond all
+Later episodes of a training run have seeds of 2^32 or more (``flockesc_env.episode_seed``), far beyond all
 of these.
 """
 

@@ -163,7 +163,7 @@ fn find_groups<S: Simd, const D: usize>(
             scratch.nodes.push((level - 1, index * FAN + child));
         }
     }
-    let room = (scratch.groups.len() + 1) * FAN;
+    let room = scratch.groups.len() * FAN;
     if scratch.tiles.len() < room {
         scratch.tiles.resize(room, 0);
     }

@@ -1,0 +1,81 @@
+//! A step allocates nothing, once the lists of the neighbor search have the length that the flock needs.
+
+#![allow(clippy::expect_used)] // helpers of tests: a panic is the failure report
+
+mod common;
+
+use std::sync::Arc;
+
+use allocation_counter::measure;
+use common::scenario;
+use flockesc_core::{EscapeForce, InitialState, Line, LineConfig, Ranges, World};
+
+const AGENTS: usize = 300;
+/// Long enough for the flock to spread far, and for its agents to be arranged anew several times.
+const STEPS: usize = 480;
+
+/// Ranges in m that come and go, from nobody heard to everybody.
+fn range(step: usize) -> f64 {
+    let phase = step as f64 / 20.0;
+    30.0 * (1.0 - phase.cos())
+}
+
+fn assert_steps_allocate_nothing<const D: usize>(is_shared: bool) {
+    let config = Arc::new(scenario(AGENTS, D, STEPS, 100.0));
+    let mut world = World::<D>::new(config, &InitialState::seeded(0));
+    let mut own = vec![0.0; AGENTS];
+    let mut step = |step: usize| {
+        if is_shared {
+            world.step(Ranges::Shared(range(step)));
+        } else {
+            for (agent, own) in own.iter_mut().enumerate() {
+                *own = range(step + agent);
+            }
+            world.step(Ranges::PerAgent(&own));
+        }
+    };
+    (0..STEPS).for_each(&mut step);
+    let after = measure(|| (STEPS..2 * STEPS).for_each(&mut step));
+    assert_eq!(after.count_total, 0);
+}
+
+#[test]
+fn a_flock_in_the_plane_under_one_range() {
+    assert_steps_allocate_nothing::<2>(true);
+}
+
+#[test]
+fn a_flock_in_the_plane_under_ranges_of_its_agents() {
+    assert_steps_allocate_nothing::<2>(false);
+}
+
+#[test]
+fn a_flock_in_space_under_one_range() {
+    assert_steps_allocate_nothing::<3>(true);
+}
+
+#[test]
+fn a_flock_in_space_under_ranges_of_its_agents() {
+    assert_steps_allocate_nothing::<3>(false);
+}
+
+/// A line has room for all from the start.
+#[test]
+fn a_line_allocates_nothing_from_its_first_step_on() {
+    let config = LineConfig {
+        num_agents: AGENTS,
+        predator_position: Some(0.6),
+        predator_range: 0.2,
+        repulsion_strength: 2.0,
+        escape_force: EscapeForce::Linear,
+        tolerance: 0.0,
+        max_steps: STEPS,
+    };
+    let mut line = Line::new(Arc::new(config), 0, None).expect("a good line");
+    let steps = measure(|| {
+        for step in 0..STEPS {
+            line.step(range(step) / 100.0).expect("a good range");
+        }
+    });
+    assert_eq!(steps.count_total, 0);
+}

@@ -1,0 +1,39 @@
+//! Flocks that the tests share.
+
+use flockesc_core::{
+    ConstantVelocity, FlockConfig, InitialRegion, NeighborRule, PredatorConfig, PurePursuit,
+};
+
+/// A flock in a square (D = 3: cube) of `side` m, chased by one predator that flies straight on and one that pursues.
+pub(crate) fn scenario(
+    num_agents: usize,
+    dimension: usize,
+    num_steps: usize,
+    initial_side: f64,
+) -> FlockConfig {
+    FlockConfig {
+        num_agents,
+        dimension,
+        num_steps,
+        time_step: 0.05,
+        mass: 0.1,
+        speed: 10.0,
+        initial_side,
+        initial_region: InitialRegion::Cube,
+        predator_range: 30.0,
+        repulsion_strength: 10.0,
+        constant_speed: true,
+        predators: vec![
+            PredatorConfig::ConstantVelocity(ConstantVelocity {
+                position: vec![-30.0, -30.0],
+                velocity: vec![10.0, 10.0],
+            }),
+            PredatorConfig::PurePursuit(PurePursuit {
+                position: vec![initial_side / 2.0, 0.0],
+                velocity: vec![0.0, 8.0],
+                max_turn_rate: 1.0,
+            }),
+        ],
+        neighbor_rule: NeighborRule::Metric {},
+    }
+}

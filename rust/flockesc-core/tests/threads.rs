@@ -1,0 +1,243 @@
+//! Results do not depend on threads: long runs of one large flock, and many small ones in any order, bit for bit.
+
+#![allow(clippy::expect_used)] // helpers of tests: a panic is the failure report
+
+mod common;
+
+use std::sync::Arc;
+
+use common::scenario;
+use flockesc_core::{
+    Batch, EpisodeConfig, FlockConfig, InitialState, Objective, Progress, Reward, Schedule,
+    Trajectory, View, simulate_flock,
+};
+
+/// A large flock, spread over threads.
+const AGENTS: usize = 6000;
+const STEPS: usize = 60;
+const THREADS: [usize; 3] = [2, 4, 7];
+
+/// 0.03 agents per m^D.
+fn large(dimension: usize) -> FlockConfig {
+    let side = (AGENTS as f64 / 0.03).powf(1.0 / dimension as f64);
+    scenario(AGENTS, dimension, STEPS, side)
+}
+
+/// One range in m per agent, from 0 to `longest`.
+fn own_ranges(num_agents: usize, longest: f64) -> Vec<f64> {
+    (0..num_agents)
+        .map(|agent| longest * (agent % 17) as f64 / 16.0)
+        .collect()
+}
+
+fn run(
+    config: &Arc<FlockConfig>,
+    values: &[f64],
+    start: &InitialState,
+    num_threads: usize,
+) -> Trajectory {
+    let schedule = Schedule {
+        values: values.to_vec(),
+        rows: 1,
+        columns: values.len(),
+    };
+    let (config, threads) = (config.clone(), Some(num_threads));
+    simulate_flock(config, &schedule, start, threads, &Progress::default()).expect("a good run")
+}
+
+/// Everything in a run; unlike numbers, bits tell -0 from 0.
+fn bits(run: &Trajectory) -> Vec<u64> {
+    let Trajectory {
+        positions,
+        velocities,
+        predator_positions,
+        mean_distance,
+        min_distance,
+        num_components,
+        polarization,
+    } = run;
+    let numbers = [
+        positions,
+        velocities,
+        predator_positions,
+        mean_distance,
+        min_distance,
+        polarization,
+    ];
+    let counts = num_components.iter().map(|&count| count as u64);
+    numbers
+        .into_iter()
+        .flatten()
+        .map(|number| number.to_bits())
+        .chain(counts)
+        .collect()
+}
+
+fn assert_threads_do_not_matter(config: FlockConfig, ranges: &[f64], start: &InitialState) {
+    let config = Arc::new(config);
+    let played = |threads| bits(&run(&config, ranges, start, threads));
+    let serial = played(1);
+    for threads in THREADS {
+        assert!(played(threads) == serial, "{threads} threads");
+    }
+}
+
+#[test]
+fn a_large_flock_in_the_plane_under_one_range() {
+    assert_threads_do_not_matter(large(2), &[10.0], &InitialState::seeded(3));
+}
+
+#[test]
+fn a_large_flock_in_the_plane_under_ranges_of_its_agents() {
+    let ranges = own_ranges(AGENTS, 40.0);
+    assert_threads_do_not_matter(large(2), &ranges, &InitialState::seeded(3));
+}
+
+#[test]
+fn a_large_flock_in_space_under_one_range() {
+    assert_threads_do_not_matter(large(3), &[5.0], &InitialState::seeded(3));
+}
+
+#[test]
+fn a_large_flock_in_space_under_ranges_of_its_agents() {
+    let ranges = own_ranges(AGENTS, 10.0);
+    assert_threads_do_not_matter(large(3), &ranges, &InitialState::seeded(3));
+}
+
+/// The fastest agent, alone on one thread, sets the unit in which all are summed.
+#[test]
+fn a_large_flock_of_unequal_speeds_under_the_literal_law() {
+    let config = FlockConfig {
+        constant_speed: false,
+        ..large(2)
+    };
+    let mut velocities: Vec<f64> = (0..2 * AGENTS).map(|i| (i % 7) as f64 - 3.0).collect();
+    velocities[0] = 1000.0;
+    let start = InitialState {
+        velocities: Some(velocities),
+        ..InitialState::seeded(3)
+    };
+    assert_threads_do_not_matter(config, &[10.0], &start);
+}
+
+fn episodes(view: View, reward: Reward) -> EpisodeConfig {
+    EpisodeConfig {
+        view,
+        objective: Objective::Mean,
+        reward,
+        max_range: 40.0,
+        predator_sensing_range: None,
+        steps_per_action: 2,
+    }
+}
+
+/// What a step of a batch returned, flock after flock: rewards, observations, distances now.
+type Step = Vec<(Vec<u64>, Vec<u32>, [u64; 2])>;
+
+/// A whole episode in which flock i starts from `seeds[i]` and has a range of `ranges(seed, agent)`.
+fn play<const D: usize>(
+    scenario: &FlockConfig,
+    config: &EpisodeConfig,
+    seeds: &[u64],
+    num_threads: usize,
+    range: impl Fn(u64, usize) -> f64,
+) -> (Batch<D>, Vec<Step>) {
+    let threads = Some(num_threads);
+    let mut batch = Batch::<D>::new(scenario.clone(), config.clone(), seeds.len(), threads)
+        .expect("a good scenario");
+    let resets: Vec<_> = seeds
+        .iter()
+        .enumerate()
+        .map(|(slot, &seed)| (slot, Some(seed)))
+        .collect();
+    batch
+        .reset_many(&resets, &InitialState::default())
+        .expect("slots");
+    let rows = batch.rows();
+    let ranges: Vec<f64> = seeds
+        .iter()
+        .flat_map(|&seed| (0..rows).map(move |agent| (seed, agent)))
+        .map(|(seed, agent)| range(seed, agent))
+        .collect();
+    let mut rewards = vec![0.0; seeds.len() * rows];
+    let mut observations = vec![0.0; rewards.len() * batch.row_length()];
+    let mut steps = Vec::new();
+    while !batch.episode(0).expect("an episode").has_ended() {
+        let metrics = batch
+            .step_measured(&ranges, false, &mut rewards, &mut observations, |episode| {
+                let distance = episode.world().predator_distance();
+                [distance.mean.to_bits(), distance.minimum.to_bits()]
+            })
+            .expect("good ranges");
+        let rewards = rewards.chunks_exact(rows);
+        let observations = observations.chunks_exact(rows * batch.row_length());
+        steps.push(
+            rewards
+                .zip(observations)
+                .zip(metrics)
+                .map(|((rewards, observations), metrics)| {
+                    (
+                        rewards.iter().map(|r| r.to_bits()).collect(),
+                        observations.iter().map(|o| o.to_bits()).collect(),
+                        metrics,
+                    )
+                })
+                .collect(),
+        );
+    }
+    (batch, steps)
+}
+
+#[test]
+fn a_batch_of_one_large_flock() {
+    let config = Arc::new(large(2));
+    let recorded = run(&config, &[10.0], &InitialState::seeded(3), 1);
+    for (view, reward) in [
+        (View::Flock, Reward::Distance),
+        (View::Agent, Reward::OwnDistanceChange),
+    ] {
+        let episode = episodes(view, reward);
+        let played = |threads| play::<2>(&config, &episode, &[3], threads, |_, _| 10.0);
+        let (_, serial) = played(1);
+        for threads in THREADS {
+            let (batch, steps) = played(threads);
+            assert!(steps == serial, "{threads} threads");
+            let world = batch.episode(0).expect("an episode").world();
+            let positions: Vec<f64> = world.positions().iter().flatten().copied().collect();
+            assert!(recorded.positions.ends_with(&positions));
+        }
+    }
+}
+
+fn assert_places_do_not_matter<const D: usize>(side: f64) {
+    let scenario = scenario(100, D, 40, side);
+    let seeds: Vec<u64> = (0..23).collect();
+    // 5 and 23 have no common divisor: every seed once, and hardly one where it was.
+    let permuted: Vec<u64> = seeds.iter().map(|seed| seed * 5 % 23).collect();
+    for (view, reward) in [
+        (View::Flock, Reward::RunningMinimum),
+        (View::Agent, Reward::OwnDistance),
+    ] {
+        let config = episodes(view, reward);
+        let range = |seed: u64, agent: usize| 3.0 + (seed as usize + agent) as f64 % 13.0;
+        let (_, serial) = play::<D>(&scenario, &config, &seeds, 1, range);
+        for threads in [1, 2, 4, 7] {
+            let (_, crowd) = play::<D>(&scenario, &config, &permuted, threads, range);
+            for (step, expected) in crowd.iter().zip(&serial) {
+                for (flock, &seed) in step.iter().zip(&permuted) {
+                    assert!(flock == &expected[seed as usize], "{threads} threads");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn places_of_small_flocks_in_the_plane() {
+    assert_places_do_not_matter::<2>(50.0);
+}
+
+#[test]
+fn places_of_small_flocks_in_space() {
+    assert_places_do_not_matter::<3>(20.0);
+}
