@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import tyro
 from threadpoolctl import threadpool_limits
@@ -50,6 +50,7 @@ app = tyro.extras.SubcommandApp()
 @app.command(name="run")
 def _run(args: Annotated[RunArgs, tyro.conf.arg(name="")]) -> None:
     """Check every peer against this project, measure, print tables, save every repetition, draw."""
+    surroundings = machine.description()
     with threadpool_limits(1):  # of BLAS: everybody has one thread, this project too
         others = peers.installed()
         peers.check(others)
@@ -65,7 +66,7 @@ def _run(args: Annotated[RunArgs, tyro.conf.arg(name="")]) -> None:
             print(f"measuring: {name}", flush=True)
             records += sections[name]()
     report.show(records)
-    _save(records, args.output)
+    _save(surroundings, records, args.output)
     for path in plots.draw(records, args.output):
         print("Figure:", path)
 
@@ -80,10 +81,10 @@ def _plot(args: Annotated[PlotArgs, tyro.conf.arg(name="")]) -> None:
         print("Figure:", path)
 
 
-def _save(records: list[Record], folder: Path) -> None:
+def _save(surroundings: dict[str, Any], records: list[Record], folder: Path) -> None:
     medians = Medians(records)
     document = {
-        "machine": machine.description(),
+        "machine": surroundings,
         "records": [record.document() for record in records],
         "targets": [target.document(medians) for target in TARGETS],
     }

@@ -33,6 +33,7 @@ def description() -> dict[str, Any]:
     return {
         "cpu": cpu.get("model name", platform.processor()),
         "cores": os.cpu_count(),
+        "load_average": os.getloadavg()[0],  # of the last minute: who else was there
         "instruction_sets": [flag for flag in _FLAGS if flag in flags],
         "system": platform.platform(),
         "python": platform.python_version(),
