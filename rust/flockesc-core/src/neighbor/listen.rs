@@ -20,7 +20,7 @@ pub(crate) struct Heard<const D: usize> {
     pub(crate) sum: [Column<i64>; D],
     /// |N_i|.
     pub(crate) count: Column<i64>,
-    /// The norm of the sum, left here by those who need it first.
+    /// The norm of the sum, left by the step that was made of it.
     pub(crate) norm: Column<f64>,
 }
 
