@@ -189,6 +189,35 @@ impl<const D: usize> Episode<D> {
     }
 }
 
+/// Metrics of one episode, as the environments' `info` reports them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Metrics {
+    /// Mean distance to the predator now, in m.
+    pub mean_distance: f64,
+    /// Minimum distance to the predator now, in m.
+    pub min_distance: f64,
+    /// Smallest mean distance so far, in m.
+    pub min_mean_distance: f64,
+    /// Smallest minimum distance so far, in m.
+    pub min_min_distance: f64,
+    /// Norm of the mean heading.
+    pub polarization: f64,
+}
+
+impl Metrics {
+    /// Metrics of one episode.
+    #[must_use]
+    pub fn of<const D: usize>(episode: &Episode<D>) -> Self {
+        Self {
+            mean_distance: episode.mean_distance().now,
+            min_distance: episode.min_distance().now,
+            min_mean_distance: episode.mean_distance().minimum,
+            min_min_distance: episode.min_distance().minimum,
+            polarization: episode.polarization(),
+        }
+    }
+}
+
 /// Ranges and observation rows that one flock has: 1, or one per agent.
 pub(crate) fn rows(config: &EpisodeConfig, scenario: &FlockConfig) -> usize {
     match config.view {

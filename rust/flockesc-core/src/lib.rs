@@ -41,11 +41,11 @@ mod sweep;
 mod threads;
 mod vector;
 
-pub use batch::{Batch, Metrics};
+pub use batch::Batch;
 pub use config::{
     EpisodeConfig, FlockConfig, InitialRegion, LineConfig, MAX_AGENTS, MAX_STEPS, Objective, View,
 };
-pub use episode::{Episode, Running};
+pub use episode::{Episode, Metrics, Running};
 pub use error::{Error, Result};
 pub use flock::{InitialState, Schedule, Trajectory, World, simulate_flock};
 pub use graph::{laplacian, perron_matrix};
