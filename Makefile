@@ -25,7 +25,7 @@ build: $(VENV)/installed ## make the virtual environment .venv and build the pac
 	$(BIN)/maturin develop --release --locked --quiet --skip-install
 
 .PHONY: demo
-demo: build ## train a range policy and compare it with the grid search (about 6 minutes on 2 cores)
+demo: build ## train a range policy and compare it with the grid search (about 4 minutes on 2 cores)
 	rm -rf $(DEMO)
 	$(BIN)/python -m training train demo --run $(DEMO)
 	$(BIN)/python -m training compare --policies stubborn-leaders $(DEMO) --output $(DEMO)/comparison
