@@ -34,7 +34,7 @@ _FILL = 0.2
 """Seconds that the steps of one call should fill."""
 _MOST_STEPS = 240
 _FEWEST_OWN_STEPS = 24
-"""For this project to rebuild its neighbor lists about as often per step as in a whole run."""
+"""For this project to arrange its agents about as often per step as in a whole run."""
 
 Steps = Callable[[Flocks, float, int], object]
 """``steps(flocks, interaction_range, count)``."""
