@@ -123,8 +123,3 @@ pub(crate) fn squared_norm<const D: usize>(vector: &[f64; D]) -> f64 {
         sum + vector[axis] * vector[axis]
     })
 }
-
-/// The arithmetic mean; summed in index order.
-pub(crate) fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}

@@ -234,7 +234,10 @@ const ONES: [[u8; FAN]; 256] = {
 
 /// Fills one register of listeners, from `start` on in their group: what is `whole`, and agent by agent `tiles`.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "a struct would only give them other names"
+)]
 fn hear<S: Simd, const D: usize>(
     simd: S,
     listeners: &[Column<f64>; D],

@@ -11,7 +11,6 @@ use serde::Deserialize;
 
 use crate::agents::{Agents, Column};
 use crate::exact::Scale;
-use crate::metrics;
 use crate::threads;
 use components::num_components;
 pub(crate) use listen::Heard;
@@ -51,13 +50,21 @@ impl Ranges<'_> {
         }
     }
 
-    fn mean(self) -> f64 {
+    /// Mean over a sample of the agents, in m.
+    fn typical(self) -> f64 {
         match self {
             Self::Shared(range) => range,
-            Self::PerAgent(ranges) => metrics::mean(ranges),
+            Self::PerAgent(ranges) => {
+                let sample = ranges.iter().step_by(ranges.len().div_ceil(SAMPLE));
+                let count = sample.len() as f64;
+                sample.sum::<f64>() / count
+            }
         }
     }
 }
+
+/// Agents or groups looked at to tell whether it pays to arrange all of them.
+const SAMPLE: usize = 64;
 
 /// Cost of arranging per agent and halving, in tests of a pair of tiles (measured).
 const ARRANGING: f64 = 0.4;
@@ -111,7 +118,7 @@ impl<const D: usize> Neighborhood<D> {
 
     /// Arranges the agents anew as soon as the tests that loose tiles have cost would have paid for it.
     fn arrange_if_it_pays(&mut self, agents: &mut Agents<D>, ranges: Ranges<'_>) {
-        let reach = 2.0 * ranges.mean();
+        let reach = 2.0 * ranges.typical();
         let loose = self.tree.mean_extent();
         let spared = 1.0 - ((self.tight + reach) / (loose + reach)).powi(D as i32);
         self.excess += spared * self.tests() as f64;

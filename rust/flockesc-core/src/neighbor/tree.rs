@@ -2,6 +2,7 @@
 
 use multiversion::multiversion;
 
+use super::SAMPLE;
 use crate::agents::{Agents, FAN, GROUP, Group, TILE};
 use crate::exact::Scale;
 use crate::metrics::{larger, reduce, smaller};
@@ -162,9 +163,6 @@ impl<const D: usize> Tree<D> {
         total / count
     }
 }
-
-/// Groups looked at to tell how loose the tiles are.
-const SAMPLE: usize = 64;
 
 /// Largest component of any velocity, in m/s.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
