@@ -97,7 +97,7 @@ def record(
     scenario: FlockScenario | None = None,
     per_agent: bool = False,
     **options: Any,
-) -> tuple[Trajectory, FloatArray]:
+) -> Trajectory:
     """Run a policy on one flock and record all of it, as ``simulate`` does under the ranges it chose.
 
     Args:
@@ -106,9 +106,6 @@ def record(
         scenario: the flock model's parameters; default: the paper's.
         per_agent: whether the policy sets one range per agent, or one for the flock.
         **options: see ``EnvOptions``.
-
-    Returns:
-        The trajectory, and the ranges in m in force in every step, shape (T, n) or (T, 1).
 
     Raises:
         ArgumentError: for a bad seed.
@@ -119,7 +116,7 @@ def record(
     batch = FlockBatch(scenario, env_options, per_agent=per_agent)
     actions = np.array([ranges for ranges, _ in episode_steps(batch, policy, [as_seed(seed)])])
     schedule = np.repeat(actions, env_options.steps_per_action, axis=0)[: scenario.num_steps]
-    return simulate(scenario, schedule, seed=seed), schedule
+    return simulate(scenario, schedule, seed=seed)
 
 
 def episode_steps(

@@ -23,8 +23,9 @@ class Trajectory:
 
     Attributes:
         scenario: the flock model's parameters.
-        seed: the seed from which the initial state came; ``None`` where all of it was given.
+        seed: the seed from which the whole initial state came; ``None`` where any of it was given.
         times: shape (T + 1,).
+        interaction_ranges: rho in every step, shape (T, 1) or, with one range per agent, (T, n).
         positions: r_i(t), shape (T + 1, n, D).
         velocities: v_i(t), shape (T + 1, n, D).
         predator_positions: r_p(t), shape (T + 1, P, D).
@@ -39,6 +40,7 @@ class Trajectory:
     scenario: FlockScenario
     seed: int | None
     times: FloatArray
+    interaction_ranges: FloatArray
     positions: FloatArray
     velocities: FloatArray
     predator_positions: FloatArray
@@ -55,6 +57,7 @@ class LineTrajectory:
     Attributes:
         scenario: the line model's parameters.
         seed: the seed from which x(0) came; ``None`` where it was given.
+        interaction_range: rho.
         states: x(t), shape (steps + 1, n).
         num_components: m(t), shape (steps + 1,).
         escape_distance: d(t) = min_i |x_i - x_p|, shape (steps + 1,); infinite without a predator.
@@ -64,6 +67,7 @@ class LineTrajectory:
 
     scenario: LineScenario
     seed: int | None
+    interaction_range: float
     states: FloatArray
     num_components: IntArray
     escape_distance: FloatArray
@@ -103,13 +107,21 @@ def simulate(
     velocities = (
         None if initial_velocities is None else as_floats(initial_velocities, "initial_velocities", shape)
     )
-    is_drawn = positions is None or velocities is None
-    start = _seed(seed) if is_drawn else 0
+    is_given = positions is not None and velocities is not None
+    start = 0 if is_given else _seed(seed)
+    is_drawn = positions is None and velocities is None
     ranges = _schedule(interaction_range, scenario)
     threads = as_threads(num_threads)
     run = _core.simulate_flock(scenario.to_json(), ranges, start, positions, velocities, threads)
     times: FloatArray = np.arange(scenario.num_steps + 1) * np.float64(scenario.time_step)
-    return Trajectory(scenario=scenario, seed=start if is_drawn else None, times=times, **run)
+    in_force = np.broadcast_to(ranges, (scenario.num_steps, ranges.shape[1])).copy()
+    return Trajectory(
+        scenario=scenario,
+        seed=start if is_drawn else None,
+        times=times,
+        interaction_ranges=in_force,
+        **run,
+    )
 
 
 def simulate_line(
@@ -136,7 +148,9 @@ def simulate_line(
     start = _seed(seed) if states is None else 0
     rho = float(as_floats(interaction_range, "interaction_range", ()))
     run: dict[str, Any] = _core.simulate_line(scenario.to_json(), rho, start, states)
-    return LineTrajectory(scenario=scenario, seed=start if states is None else None, **run)
+    return LineTrajectory(
+        scenario=scenario, seed=start if states is None else None, interaction_range=rho, **run
+    )
 
 
 def _seed(seed: int | None) -> int:

@@ -1,14 +1,15 @@
-"""Perron matrix and Laplacian of the line's neighbor graph (paper, Section II)."""
+"""Components of a flock; Perron matrix and Laplacian of the line's neighbor graph (paper, Section II)."""
 
 import numpy as np
 import pytest
 import reference
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.sparse.csgraph import connected_components
 
 from flockesc_env import LineScenario, simulate_line
 from flockesc_env.errors import ArgumentError
-from flockesc_env.graph import laplacian, perron_matrix
+from flockesc_env.graph import component_labels, laplacian, perron_matrix
 
 lines = st.tuples(st.integers(1, 40), st.integers(0, 2**32 - 1)).map(
     lambda drawn: np.random.default_rng(drawn[1]).random(drawn[0])
@@ -66,3 +67,35 @@ def test_refuses_what_is_no_line(function, states, rho, field) -> None:
     with pytest.raises(ArgumentError) as caught:
         function(states, rho)
     assert caught.value.field == field
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("num_agents", [1, 7, 300])
+def test_component_labels_are_scipys_components(dimension: int, num_agents: int) -> None:
+    rng = np.random.default_rng(0)
+    positions = rng.uniform(0, 100, (num_agents, dimension))
+    distances = np.linalg.norm(positions[:, None] - positions, axis=-1)
+    for rho in (0.0, 6.0, 9.0, 20.0, rng.uniform(0, 15, num_agents)):
+        graph = distances <= np.broadcast_to(rho, num_agents)[:, None]
+        count, numbers = connected_components(graph, directed=True, connection="weak")
+        labels = component_labels(positions, rho)
+        lowest = np.array([np.flatnonzero(numbers == number)[0] for number in range(count)])
+        np.testing.assert_array_equal(labels, lowest[numbers])
+
+
+@pytest.mark.parametrize(
+    ("positions", "rho", "field"),
+    [
+        (np.zeros(4), 1.0, "positions"),
+        (np.zeros((4, 1)), 1.0, "positions"),
+        (np.zeros((0, 2)), 1.0, "positions"),
+        (np.full((4, 2), np.nan), 1.0, "positions"),
+        (np.zeros((4, 2)), -1.0, "interaction_range"),
+        (np.zeros((4, 2)), [1.0, np.inf, 1.0, 1.0], "interaction_range"),
+        (np.zeros((4, 2)), [1.0, 1.0], "interaction_range"),
+        (np.zeros((4, 2)), np.ones((4, 1)), "interaction_range"),
+    ],
+)
+def test_bad_arguments_of_component_labels(positions: np.ndarray, rho: object, field: str) -> None:
+    with pytest.raises(ArgumentError, match=f"^{field}"):
+        component_labels(positions, rho)

@@ -14,7 +14,18 @@ import flockesc_env
 PACKAGE = Path(flockesc_env.__file__).parent
 MODULES = sorted(PACKAGE.rglob("*.py"))
 
-HEAVY = ("torch", "stable_baselines3", "matplotlib", "scipy", "polars", "pygame")
+HEAVY = (
+    "torch",
+    "stable_baselines3",
+    "matplotlib",
+    "scipy",
+    "polars",
+    "pygame",
+    "imageio",
+    "jinja2",
+    "tqdm",
+    "tyro",
+)
 MAY_IMPORT_CORE = {
     "__init__.py",
     "batch.py",

@@ -262,11 +262,12 @@ def test_record_is_the_episode_of_the_rollout(name: str, steps_per_action: int) 
     views = [True, False] if name in SHARED_POLICIES else [True]
     for per_agent in views:
         make = AGENT_POLICIES[name]
-        run, ranges = record(make(), SEEDS[0], scenario=SCENARIO, per_agent=per_agent, **options)
+        run = record(make(), SEEDS[0], scenario=SCENARIO, per_agent=per_agent, **options)
         episodes = rollout(make(), SEEDS[:1], scenario=SCENARIO, per_agent=per_agent, **options)
         expected = [run.mean_distance.min(), run.min_distance.min(), run.num_components[-1]]
         assert outcome(episodes)[:, 0].tolist() == expected
         assert run.seed == SEEDS[0]
+        ranges = run.interaction_ranges
         assert ranges.shape == (T, N if per_agent else 1)
         held = np.arange(T) // steps_per_action * steps_per_action
         np.testing.assert_array_equal(ranges, ranges[held])

@@ -16,8 +16,8 @@ from training import stats
 from training.contenders import Contender
 from training.stats import FloatArray
 
-Run = tuple[str, Trajectory, FloatArray]
-"""Name of a policy, what the flock did under it, and the ranges in force, shape (T, n) or (T, 1)."""
+Run = tuple[str, Trajectory]
+"""Name of a policy, and what the flock did under it."""
 
 _DPI = 150
 _COLORS = mpl.color_sequences["tab10"]
@@ -51,7 +51,7 @@ def record_both(baseline: Contender, policy: Contender, scenario: FlockScenario,
     return [
         (
             entry.name,
-            *record(entry.policy, seed, scenario=scenario, per_agent=entry.per_agent, **entry.options),
+            record(entry.policy, seed, scenario=scenario, per_agent=entry.per_agent, **entry.options),
         )
         for entry in (baseline, policy)
     ]
@@ -61,8 +61,8 @@ def flock_over_time(runs: list[Run], folder: Path) -> Path:
     """Draw distances and ranges against time for one flock under each policy; return the file."""
     figure = Figure(figsize=(8, 6), layout="constrained")
     above, below = figure.subplots(2, sharex=True)
-    for (name, trajectory, ranges), color in zip(runs, _COLORS, strict=False):
-        times = trajectory.times
+    for (name, trajectory), color in zip(runs, _COLORS, strict=False):
+        times, ranges = trajectory.times, trajectory.interaction_ranges
         above.plot(times, trajectory.mean_distance, color=color, label=name)
         at = int(np.argmin(trajectory.mean_distance))
         above.plot(times[at], trajectory.mean_distance[at], "o", color=color)
@@ -88,17 +88,17 @@ def _shares(axes: Axes, times: FloatArray, ranges: FloatArray, bins: int = 20) -
 def flock_under_attack(runs: list[Run], folder: Path, times: tuple[float, ...] = (0, 3, 6, 9)) -> Path:
     """Draw snapshots of one flock, a row per policy, agents colored by their range; return the file."""
     figure = Figure(figsize=(3 * len(times), 3.2 * len(runs)), layout="constrained")
-    top = max(float(np.quantile(ranges, 0.99)) for _, _, ranges in runs)
+    top = max(float(np.quantile(run.interaction_ranges, 0.99)) for _, run in runs)
     drawn = []
     corners = []
     arrows: Any = None
     parts = figure.subfigures(len(runs), 1, squeeze=False)[:, 0]
-    for part, (name, trajectory, ranges) in zip(parts, runs, strict=True):
+    for part, (name, trajectory) in zip(parts, runs, strict=True):
         part.suptitle(name, fontsize=11)
         row = part.subplots(1, len(times), sharex=True, sharey=True, squeeze=False)[0]
         for axes, time in zip(row, times, strict=True):
             step = min(round(time / trajectory.scenario.time_step), trajectory.scenario.num_steps - 1)
-            arrows = _snapshot(axes, trajectory, ranges[step], step, top)
+            arrows = _snapshot(axes, trajectory, step, top)
             corners.append(np.quantile(trajectory.positions[step, :, :2], [0, 1], axis=0))
             reach = trajectory.scenario.predator_range
             corners += [trajectory.predator_positions[step, :, :2] + d for d in (-reach, reach)]
@@ -113,9 +113,9 @@ def flock_under_attack(runs: list[Run], folder: Path, times: tuple[float, ...] =
     return _save(figure, folder / "flock_under_attack")
 
 
-def _snapshot(axes: Axes, trajectory: Trajectory, ranges: FloatArray, step: int, top: float) -> Any:
+def _snapshot(axes: Axes, trajectory: Trajectory, step: int, top: float) -> Any:
     positions, velocities = trajectory.positions[step, :, :2], trajectory.velocities[step, :, :2]
-    colors = np.broadcast_to(ranges, len(positions))
+    colors = np.broadcast_to(trajectory.interaction_ranges[step], len(positions))
     arrows = axes.quiver(
         *positions.T, *velocities.T, colors, cmap="viridis", clim=(0, top), scale=250, width=0.007
     )

@@ -48,7 +48,7 @@ pub use config::{
 pub use episode::{Episode, Metrics, Running};
 pub use error::{Error, Result};
 pub use flock::{InitialState, Schedule, Trajectory, World, simulate_flock};
-pub use graph::{laplacian, perron_matrix};
+pub use graph::{component_labels, laplacian, perron_matrix};
 pub use line::{
     EscapeForce, Line, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory, line_entries,
     simulate_line,

@@ -1,9 +1,13 @@
-//! The two models as functions: checks, whole runs, sweeps, matrices.
+//! The two models as functions: checks, whole runs, sweeps, neighbor graphs.
 
 use std::sync::Arc;
 
-use flockesc_core::{FlockConfig, InitialState, LineConfig, Schedule};
-use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArrayDyn};
+use flockesc_core::{FlockConfig, InitialState, LineConfig, Ranges, Schedule};
+use nalgebra::SVector;
+use numpy::{
+    IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn,
+    PyUntypedArrayMethods,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -150,6 +154,36 @@ pub(crate) fn sweep_line<'py>(
     )?;
     dict.set_item("converged", grid(py, &cells, shape, |cell| cell.converged)?)?;
     Ok(dict)
+}
+
+#[pyfunction]
+pub(crate) fn component_labels<'py>(
+    py: Python<'py>,
+    positions: PyReadonlyArray2<'py, f64>,
+    ranges: PyReadonlyArray1<'py, f64>,
+) -> PyResult<Bound<'py, PyArray1<i64>>> {
+    let (dimension, entries) = (positions.shape()[1], positions.as_slice()?.to_vec());
+    let ranges = ranges.as_slice()?.to_vec();
+    let labels = py
+        .detach(|| match dimension {
+            2 => labels::<2>(&entries, &ranges),
+            _ => labels::<3>(&entries, &ranges),
+        })
+        .map_err(CoreError::from)?;
+    Ok(labels.into_pyarray(py))
+}
+
+fn labels<const D: usize>(entries: &[f64], ranges: &[f64]) -> flockesc_core::Result<Vec<i64>> {
+    let positions: Vec<_> = entries
+        .chunks_exact(D)
+        .map(SVector::<f64, D>::from_column_slice)
+        .collect();
+    let ranges = match ranges {
+        [range] => Ranges::Shared(*range),
+        ranges => Ranges::PerAgent(ranges),
+    };
+    let labels = flockesc_core::component_labels(&positions, ranges)?;
+    Ok(labels.into_iter().map(i64::from).collect())
 }
 
 #[pyfunction]

@@ -13,6 +13,28 @@ pub(super) fn num_components<const D: usize>(
     tree: &Tree<D>,
     ranges: Ranges<'_>,
 ) -> usize {
+    connect(agents, tree, ranges).count
+}
+
+/// The component of every agent in that graph, named by the lowest name in it; in the order of names.
+pub(crate) fn component_labels<const D: usize>(agents: &Agents<D>, ranges: Ranges<'_>) -> Vec<u32> {
+    let mut tree = Tree::new(agents.groups.len());
+    tree.refresh(agents);
+    let mut forest = connect(agents, &tree, ranges);
+    let names = || (0..agents.groups.len()).flat_map(|group| agents.names_of(group));
+    let mut lowest = vec![u32::MAX; agents.len()];
+    for (place, &name) in names().enumerate() {
+        let root = forest.find(place);
+        lowest[root] = lowest[root].min(name);
+    }
+    let mut labels = vec![0; agents.len()];
+    for (place, &name) in names().enumerate() {
+        labels[name as usize] = lowest[forest.find(place)];
+    }
+    labels
+}
+
+fn connect<const D: usize>(agents: &Agents<D>, tree: &Tree<D>, ranges: Ranges<'_>) -> Forest {
     let mut forest = Forest {
         parents: (0..agents.len() as u32).collect(),
         count: agents.len(),
@@ -28,7 +50,7 @@ pub(super) fn num_components<const D: usize>(
         ranges,
         forest: &mut forest,
     });
-    forest.count
+    forest
 }
 
 /// Sets of places, and what is known of the sets of whole nodes.

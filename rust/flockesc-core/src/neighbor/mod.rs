@@ -12,6 +12,7 @@ use serde::Deserialize;
 use crate::agents::{Agents, Column};
 use crate::exact::Scale;
 use crate::threads;
+pub(crate) use components::component_labels;
 use components::num_components;
 pub(crate) use listen::Heard;
 use listen::{Scratch, listen};

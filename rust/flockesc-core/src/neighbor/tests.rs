@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use proptest::prelude::*;
 use pulp::{Scalar, Simd};
 
-use super::components::num_components;
+use super::components::{component_labels, num_components};
 use super::listen::{Listen, Scratch};
 use super::tree::Tree;
 use super::{Heard, NeighborRule, Neighborhood, Ranges};
@@ -54,23 +54,23 @@ fn reference<const D: usize>(
 }
 
 /// Weakly connected components by repeated search, by definition.
-fn reference_components<const D: usize>(case: &Case<D>, ranges: Ranges<'_>) -> usize {
-    let mut unclaimed: Vec<usize> = (0..case.positions.len()).collect();
-    let mut count = 0;
-    while let Some(start) = unclaimed.pop() {
-        count += 1;
+fn reference_labels<const D: usize>(case: &Case<D>, ranges: Ranges<'_>) -> Vec<u32> {
+    let mut labels = vec![u32::MAX; case.positions.len()];
+    for start in 0..labels.len() {
         let mut frontier = vec![start];
         while let Some(agent) = frontier.pop() {
-            unclaimed.retain(|&other| {
+            if labels[agent] != u32::MAX {
+                continue;
+            }
+            labels[agent] = start as u32;
+            frontier.extend((0..labels.len()).filter(|&other| {
                 let range = range_of(ranges, agent).max(range_of(ranges, other));
                 let squared = squared_distance(&case.positions[agent], &case.positions[other]);
-                let is_found = squared <= range * range;
-                frontier.extend(is_found.then_some(other));
-                !is_found
-            });
+                labels[other] == u32::MAX && squared <= range * range
+            }));
         }
     }
-    count
+    labels
 }
 
 /// What the kernel finds with the registers of `simd`, in the order of names.
@@ -119,10 +119,13 @@ fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
                 prop_assert_eq!(&kernel(simd, &agents, &tree, ranges), &expected);
             }
         }
+        let labels = reference_labels(case, ranges);
+        let first = |&(name, label): &(usize, &u32)| name == *label as usize;
         prop_assert_eq!(
             num_components(&agents, &tree, ranges),
-            reference_components(case, ranges)
+            labels.iter().enumerate().filter(first).count()
         );
+        prop_assert_eq!(component_labels(&agents, ranges), labels);
     }
     Ok(())
 }
