@@ -7,13 +7,20 @@
 
 import gymnasium as _gymnasium
 
-from flockesc_env import graph, policies
+from flockesc_env import graph, policies, records
 from flockesc_env._core import __version__
 from flockesc_env.envs.flock import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.envs.parallel import FlockParallelEnv, env, parallel_env, raw_env
 from flockesc_env.envs.vector import FlockVectorEnv
-from flockesc_env.errors import ActionError, ArgumentError, EpisodeError, FlockescError, ScenarioError
+from flockesc_env.errors import (
+    ActionError,
+    ArgumentError,
+    EpisodeError,
+    FlockescError,
+    RecordError,
+    ScenarioError,
+)
 from flockesc_env.options import EnvOptions, LineOptions
 from flockesc_env.rollout import Episodes, record, rollout
 from flockesc_env.scenario import ConstantVelocity, FlockScenario, LineScenario, Metric, PurePursuit
@@ -41,6 +48,7 @@ __all__ = [
     "LineTrajectory",
     "Metric",
     "PurePursuit",
+    "RecordError",
     "ScenarioError",
     "SweepResult",
     "Trajectory",
@@ -52,6 +60,7 @@ __all__ = [
     "policies",
     "raw_env",
     "record",
+    "records",
     "rollout",
     "simulate",
     "simulate_line",

@@ -34,3 +34,7 @@ class ActionError(ArgumentError):
 
 class EpisodeError(FlockescError):
     """A call came at the wrong moment: before ``reset``, or after the end of an episode."""
+
+
+class RecordError(FlockescError):
+    """A file does not hold what was expected of it."""

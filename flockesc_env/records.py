@@ -1,0 +1,159 @@
+"""Recorded runs in files: columns of numbers (npz) with the scenario, the seed and the versions."""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+from dataclasses import dataclass, fields
+from importlib.metadata import version
+from pathlib import Path
+from platform import python_version
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flockesc_env.errors import RecordError
+from flockesc_env.scenario import FlockScenario, LineScenario
+from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
+
+_MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
+_PACKAGES = ("flockesc-env", "numpy")
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """A run as read from a file.
+
+    Attributes:
+        trajectory: the run.
+        versions: of Python and of the packages that it was recorded with.
+    """
+
+    trajectory: Trajectory | LineTrajectory
+    versions: dict[str, str]
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that a run depends on."""
+    return {"python": python_version(), **{name: version(name) for name in _PACKAGES}}
+
+
+def save(trajectory: Trajectory | LineTrajectory, path: str | Path) -> None:
+    """Write a run to a file, one array per attribute; an older file stays whole until the new one is complete."""
+    path = Path(path)
+    model = "flock" if isinstance(trajectory, Trajectory) else "line"
+    columns = {name: getattr(trajectory, name) for name in _columns(type(trajectory))}
+    header = {
+        "model": model,
+        "scenario": json.loads(trajectory.scenario.to_json()),
+        "seed": trajectory.seed,
+        "versions": versions(),
+    }
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with unfinished.open("wb") as file:
+            np.savez_compressed(file, header=np.array(json.dumps(header)), **columns)
+        unfinished.replace(path)
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+def load(path: str | Path) -> Record:
+    """Read a run that ``save`` wrote; nothing in the file is executed.
+
+    Raises:
+        FileNotFoundError: if there is no such file.
+        RecordError: naming what is missing or of a wrong form; the file may be cut off or be something else.
+        ScenarioError: if the scenario is none of this version's.
+    """
+    try:
+        with Path(path).open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+            columns = {name: file[name] for name in file.files}
+    except (ValueError, EOFError, KeyError, TypeError, AttributeError, zipfile.BadZipFile) as error:
+        raise RecordError(str(path), "a recorded run (npz)", error) from None
+    try:
+        header = json.loads(str(columns.pop("header")))
+        model, scenario = _MODELS[header["model"]], json.dumps(header["scenario"])
+        seed, recorded_with = header["seed"], dict(header["versions"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise RecordError("header", "model, scenario, seed and versions", repr(error)) from None
+    return Record(_trajectory(model.from_json(scenario), seed, columns), recorded_with)
+
+
+def replay(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTrajectory:
+    """Run the model again: from the seed or, where the start was given, from the recorded one."""
+    seed = trajectory.seed
+    if isinstance(trajectory, LineTrajectory):
+        line = trajectory.scenario
+        start = trajectory.states[0] if seed is None else None
+        return simulate_line(line, trajectory.interaction_range, seed=seed, initial_state=start)
+    return simulate(
+        trajectory.scenario,
+        trajectory.interaction_ranges,
+        seed=seed,
+        initial_positions=trajectory.positions[0] if seed is None else None,
+        initial_velocities=trajectory.velocities[0] if seed is None else None,
+    )
+
+
+def differences(recorded: Trajectory | LineTrajectory, again: Trajectory | LineTrajectory) -> list[str]:
+    """Return a sentence per column in which two runs of the same scenario differ; none if all bits are equal."""
+    found = []
+    for name in _columns(type(recorded)):
+        first, second = np.asarray(getattr(recorded, name)), np.asarray(getattr(again, name))
+        if first.shape != second.shape:
+            found.append(f"{name}: recorded shape {first.shape}, now shape {second.shape}")
+        elif not np.array_equal(first, second):
+            at = tuple(int(i) for i in np.argwhere(first != second)[0])
+            found.append(f"{name}{list(at) if at else ''}: recorded {first[at]}, now {second[at]}")
+    return found
+
+
+def _columns(kind: type[Trajectory | LineTrajectory]) -> list[str]:
+    return [field.name for field in fields(kind) if field.name not in {"scenario", "seed"}]
+
+
+def _trajectory(
+    scenario: FlockScenario | LineScenario, seed: Any, columns: dict[str, NDArray[Any]]
+) -> Trajectory | LineTrajectory:
+    """Build a run whose columns have the shapes that its scenario asks for."""
+    kind = Trajectory if isinstance(scenario, FlockScenario) else LineTrajectory
+    if set(columns) != set(_columns(kind)):
+        raise RecordError("columns", ", ".join(_columns(kind)), ", ".join(sorted(columns)))
+    if seed is not None and (not isinstance(seed, int) or not 0 <= seed < 2**64):
+        raise RecordError("seed", "an integer of 64 bits or none", repr(seed))
+    for name, (dtype, shape) in _layout(scenario, columns).items():
+        column = columns[name]
+        if column.dtype != dtype or column.shape != shape:
+            raise RecordError(name, f"{dtype} of shape {shape}", f"{column.dtype} of shape {column.shape}")
+    scalars = {name: value.item() if value.ndim == 0 else value for name, value in columns.items()}
+    return kind(scenario=scenario, seed=seed, **scalars)  # type: ignore[arg-type]
+
+
+def _layout(
+    scenario: FlockScenario | LineScenario, columns: dict[str, NDArray[Any]]
+) -> dict[str, tuple[str, tuple[int, ...]]]:
+    """Return dtype and shape of every column."""
+    if isinstance(scenario, LineScenario):
+        times = len(columns["states"]) if columns["states"].ndim else 0
+        return {
+            "interaction_range": ("float64", ()),
+            "states": ("float64", (times, scenario.num_agents)),
+            "num_components": ("int64", (times,)),
+            "escape_distance": ("float64", (times,)),
+            "converged": ("bool", ()),
+            "steps": ("int64", ()),
+        }
+    steps, agents, axes = scenario.num_steps, scenario.num_agents, scenario.dimension
+    is_shared = columns["interaction_ranges"].shape[1:] == (1,)
+    per_time = ("times", "mean_distance", "min_distance", "polarization")
+    return {
+        "interaction_ranges": ("float64", (steps, 1 if is_shared else agents)),
+        "positions": ("float64", (steps + 1, agents, axes)),
+        "velocities": ("float64", (steps + 1, agents, axes)),
+        "predator_positions": ("float64", (steps + 1, len(scenario.predators), axes)),
+        "num_components": ("int64", (steps + 1,)),
+        **dict.fromkeys(per_time, ("float64", (steps + 1,))),
+    }

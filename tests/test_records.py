@@ -1,0 +1,165 @@
+"""Recorded runs: what is saved comes back bit for bit, replays to the same bits, and damage is named."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flockesc_env import (
+    ConstantVelocity,
+    FlockScenario,
+    LineScenario,
+    PurePursuit,
+    RecordError,
+    ScenarioError,
+    record,
+    simulate,
+    simulate_line,
+)
+from flockesc_env.policies import StubbornLeaders
+from flockesc_env.records import differences, load, replay, save, versions
+
+FLOCK = FlockScenario(num_agents=12, num_steps=9)
+TWO = (ConstantVelocity(), PurePursuit(position=(90.0, 90.0), velocity=(-12.0, 0.0)))
+
+RUNS = {
+    "fixed range": lambda: simulate(FLOCK, 10.0, seed=3),
+    "unseeded": lambda: simulate(FLOCK, 10.0),
+    "schedule": lambda: simulate(FLOCK, np.linspace(0, 30, 9), seed=3),
+    "per agent": lambda: simulate(FLOCK, np.linspace(0, 30, 12), seed=3),
+    "as many agents as steps": lambda: simulate(FLOCK.replace(num_agents=9), np.ones((9, 9)), seed=3),
+    "policy": lambda: record(StubbornLeaders(), 5, scenario=FLOCK, per_agent=True),
+    "in space, two predators": lambda: simulate(FLOCK.replace(dimension=3, predators=TWO), 20.0, seed=1),
+    "no predator": lambda: simulate(FLOCK.replace(predators=()), 20.0, seed=1),
+    "given positions": lambda: simulate(FLOCK, 10.0, seed=3, initial_positions=np.eye(12)[:, :2]),
+    "given start": lambda: simulate(
+        FLOCK, 10.0, initial_positions=np.eye(12)[:, :2], initial_velocities=np.ones((12, 2))
+    ),
+    "line": lambda: simulate_line(LineScenario(), 0.1, seed=3),
+    "line, given": lambda: simulate_line(LineScenario(num_agents=3), 0.1, initial_state=[0.1, 0.5, 0.9]),
+    "line, unsteady": lambda: simulate_line(LineScenario(max_steps=2), 0.1, seed=3),
+    "line, no predator": lambda: simulate_line(LineScenario(predator_position=None), 0.2, seed=3),
+}
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_what_is_saved_comes_back_and_replays(name: str, tmp_path: Path) -> None:
+    run = RUNS[name]()
+    path = tmp_path / "run.npz"
+    save(run, path)
+    loaded = load(path)
+    assert loaded.versions == versions()
+    back = loaded.trajectory
+    assert type(back) is type(run)
+    assert back.scenario == run.scenario
+    assert back.seed == run.seed
+    for field in dataclasses.fields(run):
+        first, second = getattr(run, field.name), getattr(back, field.name)
+        assert type(first) is type(second), field.name
+        if isinstance(first, np.ndarray):
+            assert first.dtype == second.dtype
+            np.testing.assert_array_equal(first, second)
+        else:
+            assert first == second
+    assert differences(back, replay(back)) == []
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_changed_bit_is_found(tmp_path: Path) -> None:
+    run = simulate(FLOCK, 10.0, seed=3)
+    run.positions[4, 2, 1] = np.nextafter(run.positions[4, 2, 1], np.inf)
+    save(run, tmp_path / "run.npz")
+    loaded = load(tmp_path / "run.npz").trajectory
+    (difference,) = differences(loaded, replay(loaded))
+    assert difference.startswith("positions[4, 2, 1]: recorded ")
+    one, two = (simulate_line(LineScenario(max_steps=steps), 0.1, seed=3) for steps in (1, 2))
+    assert "states: recorded shape (2, 100), now shape (3, 100)" in differences(one, two)
+
+
+def test_another_seed_is_found() -> None:
+    run = dataclasses.replace(simulate(FLOCK, 10.0, seed=3), seed=4)
+    assert any(text.startswith("positions[0, 0, 0]") for text in differences(run, replay(run)))
+
+
+def test_an_older_file_survives_a_failed_write(tmp_path: Path) -> None:
+    path = tmp_path / "run.npz"
+    run = simulate(FLOCK, 10.0, seed=3)
+    save(run, path)
+    before = path.read_bytes()
+    broken = dataclasses.replace(run, positions=[[1.0], [1.0, 2.0]])  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="inhomogeneous"):
+        save(broken, path)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def rewrite(path: Path, **changes: Any) -> None:
+    with np.load(path) as file:
+        columns = {name: file[name] for name in file.files}
+    columns |= changes
+    with path.open("wb") as target:
+        np.savez(target, **{name: value for name, value in columns.items() if value is not None})
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"positions": None}, "columns"),
+        ({"extra": np.zeros(3)}, "columns"),
+        ({"positions": np.zeros((10, 12, 3))}, "positions"),
+        ({"positions": np.zeros((10, 12, 2), np.float32)}, "positions"),
+        ({"times": np.zeros(())}, "times"),
+        ({"interaction_ranges": np.zeros(())}, "interaction_ranges"),
+        ({"header": None}, "header"),
+        ({"header": np.array("no json")}, "header"),
+        ({"header": np.array("[]")}, "header"),
+        ({"header": np.array(json.dumps({"model": "fish"}))}, "header"),
+    ],
+)
+def test_a_file_of_another_form_is_named(changes: dict[str, Any], field: str, tmp_path: Path) -> None:
+    path = tmp_path / "run.npz"
+    save(simulate(FLOCK, 10.0, seed=3), path)
+    rewrite(path, **changes)
+    with pytest.raises(RecordError) as caught:
+        load(path)
+    assert caught.value.field == field
+
+
+def header_with(path: Path, **changes: Any) -> np.ndarray:
+    with np.load(path) as file:
+        return np.array(json.dumps({**json.loads(str(file["header"])), **changes}))
+
+
+def test_a_bad_header_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "run.npz"
+    save(simulate(FLOCK, 10.0, seed=3), path)
+    rewrite(path, header=header_with(path, seed=-1))
+    with pytest.raises(RecordError, match=r"^seed"):
+        load(path)
+    rewrite(path, header=header_with(path, seed=3, scenario={"wings": 2}))
+    with pytest.raises(ScenarioError, match=r"^wings"):
+        load(path)
+
+
+def test_every_cut_of_a_file_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "run.npz"
+    save(simulate(FLOCK, 10.0, seed=3), path)
+    whole = path.read_bytes()
+    for length in range(0, len(whole), 97):
+        path.write_bytes(whole[:length])
+        with pytest.raises(RecordError, match="expected a recorded run"):
+            load(path)
+
+
+def test_pickles_are_not_loaded(tmp_path: Path) -> None:
+    path = tmp_path / "run.npz"
+    np.savez(path, header=np.array([{"a": 1}], object))
+    with pytest.raises(RecordError, match="expected a recorded run"):
+        load(path)
+    with pytest.raises(FileNotFoundError):
+        load(tmp_path / "nothing.npz")
