@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import zipfile
 from dataclasses import dataclass, fields
 from importlib.metadata import version
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flockesc_env._atomic import writing
 from flockesc_env.errors import RecordError
 from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
@@ -41,8 +41,10 @@ def versions() -> dict[str, str]:
 
 
 def save(trajectory: Trajectory | LineTrajectory, path: str | Path) -> None:
-    """Write a run to a file, one array per attribute; an older file stays whole until the new one is complete."""
-    path = Path(path)
+    """Write a run to a file, one array per attribute.
+
+    An older file of that name stays whole until the new one is complete.
+    """
     model = "flock" if isinstance(trajectory, Trajectory) else "line"
     columns = {name: getattr(trajectory, name) for name in _columns(type(trajectory))}
     header = {
@@ -51,13 +53,8 @@ def save(trajectory: Trajectory | LineTrajectory, path: str | Path) -> None:
         "seed": trajectory.seed,
         "versions": versions(),
     }
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with unfinished.open("wb") as file:
-            np.savez_compressed(file, header=np.array(json.dumps(header)), **columns)
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
+    with writing(Path(path)) as file:
+        np.savez_compressed(file, header=np.array(json.dumps(header)), **columns)
 
 
 def load(path: str | Path) -> Record:
@@ -99,7 +96,7 @@ def replay(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTrajecto
 
 
 def differences(recorded: Trajectory | LineTrajectory, again: Trajectory | LineTrajectory) -> list[str]:
-    """Return a sentence per column in which two runs of the same scenario differ; none if all bits are equal."""
+    """Return a line per column in which two runs of one scenario differ; none if all bits are equal."""
     found = []
     for name in _columns(type(recorded)):
         first, second = np.asarray(getattr(recorded, name)), np.asarray(getattr(again, name))

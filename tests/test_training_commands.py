@@ -11,7 +11,8 @@ import pytest
 
 from flockesc_env import FlockScenario, episode_seed, rollout, sweep
 from flockesc_env.policies import FixedRange
-from training import seeds, stats
+from flockesc_env import stats
+from training import seeds
 from training.compare import CompareArgs, compare
 from training.config import RunRecord, TrainArgs, presets
 from training.evaluate import EvaluateArgs, evaluate

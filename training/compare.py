@@ -17,10 +17,11 @@ import polars as pl
 from tqdm import tqdm
 
 from flockesc_env import Episodes, FlockScenario, FlockSweepResult, rollout, sweep
-from training import plots, seeds, stats
+from flockesc_env import stats
+from training import plots, seeds
 from training.config import CONFIG_FILE, RunRecord, versions
 from training.contenders import Contender, contender
-from training.stats import FloatArray
+from flockesc_env.stats import FloatArray
 
 RESULTS = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
 

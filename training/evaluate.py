@@ -7,7 +7,8 @@ from pathlib import Path
 
 import polars as pl
 
-from training import seeds, stats
+from flockesc_env import stats
+from training import seeds
 from training.compare import run_policy, scenario_of
 from training.contenders import contender
 

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from flockesc_env import FlockScenario, FlockSweepResult, Trajectory, record
-from training import stats
+from flockesc_env import stats
 from training.contenders import Contender
-from training.stats import FloatArray
+from flockesc_env.stats import FloatArray
 
 Run = tuple[str, Trajectory]
 """Name of a policy, and what the flock did under it."""

@@ -1,0 +1,85 @@
+"""Means, paired differences and shares with 95 % intervals (scipy); needs the ``analysis`` extra."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import binomtest, bootstrap
+
+FloatArray = NDArray[np.float64]
+
+CONFIDENCE = 0.95
+RESAMPLES = 9_999
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A figure with its 95 % interval.
+
+    Attributes:
+        mean: the estimate itself.
+        low: lower end of the interval.
+        high: upper end of the interval.
+    """
+
+    mean: float
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        return f"{self.mean:.2f} [{self.low:.2f}, {self.high:.2f}]"
+
+
+def mean(values: FloatArray) -> Estimate:
+    """Return the mean of one value per flock, shape (flocks,), with its percentile bootstrap interval."""
+    if np.ptp(values) == 0:  # nothing to resample
+        return Estimate(float(values[0]), float(values[0]), float(values[0]))
+    low, high = _interval(values, np.mean)
+    return Estimate(float(values.mean()), low, high)
+
+
+def improvement(values: FloatArray, baseline: FloatArray) -> Estimate:
+    """Return the probability that a flock fares better than under the baseline, paired; ties count half."""
+    return mean((values > baseline) + 0.5 * (values == baseline))
+
+
+def share(is_so: NDArray[np.bool]) -> Estimate:
+    """Return the share of flocks of which something is true, shape (flocks,), with its Wilson interval."""
+    test = binomtest(int(is_so.sum()), len(is_so))
+    interval = test.proportion_ci(CONFIDENCE, method="wilson")
+    return Estimate(float(test.statistic), float(interval.low), float(interval.high))
+
+
+def argmax(positions: FloatArray, values: FloatArray) -> Estimate:
+    """Return where the mean over flocks is largest, with the bootstrap interval of that place.
+
+    Args:
+        positions: shape (k,), for example ranges.
+        values: shape (k, flocks).
+    """
+
+    def place(flocks: NDArray[np.int64], axis: int) -> FloatArray:
+        found: FloatArray = positions[np.argmax(values[:, flocks].mean(axis=axis), axis=0)]
+        return found
+
+    low, high = _interval(np.arange(values.shape[1]), place, resamples=1_999)
+    return Estimate(float(positions[np.argmax(values.mean(axis=1))]), low, high)
+
+
+def _interval(
+    sample: NDArray[Any], statistic: Callable[..., Any], resamples: int = RESAMPLES
+) -> tuple[float, float]:
+    interval = bootstrap(
+        (sample,),
+        statistic,
+        confidence_level=CONFIDENCE,
+        n_resamples=resamples,
+        method="percentile",
+        batch=50,
+        rng=np.random.default_rng(0),
+    ).confidence_interval
+    return float(interval.low), float(interval.high)
