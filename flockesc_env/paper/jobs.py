@@ -6,14 +6,15 @@ import hashlib
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flockesc_env import _core
 from flockesc_env._atomic import writing
-from flockesc_env._core import __version__
 from flockesc_env.envs.vector import FlockVectorEnv
 from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.simulate import simulate_line
@@ -37,7 +38,7 @@ def objectives(scenario: FlockScenario | LineScenario, ranges: tuple[float, ...]
 
 
 def curves(scenario: FlockScenario, ranges: tuple[float, ...], seeds: range) -> Arrays:
-    """Return distances and components of flocks at every time 0..T; components under the range, from t = dt on."""
+    """Return distances and components of flocks at every time 0..T; at t = 0 every agent is alone."""
     names = ("mean_distance", "min_distance", "num_components")
     found: dict[str, list[NDArray[Any]]] = {name: [] for name in names}
     for rho in ranges:
@@ -56,35 +57,32 @@ def curves(scenario: FlockScenario, ranges: tuple[float, ...], seeds: range) -> 
 def consensus(scenario: LineScenario, ranges: tuple[float, ...], seeds: range) -> Arrays:
     """Return what the theorems speak of, for every line.
 
-    ``mean_offset``: |mean of x_ss - mean of x(0)|; ``alpha_offset``: the largest |alpha_i - limit| over clusters, with
-    alpha_i of Definition 1; ``num_clusters``; ``falls``: whether m(t) ever falls; ``returns``: steps after the first one
-    at which any agent is still within the predator's range.
+    - ``final``: x_ss in rising order, with a last axis over agents;
+    - ``mean_offset``: |mean of x_ss - mean of x(0)|;
+    - ``alpha_offset``: largest |alpha_i - limit| over clusters, with alpha_i of Definition 1;
+    - ``falls``: whether m(t) ever falls;
+    - ``returns``: whether an agent is within the predator's range after the first step;
+    - ``converged``.
     """
-    found: dict[str, list[list[float]]] = {
-        name: [] for name in ("mean_offset", "alpha_offset", "num_clusters", "falls", "returns", "converged")
-    }
-    for rho in ranges:
-        rows = [_consensus_of(scenario, rho, seed) for seed in seeds]
-        for name, column in zip(found, zip(*rows, strict=True), strict=True):
-            found[name].append(list(column))
-    return {name: np.array(parts) for name, parts in found.items()}
+    rows = [[_consensus_of(scenario, rho, seed) for seed in seeds] for rho in ranges]
+    return {name: np.array([[line[name] for line in row] for row in rows]) for name in rows[0][0]}
 
 
-def _consensus_of(scenario: LineScenario, rho: float, seed: int) -> tuple[float, ...]:
+def _consensus_of(scenario: LineScenario, rho: float, seed: int) -> dict[str, Any]:
     run = simulate_line(scenario, rho, seed=seed)
     components, last = run.num_components, run.states[-1]
     split = int(np.argmax(components == components[-1]))  # t_c of Eq. 4
     order = np.argsort(last, kind="stable")
-    borders = np.flatnonzero(np.diff(last[order]) > rho) + 1
-    clusters = np.split(order, borders)
-    alpha = max(abs(run.states[split][who].mean() - last[who].mean()) for who in clusters)
-    in_range = np.zeros(0)
-    if scenario.predator_position is not None:
-        offsets = np.abs(run.states[1:] - scenario.predator_position)
-        in_range = (offsets < scenario.predator_range).any(axis=1)
-    falls = bool((np.diff(components) < 0).any())
-    offset = abs(last.mean() - run.states[0].mean())
-    return offset, alpha, len(clusters), falls, float(in_range.sum()), run.converged
+    clusters = np.split(order, np.flatnonzero(np.diff(last[order]) > rho) + 1)
+    target, reach = scenario.predator_position, scenario.predator_range
+    return {
+        "final": last[order],
+        "mean_offset": abs(last.mean() - run.states[0].mean()),
+        "alpha_offset": max(abs(run.states[split][who].mean() - last[who].mean()) for who in clusters),
+        "falls": bool((np.diff(components) < 0).any()),
+        "returns": target is not None and bool((np.abs(run.states[1:] - target) < reach).any()),
+        "converged": run.converged,
+    }
 
 
 KINDS: dict[str, Callable[..., Arrays]] = {
@@ -92,6 +90,13 @@ KINDS: dict[str, Callable[..., Arrays]] = {
     "curves": curves,
     "consensus": consensus,
 }
+
+
+@cache
+def _engine() -> str:
+    """Return a hash of the compiled core: another build may compute other bits."""
+    with Path(_core.__file__).open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 @dataclass(frozen=True)
@@ -111,9 +116,10 @@ class Job:
     seeds: range
 
     @property
-    def num_runs(self) -> int:
-        """Return the number of runs in the chunk."""
-        return len(self.ranges) * len(self.seeds)
+    def size(self) -> int:
+        """Return about how long the chunk takes, in runs of a line."""
+        steps = self.scenario.num_steps if isinstance(self.scenario, FlockScenario) else 1
+        return len(self.ranges) * len(self.seeds) * steps
 
     def key(self) -> str:
         """Return a hash of everything that the results depend on."""
@@ -123,7 +129,7 @@ class Job:
             "scenario": json.loads(self.scenario.to_json()),
             "ranges": self.ranges,
             "seeds": [self.seeds.start, self.seeds.stop],
-            "version": __version__,
+            "engine": _engine(),
         }
         return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
@@ -153,7 +159,7 @@ class Cache:
             results = job.run()
             self.folder.mkdir(parents=True, exist_ok=True)
             with writing(path) as file:
-                np.savez_compressed(file, **results)
+                np.savez_compressed(file, allow_pickle=False, **results)
         with np.load(path, allow_pickle=False) as stored:
             return {name: stored[name] for name in stored.files}
 

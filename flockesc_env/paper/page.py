@@ -1,0 +1,114 @@
+"""The page: every claim beside its measurement, as Markdown and as one HTML file without links to others."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import json
+import os
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markdown import markdown
+
+from flockesc_env.paper.claims import MOST, Claim, Figure, Verdict
+from flockesc_env.paper.plan import Trials
+from flockesc_env.paper.realizations import FLOCK_RULE, LINE_RULE
+from flockesc_env.stats import Estimate
+
+RESULTS_FILE = "results.json"
+
+
+@dataclasses.dataclass(frozen=True)
+class Results:
+    """All that the page is made from.
+
+    Attributes:
+        trials: how many flocks and lines.
+        line_seed: the line of Figures 3 and 4.
+        flock_seed: the flock of Figures 6 to 10.
+        claims: the rows.
+        versions: of the packages that they were computed with.
+    """
+
+    trials: Trials
+    line_seed: int
+    flock_seed: int
+    claims: tuple[Claim, ...]
+    versions: dict[str, str]
+
+    def to_json(self) -> str:
+        """Return the results as a JSON document; equal results give equal bytes."""
+        return json.dumps(dataclasses.asdict(self), indent=1) + "\n"
+
+    @classmethod
+    def from_json(cls, document: str) -> Results:
+        """Build results from their JSON document."""
+        fields = json.loads(document)
+        return cls(
+            trials=Trials(**fields["trials"]),
+            line_seed=fields["line_seed"],
+            flock_seed=fields["flock_seed"],
+            claims=tuple(_claim(row) for row in fields["claims"]),
+            versions=fields["versions"],
+        )
+
+
+def markdown_page(results: Results, figures: Path, page: Path) -> str:
+    """Return the page as Markdown whose pictures are in the folder ``figures``, seen from the file ``page``."""
+    folder = Path(os.path.relpath(figures.resolve(), page.resolve().parent))
+    return _render("page.md", results, lambda name: (folder / f"{name}.png").as_posix())
+
+
+def html_page(results: Results, figures: Path) -> str:
+    """Return the page as one HTML file that holds its pictures."""
+
+    def embedded(name: str) -> str:
+        picture = base64.b64encode((figures / f"{name}.png").read_bytes()).decode()
+        return f"data:image/png;base64,{picture}"
+
+    body = markdown(_render("page.md", results, embedded), extensions=["tables", "fenced_code"])
+    return _environment().get_template("page.html").render(body=body)
+
+
+def _render(template: str, results: Results, picture: Callable[[str], str]) -> str:
+    sections = {
+        "Theory of the line (Section III)": [row for row in results.claims if row.where.startswith("III")],
+        "Line (Section IV)": [row for row in results.claims if row.where.startswith("IV")],
+        "Flock (Sections V and VI)": [row for row in results.claims if row.where.startswith("V")],
+    }
+    counts = Counter(row.verdict for row in results.claims)
+    page: str = (
+        _environment()
+        .get_template(template)
+        .render(
+            results=results,
+            sections=sections,
+            counts={verdict.value: counts[verdict] for verdict in Verdict},
+            picture=picture,
+            most=MOST,
+            line_rule=LINE_RULE,
+            flock_rule=FLOCK_RULE,
+        )
+    )
+    return page
+
+
+def _environment() -> Environment:
+    # Nothing that a user typed gets onto the page, so that nothing has to be escaped.
+    return Environment(
+        loader=PackageLoader("flockesc_env.paper"),
+        autoescape=False,  # noqa: S701
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+
+
+def _claim(row: dict[str, Any]) -> Claim:
+    measured = tuple(Figure(**{**figure, "value": Estimate(**figure["value"])}) for figure in row["measured"])
+    return Claim(**{**row, "measured": measured, "verdict": Verdict(row["verdict"])})

@@ -1,0 +1,124 @@
+"""What is measured: every study is a scenario, ranges and a number of flocks, cut into jobs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from flockesc_env.paper.jobs import Arrays, Cache, Job
+from flockesc_env.scenario import ConstantVelocity, EscapeForce, FlockScenario, LineScenario
+
+FLOCK: Final = FlockScenario()
+LINE: Final = LineScenario()
+FREE_LINE: Final = LineScenario(predator_position=None)
+LITERAL_FLOCK: Final = FlockScenario(constant_speed=False)
+
+FORCES: Final[tuple[EscapeForce, ...]] = ("linear", "linear_as_printed", "constant")
+LINE_GRID: Final = tuple(k / 100 for k in range(101))
+COARSE: Final = slice(0, None, 10)
+"""The paper's grid 0, 0.1, .., 1 in ``LINE_GRID``."""
+
+FREE_RANGES: Final = (0.0, 0.1, 0.2, 0.3, 1.0)
+SHOWN_RANGES: Final = (1.0, 0.2, 0.1, 0.0)
+"""Those of Figures 3 and 4, in their order."""
+
+THRESHOLD_RANGES: Final = (0.05, 0.1, 0.15, 0.2)
+"""Ranges at most rho_p, as Theorem 2 asks."""
+
+FLOCK_GRID: Final = tuple(float(k) for k in range(101))
+SHOWN_FLOCK_RANGES: Final = (0.0, 10.0, 100.0)
+LITERAL_RANGES: Final = (10.0,)
+
+OFFSETS: Final = tuple(float(b) for b in range(0, 90, 10))
+"""By how many metres the predator's path misses the flock's center."""
+AIMED_GRID: Final = (0.0, 2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 70.0, 100.0)
+FULL_RANGE: Final = 100.0
+"""The paper's fully connected case."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trials:
+    """How many initial states each mean is taken over.
+
+    Attributes:
+        flocks: flocks per range.
+        lines: lines per range; a line costs a thousandth of a flock.
+    """
+
+    flocks: int = 1_000
+    lines: int = 4_000
+
+
+@dataclass(frozen=True)
+class Study:
+    """Runs of one scenario: seed 0 and following under every range."""
+
+    kind: str
+    scenario: FlockScenario | LineScenario
+    ranges: tuple[float, ...]
+    num_seeds: int
+
+    def jobs(self) -> list[Job]:
+        """Cut the study into jobs of at most some seconds."""
+        size = 50 if isinstance(self.scenario, FlockScenario) else 1_000
+        starts = range(0, self.num_seeds, size)
+        chunks = [range(start, min(start + size, self.num_seeds)) for start in starts]
+        return [Job(self.kind, self.scenario, self.ranges, chunk) for chunk in chunks]
+
+
+def aimed(offset: float) -> FlockScenario:
+    """Return the paper's flock with the predator's path shifted to its left by ``offset`` m."""
+    sideways = offset / math.sqrt(2)
+    predator = ConstantVelocity(position=(-30 - sideways, -30 + sideways))
+    return FLOCK.replace(predators=(predator,))
+
+
+def threshold(rho: float) -> LineScenario:
+    """Return the line of Theorem 2 under exactly its strength s* = rho_p + rho."""
+    return LINE.replace(escape_force="constant", repulsion_strength=LINE.predator_range + rho)
+
+
+def studies(trials: Trials) -> dict[str, Study]:
+    """Return all studies by name."""
+    few_lines = min(trials.lines, trials.flocks)
+    plan = {
+        f"grid {force}": Study("objectives", LINE.replace(escape_force=force), LINE_GRID, trials.lines)
+        for force in FORCES
+    }
+    plan["free line"] = Study("consensus", FREE_LINE, FREE_RANGES, few_lines)
+    plan["attacked line"] = Study("consensus", LINE, SHOWN_RANGES, few_lines)
+    for rho in THRESHOLD_RANGES:
+        plan[f"threshold {rho}"] = Study("consensus", threshold(rho), (rho,), few_lines)
+    plan["curves"] = Study("curves", FLOCK, SHOWN_FLOCK_RANGES, trials.flocks)
+    plan["grid flock"] = Study("objectives", FLOCK, FLOCK_GRID, trials.flocks)
+    plan["literal flock"] = Study("objectives", LITERAL_FLOCK, LITERAL_RANGES, trials.flocks)
+    for offset in OFFSETS:
+        plan[f"aimed {offset:g}"] = Study("objectives", aimed(offset), AIMED_GRID, trials.flocks)
+    return plan
+
+
+def measure(trials: Trials, cache: Cache, progress: Callable[[int, int, str], None]) -> dict[str, Arrays]:
+    """Do all jobs that the cache lacks, and return every study's results.
+
+    Args:
+        trials: how many flocks and lines.
+        cache: where results are kept; what is in it already is not computed again.
+        progress: called with what is finished, the whole, and the name of the study.
+    """
+    plan = {name: study.jobs() for name, study in studies(trials).items()}
+    total = sum(job.size for jobs in plan.values() for job in jobs)
+    finished = 0
+    results = {}
+    for name, jobs in plan.items():
+        parts = []
+        for job in jobs:
+            progress(finished, total, name)
+            parts.append(cache.get(job))
+            finished += job.size
+        results[name] = {key: np.concatenate([part[key] for part in parts], axis=1) for key in parts[0]}
+    progress(finished, total, "")
+    return results

@@ -1,0 +1,60 @@
+"""What the figures share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from flockesc_env._atomic import writing
+from flockesc_env.stats import FloatArray
+
+INK = "0.25"
+BAND = "0.85"
+ALONE = "0.6"
+PREDATOR = "tab:red"
+
+_DPI = 130
+_PALETTE: list[Any] = [
+    color for color in mpl.color_sequences["tab20"] if color != mpl.color_sequences["tab10"][3]
+]
+
+
+def letter(axes: Axes, index: int) -> None:
+    """Name a panel in the paper's way: (a), (b), .."""
+    axes.text(
+        0.0, 1.02, f"({chr(ord('a') + index)})", transform=axes.transAxes, fontweight="bold", fontsize=9
+    )
+
+
+def component_colors(labels: NDArray[np.int64]) -> list[Any]:
+    """Return a color per agent: the larger its component, the earlier in the palette; gray if alone."""
+    names, sizes = np.unique(labels, return_counts=True)
+    order = np.argsort(-sizes, kind="stable")
+    color = {
+        int(names[index]): _PALETTE[rank % len(_PALETTE)] if sizes[index] > 1 else ALONE
+        for rank, index in enumerate(order)
+    }
+    return [color[int(label)] for label in labels]
+
+
+def cluster_colors(final: FloatArray, rho: float) -> list[Any]:
+    """Return a color per agent of a line: that of its cluster, counted from below."""
+    order = np.argsort(final, kind="stable")
+    numbers = np.zeros(len(final), int)
+    numbers[order] = np.concatenate([[0], np.cumsum(np.diff(final[order]) > rho)])
+    return [mpl.color_sequences["tab10"][number % 10] for number in numbers]
+
+
+def save(figure: Figure, stem: Path) -> None:
+    """Write PNG and SVG, whole or not at all."""
+    # The same bytes for the same picture.
+    with mpl.rc_context({"svg.hashsalt": "flockesc_env", "svg.fonttype": "none"}):
+        for suffix, metadata in (("svg", {"Date": None}), ("png", {"Software": None})):
+            with writing(stem.with_suffix(f".{suffix}")) as file:
+                figure.savefig(file, format=suffix, dpi=_DPI, metadata=metadata)

@@ -1,0 +1,118 @@
+"""The paper's claims about the theory of the line (Section III), measured."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flockesc_env.paper.claims import Claim, every, exactly, mean, share, verdict
+from flockesc_env.paper.jobs import Arrays
+from flockesc_env.paper.plan import COARSE, FREE_RANGES, LINE, THRESHOLD_RANGES
+
+
+def theory_claims(results: dict[str, Arrays]) -> list[Claim]:
+    """Return the rows of Section III, in the paper's order."""
+    return [*_consensus(results["free line"]), *_theorem_2(results), *_existence(results)]
+
+
+def _consensus(free: Arrays) -> list[Claim]:
+    at = FREE_RANGES.index
+    # m(t) never falls, so that a line with one cluster was connected at all times.
+    connected = every(np.diff(free["final"][at(0.3)], axis=1) <= 0.3, 1)
+    off_mean, off_alpha = free["mean_offset"][at(0.3)][connected], free["alpha_offset"][at(0.2)]
+    trials = free["converged"].shape[1]
+    reached, monotone = every(free["converged"], 0), every(~free["falls"], 0)
+    return [
+        Claim(
+            "III, Lemma 1",
+            "Without predator the number of components m(t) never falls.",
+            (share("lines in which it never falls", monotone),),
+            trials,
+            "it never falls, under any of the ranges 0, 0.1, 0.2, 0.3, 1",
+            verdict(monotone.mean(), in_expectation=bool(monotone.all())),
+        ),
+        Claim(
+            "III, Theorem 1",
+            "Without predator the line converges to a steady state of separate clusters.",
+            (share("lines that converge", reached),),
+            trials,
+            "a line comes to rest, under all of these ranges",
+            verdict(reached.mean(), in_expectation=bool(reached.all())),
+        ),
+        Claim(
+            "III",
+            "A line that stays connected converges to the average of x(0).",
+            (
+                mean("offset from the average, rho = 0.3", off_mean, digits=4),
+                exactly("largest offset", off_mean.max(), digits=3),
+            ),
+            len(off_mean),
+            "a connected line ends within 1e-9 of its average; the mean offset is as small",
+            verdict((off_mean < 1e-9).mean(), in_expectation=bool(off_mean.mean() < 1e-9)),
+        ),
+        Claim(
+            "III, Definition 1",
+            "Cluster i ends at alpha_i, its average at the time t_c of the last split.",
+            (
+                mean("largest offset from alpha_i, rho = 0.2", off_alpha, digits=4),
+                exactly("over all lines", off_alpha.max(), digits=3),
+            ),
+            trials,
+            "all clusters end within 1e-9 of alpha_i; the mean offset is as small",
+            verdict((off_alpha < 1e-9).mean(), in_expectation=bool(off_alpha.mean() < 1e-9)),
+        ),
+    ]
+
+
+def _theorem_2(results: dict[str, Arrays]) -> list[Claim]:
+    studies = {rho: results[f"threshold {rho}"] for rho in THRESHOLD_RANGES}
+    converged = {rho: study["converged"][0] for rho, study in studies.items()}
+    stays_out = {rho: ~study["returns"][0] for rho, study in studies.items()}
+    everywhere = every(np.array(list(converged.values())), 0)
+    out = every(np.array(list(stays_out.values())), 0)
+    return [
+        Claim(
+            "III, Theorem 2",
+            "With Eq. 8 and s >= s* = rho_p + rho the line converges (rho <= rho_p).",
+            (share("lines that converge at s = s*, rho = 0.05, 0.1, 0.15 and 0.2", everywhere),),
+            len(everywhere),
+            "a line comes to rest under all four ranges",
+            verdict(everywhere.mean(), in_expectation=bool(everywhere.all())),
+        ),
+        Claim(
+            "III, Eq. 10",
+            "Its proof: after one step no agent is within the predator's range any more.",
+            tuple(
+                share(f"lines with nobody in range, rho = {rho:g}", is_so) for rho, is_so in stays_out.items()
+            ),
+            len(out),
+            "that is so, under all four ranges",
+            verdict(out.mean(), in_expectation=bool(out.all())),
+        ),
+    ]
+
+
+def _existence(results: dict[str, Arrays]) -> list[Claim]:
+    rows = []
+    for force, where, name in (
+        ("linear_as_printed", "III, Remark", "Eq. 9 as printed"),
+        ("linear", "IV", "Eq. 9 as it must have been simulated (`linear`)"),
+    ):
+        converged = results[f"grid {force}"]["converged"][COARSE]
+        within = every(converged[: round(LINE.predator_range * 10) + 1], 0)
+        beyond = every(converged, 0)
+        worst = int(np.argmin(converged.mean(axis=1)))
+        rows.append(
+            Claim(
+                where,
+                f"With {name}, s = 2, a steady state exists, so that d_ss is defined on all of Figure 5.",
+                (
+                    share("lines that converge for rho = 0, 0.1, 0.2 (<= rho_p)", within),
+                    share("for all of rho = 0, 0.1, .., 1", beyond),
+                    share(f"at the worst of these, rho = {worst / 10:g}", converged[worst]),
+                ),
+                len(beyond),
+                "a line comes to rest within 1,000 steps under each of these ranges",
+                verdict(beyond.mean(), in_expectation=bool(beyond.all())),
+            )
+        )
+    return rows
