@@ -9,9 +9,8 @@ import numpy as np
 import polars as pl
 import pytest
 
-from flockesc_env import FlockScenario, episode_seed, rollout, sweep
+from flockesc_env import FlockScenario, episode_seed, rollout, stats, sweep
 from flockesc_env.policies import FixedRange
-from flockesc_env import stats
 from training import seeds
 from training.compare import CompareArgs, compare
 from training.config import RunRecord, TrainArgs, presets

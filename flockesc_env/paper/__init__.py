@@ -1,4 +1,4 @@
-"""The paper, reproduced: its figures, its claims beside measurements, its slips. Needs the ``analysis`` extra."""
+"""The paper reproduced: figures, claims beside measurements, slips. Needs the ``analysis`` extra."""
 
 from __future__ import annotations
 
@@ -60,7 +60,9 @@ def _draw(output: Path, measured: dict[str, Arrays], line: int, flock: int) -> N
         "figure_2": line_figures.escape_forces(),
         "figure_3": line_figures.lines_over_time(line, is_attacked=False),
         "figure_4": line_figures.lines_over_time(line, is_attacked=True),
-        "figure_5": line_figures.distance_against_range({force: measured[f"grid {force}"] for force in FORCES}),
+        "figure_5": line_figures.distance_against_range(
+            {force: measured[f"grid {force}"] for force in FORCES}
+        ),
         "figure_6": flock_figures.snapshots(flock, 100.0),
         "figure_7": flock_figures.snapshots(flock, 10.0),
         "figure_8": flock_figures.snapshots(flock, 0.0),

@@ -14,6 +14,7 @@ from flockesc_env.paper.plan import (
     FREE_RANGES,
     LINE,
     LINE_GRID,
+    PREDATOR_POSITIONS,
     SHOWN_RANGES,
 )
 from flockesc_env.stats import Estimate, FloatArray
@@ -47,6 +48,7 @@ def line_claims(results: dict[str, Arrays]) -> list[Claim]:
         *(_best_range(force, grids[force]) for force in FORCES),
         _second_peak(grids["linear"]),
         *_at_best(grids["linear"]),
+        _edge(results),
     ]
 
 
@@ -138,6 +140,7 @@ def _figure_4(attacked: Arrays) -> list[Claim]:
 def _best_range(force: str, grid: Arrays) -> Claim:
     distance = grid["escape_distance"]
     chosen = np.argmax(_batches(distance[COARSE]), axis=0) == 1
+    own = np.argmax(distance[COARSE], axis=0) == 1
     everywhere = stats.argmax(_GRID[COARSE], distance[COARSE])
     return Claim(
         "IV, Fig. 5a",
@@ -145,6 +148,7 @@ def _best_range(force: str, grid: Arrays) -> Claim:
         (
             Figure("best range of the grid, all trials", everywhere, digits=1),
             share(f"batches of {BATCH} that choose 0.1", chosen),
+            share("single lines whose best range is 0.1", own),
             mean("mean d_ss(0.1)", distance[_FIRST], digits=4),
             mean("mean number of clusters at 0.1", grid["num_components"][_FIRST].astype(float)),
         ),
@@ -210,6 +214,30 @@ def _at_best(grid: Arrays) -> list[Claim]:
             verdict(few.mean(), in_expectation=bool(low <= 2.65 <= high)),
         ),
     ]
+
+
+def _edge(results: dict[str, Arrays]) -> Claim:
+    """Section VI speaks of the edge of a flock; the line has edges, too."""
+    studies = {place: results[f"predator at {place}"] for place in PREDATOR_POSITIONS}
+    distance = studies[0.0]["escape_distance"]
+    wins = every(distance[-1] >= distance, 0)
+    measured = []
+    components = {}
+    for place, study in studies.items():
+        best = stats.argmax(_GRID, study["escape_distance"])
+        components[place] = study["num_components"][LINE_GRID.index(float(best.mean))].astype(float)
+        measured += [
+            Figure(f"best range, x_p = {place:g}", best),
+            mean("mean number of clusters there", components[place]),
+        ]
+    return Claim(
+        "VI, for the line",
+        "Against a predator at the edge (x_p = 0) full connectivity is best.",
+        (*measured, share("lines in which rho = 1 is best, x_p = 0", wins)),
+        len(wins),
+        "no range keeps the predator farther than rho = 1; the best range in expectation leaves one cluster",
+        verdict(wins.mean(), in_expectation=bool((components[0.0] == 1).all())),
+    )
 
 
 def _counts(free: Arrays, rho: float) -> NDArray[np.int64]:

@@ -58,7 +58,7 @@ class Results:
 
 
 def markdown_page(results: Results, figures: Path, page: Path) -> str:
-    """Return the page as Markdown whose pictures are in the folder ``figures``, seen from the file ``page``."""
+    """Return the page as Markdown, for the file ``page``, with the pictures in the folder ``figures``."""
     folder = Path(os.path.relpath(figures.resolve(), page.resolve().parent))
     return _render("page.md", results, lambda name: (folder / f"{name}.png").as_posix())
 

@@ -29,6 +29,9 @@ SHOWN_RANGES: Final = (1.0, 0.2, 0.1, 0.0)
 THRESHOLD_RANGES: Final = (0.05, 0.1, 0.15, 0.2)
 """Ranges at most rho_p, as Theorem 2 asks."""
 
+PREDATOR_POSITIONS: Final = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
+"""From the edge of the line to where the paper has it."""
+
 FLOCK_GRID: Final = tuple(float(k) for k in range(101))
 SHOWN_FLOCK_RANGES: Final = (0.0, 10.0, 100.0)
 LITERAL_RANGES: Final = (10.0,)
@@ -84,15 +87,18 @@ def threshold(rho: float) -> LineScenario:
 
 def studies(trials: Trials) -> dict[str, Study]:
     """Return all studies by name."""
-    few_lines = min(trials.lines, trials.flocks)
     plan = {
         f"grid {force}": Study("objectives", LINE.replace(escape_force=force), LINE_GRID, trials.lines)
         for force in FORCES
     }
-    plan["free line"] = Study("consensus", FREE_LINE, FREE_RANGES, few_lines)
-    plan["attacked line"] = Study("consensus", LINE, SHOWN_RANGES, few_lines)
+    plan["free line"] = Study("consensus", FREE_LINE, FREE_RANGES, trials.lines)
+    plan["attacked line"] = Study("consensus", LINE, SHOWN_RANGES, trials.lines)
     for rho in THRESHOLD_RANGES:
-        plan[f"threshold {rho}"] = Study("consensus", threshold(rho), (rho,), few_lines)
+        plan[f"threshold {rho}"] = Study("consensus", threshold(rho), (rho,), trials.lines)
+    for place in PREDATOR_POSITIONS:
+        plan[f"predator at {place}"] = Study(
+            "objectives", LINE.replace(predator_position=place), LINE_GRID, trials.lines
+        )
     plan["curves"] = Study("curves", FLOCK, SHOWN_FLOCK_RANGES, trials.flocks)
     plan["grid flock"] = Study("objectives", FLOCK, FLOCK_GRID, trials.flocks)
     plan["literal flock"] = Study("objectives", LITERAL_FLOCK, LITERAL_RANGES, trials.flocks)

@@ -15,9 +15,9 @@ LINE_RULE = (
     " nearest to the positions printed there; the lowest seed among equals"
 )
 FLOCK_RULE = (
-    f"of the flocks with {PRINTED_COMPONENTS} components under 10 m at 12 s whose mean distance under 10 m is at"
-    " or above those under 0 and 100 m at all times (of all flocks, if there is none), the one whose best range"
-    f" for J_mean is nearest to {PRINTED_BEST:g} m; the lowest seed among equals"
+    f"of the flocks with {PRINTED_COMPONENTS} components under 10 m at 12 s whose mean distance under 10 m is"
+    " at or above those under 0 and 100 m at all times (of all flocks, if there is none), the one whose best"
+    f" range for J_mean is nearest to {PRINTED_BEST:g} m; the lowest seed among equals"
 )
 
 

@@ -1,0 +1,222 @@
+"""The reproduction of the paper: measurements against the models, verdicts, caching, the page."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import reference
+
+from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
+from flockesc_env.paper import Results, Trials, jobs, reproduce
+from flockesc_env.paper.claims import Verdict, verdict
+from flockesc_env.paper.flock_claims import dominates
+from flockesc_env.paper.jobs import Cache, Job
+from flockesc_env.paper.line_claims import clusters
+from flockesc_env.paper.page import RESULTS_FILE, html_page, markdown_page
+from flockesc_env.paper.plan import Trials as PlanTrials
+from flockesc_env.paper.plan import aimed, studies
+from flockesc_env.paper.realizations import flock_seed, line_seed
+
+ROOT = Path(__file__).parent.parent
+COMMITTED = ROOT / "results" / "paper"
+SMALL = FlockScenario(num_agents=20, num_steps=12)
+
+
+@pytest.mark.parametrize(
+    ("share", "in_expectation", "expected"),
+    [
+        (1.0, True, Verdict.HOLDS),
+        (0.95, True, Verdict.HOLDS),
+        (0.949, True, Verdict.IN_EXPECTATION),
+        (0.0, True, Verdict.IN_EXPECTATION),
+        (0.99, False, Verdict.SOMETIMES),
+        (0.001, False, Verdict.SOMETIMES),
+        (0.0, False, Verdict.FAILS),
+    ],
+)
+def test_verdicts_follow_one_rule(share: float, in_expectation: bool, expected: Verdict) -> None:
+    assert verdict(share, in_expectation=in_expectation) is expected
+
+
+def test_curves_are_those_of_simulate() -> None:
+    found = jobs.curves(SMALL, (0.0, 10.0, 100.0), range(3, 5))
+    for i, rho in enumerate((0.0, 10.0, 100.0)):
+        for j, seed in enumerate((3, 4)):
+            run = simulate(SMALL, rho, seed=seed)
+            np.testing.assert_array_equal(found["mean_distance"][i, j], run.mean_distance)
+            np.testing.assert_array_equal(found["min_distance"][i, j], run.min_distance)
+            # Components are those of the positions under the range of the step that has ended.
+            np.testing.assert_array_equal(found["num_components"][i, j, 1:], run.num_components[1:])
+
+
+@pytest.mark.parametrize("force", ["constant", "linear", None])
+def test_consensus_is_what_a_slow_reference_finds(force: str | None) -> None:
+    fields = {"predator_position": None} if force is None else {"escape_force": force}
+    scenario = LineScenario(num_agents=30, **fields)
+    found = jobs.consensus(scenario, (0.1, 0.2), range(8))
+    for i, rho in enumerate((0.1, 0.2)):
+        for seed in range(8):
+            states = [simulate_line(scenario, rho, seed=seed).states[0]]
+            while len(states) < 2 or np.abs(states[-1] - states[-2]).max() > 1e-12:
+                states.append(reference.line_step(scenario, states[-1], rho))
+            counts = [len(clusters(np.sort(x), rho)) for x in states]
+            at_split = states[counts.index(counts[-1])]
+            order = np.argsort(states[-1], kind="stable")
+            last = states[-1][order]
+            offsets = []
+            for center in clusters(last, rho):
+                who = order[np.abs(last - center) < 1e-6]
+                offsets.append(abs(at_split[who].mean() - center))
+            cell = {name: values[i, seed] for name, values in found.items()}
+            np.testing.assert_allclose(cell["final"], last, atol=1e-9)
+            assert cell["mean_offset"] == pytest.approx(abs(states[-1].mean() - states[0].mean()), abs=1e-9)
+            assert cell["alpha_offset"] == pytest.approx(max(offsets), abs=1e-9)
+            assert cell["falls"] == any(b < a for a, b in itertools.pairwise(counts))
+            in_range = [] if force is None else [np.abs(x - 0.6).min() < 0.2 for x in states[1:]]
+            assert cell["returns"] == any(in_range)
+            assert cell["converged"]
+
+
+def test_an_aimed_predator_misses_the_center_by_its_offset() -> None:
+    for offset in (0.0, 30.0, 80.0):
+        (predator,) = aimed(offset).predators
+        position, velocity = np.array(predator.position), np.array(predator.velocity)
+        away = np.array([50.0, 50.0]) - position
+        missed = (velocity[0] * away[1] - velocity[1] * away[0]) / np.linalg.norm(velocity)
+        assert abs(missed) == pytest.approx(offset)
+        assert velocity @ away / np.linalg.norm(velocity) == pytest.approx(80 * np.sqrt(2))  # as in the paper
+
+
+def test_every_study_has_as_many_trials_as_asked() -> None:
+    plan = studies(PlanTrials())
+    for study in plan.values():
+        seeds = [seed for job in study.jobs() for seed in job.seeds]
+        assert seeds == list(range(study.num_seeds))
+        assert study.num_seeds >= 1000
+
+
+def test_a_job_is_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    job = Job("objectives", SMALL, (0.0, 10.0), range(2, 5))
+    first = Cache(tmp_path).get(job)
+    monkeypatch.setitem(jobs.KINDS, "objectives", lambda *_: pytest.fail("computed again"))
+    again = Cache(tmp_path).get(job)
+    assert first.keys() == again.keys()
+    for name, values in first.items():
+        np.testing.assert_array_equal(again[name], values)
+    others = [
+        Job("curves", SMALL, (0.0, 10.0), range(2, 5)),
+        Job("objectives", SMALL.replace(mass=0.2), (0.0, 10.0), range(2, 5)),
+        Job("objectives", SMALL, (0.0, 10.5), range(2, 5)),
+        Job("objectives", SMALL, (0.0, 10.0), range(2, 6)),
+        Job("objectives", LineScenario(), (0.0, 10.0), range(2, 5)),
+    ]
+    assert len({job.key(), *(other.key() for other in others)}) == 1 + len(others)
+
+
+def test_curves_that_lie_above_both_others_dominate() -> None:
+    distance = np.array([[[1.0, 2.0]], [[1.0, 2.5]], [[0.5, 2.7]]])
+    assert dominates(distance).tolist() == [[True, False]]
+    assert dominates(distance, 0.2).tolist() == [[True, True]]
+
+
+def test_shown_realizations_follow_their_rules() -> None:
+    ranges = (0.0, 0.1, 0.2, 0.3, 1.0)
+    free = jobs.consensus(LineScenario(predator_position=None), ranges, range(60))
+    seed = line_seed(free)
+    worst = {}
+    for other in range(60):
+        found = [clusters(free["final"][i, other], rho) for i, rho in ((1, 0.1), (2, 0.2))]
+        if [len(f) for f in found] == [4, 2]:
+            printed = (np.array([0.14, 0.40, 0.67, 0.88]), np.array([0.35, 0.69]))
+            worst[other] = max(np.abs(f - p).max() for f, p in zip(found, printed, strict=True))
+    assert seed == min(worst, key=worst.__getitem__)
+
+    curves = {"num_components": np.full((3, 4, 2), 12), "mean_distance": np.zeros((3, 4, 2))}
+    values = np.zeros((101, 4))
+    values[[30, 11, 10, 9], range(4)] = 1.0
+    assert flock_seed(curves, {"min_mean_distance": values}) == 2
+    curves["num_components"][1, 2, -1] = 11
+    assert flock_seed(curves, {"min_mean_distance": values}) == 1
+    curves["mean_distance"][0, 1, 0] = 1e-9
+    assert flock_seed(curves, {"min_mean_distance": values}) == 3
+    curves["num_components"][:] = 3
+    assert flock_seed(curves, {"min_mean_distance": values}) == 2
+
+
+SCRIPT = """
+import sys
+from pathlib import Path
+from flockesc_env.paper import Trials, reproduce
+reproduce(Path(sys.argv[1]), Trials(flocks=4, lines=40), progress=lambda *_: print("chunk", flush=True))
+"""
+
+
+def files_in(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in sorted(folder.iterdir()) if path.is_file()}
+
+
+def test_a_killed_run_continues_and_ends_with_equal_bytes(tmp_path: Path) -> None:
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    command = [sys.executable, "-c", SCRIPT]
+    environment = {**os.environ, "PYTHONHASHSEED": "1"}
+    with subprocess.Popen([*command, str(killed)], stdout=subprocess.PIPE, text=True) as process:  # noqa: S603
+        assert process.stdout is not None
+        for _ in range(15):
+            process.stdout.readline()
+        process.send_signal(signal.SIGKILL)
+    finished = set((killed / "cache").glob("*.npz"))
+    stamps = {path: path.stat().st_mtime_ns for path in finished}
+    assert finished
+    assert not (killed / RESULTS_FILE).exists()
+    time.sleep(0.01)  # later files have later stamps
+    for folder in (killed, whole):
+        subprocess.run(  # noqa: S603
+            [*command, str(folder)], check=True, stdout=subprocess.DEVNULL, env=environment
+        )
+    assert {path: path.stat().st_mtime_ns for path in finished} == stamps
+    files = files_in(whole)
+    assert files == files_in(killed)
+    assert len([name for name in files if name.endswith(".png")]) == 10
+    assert {name.removesuffix(".png") + ".svg" for name in files if name.endswith(".png")} <= set(files)
+
+    results = Results.from_json(files[RESULTS_FILE].decode())
+    assert results.to_json().encode() == files[RESULTS_FILE]
+    page = files["paper.md"].decode()
+    html = files["paper.html"].decode()
+    for claim in results.claims:
+        assert claim.holds_if in page
+        assert claim.verdict in page
+    assert html.count("<tr>") == page.count("\n| ") + 0
+    assert not re.search(r"""(src|href)=["'](?!data:)""", html)
+
+
+def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
+    calls = []
+
+    def progress(done: int, total: int, name: str) -> None:
+        calls.append(done)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        reproduce(tmp_path, Trials(flocks=4, lines=40), progress=progress)
+    assert len(list((tmp_path / "cache").glob("*.npz"))) == 2
+
+
+def test_the_committed_page_is_that_of_the_committed_results() -> None:
+    results = Results.from_json((COMMITTED / RESULTS_FILE).read_text())
+    page = ROOT / "docs" / "paper.md"
+    assert page.read_text() == markdown_page(results, COMMITTED, page)
+    assert (COMMITTED / "paper.html").read_text() == html_page(results, COMMITTED)
+    assert results.trials == Trials()
+    for picture in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page.read_text()):
+        assert (page.parent / picture).is_file()
