@@ -66,7 +66,7 @@ def argmax(positions: FloatArray, values: FloatArray) -> Estimate:
         found: FloatArray = positions[np.argmax(values[:, flocks].mean(axis=axis), axis=0)]
         return found
 
-    low, high = _interval(np.arange(values.shape[1]), place, resamples=1_999)
+    low, high = _interval(np.arange(values.shape[1]), place, resamples=999)
     return Estimate(float(positions[np.argmax(values.mean(axis=1))]), low, high)
 
 

@@ -58,7 +58,8 @@ class Figure:
         mean, low, high = (
             f"{scale * part:.{self.digits}f}" for part in (self.value.mean, self.value.low, self.value.high)
         )
-        return f"{self.what}: {mean}{unit}" + ("" if low == mean == high else f" [{low}, {high}]")
+        is_exact = self.value.low == self.value.high
+        return f"{self.what}: {mean}{unit}" + ("" if is_exact else f" [{low}, {high}]")
 
 
 def every(is_so: NDArray[np.bool], axis: int) -> NDArray[np.bool]:

@@ -126,5 +126,5 @@ def measure(trials: Trials, cache: Cache, progress: Callable[[int, int, str], No
             parts.append(cache.get(job))
             finished += job.size
         results[name] = {key: np.concatenate([part[key] for part in parts], axis=1) for key in parts[0]}
-    progress(finished, total, "")
+    progress(finished, total, "statistics and figures")
     return results
