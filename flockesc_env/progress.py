@@ -21,3 +21,4 @@ def bar(title: str, total: int, *, always: bool = False) -> Iterator[Callable[[i
     hidden = False if always else None  # None: tqdm looks whether there is a terminal
     with tqdm(total=total, desc=title, file=sys.stderr, disable=hidden) as shown:
         yield lambda done, _: shown.update(done - shown.n)
+        shown.update(total - shown.n)  # the last call may come before the end

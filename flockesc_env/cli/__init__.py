@@ -2,7 +2,7 @@
 
 A command is a file of this folder with a function ``run``: its keyword arguments are the flags, its docstring
 is the help (paragraphs of one line, as tyro does not wrap them), and it returns an ``Exit``. An entry of
-``COMMANDS`` adds it. What it needs beyond the package's own dependencies it imports inside of functions, after
+``COMMANDS`` adds it. What it needs beyond the package's own dependencies it imports inside of functions, once
 ``output.require`` has looked for it.
 
 Commands print results with ``output.show`` or ``output.show_json`` and everything else with ``output.note``.

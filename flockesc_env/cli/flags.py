@@ -89,13 +89,13 @@ def registry(argv: Sequence[str]) -> ConstructorRegistry:
 
 
 def _read(cls: type[Scenario], path: Path) -> Scenario:
-    text = path.read_text(encoding="utf-8")
     try:
+        text = path.read_text(encoding="utf-8")
         if path.suffix == ".toml":
             text = json.dumps(tomllib.loads(text), default=str)
         return cls.from_json(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(str(path), "valid TOML", error) from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ScenarioError(str(path), "TOML or JSON", error) from None
     except ScenarioError as error:
         raise ScenarioError(f"{path}: {error.field}", error.expected, error.given) from None
 

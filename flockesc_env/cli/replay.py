@@ -17,7 +17,11 @@ from flockesc_env.errors import ArgumentError, FlockescError
 def run(
     files: Annotated[
         Positional[tuple[Path, ...]],
-        arg(help="recorded runs (.npz), such as flockesc simulate --output writes", metavar="FILE .."),
+        arg(
+            help="recorded runs (.npz), such as flockesc simulate --output writes",
+            metavar="FILE ..",
+            help_behavior_hint="(at least one)",
+        ),
     ],
     *,
     json: Json = False,

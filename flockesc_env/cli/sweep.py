@@ -88,13 +88,13 @@ def run(
     finished = sum(part.seeds.size for part in parts)
     is_whole = finished == len(seeds)
     if not is_whole:
-        note(f"interrupted after {finished} of {len(seeds)} seeds")
+        note(f"interrupted after {finished} of {len(seeds)} seeds; no intervals, which would take time")
     if parts:
         result = _joined(parts)
         if output is not None:
             _write(result, output)
             note(f"saved: {output}")
-        summary = _summary(result, objective_)
+        summary = _summary(result, objective_, with_intervals=is_whole)
         if json:
             _show_json(result, objective_, summary, seeds, output, is_whole)
         else:
@@ -171,14 +171,15 @@ def _write(result: SweepResult, path: Path) -> None:
         write_whole(path, result.table().write_csv)
 
 
-def _summary(result: SweepResult, objective: str) -> list[dict[str, Any]]:
+def _summary(result: SweepResult, objective: str, *, with_intervals: bool) -> list[dict[str, Any]]:
     """Return per range: the mean objective, its interval where there can be one, and the mean components."""
     mean = result.values(objective).mean(axis=1)
     low = high = np.full_like(mean, np.nan)
-    if find_spec("scipy") is None:
-        note("no intervals: they need the analysis extra (pip install 'flockesc-env[analysis]')")
-    elif len(result.seeds) > 1 and np.isfinite(mean).all():
-        _, low, high = result.mean_with_interval(objective)
+    if with_intervals and len(result.seeds) > 1 and np.isfinite(mean).all():
+        if find_spec("scipy") is None:
+            note("no intervals: they need the analysis extra (pip install 'flockesc-env[analysis]')")
+        else:
+            _, low, high = result.mean_with_interval(objective)
     columns = {
         "interaction_range": result.interaction_ranges,
         "mean": mean,
