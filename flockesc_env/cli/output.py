@@ -15,6 +15,12 @@ from typing import Any
 from flockesc_env.errors import ArgumentError
 
 
+def open_closed_streams() -> None:
+    """Let stdout and stderr end nowhere where they are closed: not every library expects that."""
+    sys.stdout = sys.stdout or Path(os.devnull).open("w")
+    sys.stderr = sys.stderr or Path(os.devnull).open("w")
+
+
 def show(text: str) -> None:
     """Print a result for people on stdout.
 
@@ -32,8 +38,7 @@ def flush() -> None:
         OSError: if something was dropped.
     """
     try:
-        if sys.stdout is not None:
-            sys.stdout.flush()
+        sys.stdout.flush()
     except OSError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise
@@ -67,7 +72,7 @@ def check_output(path: Path | None, suffixes: Sequence[str]) -> None:
         return
     if path.suffix not in suffixes:
         raise ArgumentError("output", f"a file that ends in {' or '.join(suffixes)}", repr(str(path)))
-    if not path.parent.is_dir():
+    if not path.parent.is_dir() or path.is_dir():
         raise ArgumentError("output", "a file in a folder that exists", repr(str(path)))
 
 

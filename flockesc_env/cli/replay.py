@@ -66,7 +66,7 @@ def _report(path: Path) -> dict[str, Any]:
         record = records.load(path)
         found = records.differences(record.trajectory, records.replay(record.trajectory))
     except (FlockescError, OSError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
+        reason = error.strerror if isinstance(error, OSError) else str(error).removeprefix(f"{path}: ")
         note(f"error: {path}: {reason}")
         return {**report, "error": reason}
     outcome = "differs" if found else "matches"

@@ -14,7 +14,7 @@ import numpy as np
 from tyro.conf import arg
 
 from flockesc_env import records
-from flockesc_env._checks import FloatArray, as_count, as_floats, as_threads
+from flockesc_env._checks import FloatArray, as_count, as_floats, as_seed, as_threads
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress, Scenario, ScenarioFlags, Threads, optional
 from flockesc_env.cli.output import check_output, note, require, show, show_json, table, write_whole
@@ -82,8 +82,7 @@ def run(
     chosen = scenario.build()
     ranges = _ranges(chosen, interaction_ranges, max_range, grid_size)
     objective_ = _objective(chosen, objective)
-    if not seeds:
-        raise ArgumentError("seeds", "START:STOP with START below STOP", f"{seeds.start}:{seeds.stop}")
+    _check_seeds(seeds)
     parts = _in_chunks(chosen, ranges, seeds, as_threads(num_threads), progress)
     finished = sum(part.seeds.size for part in parts)
     is_whole = finished == len(seeds)
@@ -102,12 +101,21 @@ def run(
     return Exit.DONE if is_whole else Exit.INTERRUPTED
 
 
+def _check_seeds(seeds: range) -> None:
+    if not 0 < seeds.stop - seeds.start < 2**63:
+        raise ArgumentError("seeds", "START:STOP with START below STOP", f"{seeds.start}:{seeds.stop}")
+    as_seed(seeds.start, "seeds")
+    as_seed(seeds.stop - 1, "seeds")
+
+
 def _ranges(
     scenario: Scenario, given: tuple[float, ...] | None, max_range: float | None, grid_size: int | None
 ) -> FloatArray:
     if given is not None:
         if max_range is not None or grid_size is not None:
             raise ArgumentError("interaction_ranges", "either these or a grid", "these and a grid")
+        if not given:
+            raise ArgumentError("interaction_ranges", "at least one range", "none")
         return as_floats(given, "interaction_ranges")
     if max_range is None:
         max_range = (EnvOptions if isinstance(scenario, FlockScenario) else LineOptions).max_range
