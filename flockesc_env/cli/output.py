@@ -1,4 +1,4 @@
-"""What commands print and write: results on stdout, notes and errors on stderr, files whole or not at all."""
+"""What commands print: results on stdout, notes and errors on stderr; and checks before any work."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import json
 import math
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,8 +17,8 @@ from flockesc_env.errors import ArgumentError
 
 def open_closed_streams() -> None:
     """Let stdout and stderr end nowhere where they are closed: not every library expects that."""
-    sys.stdout = sys.stdout or Path(os.devnull).open("w")
-    sys.stderr = sys.stderr or Path(os.devnull).open("w")
+    sys.stdout = sys.stdout or Path(os.devnull).open("w")  # noqa: SIM115, open until the end
+    sys.stderr = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115
 
 
 def show(text: str) -> None:
@@ -74,16 +74,6 @@ def check_output(path: Path | None, suffixes: Sequence[str]) -> None:
         raise ArgumentError("output", f"a file that ends in {' or '.join(suffixes)}", repr(str(path)))
     if not path.parent.is_dir() or path.is_dir():
         raise ArgumentError("output", "a file in a folder that exists", repr(str(path)))
-
-
-def write_whole(path: Path, write: Callable[[Path], None]) -> None:
-    """Write a file; an older one stays whole until the new one is complete."""
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        write(unfinished)
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
 
 
 def require(module: str, extra: str, field: str) -> None:

@@ -14,10 +14,11 @@ import numpy as np
 from tyro.conf import arg
 
 from flockesc_env import records
+from flockesc_env._atomic import writing
 from flockesc_env._checks import FloatArray, as_count, as_floats, as_seed, as_threads
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress, Scenario, ScenarioFlags, Threads, optional
-from flockesc_env.cli.output import check_output, note, require, show, show_json, table, write_whole
+from flockesc_env.cli.output import check_output, note, require, show, show_json, table
 from flockesc_env.errors import ArgumentError
 from flockesc_env.options import GRID_SIZE, EnvOptions, LineOptions
 from flockesc_env.progress import bar
@@ -174,9 +175,10 @@ def _joined(parts: list[SweepResult]) -> SweepResult:
 
 def _write(result: SweepResult, path: Path) -> None:
     if path.suffix == ".parquet":
-        write_whole(path, result.to_parquet)
+        result.to_parquet(path)
     else:
-        write_whole(path, result.table().write_csv)
+        with writing(path) as file:
+            result.table().write_csv(file)
 
 
 def _summary(result: SweepResult, objective: str, *, with_intervals: bool) -> list[dict[str, Any]]:
