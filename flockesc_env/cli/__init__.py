@@ -20,7 +20,7 @@ from flockesc_env import __version__
 from flockesc_env.cli import bench, replay, simulate, sweep
 from flockesc_env.cli.exits import MEANINGS, Exit
 from flockesc_env.cli.flags import registry
-from flockesc_env.cli.output import flush, note, open_closed_streams, show
+from flockesc_env.cli.output import flush, note, prepare_streams, show
 from flockesc_env.errors import FlockescError
 
 COMMANDS: dict[str, Callable[..., Exit]] = {
@@ -44,7 +44,7 @@ _DESCRIPTION = "\n".join(
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code; see ``exits``."""
-    open_closed_streams()
+    prepare_streams()
     try:
         return _run(list(sys.argv[1:] if argv is None else argv))
     except KeyboardInterrupt:

@@ -187,11 +187,12 @@ def _make(kind: Callable[..., Any], fields: dict[str, Any]) -> Any:
 def _spell(part: Any) -> list[str]:
     """Return the words that ``parse`` makes a part from."""
     values = {f.name: getattr(part, f.name) for f in dataclasses.fields(part)}
-    spelled = {
-        name: ",".join(map("{:g}".format, value if isinstance(value, tuple) else (value,)))
-        for name, value in values.items()
-    }
-    return [part.kind, *(f"{name}={value}" for name, value in spelled.items())]
+    return [part.kind, *(f"{name}={_spell_value(value)}" for name, value in values.items())]
+
+
+def _spell_value(value: Any) -> str:
+    values = value if isinstance(value, tuple) else [value]
+    return json.dumps(values, separators=(",", ":"))[1:-1]
 
 
 def _seeds_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import os
@@ -15,10 +16,13 @@ from typing import Any
 from flockesc_env.errors import ArgumentError
 
 
-def open_closed_streams() -> None:
-    """Let stdout and stderr end nowhere where they are closed: not every library expects that."""
+def prepare_streams() -> None:
+    """Let stdout and stderr take everything: where they are closed, and letters that they cannot show."""
     sys.stdout = sys.stdout or Path(os.devnull).open("w")  # noqa: SIM115, open until the end
     sys.stderr = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
 
 
 def show(text: str) -> None:
