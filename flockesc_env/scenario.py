@@ -116,7 +116,7 @@ class FlockScenario(_Document):
         predator_range: distance rho_p in m up to which agents flee from a predator.
         repulsion_strength: strength s of the flight.
         constant_speed: whether agents keep speed v0 (step 4 of docs/model.md); ``False`` is the literal law.
-        predators: any number of ``ConstantVelocity`` and ``PurePursuit``.
+        predators: any number of ``ConstantVelocity`` and ``PurePursuit``, also none.
         neighbor_rule: who is a neighbor.
 
     Raises:

@@ -1,61 +1,27 @@
-"""The command line gives the library's results, names what it refuses and ends with the promised code."""
+"""The command line gives the library's results, and its files replay."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
-import os
-import re
-import signal
-import subprocess
-import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import polars as pl
 import pytest
+from cli_runs import SMALL, SMALL_FLAGS, Ran, sweep_flags
 
 from flockesc_env import (
     ConstantVelocity,
     FlockScenario,
     LineScenario,
     PurePursuit,
-    __version__,
     simulate,
     simulate_line,
     sweep,
 )
-from flockesc_env.cli import COMMANDS, main
-from flockesc_env.cli.exits import MEANINGS, Exit
+from flockesc_env.cli.exits import Exit
 from flockesc_env.records import load, save
-
-SMALL = FlockScenario(num_agents=12, num_steps=9)
-SMALL_FLAGS = ["--num-agents", "12", "--num-steps", "9"]
-FLOCKESC = [sys.executable, "-m", "flockesc_env"]
-TIMEOUT = 60  # seconds; reached only by a command that does not end
-
-
-@pytest.fixture(autouse=True)
-def _narrow_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", "80")
-
-
-class Ran:
-    """What a command left: its code, stdout and stderr."""
-
-    def __init__(self, capsys: pytest.CaptureFixture[str], *argv: object) -> None:
-        self.code = main([str(word) for word in argv])
-        self.out, self.err = capsys.readouterr()
-
-    def json(self) -> dict[str, Any]:
-        document: dict[str, Any] = json.loads(self.out)
-        return document
-
-
-def run_process(*argv: object, **streams: Any) -> subprocess.CompletedProcess[str]:
-    command = [*FLOCKESC, *map(str, argv)]
-    return subprocess.run(command, text=True, timeout=TIMEOUT, check=False, **streams)  # noqa: S603
 
 
 def test_a_simulation_is_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -155,10 +121,6 @@ def test_a_scenario_comes_from_a_file_and_flags_override_it(
     assert FlockScenario.from_json(json.dumps(ran.json()["scenario"])) == scenario
     help_ = Ran(capsys, "simulate", "--scenario", path, "--help").out
     assert "(default: 30)" in help_
-
-
-def sweep_flags(*more: object) -> list[object]:
-    return ["sweep", "--interaction-ranges", 0, 5.5, 100, "--seeds", "3:40", *SMALL_FLAGS, *more]
 
 
 def test_a_sweep_is_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -272,272 +234,3 @@ def test_bench_measures_model_and_environments(capsys: pytest.CaptureFixture[str
     names = {row["name"] for row in document["results"]}
     assert names == {"model", "Gymnasium", "Gymnasium vector", "PettingZoo step_array"}
     assert all(row["median"] > 0 and len(row["microseconds_per_step"]) == 1 for row in document["results"])
-
-
-BAD = {
-    "field": (
-        ["simulate", "--interaction-range", "1", "--num-agents", "0"],
-        "num_agents: expected an integer",
-    ),
-    "predator": (
-        ["simulate", "--interaction-range", "1", "--predators", "pure_pursuit", "max_turn_rate=-1"],
-        "predators[0].pure_pursuit.max_turn_rate: expected",
-    ),
-    "range": (
-        ["simulate", "--interaction-range", "nan"],
-        "interaction_range: expected a finite number, got nan",
-    ),
-    "seed": (["simulate", "--interaction-range", "1", "--seed", "-1"], "seed: expected an integer from 0"),
-    "suffix": (
-        ["simulate", "--interaction-range", "1", "--output", "run.txt"],
-        "output: expected a file that ends",
-    ),
-    "folder": (["sweep", "--output", "nowhere/run.csv"], "output: expected a file in a folder that exists"),
-    "file": (["simulate", "--interaction-range", "1", "--scenario", "none.toml"], "none.toml: No such file"),
-    "seeds": (["sweep", "--seeds", "4:4"], "seeds: expected START:STOP with START below STOP, got 4:4"),
-    "many seeds": (["sweep", "--seeds", f"0:{10**40}"], "seeds: expected START:STOP"),
-    "late seeds": (["sweep", "--seeds", f"{2**64}:{2**64 + 1}"], "seeds: expected an integer from 0"),
-    "no ranges": (
-        ["sweep", "--interaction-ranges"],
-        "interaction_ranges: expected at least one range, got none",
-    ),
-    "ranges": (["sweep", "--interaction-ranges", "1", "-2"], "interaction_ranges[1]: expected"),
-    "two grids": (
-        ["sweep", "--interaction-ranges", "1", "--grid-size", "3"],
-        "interaction_ranges: expected either these or a grid, got these and a grid",
-    ),
-    "grid": (["sweep", "--grid-size", "0"], "grid_size: expected an integer of at least 1"),
-    "largest": (["sweep", "--max-range", "-1"], "max_range: expected a number of at least 0, got -1"),
-    "objective": (["sweep", "--objective", "escape_distance"], "objective: expected one of mean, minimum"),
-    "threads": (["sweep", "--num-threads", "0"], "num_threads: expected an integer of at least 1"),
-    "files": (["replay"], "files: expected at least one file, got none"),
-    "repetitions": (["bench", "--repetitions", "0"], "repetitions: expected an integer of at least 1"),
-    "flag": (["simulate", "--interaction-range", "1", "--num-agent", "4"], "--num-agent"),
-    "model": (["simulate", "--interaction-range", "1", "--model", "cube"], "--model"),
-    "missing": (["simulate"], "--interaction-range"),
-    "kind": (
-        ["simulate", "--interaction-range", "1", "--predators", "owl"],
-        "constant_velocity or pure_pursuit",
-    ),
-    "part": (
-        ["simulate", "--interaction-range", "1", "--predators", "pure_pursuit", "mass=1"],
-        "mass: expected one of position",
-    ),
-    "text": (
-        ["simulate", "--interaction-range", "1", "--predators", "pure_pursuit", "position=a"],
-        "position: expected numbers",
-    ),
-    "no range of seeds": (["sweep", "--seeds", "5"], "expected START:STOP"),
-    "command": (["fly"], "simulate, sweep, replay, bench"),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_named(
-    name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    argv, message = BAD[name]
-    monkeypatch.chdir(tmp_path)
-    ran = Ran(capsys, *argv)
-    assert (ran.code, ran.out) == (Exit.REFUSED, "")
-    assert message in " ".join(plain(ran.err).split())
-    assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ("num_agent = 3", "num_agent: expected one of num_agents"),
-        ("mass = nan", "mass: expected a finite number"),
-        ("mass = 1979-05-27", "mass: expected"),
-        ("= 3", "expected TOML or JSON"),
-        ("\xff", "expected TOML or JSON"),
-        ("[[predators]]\npure_pursuit = { turn = 1 }", "predators[0].pure_pursuit.turn: expected one of"),
-    ],
-)
-def test_a_bad_scenario_file_is_named(
-    content: str, message: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    path = tmp_path / "bad.toml"
-    path.write_bytes(content.encode("latin-1"))
-    ran = Ran(capsys, "simulate", "--interaction-range", 1, "--scenario", path)
-    assert (ran.code, ran.out) == (Exit.REFUSED, "")
-    assert ran.err.startswith(f"flockesc: error: {path}: ")
-    assert message in ran.err
-
-
-def test_a_missing_extra_is_named(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("flockesc_env.cli.output.find_spec", lambda _: None)
-    ran = Ran(capsys, *sweep_flags("--output", tmp_path / "sweep.parquet"))
-    assert ran.code == Exit.REFUSED
-    assert (
-        "output: expected the analysis extra (pip install 'flockesc-env[analysis]'), got no polars" in ran.err
-    )
-    monkeypatch.setattr("flockesc_env.cli.sweep.find_spec", lambda _: None)
-    ran = Ran(capsys, *sweep_flags("--json"))
-    assert ran.code == Exit.DONE
-    assert ran.json()["ranges"][0]["low"] is None
-    assert "no intervals: they need the analysis extra" in ran.err
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_help_explains_every_flag(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    ran = Ran(capsys, command, "--help")
-    assert (ran.code, ran.err) == (Exit.DONE, "")
-    assert f"Example: flockesc {command}" in ran.out
-    assert max(map(len, ran.out.splitlines())) <= 80
-    _, *entries = re.split(r"\n--(?=[a-z])", plain(ran.out))
-    assert entries
-    for entry in entries:
-        words = " ".join(entry.split())
-        mark = next(mark for mark in ("(default: ", "(required)") if mark in words)
-        assert len(words.partition(mark)[0].split()) >= 4, words
-
-
-def plain(boxes: str) -> str:
-    """Return the text in tyro's boxes, which are of other letters where the terminal has no Unicode."""
-    return "\n".join(line.strip("│|").strip() for line in boxes.splitlines())
-
-
-def test_flags_have_the_scenarios_defaults(capsys: pytest.CaptureFixture[str]) -> None:
-    for model, scenario in (("flock", FlockScenario()), ("line", LineScenario())):
-        words = " ".join(plain(Ran(capsys, "simulate", "--model", model, "--help").out).split())
-        for field in dataclasses.fields(scenario):
-            value = getattr(scenario, field.name)
-            if isinstance(value, str | int | float) and not isinstance(value, bool):
-                own = words.partition(f"--{field.name.replace('_', '-')} ")[2]
-                assert f"(default: {value})" in own.partition(" --")[0]
-
-
-def test_the_first_help_lists_commands_and_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
-    ran = Ran(capsys)
-    assert ran.code == Exit.DONE
-    assert ran.out == Ran(capsys, "--help").out
-    for command in COMMANDS:
-        assert f" {command}  " in ran.out
-    for code, meaning in MEANINGS.items():
-        assert f"{code.value}  {meaning}" in ran.out
-    assert set(MEANINGS) == set(Exit)
-
-
-def test_version(capsys: pytest.CaptureFixture[str]) -> None:
-    assert Ran(capsys, "--version").out == f"flockesc {__version__}\n"
-
-
-def test_a_process_ends_with_the_code_of_its_command() -> None:
-    ran = run_process("sweep", "--seeds", "0:2", *SMALL_FLAGS, "--json", capture_output=True)
-    assert (ran.returncode, ran.stderr) == (Exit.DONE, "")
-    assert len(json.loads(ran.stdout)["ranges"]) == 21
-    ran = run_process("simulate", "--interaction-range", "-1", capture_output=True)
-    assert (ran.returncode, ran.stdout) == (Exit.REFUSED, "")
-    assert ran.stderr.startswith("flockesc: error: interaction_range")
-
-
-def test_progress_is_shown_on_request() -> None:
-    ran = run_process("sweep", "--seeds", "0:2", *SMALL_FLAGS, "--json", "--progress", capture_output=True)
-    assert "42/42" in ran.stderr
-    json.loads(ran.stdout)
-
-
-@pytest.mark.parametrize("output", ["sweep.parquet", "sweep.csv"])
-def test_ctrl_c_keeps_what_is_finished(output: str, tmp_path: Path) -> None:
-    # A background job inherits no handler for Ctrl-C.
-    script = """
-import signal, sys
-signal.signal(signal.SIGINT, signal.default_int_handler)
-from flockesc_env.cli import main
-sys.exit(main(sys.argv[1:]))
-"""
-    path = tmp_path / output
-    grid = ["--interaction-ranges", "0", "10"]
-    flags = [*grid, "--seeds", "0:10000000", "--json", "--progress", "--output", str(path)]
-    process = subprocess.Popen(  # noqa: S603
-        [sys.executable, "-c", script, "sweep", *flags],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-    )
-    try:
-        assert process.stderr is not None
-        # The bar counts runs; the first chunks are small and surely done by a few hundred.
-        shown = b""
-        while not any(int(word) > 300 for word in _counts(shown)):
-            shown += os.read(process.stderr.fileno(), 4096)
-        process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=TIMEOUT)
-    finally:
-        process.kill()
-    assert process.returncode == Exit.INTERRUPTED
-    document = json.loads(out)
-    finished = document["seeds"]["stop"]
-    assert document["interrupted"]
-    assert 0 < finished < 10_000_000
-    assert f"interrupted after {finished} of 10000000 seeds".encode() in err
-    assert b"Traceback" not in err
-    result = sweep(FlockScenario(), [0, 10], range(finished))
-    table = pl.read_parquet(path) if path.suffix == ".parquet" else pl.read_csv(path)
-    assert table.equals(
-        result.table() if path.suffix == ".parquet" else result.table().cast({"seed": pl.Int64})
-    )
-    assert [row["mean"] for row in document["ranges"]] == result.values().mean(axis=1).tolist()
-    assert [entry.name for entry in tmp_path.iterdir()] == [output]
-
-
-def _counts(shown: bytes) -> list[bytes]:
-    return [word.partition(b"/")[0] for word in shown.split() if b"/20000000" in word]
-
-
-def test_ctrl_c_before_anything_is_finished(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupt(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("flockesc_env.cli.sweep.sweep", interrupt)
-    ran = Ran(capsys, *sweep_flags("--output", tmp_path / "sweep.csv"))
-    assert (ran.code, ran.out) == (Exit.INTERRUPTED, "")
-    assert "interrupted after 0 of 37 seeds" in ran.err
-    assert not list(tmp_path.iterdir())
-    monkeypatch.setattr("flockesc_env.cli.simulate.simulate", interrupt)
-    ran = Ran(capsys, "simulate", "--interaction-range", 1)
-    assert (ran.code, ran.out, ran.err) == (Exit.INTERRUPTED, "", "flockesc: interrupted\n")
-
-
-@pytest.mark.parametrize("argv", [["--help"], ["sweep", "--help"], ["sweep", "--seeds", "0:2", *SMALL_FLAGS]])
-def test_a_reader_that_goes_away(argv: list[str]) -> None:
-    reading, writing = os.pipe()
-    os.close(reading)
-    try:
-        ran = run_process(*argv, stdout=writing, stderr=subprocess.PIPE)
-    finally:
-        os.close(writing)
-    assert (ran.returncode, ran.stderr) == (Exit.UNREAD, "")
-
-
-def test_a_full_disk() -> None:
-    with Path("/dev/full").open("w") as full:
-        ran = run_process("sweep", "--seeds", "0:2", *SMALL_FLAGS, stdout=full, stderr=subprocess.PIPE)
-    assert (ran.returncode, ran.stderr) == (
-        Exit.REFUSED,
-        "flockesc: error: output: No space left on device\n",
-    )
-
-
-@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
-@pytest.mark.parametrize("argv", [["--help"], ["sweep", "--seeds", "0:2", *SMALL_FLAGS]])
-def test_closed_streams(argv: list[str], closed: str) -> None:
-    command = ["sh", "-c", f'"$@" {closed}', "sh", *FLOCKESC, *argv]
-    ran = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)  # noqa: S603
-    assert (ran.returncode, ran.stderr) == (Exit.DONE, "")
-    assert bool(ran.stdout) == (">&-" not in closed.replace("2>&-", ""))
-
-
-def test_a_terminal_without_unicode(tmp_path: Path) -> None:
-    environment = {**os.environ, "PYTHONIOENCODING": "ascii:strict"}
-    ran = run_process("--help", capture_output=True, env=environment)
-    assert (ran.returncode, ran.stderr) == (Exit.DONE, "")
-    path = tmp_path / "f\u00f6n.npz"
-    save(simulate(SMALL, 10.0, seed=7), path)
-    ran = run_process("replay", path, capture_output=True, env=environment)
-    assert (ran.returncode, ran.stdout) == (Exit.DONE, f"{tmp_path}/f?n.npz: matches\n")

@@ -1,4 +1,4 @@
-"""Flags that commands share: model and scenario, seeds, output."""
+"""Flags that commands share: model and scenario, seeds, JSON, progress, threads."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import argparse
 import dataclasses
 import json
 import tomllib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, get_type_hints
 
 from tyro.conf import DisallowNone, arg
 from tyro.constructors import (
@@ -20,8 +20,9 @@ from tyro.constructors import (
     StructTypeInfo,
 )
 
+from flockesc_env.cli.parts import part_rule
 from flockesc_env.errors import ScenarioError
-from flockesc_env.scenario import FlockScenario, LineScenario, NeighborRule, Predator
+from flockesc_env.scenario import FlockScenario, LineScenario
 
 Scenario = FlockScenario | LineScenario
 MODELS: dict[str, type[Scenario]] = {"flock": FlockScenario, "line": LineScenario}
@@ -70,7 +71,7 @@ def registry(argv: Sequence[str]) -> ConstructorRegistry:
         OSError: if the scenario's file cannot be read.
         ScenarioError: naming a field of it that is unknown, of a wrong type or out of bounds.
     """
-    first = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
+    first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     first.add_argument("--model", nargs="?", default=_DEFAULT_MODEL)
     first.add_argument("--scenario", nargs="?", type=Path)
     known, _ = first.parse_known_args(argv)
@@ -78,7 +79,7 @@ def registry(argv: Sequence[str]) -> ConstructorRegistry:
     default = cls() if known.scenario is None else _read(cls, known.scenario)
 
     rules = ConstructorRegistry()
-    rules.primitive_rule(_part_rule)
+    rules.primitive_rule(part_rule)
     rules.primitive_rule(_seeds_rule)
 
     @rules.struct_rule
@@ -132,67 +133,6 @@ def _scenario_spec(default: Scenario) -> StructConstructorSpec:
             StructFieldSpec("fields", fields, given()),
         ),
     )
-
-
-def _part_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
-    """Spell predators and neighbor rules as ``kind field=value ..``, one after the other."""
-    is_tuple = get_origin(info.type) is tuple
-    part = get_args(info.type)[0] if is_tuple else info.type
-    if part not in (Predator, NeighborRule):
-        return None
-    kinds = {kind.kind: kind for kind in get_args(part) or (part,)}
-
-    def parse(words: list[str]) -> Any:
-        parts: list[tuple[str, dict[str, Any]]] = []
-        for word in words:
-            name, is_field, value = word.partition("=")
-            if not is_field and name in kinds:
-                parts.append((name, {}))
-            elif is_field and parts:
-                parts[-1][1][name] = _value(name, value)
-            else:
-                raise ValueError(f"expected {' or '.join(kinds)}, then field=value, got {word!r}")
-        made = tuple(_make(kinds[name], fields) for name, fields in parts)
-        if not is_tuple and len(made) != 1:
-            raise ValueError(f"expected one of {', '.join(kinds)}, got {len(made)}")
-        return made if is_tuple else made[0]
-
-    return PrimitiveConstructorSpec(
-        nargs="*",
-        metavar=f"{{{','.join(kinds)}}} [FIELD=VALUE ..]",
-        instance_from_str=parse,
-        is_instance=lambda value: isinstance(value, tuple) is is_tuple,
-        str_from_instance=lambda value: [
-            word for entry in (value if is_tuple else (value,)) for word in _spell(entry)
-        ],
-    )
-
-
-def _value(name: str, text: str) -> Any:
-    try:
-        values = json.loads(f"[{text}]")
-    except json.JSONDecodeError:
-        raise ValueError(f"{name}: expected numbers with commas between them, got {text!r}") from None
-    return values[0] if len(values) == 1 else values
-
-
-def _make(kind: Callable[..., Any], fields: dict[str, Any]) -> Any:
-    known = [f.name for f in dataclasses.fields(kind)]  # type: ignore[arg-type]
-    for name in fields:
-        if name not in known:
-            raise ValueError(f"{name}: expected one of {', '.join(known)}, got an unknown field")
-    return kind(**fields)
-
-
-def _spell(part: Any) -> list[str]:
-    """Return the words that ``parse`` makes a part from."""
-    values = {f.name: getattr(part, f.name) for f in dataclasses.fields(part)}
-    return [part.kind, *(f"{name}={_spell_value(value)}" for name, value in values.items())]
-
-
-def _spell_value(value: Any) -> str:
-    values = value if isinstance(value, tuple) else [value]
-    return json.dumps(values, separators=(",", ":"))[1:-1]
 
 
 def _seeds_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
