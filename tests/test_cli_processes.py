@@ -100,6 +100,19 @@ def test_ctrl_c_before_anything_is_finished(
     assert (ran.code, ran.out, ran.err) == (Exit.INTERRUPTED, "", "flockesc: interrupted\n")
 
 
+def test_ctrl_c_during_the_intervals_keeps_the_table(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    means = [row["mean"] for row in Ran(capsys, *sweep_flags("--json")).json()["ranges"]]
+    monkeypatch.setattr(FlockSweepResult, "mean_with_interval", interrupt)
+    ran = Ran(capsys, *sweep_flags("--json"))
+    assert (ran.code, ran.json()["interrupted"]) == (Exit.INTERRUPTED, True)
+    assert [(row["mean"], row["low"]) for row in ran.json()["ranges"]] == [(mean, None) for mean in means]
+
+
 @pytest.mark.parametrize("argv", [["--help"], ["sweep", "--help"], ["sweep", "--seeds", "0:2", *SMALL_FLAGS]])
 def test_a_reader_that_goes_away(argv: list[str]) -> None:
     reading, writing = os.pipe()

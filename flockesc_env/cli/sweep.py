@@ -86,20 +86,39 @@ def run(
     _check_seeds(seeds)
     parts = _in_chunks(chosen, ranges, seeds, as_threads(num_threads), progress)
     finished = sum(part.seeds.size for part in parts)
-    is_whole = finished == len(seeds)
-    if not is_whole:
+    code = Exit.DONE
+    if finished < len(seeds):
         note(f"interrupted after {finished} of {len(seeds)} seeds; no intervals, which would take time")
-    if parts:
-        result = _joined(parts)
-        if output is not None:
-            _write(result, output)
-            note(f"saved: {output}")
-        summary = _summary(result, objective_, with_intervals=is_whole)
-        if json:
-            _show_json(result, objective_, summary, seeds, output, is_whole)
-        else:
-            _show_table(result, objective_, summary)
-    return Exit.DONE if is_whole else Exit.INTERRUPTED
+        code = Exit.INTERRUPTED
+    if not parts:
+        return code
+    result = _joined(parts)
+    if output is not None:
+        _write(result, output)
+        note(f"saved: {output}")
+    intervals = None
+    if code is Exit.DONE:
+        try:
+            intervals = _intervals(result, objective_)
+        except KeyboardInterrupt:
+            note("interrupted; no intervals")
+            code = Exit.INTERRUPTED
+    document = {
+        "command": "sweep",
+        "model": scenario.model,
+        "scenario": json_.loads(chosen.to_json()),
+        "seeds": {"start": seeds.start, "stop": seeds.start + finished},
+        "interrupted": code is Exit.INTERRUPTED,
+        "objective": objective_,
+        **_outcome(result, objective_, intervals),
+        "output": None if output is None else str(output),
+        "versions": records.versions(),
+    }
+    if json:
+        show_json(document)
+    else:
+        _show_table(document)
+    return code
 
 
 def _check_seeds(seeds: range) -> None:
@@ -181,69 +200,55 @@ def _write(result: SweepResult, path: Path) -> None:
             result.table().write_csv(file)
 
 
-def _summary(result: SweepResult, objective: str, *, with_intervals: bool) -> list[dict[str, Any]]:
-    """Return per range: the mean objective, its interval where there can be one, and the mean components."""
-    mean = result.values(objective).mean(axis=1)
-    low = high = np.full_like(mean, np.nan)
-    if with_intervals and len(result.seeds) > 1 and np.isfinite(mean).all():
-        if find_spec("scipy") is None:
-            note("no intervals: they need the analysis extra (pip install 'flockesc-env[analysis]')")
-        else:
-            _, low, high = result.mean_with_interval(objective)
+def _intervals(result: SweepResult, objective: str) -> tuple[FloatArray, FloatArray] | None:
+    """Return both ends of the 95 % interval of the mean per range, where there can be one."""
+    if len(result.seeds) < 2 or not _has_predator(result, objective):
+        return None
+    if find_spec("scipy") is None:
+        note("no intervals: they need the analysis extra (pip install 'flockesc-env[analysis]')")
+        return None
+    _, low, high = result.mean_with_interval(objective)
+    return low, high
+
+
+def _has_predator(result: SweepResult, objective: str) -> bool:
+    return bool(np.isfinite(result.values(objective)).all())
+
+
+def _outcome(
+    result: SweepResult, objective: str, intervals: tuple[FloatArray, FloatArray] | None
+) -> dict[str, Any]:
+    unknown = np.full(result.interaction_ranges.size, np.nan)
+    low, high = intervals or (unknown, unknown)
     columns = {
         "interaction_range": result.interaction_ranges,
-        "mean": mean,
+        "mean": result.values(objective).mean(axis=1),
         "low": low,
         "high": high,
         "num_components": result.num_components.mean(axis=1),
     }
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    return [dict(zip(columns, row, strict=True)) for row in rows]
+    return {
+        "ranges": [dict(zip(columns, row, strict=True)) for row in rows],
+        "best_range": result.best_range(objective) if _has_predator(result, objective) else None,
+        "hindsight_oracle": float(result.hindsight_oracle(objective).mean()),
+    }
 
 
-def _best(result: SweepResult, objective: str) -> float | None:
-    """Return the best range; none without a predator."""
-    return result.best_range(objective) if np.isfinite(result.values(objective)).all() else None
-
-
-def _show_json(
-    result: SweepResult,
-    objective: str,
-    summary: list[dict[str, Any]],
-    seeds: range,
-    output: Path | None,
-    is_whole: bool,
-) -> None:
-    show_json(
-        {
-            "command": "sweep",
-            "scenario": json_.loads(result.scenario.to_json()),
-            "seeds": {"start": seeds.start, "stop": seeds.start + len(result.seeds)},
-            "interrupted": not is_whole,
-            "objective": objective,
-            "ranges": summary,
-            "best_range": _best(result, objective),
-            "hindsight_oracle": float(result.hindsight_oracle(objective).mean()),
-            "output": None if output is None else str(output),
-            "versions": records.versions(),
-        }
-    )
-
-
-def _show_table(result: SweepResult, objective: str, summary: list[dict[str, Any]]) -> None:
-    unit = " m" if isinstance(result, FlockSweepResult) else ""
-    in_unit = unit and " (m)"
+def _show_table(document: dict[str, Any]) -> None:
+    unit, in_unit = (" m", " (m)") if document["model"] == "flock" else ("", "")
     rows = [
         [
             f"{row['interaction_range']:.4g}",
             f"{row['mean']:.4f}",
-            f"[{row['low']:.4f}, {row['high']:.4f}]" if np.isfinite(row["low"]) else "-",
+            "-" if np.isnan(row["low"]) else f"[{row['low']:.4f}, {row['high']:.4f}]",
             f"{row['num_components']:.2f}",
         ]
-        for row in summary
+        for row in document["ranges"]
     ]
-    show(table([f"range{in_unit}", f"{objective}{in_unit}", "95 % interval", "components"], rows))
-    best = _best(result, objective)
-    if best is not None:
-        oracle = result.hindsight_oracle(objective).mean()
-        show(f"best fixed range: {best:.4g}{unit}; the best range of every single seed: {oracle:.4f}{unit}")
+    show(table([f"range{in_unit}", f"{document['objective']}{in_unit}", "95 % interval", "components"], rows))
+    if document["best_range"] is not None:
+        show(
+            f"best fixed range: {document['best_range']:.4g}{unit};"
+            f" with the best range of every single seed: {document['hindsight_oracle']:.4f}{unit}"
+        )
