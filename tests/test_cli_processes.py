@@ -15,6 +15,7 @@ from cli_runs import FLOCKESC, SMALL, SMALL_FLAGS, TIMEOUT, Ran, run_process, sw
 
 from flockesc_env import (
     FlockScenario,
+    FlockSweepResult,
     simulate,
     sweep,
 )
