@@ -104,19 +104,19 @@ class FlockScenario(_Document):
     """The flock model (docs/model.md, "Flock"); the defaults are the paper's setting.
 
     Attributes:
-        num_agents: n.
-        dimension: D, 2 or 3.
+        num_agents: number of agents n.
+        dimension: dimension D of space, 2 or 3.
         num_steps: steps of an episode; its horizon is ``num_steps * time_step`` seconds.
-        time_step: dt in s.
-        mass: m in kg.
-        speed: v0 in m/s.
+        time_step: length dt of a step in s.
+        mass: mass m of an agent in kg.
+        speed: speed v0 of the agents in m/s.
         initial_side: side in m of the region where agents start; also the length scale of observations.
         initial_region: ``"cube"``: positions uniform in [0, side]^D, headings over all directions;
             ``"square"``: both in the plane z = 0 (the same as ``"cube"`` where D = 2).
-        predator_range: rho_p in m.
-        repulsion_strength: s.
+        predator_range: distance rho_p in m up to which agents flee from a predator.
+        repulsion_strength: strength s of the flight.
         constant_speed: whether agents keep speed v0 (step 4 of docs/model.md); ``False`` is the literal law.
-        predators: any number of ``ConstantVelocity`` and ``PurePursuit``.
+        predators: any number of ``ConstantVelocity`` and ``PurePursuit``, also none.
         neighbor_rule: who is a neighbor.
 
     Raises:
@@ -147,10 +147,10 @@ class LineScenario(_Document):
     """The line model (docs/model.md, "Line"); the defaults are the paper's setting.
 
     Attributes:
-        num_agents: n.
-        predator_position: x_p; ``None``: no predator.
-        predator_range: rho_p.
-        repulsion_strength: s.
+        num_agents: number of agents n.
+        predator_position: where the predator stands, x_p; ``None``: no predator.
+        predator_range: distance rho_p below which agents flee.
+        repulsion_strength: strength s of the flight.
         escape_force: ``"constant"`` (Eq. 8), ``"linear"`` (Eq. 9 as it must have been simulated) or
             ``"linear_as_printed"``.
         tolerance: largest move of any agent in one step that counts as standing still.

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
+from flockesc_env._atomic import writing
 from flockesc_env._checks import FloatArray, as_floats, as_seed, as_threads
 from flockesc_env.errors import ArgumentError
 from flockesc_env.scenario import FlockScenario, LineScenario
@@ -115,8 +116,13 @@ class SweepResult:
         )
 
     def to_parquet(self, path: str | Path) -> None:
-        """Write the table, with the scenario in the file's metadata. Needs the ``analysis`` extra."""
-        self.table().write_parquet(path, metadata={"scenario": self.scenario.to_json()})
+        """Write the table, with the scenario in the file's metadata. Needs the ``analysis`` extra.
+
+        An older file of that name stays whole until the new one is complete.
+        """
+        table = self.table()
+        with writing(Path(path)) as file:
+            table.write_parquet(file, metadata={"scenario": self.scenario.to_json()})
 
 
 @dataclass(frozen=True, eq=False)

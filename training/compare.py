@@ -6,22 +6,20 @@ import dataclasses
 import json
 import shlex
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 import polars as pl
-from tqdm import tqdm
 
-from flockesc_env import Episodes, FlockScenario, FlockSweepResult, rollout, sweep
-from flockesc_env import stats
+from flockesc_env import Episodes, FlockScenario, FlockSweepResult, rollout, stats, sweep
+from flockesc_env.progress import bar
+from flockesc_env.stats import FloatArray
 from training import plots, seeds
 from training.config import CONFIG_FILE, RunRecord, versions
 from training.contenders import Contender, contender
-from flockesc_env.stats import FloatArray
 
 RESULTS = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
 
@@ -98,7 +96,7 @@ def run_policy(
     entry: Contender, flocks: range, *, scenario: FlockScenario, num_threads: int | None = None
 ) -> Episodes:
     """Run one policy on all flocks, with a progress bar."""
-    with _bar(f"Policy {entry.name}", len(flocks)) as report:
+    with bar(f"Policy {entry.name}", len(flocks)) as report:
         return rollout(
             entry.policy,
             flocks,
@@ -110,18 +108,10 @@ def run_policy(
         )
 
 
-@contextmanager
-def _bar(title: str, total: int) -> Iterator[Callable[[int, int], None]]:
-    """Show a progress bar; yields the callback that the package's long calls take."""
-    with tqdm(total=total, desc=title, file=sys.stderr) as bar:
-        yield lambda done, _: bar.update(done - bar.n)
-        bar.update(total - bar.n)
-
-
 def _sweep(
     title: str, scenario: FlockScenario, grid: FloatArray, flocks: range, args: CompareArgs
 ) -> FlockSweepResult:
-    with _bar(title, grid.size * len(flocks)) as report:
+    with bar(title, grid.size * len(flocks)) as report:
         return sweep(scenario, grid, flocks, num_threads=args.num_threads, progress=report)
 
 

@@ -1,0 +1,156 @@
+"""Flags that commands share: model and scenario, seeds, JSON, progress, threads."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, get_type_hints
+
+from tyro.conf import DisallowNone, arg
+from tyro.constructors import (
+    ConstructorRegistry,
+    PrimitiveConstructorSpec,
+    PrimitiveTypeInfo,
+    StructConstructorSpec,
+    StructFieldSpec,
+    StructTypeInfo,
+)
+
+from flockesc_env.cli.parts import part_rule
+from flockesc_env.errors import ScenarioError
+from flockesc_env.scenario import FlockScenario, LineScenario
+
+Scenario = FlockScenario | LineScenario
+MODELS: dict[str, type[Scenario]] = {"flock": FlockScenario, "line": LineScenario}
+_DEFAULT_MODEL = "flock"
+
+
+def optional(help_: str, default: str, metavar: str | None = None) -> tuple[Any, ...]:
+    """Return the annotations of a flag that may be left out: its help and what then happens."""
+    return DisallowNone, arg(help=help_, help_behavior_hint=f"(default: {default})", metavar=metavar)
+
+
+def switch(help_: str) -> Any:
+    """Return the annotation of a flag without a value."""
+    return arg(help=help_, help_behavior_hint="(default: off)")
+
+
+Json = Annotated[bool, switch("print one JSON document on stdout, and nothing else there")]
+Progress = Annotated[bool, switch("show the progress bar even where stderr is no terminal")]
+Threads = Annotated[
+    int | None, *optional("threads of the engine; results do not depend on it", "one per core")
+]
+
+
+@dataclasses.dataclass(frozen=True)
+class ScenarioFlags:
+    """The model and the fields of its scenario as they were given; ``build`` has them checked."""
+
+    model: str
+    fields: dict[str, Any]
+
+    def build(self) -> Scenario:
+        """Return the scenario.
+
+        Raises:
+            ScenarioError: naming a field that is out of bounds.
+        """
+        return MODELS[self.model](**self.fields)
+
+
+def registry(argv: Sequence[str]) -> ConstructorRegistry:
+    """Return how tyro makes scenarios, their parts and seeds from flags.
+
+    Model and file are looked up beforehand: they decide which flags there are, and their defaults.
+
+    Raises:
+        OSError: if the scenario's file cannot be read.
+        ScenarioError: naming a field of it that is unknown, of a wrong type or out of bounds.
+    """
+    first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    first.add_argument("--model", nargs="?", default=_DEFAULT_MODEL)
+    first.add_argument("--scenario", nargs="?", type=Path)
+    known, _ = first.parse_known_args(argv)
+    cls = MODELS.get(known.model, MODELS[_DEFAULT_MODEL])  # tyro refuses an unknown one with its own words
+    default = cls() if known.scenario is None else _read(cls, known.scenario)
+
+    rules = ConstructorRegistry()
+    rules.primitive_rule(part_rule)
+    rules.primitive_rule(_seeds_rule)
+
+    @rules.struct_rule
+    def scenario_rule(info: StructTypeInfo) -> StructConstructorSpec | None:
+        return _scenario_spec(default) if info.type is ScenarioFlags else None
+
+    return rules
+
+
+def _read(cls: type[Scenario], path: Path) -> Scenario:
+    try:
+        text = path.read_text(encoding="utf-8")
+        if path.suffix == ".toml":
+            text = json.dumps(tomllib.loads(text), default=str)
+        return cls.from_json(text)
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ScenarioError(str(path), "TOML or JSON", error) from None
+    except ScenarioError as error:
+        raise ScenarioError(f"{path}: {error.field}", error.expected, error.given) from None
+
+
+def _scenario_spec(default: Scenario) -> StructConstructorSpec:
+    """Return the flags of one model; the scenario's own class would check the fields one call too early."""
+    cls = type(default)
+    hints = get_type_hints(cls)
+    given = dataclasses.make_dataclass(
+        cls.__name__,
+        [
+            (f.name, hints[f.name], dataclasses.field(default=getattr(default, f.name)))
+            for f in dataclasses.fields(cls)
+        ],
+        namespace={"__doc__": (cls.__doc__ or "").replace("``", "")},
+        frozen=True,
+    )
+    models: Any = Annotated[
+        Literal["flock", "line"],
+        arg(
+            help="the flock in the plane or in space, or the line; --model line --help lists the line's flags"
+        ),
+    ]
+    file: Any = Annotated[
+        Path | None,
+        *optional("TOML or JSON file with fields of the scenario; flags override it", "the paper's scenario"),
+    ]
+    fields: Any = Annotated[given, arg(name="")]
+    return StructConstructorSpec(
+        instantiate=lambda model, scenario, fields: ScenarioFlags(model, dict(vars(fields))),  # noqa: ARG005
+        fields=(
+            StructFieldSpec("model", models, _DEFAULT_MODEL),
+            StructFieldSpec("scenario", file, None),
+            StructFieldSpec("fields", fields, given()),
+        ),
+    )
+
+
+def _seeds_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
+    """Spell a range of seeds as ``START:STOP``."""
+    if info.type is not range:
+        return None
+
+    def parse(words: list[str]) -> range:
+        try:
+            start, stop = map(int, words[0].split(":"))
+        except ValueError:
+            raise ValueError(f"expected START:STOP, two integers, got {words[0]!r}") from None
+        return range(start, stop)
+
+    return PrimitiveConstructorSpec(
+        nargs=1,
+        metavar="START:STOP",
+        instance_from_str=parse,
+        is_instance=lambda value: isinstance(value, range),
+        str_from_instance=lambda value: [f"{value.start}:{value.stop}"],
+    )

@@ -1,0 +1,99 @@
+"""What commands print: results on stdout, notes and errors on stderr; and checks before any work."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from flockesc_env.errors import ArgumentError
+
+
+def prepare_streams() -> None:
+    """Let stdout and stderr take everything: where they are closed, and letters that they cannot show."""
+    sys.stdout = sys.stdout or Path(os.devnull).open("w")  # noqa: SIM115, open until the end
+    sys.stderr = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+
+
+def show(text: str) -> None:
+    """Print a result for people on stdout.
+
+    Raises:
+        OSError: if it cannot be written, for example because the reader has gone.
+    """
+    print(text)
+    flush()
+
+
+def flush() -> None:
+    """Flush stdout; what cannot be written is dropped, or the interpreter would fail on it again at its end.
+
+    Raises:
+        OSError: if something was dropped.
+    """
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise
+
+
+def show_json(document: Mapping[str, Any]) -> None:
+    """Print a result as one JSON document on stdout; numbers keep every bit, infinite ones become null."""
+    show(json.dumps(_finite(document), allow_nan=False, indent=2))
+
+
+def note(text: str) -> None:
+    """Print on stderr what is no result; nothing hangs on whether somebody reads it."""
+    with suppress(OSError):
+        print(f"flockesc: {text}", file=sys.stderr, flush=True)
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return columns of right-aligned cells under their heads."""
+    widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+    lines = (map(str.rjust, row, widths) for row in (head, *rows))
+    return "\n".join("  ".join(line) for line in lines)
+
+
+def check_output(path: Path | None, suffixes: Sequence[str]) -> None:
+    """Refuse a file that could not be written, before any work.
+
+    Raises:
+        ArgumentError: for another suffix, or a folder that does not exist.
+    """
+    if path is None:
+        return
+    if path.suffix not in suffixes:
+        raise ArgumentError("output", f"a file that ends in {' or '.join(suffixes)}", repr(str(path)))
+    if not path.parent.is_dir() or path.is_dir():
+        raise ArgumentError("output", "a file in a folder that exists", repr(str(path)))
+
+
+def require(module: str, extra: str, field: str) -> None:
+    """Refuse an option that needs a library which is not installed.
+
+    Raises:
+        ArgumentError: naming the option and the extra that brings the library.
+    """
+    if find_spec(module) is None:
+        expected = f"the {extra} extra (pip install 'flockesc-env[{extra}]')"
+        raise ArgumentError(field, expected, f"no {module}")
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {name: _finite(entry) for name, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

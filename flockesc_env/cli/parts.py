@@ -1,0 +1,73 @@
+"""Predators and neighbor rules on the command line: ``pure_pursuit max_turn_rate=2 constant_velocity``."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable
+from typing import Any, get_args, get_origin
+
+from tyro.constructors import PrimitiveConstructorSpec, PrimitiveTypeInfo
+
+from flockesc_env.scenario import NeighborRule, Predator
+
+
+def part_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
+    """Tell tyro how to spell one part, or a tuple of them: ``kind field=value ..``, one after the other."""
+    is_tuple = get_origin(info.type) is tuple
+    part = get_args(info.type)[0] if is_tuple else info.type
+    if part not in (Predator, NeighborRule):
+        return None
+    kinds = {kind.kind: kind for kind in get_args(part) or (part,)}
+
+    def parse(words: list[str]) -> Any:
+        parts: list[tuple[str, dict[str, Any]]] = []
+        for word in words:
+            name, is_field, value = word.partition("=")
+            if not is_field and name in kinds:
+                parts.append((name, {}))
+            elif is_field and parts:
+                parts[-1][1][name] = _value(name, value)
+            else:
+                raise ValueError(f"expected {' or '.join(kinds)}, then field=value, got {word!r}")
+        made = tuple(_make(kinds[name], fields) for name, fields in parts)
+        if not is_tuple and len(made) != 1:
+            raise ValueError(f"expected one of {', '.join(kinds)}, got {len(made)}")
+        return made if is_tuple else made[0]
+
+    return PrimitiveConstructorSpec(
+        nargs="*",
+        metavar=f"{{{','.join(kinds)}}} [FIELD=VALUE ..]",
+        instance_from_str=parse,
+        is_instance=lambda value: isinstance(value, tuple) is is_tuple,
+        str_from_instance=lambda value: [
+            word for entry in (value if is_tuple else (value,)) for word in _spell(entry)
+        ],
+    )
+
+
+def _value(name: str, text: str) -> Any:
+    try:
+        values = json.loads(f"[{text}]")
+    except json.JSONDecodeError:
+        raise ValueError(f"{name}: expected numbers with commas between them, got {text!r}") from None
+    return values[0] if len(values) == 1 else values
+
+
+def _make(kind: Callable[..., Any], fields: dict[str, Any]) -> Any:
+    known = [f.name for f in dataclasses.fields(kind)]  # type: ignore[arg-type]
+    for name in fields:
+        if name not in known:
+            raise ValueError(f"{name}: expected one of {', '.join(known)}, got an unknown field")
+    return kind(**fields)
+
+
+def _spell(part: Any) -> list[str]:
+    """Return the words that ``parse`` makes a part from."""
+    values = {f.name: getattr(part, f.name) for f in dataclasses.fields(part)}
+    return [part.kind, *(f"{name}={_spell_value(value)}" for name, value in values.items())]
+
+
+def _spell_value(value: Any) -> str:
+    values = value if isinstance(value, tuple) else [value]
+    return json.dumps(values, separators=(",", ":"))[1:-1]

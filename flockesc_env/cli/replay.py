@@ -1,0 +1,77 @@
+"""``flockesc replay``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from tyro.conf import Positional, arg
+
+from flockesc_env import records
+from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.flags import Json
+from flockesc_env.cli.output import note, show, show_json
+from flockesc_env.errors import ArgumentError, FlockescError
+
+
+def run(
+    files: Annotated[
+        Positional[tuple[Path, ...]],
+        arg(
+            help="recorded runs (.npz), such as flockesc simulate --output writes",
+            metavar="FILE ..",
+            help_behavior_hint="(at least one)",
+        ),
+    ],
+    *,
+    json: Json = False,
+) -> Exit:
+    """Run recorded runs again and compare every number with the record.
+
+    Prints "matches" where all bits are equal, else the columns that differ.
+
+    The exit code is 1 if any run differs, and 2 if any file is no record.
+
+    Example: flockesc replay run.npz
+    """
+    if not files:
+        raise ArgumentError("files", "at least one file", "none")
+    reports = []
+    for path in files:
+        report = _report(path)
+        reports.append(report)
+        if not json:
+            show("\n  ".join([f"{path}: {report['outcome']}", *report["differences"]]))
+        if report["recorded_with"] not in (None, records.versions()):
+            note(
+                f"{path}: recorded with {_listed(report['recorded_with'])}; now {_listed(records.versions())}"
+            )
+    if json:
+        show_json({"command": "replay", "files": reports, "versions": records.versions()})
+    outcomes = {report["outcome"] for report in reports}
+    if "refused" in outcomes:
+        return Exit.REFUSED
+    return Exit.FAILED if "differs" in outcomes else Exit.DONE
+
+
+def _report(path: Path) -> dict[str, Any]:
+    report: dict[str, Any] = {
+        "file": str(path),
+        "outcome": "refused",
+        "differences": [],
+        "error": None,
+        "recorded_with": None,
+    }
+    try:
+        record = records.load(path)
+        found = records.differences(record.trajectory, records.replay(record.trajectory))
+    except (FlockescError, OSError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error).removeprefix(f"{path}: ")
+        note(f"error: {path}: {reason}")
+        return {**report, "error": reason}
+    outcome = "differs" if found else "matches"
+    return {**report, "outcome": outcome, "differences": found, "recorded_with": record.versions}
+
+
+def _listed(versions: dict[str, str]) -> str:
+    return ", ".join(f"{name} {version}" for name, version in versions.items())

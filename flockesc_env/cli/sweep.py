@@ -1,0 +1,254 @@
+"""``flockesc sweep``."""
+
+from __future__ import annotations
+
+import dataclasses
+import json as json_
+import os
+import time
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from tyro.conf import arg
+
+from flockesc_env import records
+from flockesc_env._atomic import writing
+from flockesc_env._checks import FloatArray, as_count, as_floats, as_seed, as_threads
+from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.flags import Json, Progress, Scenario, ScenarioFlags, Threads, optional
+from flockesc_env.cli.output import check_output, note, require, show, show_json, table
+from flockesc_env.errors import ArgumentError
+from flockesc_env.options import GRID_SIZE, EnvOptions, LineOptions
+from flockesc_env.progress import bar
+from flockesc_env.scenario import FlockScenario
+from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
+
+_CHUNK_SECONDS = 0.5
+"""Chunks of seeds grow until they take this long: about so much work is lost on Ctrl-C."""
+
+
+def run(
+    scenario: ScenarioFlags,
+    *,
+    interaction_ranges: Annotated[
+        tuple[float, ...] | None,
+        *optional(
+            "ranges to try in place of a grid, in m (the line has no unit)",
+            "the grid of the next two",
+            metavar="FLOAT ..",
+        ),
+    ] = None,
+    max_range: Annotated[
+        float | None,
+        *optional(
+            "largest range of a grid that begins with 0, in m (the line has no unit)",
+            f"{EnvOptions.max_range:g}, on the line {LineOptions.max_range:g}",
+        ),
+    ] = None,
+    grid_size: Annotated[
+        int | None, *optional("number of ranges in the grid, both ends included", str(GRID_SIZE))
+    ] = None,
+    seeds: Annotated[
+        range, arg(help="seeds of the initial states, STOP left out; every range sees the same ones")
+    ] = range(40),
+    objective: Annotated[
+        Literal["mean", "minimum", "escape_distance"] | None,
+        *optional(
+            "what is to be large: the minimum over time of the mean or the minimum predator distance, in m;"
+            " on the line the escape distance",
+            "mean, on the line escape_distance",
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        *optional("file (.parquet or .csv) for one row per run; needs the analysis extra", "none"),
+    ] = None,
+    num_threads: Threads = None,
+    progress: Progress = False,
+    json: Json = False,
+) -> Exit:
+    """Search for the best fixed interaction range, as the paper does.
+
+    Prints the mean objective of every range with its 95 % bootstrap interval.
+
+    All ranges are run on the same initial states. Ctrl-C keeps finished seeds.
+
+    Example: flockesc sweep --max-range 50 --seeds 0:100 --output sweep.parquet
+    """
+    check_output(output, [".parquet", ".csv"])
+    if output is not None:
+        require("polars", "analysis", "output")
+    chosen = scenario.build()
+    ranges = _ranges(chosen, interaction_ranges, max_range, grid_size)
+    objective_ = _objective(chosen, objective)
+    _check_seeds(seeds)
+    parts = _in_chunks(chosen, ranges, seeds, as_threads(num_threads), progress)
+    finished = sum(part.seeds.size for part in parts)
+    code = Exit.DONE
+    if finished < len(seeds):
+        note(f"interrupted after {finished} of {len(seeds)} seeds; no intervals, which would take time")
+        code = Exit.INTERRUPTED
+    if not parts:
+        return code
+    result = _joined(parts)
+    if output is not None:
+        _write(result, output)
+        note(f"saved: {output}")
+    intervals = None
+    if code is Exit.DONE:
+        try:
+            intervals = _intervals(result, objective_)
+        except KeyboardInterrupt:
+            note("interrupted; no intervals")
+            code = Exit.INTERRUPTED
+    document = {
+        "command": "sweep",
+        "model": scenario.model,
+        "scenario": json_.loads(chosen.to_json()),
+        "seeds": {"start": seeds.start, "stop": seeds.start + finished},
+        "interrupted": code is Exit.INTERRUPTED,
+        "objective": objective_,
+        **_outcome(result, objective_, intervals),
+        "output": None if output is None else str(output),
+        "versions": records.versions(),
+    }
+    if json:
+        show_json(document)
+    else:
+        _show_table(document)
+    return code
+
+
+def _check_seeds(seeds: range) -> None:
+    if not 0 < seeds.stop - seeds.start < 2**63:
+        raise ArgumentError("seeds", "START:STOP with START below STOP", f"{seeds.start}:{seeds.stop}")
+    as_seed(seeds.start, "seeds")
+    as_seed(seeds.stop - 1, "seeds")
+
+
+def _ranges(
+    scenario: Scenario, given: tuple[float, ...] | None, max_range: float | None, grid_size: int | None
+) -> FloatArray:
+    if given is not None:
+        if max_range is not None or grid_size is not None:
+            raise ArgumentError("interaction_ranges", "either these or a grid", "these and a grid")
+        if not given:
+            raise ArgumentError("interaction_ranges", "at least one range", "none")
+        return as_floats(given, "interaction_ranges")
+    if max_range is None:
+        max_range = (EnvOptions if isinstance(scenario, FlockScenario) else LineOptions).max_range
+    largest = float(as_floats(max_range, "max_range", ()))
+    if largest < 0:
+        raise ArgumentError("max_range", "a number of at least 0", largest)
+    return np.linspace(0.0, largest, as_count(GRID_SIZE if grid_size is None else grid_size, "grid_size"))
+
+
+def _objective(scenario: Scenario, name: str | None) -> str:
+    known = (FlockSweepResult if isinstance(scenario, FlockScenario) else LineSweepResult).objectives
+    if name is not None and name not in known:
+        raise ArgumentError("objective", f"one of {', '.join(known)}", repr(name))
+    return name or next(iter(known))
+
+
+def _in_chunks(
+    scenario: Scenario, ranges: FloatArray, seeds: range, threads: int | None, always: bool
+) -> list[SweepResult]:
+    """Return the sweeps of consecutive seeds; on Ctrl-C those that are finished."""
+    parts: list[SweepResult] = []
+    start = 0
+    size = -(-4 * (threads or os.cpu_count() or 1) // ranges.size)  # some runs for every thread
+    try:
+        with bar("Sweep", ranges.size * len(seeds), always=always) as report:
+            while start < len(seeds):
+                began = time.perf_counter()
+                before = start * ranges.size
+                parts.append(
+                    sweep(
+                        scenario,
+                        ranges,
+                        seeds[start : start + size],
+                        num_threads=threads,
+                        progress=lambda done, total, before=before: report(before + done, total),
+                    )
+                )
+                start += size
+                if time.perf_counter() - began < _CHUNK_SECONDS:
+                    size *= 2
+    except KeyboardInterrupt:
+        pass
+    return parts
+
+
+def _joined(parts: list[SweepResult]) -> SweepResult:
+    """Return the result of all seeds, as one sweep over them would have given it."""
+    of_seeds = [
+        f.name for f in dataclasses.fields(parts[0]) if f.name not in {"scenario", "interaction_ranges"}
+    ]
+    columns: dict[str, Any] = {
+        name: np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in of_seeds
+    }
+    return dataclasses.replace(parts[0], **columns)
+
+
+def _write(result: SweepResult, path: Path) -> None:
+    if path.suffix == ".parquet":
+        result.to_parquet(path)
+    else:
+        with writing(path) as file:
+            result.table().write_csv(file)
+
+
+def _intervals(result: SweepResult, objective: str) -> tuple[FloatArray, FloatArray] | None:
+    """Return both ends of the 95 % interval of the mean per range, where there can be one."""
+    if len(result.seeds) < 2 or not _has_predator(result, objective):
+        return None
+    if find_spec("scipy") is None:
+        note("no intervals: they need the analysis extra (pip install 'flockesc-env[analysis]')")
+        return None
+    _, low, high = result.mean_with_interval(objective)
+    return low, high
+
+
+def _has_predator(result: SweepResult, objective: str) -> bool:
+    return bool(np.isfinite(result.values(objective)).all())
+
+
+def _outcome(
+    result: SweepResult, objective: str, intervals: tuple[FloatArray, FloatArray] | None
+) -> dict[str, Any]:
+    unknown = np.full(result.interaction_ranges.size, np.nan)
+    low, high = intervals or (unknown, unknown)
+    columns = {
+        "interaction_range": result.interaction_ranges,
+        "mean": result.values(objective).mean(axis=1),
+        "low": low,
+        "high": high,
+        "num_components": result.num_components.mean(axis=1),
+    }
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return {
+        "ranges": [dict(zip(columns, row, strict=True)) for row in rows],
+        "best_range": result.best_range(objective) if _has_predator(result, objective) else None,
+        "hindsight_oracle": float(result.hindsight_oracle(objective).mean()),
+    }
+
+
+def _show_table(document: dict[str, Any]) -> None:
+    unit, in_unit = (" m", " (m)") if document["model"] == "flock" else ("", "")
+    rows = [
+        [
+            f"{row['interaction_range']:.4g}",
+            f"{row['mean']:.4f}",
+            "-" if np.isnan(row["low"]) else f"[{row['low']:.4f}, {row['high']:.4f}]",
+            f"{row['num_components']:.2f}",
+        ]
+        for row in document["ranges"]
+    ]
+    show(table([f"range{in_unit}", f"{document['objective']}{in_unit}", "95 % interval", "components"], rows))
+    if document["best_range"] is not None:
+        show(
+            f"best fixed range: {document['best_range']:.4g}{unit};"
+            f" with the best range of every single seed: {document['hindsight_oracle']:.4f}{unit}"
+        )

@@ -1,0 +1,24 @@
+"""A progress bar on stderr for the calls that report (finished, all)."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from tqdm import tqdm
+
+
+@contextmanager
+def bar(title: str, total: int, *, always: bool = False) -> Iterator[Callable[[int, int], None]]:
+    """Show a progress bar; yields the callback that ``sweep`` and ``rollout`` take as ``progress``.
+
+    Args:
+        title: what is under way.
+        total: how much there is to do.
+        always: whether to show it even where stderr is no terminal.
+    """
+    hidden = False if always else None  # None: tqdm looks whether there is a terminal
+    with tqdm(total=total, desc=title, file=sys.stderr, disable=hidden) as shown:
+        yield lambda done, _: shown.update(done - shown.n)
+        shown.update(total - shown.n)  # the last call may come before the end

@@ -1,0 +1,236 @@
+"""The command line gives the library's results, and its files replay."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from cli_runs import SMALL, SMALL_FLAGS, Ran, sweep_flags
+
+from flockesc_env import (
+    ConstantVelocity,
+    FlockScenario,
+    LineScenario,
+    PurePursuit,
+    simulate,
+    simulate_line,
+    sweep,
+)
+from flockesc_env.cli.exits import Exit
+from flockesc_env.records import load, save
+
+
+def test_a_simulation_is_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "run.npz"
+    flags = ["--interaction-range", 10, "--seed", 7, *SMALL_FLAGS]
+    ran = Ran(capsys, "simulate", *flags, "--json", "--output", path)
+    run = simulate(SMALL, 10.0, seed=7)
+    document = ran.json()
+    assert ran.code == Exit.DONE
+    assert document["min_mean_distance"] == run.mean_distance.min()
+    assert document["min_min_distance"] == run.min_distance.min()
+    assert document["num_components"] == run.num_components[-1]
+    assert document["polarization"] == run.polarization[-1]
+    assert FlockScenario.from_json(json.dumps(document["scenario"])) == SMALL
+    np.testing.assert_array_equal(load(path).trajectory.positions, run.positions)
+
+    for_people = Ran(capsys, "simulate", *flags).out
+    assert f"{run.mean_distance.min():.3f}" in for_people
+    assert "J_mean" in for_people
+
+
+def test_a_line_is_simulated(capsys: pytest.CaptureFixture[str]) -> None:
+    ran = Ran(capsys, "simulate", "--model", "line", "--interaction-range", 0.1, "--seed", 7, "--json")
+    run = simulate_line(LineScenario(), 0.1, seed=7)
+    document = ran.json()
+    assert (document["escape_distance"], document["steps"]) == (run.escape_distance[-1], run.steps)
+    assert document["converged"] is run.converged
+
+
+def test_a_seed_that_is_not_given_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    documents = [
+        Ran(capsys, "simulate", "--interaction-range", 3, *SMALL_FLAGS, "--json").json() for _ in range(2)
+    ]
+    first, second = documents
+    assert first["seed"] != second["seed"]
+    assert first["polarization"] == simulate(SMALL, 3.0, seed=first["seed"]).polarization[-1]
+
+
+def test_without_a_predator_distances_are_null(capsys: pytest.CaptureFixture[str]) -> None:
+    flags = ["--interaction-range", 3, *SMALL_FLAGS, "--predators", "--json"]
+    document = Ran(capsys, "simulate", *flags).json()
+    assert document["scenario"]["predators"] == []
+    assert document["min_mean_distance"] is None
+
+
+CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
+    "numbers": (
+        ["--time-step", "0.1", "--no-constant-speed", "--initial-region", "square"],
+        SMALL.replace(time_step=0.1, constant_speed=False, initial_region="square"),
+    ),
+    "predators": (
+        ["--predators", "pure_pursuit", "position=90,90", "max_turn_rate=2", "constant_velocity"],
+        SMALL.replace(predators=(PurePursuit(position=(90.0, 90.0), max_turn_rate=2.0), ConstantVelocity())),
+    ),
+    "in space": (
+        ["--dimension", "3", "--predators", "constant_velocity", "position=-30,-30,1e1"],
+        SMALL.replace(dimension=3, predators=(ConstantVelocity(position=(-30.0, -30.0, 10.0)),)),
+    ),
+    "neighbor rule": (["--neighbor-rule", "metric"], SMALL),
+    "line": (
+        ["--model", "line", "--predator-position", "None", "--escape-force", "constant"],
+        LineScenario(num_agents=12, predator_position=None, escape_force="constant"),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CHANGED)
+def test_every_kind_of_field_is_a_flag(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    flags, scenario = CHANGED[name]
+    own = SMALL_FLAGS if isinstance(scenario, FlockScenario) else SMALL_FLAGS[:2]
+    ran = Ran(capsys, "simulate", "--interaction-range", 0.3, "--seed", 1, *own, *flags, "--json")
+    assert type(scenario).from_json(json.dumps(ran.json()["scenario"])) == scenario
+
+
+@pytest.mark.parametrize("suffix", [".toml", ".json"])
+def test_a_scenario_comes_from_a_file_and_flags_override_it(
+    suffix: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / f"storm{suffix}"
+    toml = "num_agents = 12\nnum_steps = 30\n[[predators]]\npure_pursuit = { velocity = [12, 0] }\n"
+    document = '{"num_agents": 12, "num_steps": 30, "predators": [{"pure_pursuit": {"velocity": [12, 0]}}]}'
+    path.write_text(toml if suffix == ".toml" else document)
+    ran = Ran(
+        capsys,
+        "simulate",
+        "--interaction-range",
+        3,
+        "--scenario",
+        path,
+        "--num-steps",
+        9,
+        "--json",
+        "--seed",
+        1,
+    )
+    scenario = SMALL.replace(predators=(PurePursuit(velocity=(12.0, 0.0)),))
+    assert FlockScenario.from_json(json.dumps(ran.json()["scenario"])) == scenario
+    help_ = Ran(capsys, "simulate", "--scenario", path, "--help").out
+    assert "(default: 30)" in help_
+
+
+def test_a_sweep_is_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    result = sweep(SMALL, [0, 5.5, 100], range(3, 40))
+    path = tmp_path / "sweep.parquet"
+    ran = Ran(capsys, *sweep_flags("--json", "--output", path, "--objective", "minimum"))
+    document = ran.json()
+    assert ran.code == Exit.DONE
+    mean, low, high = result.mean_with_interval("minimum")
+    for row, *expected in zip(
+        document["ranges"],
+        result.interaction_ranges,
+        mean,
+        low,
+        high,
+        result.num_components.mean(axis=1),
+        strict=True,
+    ):
+        assert list(row.values()) == expected
+    assert document["best_range"] == result.best_range("minimum")
+    assert document["hindsight_oracle"] == result.hindsight_oracle("minimum").mean()
+    assert (document["seeds"], document["interrupted"]) == ({"start": 3, "stop": 40}, False)
+
+    other = tmp_path / "library.parquet"
+    result.to_parquet(other)
+    assert pl.read_parquet(path).equals(pl.read_parquet(other))
+    assert pl.read_parquet_metadata(path)["scenario"] == SMALL.to_json()
+    Ran(capsys, *sweep_flags("--output", tmp_path / "sweep.csv"))
+    assert pl.read_csv(tmp_path / "sweep.csv").equals(result.table().cast({"seed": pl.Int64}))
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == [
+        "library.parquet",
+        "sweep.csv",
+        "sweep.parquet",
+    ]
+
+
+def test_the_table_names_the_best_range(capsys: pytest.CaptureFixture[str]) -> None:
+    result = sweep(SMALL, [0, 5.5, 100], range(3, 40))
+    lines = Ran(capsys, *sweep_flags()).out.splitlines()
+    assert len(lines) == 1 + 3 + 1
+    assert lines[2].split()[:2] == ["5.5", f"{result.values()[1].mean():.4f}"]
+    assert lines[-1].startswith(f"best fixed range: {result.best_range():g} m")
+
+
+def test_grids_and_models_of_a_sweep(capsys: pytest.CaptureFixture[str]) -> None:
+    def ranges(*flags: object) -> list[float]:
+        document = Ran(capsys, "sweep", "--seeds", "0:2", *flags, "--json").json()
+        return [row["interaction_range"] for row in document["ranges"]]
+
+    assert ranges(*SMALL_FLAGS) == np.linspace(0, 100, 21).tolist()
+    assert ranges(*SMALL_FLAGS, "--max-range", 30, "--grid-size", 4) == [0, 10, 20, 30]
+    assert ranges("--model", "line", "--num-agents", 9) == np.linspace(0, 1, 21).tolist()
+
+
+def test_a_sweep_of_a_line_and_of_one_without_a_predator(capsys: pytest.CaptureFixture[str]) -> None:
+    flags = [
+        "sweep",
+        "--model",
+        "line",
+        "--num-agents",
+        9,
+        "--seeds",
+        "0:5",
+        "--interaction-ranges",
+        0.1,
+        0.5,
+    ]
+    line = sweep(LineScenario(num_agents=9), [0.1, 0.5], range(5))
+    document = Ran(capsys, *flags, "--json").json()
+    assert [row["mean"] for row in document["ranges"]] == line.values().mean(axis=1).tolist()
+    alone = Ran(capsys, *flags, "--predator-position", "None", "--json").json()
+    assert (alone["best_range"], alone["ranges"][0]["mean"]) == (None, None)
+
+
+def test_replay_tells_whether_runs_match(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    run = simulate(SMALL, 10.0, seed=7)
+    same, other, broken = tmp_path / "same.npz", tmp_path / "other.npz", tmp_path / "broken.npz"
+    save(run, same)
+    velocities = run.velocities.copy()
+    velocities[2, 3, 1] = np.nextafter(velocities[2, 3, 1], np.inf)
+    save(dataclasses.replace(run, velocities=velocities), other)
+    broken.write_bytes(same.read_bytes()[:100])
+
+    matches = Ran(capsys, "replay", same)
+    assert (matches.code, matches.out, matches.err) == (Exit.DONE, f"{same}: matches\n", "")
+    differs = Ran(capsys, "replay", other, same)
+    assert differs.code == Exit.FAILED
+    assert f"{other}: differs\n  velocities[2, 3, 1]: recorded" in differs.out
+    assert f"{same}: matches" in differs.out
+    refused = Ran(capsys, "replay", other, broken, tmp_path / "none.npz", same, "--json")
+    assert refused.code == Exit.REFUSED
+    reports = refused.json()["files"]
+    assert [report["outcome"] for report in reports] == ["differs", "refused", "refused", "matches"]
+    assert f"error: {broken}: expected a recorded run" in refused.err
+    assert f"error: {tmp_path / 'none.npz'}: No such file" in refused.err
+
+
+def test_replay_notes_other_versions(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr("flockesc_env.records.versions", lambda: {"numpy": "0.9"})
+        save(simulate(SMALL, 10.0, seed=7), tmp_path / "old.npz")
+    ran = Ran(capsys, "replay", tmp_path / "old.npz")
+    assert ran.code == Exit.DONE
+    assert "recorded with numpy 0.9; now python" in ran.err
+
+
+def test_bench_measures_model_and_environments(capsys: pytest.CaptureFixture[str]) -> None:
+    document = Ran(capsys, "bench", "--repetitions", 1, "--json").json()
+    names = {row["name"] for row in document["results"]}
+    assert names == {"model", "Gymnasium", "Gymnasium vector", "PettingZoo step_array"}
+    assert all(row["median"] > 0 and len(row["microseconds_per_step"]) == 1 for row in document["results"])

@@ -1,0 +1,153 @@
+"""``flockesc`` as a process: exit codes, Ctrl-C, streams that are closed, full or unread."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import polars as pl
+import pytest
+from cli_runs import FLOCKESC, SMALL, SMALL_FLAGS, TIMEOUT, Ran, run_process, sweep_flags
+
+from flockesc_env import (
+    FlockScenario,
+    FlockSweepResult,
+    simulate,
+    sweep,
+)
+from flockesc_env.cli.exits import Exit
+from flockesc_env.records import save
+
+
+def test_a_process_ends_with_the_code_of_its_command() -> None:
+    ran = run_process("sweep", "--seeds", "0:2", *SMALL_FLAGS, "--json", capture_output=True)
+    assert (ran.returncode, ran.stderr) == (Exit.DONE, "")
+    assert len(json.loads(ran.stdout)["ranges"]) == 21
+    ran = run_process("simulate", "--interaction-range", "-1", capture_output=True)
+    assert (ran.returncode, ran.stdout) == (Exit.REFUSED, "")
+    assert ran.stderr.startswith("flockesc: error: interaction_range")
+
+
+def test_progress_is_shown_on_request() -> None:
+    ran = run_process("sweep", "--seeds", "0:2", *SMALL_FLAGS, "--json", "--progress", capture_output=True)
+    assert "42/42" in ran.stderr
+    json.loads(ran.stdout)
+
+
+@pytest.mark.parametrize("output", ["sweep.parquet", "sweep.csv"])
+def test_ctrl_c_keeps_what_is_finished(output: str, tmp_path: Path) -> None:
+    # A background job inherits no handler for Ctrl-C.
+    script = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from flockesc_env.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+    path = tmp_path / output
+    grid = ["--interaction-ranges", "0", "10"]
+    flags = [*grid, "--seeds", "0:10000000", "--json", "--progress", "--output", str(path)]
+    process = subprocess.Popen(  # noqa: S603
+        [sys.executable, "-c", script, "sweep", *flags],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    try:
+        assert process.stderr is not None
+        # The bar counts runs; the first chunks are small and surely done by a few hundred.
+        shown = b""
+        while not any(int(word) > 300 for word in _counts(shown)):
+            shown += os.read(process.stderr.fileno(), 4096)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=TIMEOUT)
+    finally:
+        process.kill()
+    assert process.returncode == Exit.INTERRUPTED
+    document = json.loads(out)
+    finished = document["seeds"]["stop"]
+    assert document["interrupted"]
+    assert 0 < finished < 10_000_000
+    assert f"interrupted after {finished} of 10000000 seeds".encode() in err
+    assert b"Traceback" not in err
+    result = sweep(FlockScenario(), [0, 10], range(finished))
+    table = pl.read_parquet(path) if path.suffix == ".parquet" else pl.read_csv(path)
+    assert table.equals(
+        result.table() if path.suffix == ".parquet" else result.table().cast({"seed": pl.Int64})
+    )
+    assert [row["mean"] for row in document["ranges"]] == result.values().mean(axis=1).tolist()
+    assert [entry.name for entry in tmp_path.iterdir()] == [output]
+
+
+def _counts(shown: bytes) -> list[bytes]:
+    return [word.partition(b"/")[0] for word in shown.split() if b"/20000000" in word]
+
+
+def test_ctrl_c_before_anything_is_finished(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("flockesc_env.cli.sweep.sweep", interrupt)
+    ran = Ran(capsys, *sweep_flags("--output", tmp_path / "sweep.csv"))
+    assert (ran.code, ran.out) == (Exit.INTERRUPTED, "")
+    assert "interrupted after 0 of 37 seeds" in ran.err
+    assert not list(tmp_path.iterdir())
+    monkeypatch.setattr("flockesc_env.cli.simulate.simulate", interrupt)
+    ran = Ran(capsys, "simulate", "--interaction-range", 1)
+    assert (ran.code, ran.out, ran.err) == (Exit.INTERRUPTED, "", "flockesc: interrupted\n")
+
+
+def test_ctrl_c_during_the_intervals_keeps_the_table(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    means = [row["mean"] for row in Ran(capsys, *sweep_flags("--json")).json()["ranges"]]
+    monkeypatch.setattr(FlockSweepResult, "mean_with_interval", interrupt)
+    ran = Ran(capsys, *sweep_flags("--json"))
+    assert (ran.code, ran.json()["interrupted"]) == (Exit.INTERRUPTED, True)
+    assert [(row["mean"], row["low"]) for row in ran.json()["ranges"]] == [(mean, None) for mean in means]
+
+
+@pytest.mark.parametrize("argv", [["--help"], ["sweep", "--help"], ["sweep", "--seeds", "0:2", *SMALL_FLAGS]])
+def test_a_reader_that_goes_away(argv: list[str]) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    try:
+        ran = run_process(*argv, stdout=writing, stderr=subprocess.PIPE)
+    finally:
+        os.close(writing)
+    assert (ran.returncode, ran.stderr) == (Exit.UNREAD, "")
+
+
+def test_a_full_disk() -> None:
+    with Path("/dev/full").open("w") as full:
+        ran = run_process("sweep", "--seeds", "0:2", *SMALL_FLAGS, stdout=full, stderr=subprocess.PIPE)
+    assert (ran.returncode, ran.stderr) == (
+        Exit.REFUSED,
+        "flockesc: error: output: No space left on device\n",
+    )
+
+
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize("argv", [["--help"], ["sweep", "--seeds", "0:2", *SMALL_FLAGS]])
+def test_closed_streams(argv: list[str], closed: str) -> None:
+    command = ["sh", "-c", f'"$@" {closed}', "sh", *FLOCKESC, *argv]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)  # noqa: S603
+    assert (ran.returncode, ran.stderr) == (Exit.DONE, "")
+    assert bool(ran.stdout) == (">&-" not in closed.replace("2>&-", ""))
+
+
+def test_a_terminal_without_unicode(tmp_path: Path) -> None:
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii:strict"}
+    ran = run_process("--help", capture_output=True, env=environment)
+    assert (ran.returncode, ran.stderr) == (Exit.DONE, "")
+    path = tmp_path / "f\u00f6n.npz"
+    save(simulate(SMALL, 10.0, seed=7), path)
+    ran = run_process("replay", path, capture_output=True, env=environment)
+    assert (ran.returncode, ran.stdout) == (Exit.DONE, f"{tmp_path}/f?n.npz: matches\n")

@@ -1,0 +1,123 @@
+"""The command line names what it refuses, before anything is written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from cli_runs import Ran, plain, sweep_flags
+
+from flockesc_env.cli.exits import Exit
+
+
+@pytest.fixture(autouse=True)
+def _narrow_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+
+
+BAD = {
+    "field": (
+        ["simulate", "--interaction-range", "1", "--num-agents", "0"],
+        "num_agents: expected an integer",
+    ),
+    "predator": (
+        ["simulate", "--interaction-range", "1", "--predators", "pure_pursuit", "max_turn_rate=-1"],
+        "predators[0].pure_pursuit.max_turn_rate: expected",
+    ),
+    "range": (
+        ["simulate", "--interaction-range", "nan"],
+        "interaction_range: expected a finite number, got nan",
+    ),
+    "seed": (["simulate", "--interaction-range", "1", "--seed", "-1"], "seed: expected an integer from 0"),
+    "suffix": (
+        ["simulate", "--interaction-range", "1", "--output", "run.txt"],
+        "output: expected a file that ends",
+    ),
+    "folder": (["sweep", "--output", "nowhere/run.csv"], "output: expected a file in a folder that exists"),
+    "file": (["simulate", "--interaction-range", "1", "--scenario", "none.toml"], "none.toml: No such file"),
+    "seeds": (["sweep", "--seeds", "4:4"], "seeds: expected START:STOP with START below STOP, got 4:4"),
+    "many seeds": (["sweep", "--seeds", f"0:{10**40}"], "seeds: expected START:STOP"),
+    "late seeds": (["sweep", "--seeds", f"{2**64}:{2**64 + 1}"], "seeds: expected an integer from 0"),
+    "no ranges": (
+        ["sweep", "--interaction-ranges"],
+        "interaction_ranges: expected at least one range, got none",
+    ),
+    "ranges": (["sweep", "--interaction-ranges", "1", "-2"], "interaction_ranges[1]: expected"),
+    "two grids": (
+        ["sweep", "--interaction-ranges", "1", "--grid-size", "3"],
+        "interaction_ranges: expected either these or a grid, got these and a grid",
+    ),
+    "grid": (["sweep", "--grid-size", "0"], "grid_size: expected an integer of at least 1"),
+    "largest": (["sweep", "--max-range", "-1"], "max_range: expected a number of at least 0, got -1"),
+    "objective": (["sweep", "--objective", "escape_distance"], "objective: expected one of mean, minimum"),
+    "threads": (["sweep", "--num-threads", "0"], "num_threads: expected an integer of at least 1"),
+    "files": (["replay"], "files: expected at least one file, got none"),
+    "repetitions": (["bench", "--repetitions", "0"], "repetitions: expected an integer of at least 1"),
+    "flag": (["simulate", "--interaction-range", "1", "--num-agent", "4"], "--num-agent"),
+    "model": (["simulate", "--interaction-range", "1", "--model", "cube"], "--model"),
+    "missing": (["simulate"], "--interaction-range"),
+    "kind": (
+        ["simulate", "--interaction-range", "1", "--predators", "owl"],
+        "constant_velocity or pure_pursuit",
+    ),
+    "part": (
+        ["simulate", "--interaction-range", "1", "--predators", "pure_pursuit", "mass=1"],
+        "mass: expected one of position",
+    ),
+    "text": (
+        ["simulate", "--interaction-range", "1", "--predators", "pure_pursuit", "position=a"],
+        "position: expected numbers",
+    ),
+    "no range of seeds": (["sweep", "--seeds", "5"], "expected START:STOP"),
+    "command": (["fly"], "simulate, sweep, replay, bench"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_named(
+    name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    argv, message = BAD[name]
+    monkeypatch.chdir(tmp_path)
+    ran = Ran(capsys, *argv)
+    assert (ran.code, ran.out) == (Exit.REFUSED, "")
+    assert message in " ".join(plain(ran.err).split())
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("num_agent = 3", "num_agent: expected one of num_agents"),
+        ("mass = nan", "mass: expected a finite number"),
+        ("mass = 1979-05-27", "mass: expected"),
+        ("= 3", "expected TOML or JSON"),
+        ("\xff", "expected TOML or JSON"),
+        ("[[predators]]\npure_pursuit = { turn = 1 }", "predators[0].pure_pursuit.turn: expected one of"),
+    ],
+)
+def test_a_bad_scenario_file_is_named(
+    content: str, message: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_bytes(content.encode("latin-1"))
+    ran = Ran(capsys, "simulate", "--interaction-range", 1, "--scenario", path)
+    assert (ran.code, ran.out) == (Exit.REFUSED, "")
+    assert ran.err.startswith(f"flockesc: error: {path}: ")
+    assert message in ran.err
+
+
+def test_a_missing_extra_is_named(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("flockesc_env.cli.output.find_spec", lambda _: None)
+    ran = Ran(capsys, *sweep_flags("--output", tmp_path / "sweep.parquet"))
+    assert ran.code == Exit.REFUSED
+    assert (
+        "output: expected the analysis extra (pip install 'flockesc-env[analysis]'), got no polars" in ran.err
+    )
+    monkeypatch.setattr("flockesc_env.cli.sweep.find_spec", lambda _: None)
+    ran = Ran(capsys, *sweep_flags("--json"))
+    assert ran.code == Exit.DONE
+    assert ran.json()["ranges"][0]["low"] is None
+    assert "no intervals: they need the analysis extra" in ran.err
