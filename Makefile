@@ -38,6 +38,10 @@ $(VENV)/bench-installed: $(VENV)/installed
 bench: $(VENV)/bench-installed build ## measure speed beside peers (about 9 minutes; the core alone: cargo bench)
 	$(BIN)/python -m benchmarks run
 
+.PHONY: paper
+paper: build ## reproduce the paper: every figure, every claim beside its measurement (about 6 minutes)
+	$(BIN)/flockesc paper --output results/paper --page docs/paper.md
+
 .PHONY: test
 test: lint test-rust test-python ## everything that must pass before a change lands
 

@@ -16,15 +16,15 @@ import pytest
 import reference
 
 from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
-from flockesc_env.paper import Results, Trials, jobs, reproduce
+from flockesc_env.paper import jobs
 from flockesc_env.paper.claims import Verdict, verdict
 from flockesc_env.paper.flock_claims import dominates
 from flockesc_env.paper.jobs import Cache, Job
 from flockesc_env.paper.line_claims import clusters
-from flockesc_env.paper.page import RESULTS_FILE, html_page, markdown_page
-from flockesc_env.paper.plan import Trials as PlanTrials
-from flockesc_env.paper.plan import aimed, studies
+from flockesc_env.paper.page import RESULTS_FILE, Results, html_page, markdown_page
+from flockesc_env.paper.plan import Trials, aimed, studies
 from flockesc_env.paper.realizations import flock_seed, line_seed
+from flockesc_env.paper.reproduction import reproduce
 
 ROOT = Path(__file__).parent.parent
 COMMITTED = ROOT / "results" / "paper"
@@ -97,7 +97,7 @@ def test_an_aimed_predator_misses_the_center_by_its_offset() -> None:
 
 
 def test_every_study_has_as_many_trials_as_asked() -> None:
-    plan = studies(PlanTrials())
+    plan = studies(Trials())
     for study in plan.values():
         seeds = [seed for job in study.jobs() for seed in job.seeds]
         assert seeds == list(range(study.num_seeds))
@@ -155,7 +155,8 @@ def test_shown_realizations_follow_their_rules() -> None:
 SCRIPT = """
 import sys
 from pathlib import Path
-from flockesc_env.paper import Trials, reproduce
+from flockesc_env.paper.plan import Trials
+from flockesc_env.paper.reproduction import reproduce
 reproduce(Path(sys.argv[1]), Trials(flocks=4, lines=40), progress=lambda *_: print("chunk", flush=True))
 """
 
@@ -202,7 +203,7 @@ def test_a_killed_run_continues_and_ends_with_equal_bytes(tmp_path: Path) -> Non
 def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
     calls = []
 
-    def progress(done: int, total: int, name: str) -> None:
+    def progress(done: int, total: int) -> None:
         calls.append(done)
         if len(calls) == 3:
             raise KeyboardInterrupt

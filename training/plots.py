@@ -11,10 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from flockesc_env import FlockScenario, FlockSweepResult, Trajectory, record
-from flockesc_env import stats
-from training.contenders import Contender
+from flockesc_env import FlockScenario, FlockSweepResult, Trajectory, record, stats
 from flockesc_env.stats import FloatArray
+from training.contenders import Contender
 
 Run = tuple[str, Trajectory]
 """Name of a policy, and what the flock did under it."""

@@ -66,7 +66,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join("  ".join(line) for line in lines)
 
 
-def check_output(path: Path | None, suffixes: Sequence[str]) -> None:
+def check_output(path: Path | None, suffixes: Sequence[str], field: str = "output") -> None:
     """Refuse a file that could not be written, before any work.
 
     Raises:
@@ -75,9 +75,9 @@ def check_output(path: Path | None, suffixes: Sequence[str]) -> None:
     if path is None:
         return
     if path.suffix not in suffixes:
-        raise ArgumentError("output", f"a file that ends in {' or '.join(suffixes)}", repr(str(path)))
+        raise ArgumentError(field, f"a file that ends in {' or '.join(suffixes)}", repr(str(path)))
     if not path.parent.is_dir() or path.is_dir():
-        raise ArgumentError("output", "a file in a folder that exists", repr(str(path)))
+        raise ArgumentError(field, "a file in a folder that exists", repr(str(path)))
 
 
 def require(module: str, extra: str, field: str) -> None:

@@ -90,6 +90,23 @@ def quantiles(what: str, values: FloatArray, unit: str = "", digits: int = 2) ->
 
 
 @dataclass(frozen=True)
+class RangeRow:
+    """What a fixed range gives in expectation.
+
+    Attributes:
+        interaction_range: rho in m.
+        min_mean_distance: J_mean in m.
+        min_min_distance: J_min in m.
+        num_components: components at 12 s.
+    """
+
+    interaction_range: float
+    min_mean_distance: Estimate
+    min_min_distance: Estimate
+    num_components: Estimate
+
+
+@dataclass(frozen=True)
 class Claim:
     """One row of the page.
 

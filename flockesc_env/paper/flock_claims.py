@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import stats
-from flockesc_env.paper.claims import Claim, Figure, every, exactly, mean, quantiles, share, verdict
+from flockesc_env.paper.claims import Claim, Figure, RangeRow, every, exactly, mean, quantiles, share, verdict
 from flockesc_env.paper.jobs import Arrays
 from flockesc_env.paper.plan import (
     AIMED_GRID,
@@ -29,6 +29,8 @@ VISIBLE = 0.5
 EDGE = 50.0
 """Offset in m from which on the predator's path crosses the flock's outer part: half of its side."""
 
+_TABLE_RANGES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
+_COLUMNS = ("min_mean_distance", "min_min_distance", "num_components")
 _NONE, _SHORT, _FULL = range(3)
 _GRID = np.array(FLOCK_GRID)
 _AIMED = np.array(AIMED_GRID)
@@ -46,6 +48,14 @@ def flock_claims(results: dict[str, Arrays]) -> list[Claim]:
         *_minimum_distance(grid),
         *_edge(aimed),
     ]
+
+
+def by_range(grid: Arrays) -> tuple[RangeRow, ...]:
+    """Return the objectives under some ranges, in expectation."""
+    return tuple(
+        RangeRow(rho, *(stats.mean(grid[name][FLOCK_GRID.index(rho)].astype(float)) for name in _COLUMNS))
+        for rho in _TABLE_RANGES
+    )
 
 
 def dominates(distance: FloatArray, tolerance: float = 0.0) -> NDArray[np.bool]:

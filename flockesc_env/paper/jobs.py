@@ -7,13 +7,13 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import _core
 from flockesc_env._atomic import writing
 from flockesc_env.envs.vector import FlockVectorEnv
 from flockesc_env.scenario import FlockScenario, LineScenario
@@ -95,7 +95,10 @@ KINDS: dict[str, Callable[..., Arrays]] = {
 @cache
 def _engine() -> str:
     """Return a hash of the compiled core: another build may compute other bits."""
-    with Path(_core.__file__).open("rb") as file:
+    core = find_spec("flockesc_env._core")
+    assert core is not None  # noqa: S101, the package does not import without it
+    assert core.origin is not None  # noqa: S101, it is a file
+    with Path(core.origin).open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 

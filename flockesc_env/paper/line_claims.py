@@ -9,6 +9,7 @@ from flockesc_env import stats
 from flockesc_env.paper.claims import Claim, Figure, every, mean, share, verdict
 from flockesc_env.paper.jobs import Arrays
 from flockesc_env.paper.plan import (
+    BATCH,
     COARSE,
     FORCES,
     FREE_RANGES,
@@ -18,9 +19,6 @@ from flockesc_env.paper.plan import (
     SHOWN_RANGES,
 )
 from flockesc_env.stats import Estimate, FloatArray
-
-BATCH = 40
-"""Trials of the paper's means."""
 
 PRINTED_CLUSTERS = {0.2: (0.35, 0.69), 0.1: (0.14, 0.40, 0.67, 0.88)}
 """Cluster positions that Figure 3 shows, by range."""

@@ -14,7 +14,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markdown import markdown
 
-from flockesc_env.paper.claims import MOST, Claim, Figure, Verdict
+from flockesc_env.paper.claims import MOST, Claim, Figure, RangeRow, Verdict
 from flockesc_env.paper.plan import Trials
 from flockesc_env.paper.realizations import FLOCK_RULE, LINE_RULE
 from flockesc_env.stats import Estimate
@@ -31,6 +31,7 @@ class Results:
         line_seed: the line of Figures 3 and 4.
         flock_seed: the flock of Figures 6 to 10.
         claims: the rows.
+        by_range: what fixed ranges give.
         versions: of the packages that they were computed with.
     """
 
@@ -38,6 +39,7 @@ class Results:
     line_seed: int
     flock_seed: int
     claims: tuple[Claim, ...]
+    by_range: tuple[RangeRow, ...]
     versions: dict[str, str]
 
     def to_json(self) -> str:
@@ -53,6 +55,7 @@ class Results:
             line_seed=fields["line_seed"],
             flock_seed=fields["flock_seed"],
             claims=tuple(_claim(row) for row in fields["claims"]),
+            by_range=tuple(_range_row(**row) for row in fields["by_range"]),
             versions=fields["versions"],
         )
 
@@ -112,3 +115,7 @@ def _environment() -> Environment:
 def _claim(row: dict[str, Any]) -> Claim:
     measured = tuple(Figure(**{**figure, "value": Estimate(**figure["value"])}) for figure in row["measured"])
     return Claim(**{**row, "measured": measured, "verdict": Verdict(row["verdict"])})
+
+
+def _range_row(interaction_range: float, **estimates: dict[str, float]) -> RangeRow:
+    return RangeRow(interaction_range, **{name: Estimate(**value) for name, value in estimates.items()})

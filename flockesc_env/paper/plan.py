@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
+from flockesc_env._checks import as_count
+from flockesc_env.errors import ArgumentError
 from flockesc_env.paper.jobs import Arrays, Cache, Job
 from flockesc_env.scenario import ConstantVelocity, EscapeForce, FlockScenario, LineScenario
+from flockesc_env.sweep import Progress
 
 FLOCK: Final = FlockScenario()
 LINE: Final = LineScenario()
@@ -21,6 +23,9 @@ FORCES: Final[tuple[EscapeForce, ...]] = ("linear", "linear_as_printed", "consta
 LINE_GRID: Final = tuple(k / 100 for k in range(101))
 COARSE: Final = slice(0, None, 10)
 """The paper's grid 0, 0.1, .., 1 in ``LINE_GRID``."""
+
+BATCH: Final = 40
+"""Trials of the paper's means."""
 
 FREE_RANGES: Final = (0.0, 0.1, 0.2, 0.3, 1.0)
 SHOWN_RANGES: Final = (1.0, 0.2, 0.1, 0.0)
@@ -48,12 +53,21 @@ class Trials:
     """How many initial states each mean is taken over.
 
     Attributes:
-        flocks: flocks per range.
-        lines: lines per range; a line costs a thousandth of a flock.
+        flocks: flocks per range, at least 2.
+        lines: lines per range, at least ``BATCH``; a line costs a thousandth of a flock.
+
+    Raises:
+        ArgumentError: if there are fewer.
     """
 
     flocks: int = 1_000
     lines: int = 4_000
+
+    def __post_init__(self) -> None:
+        for name, least in (("flocks", 2), ("lines", BATCH)):
+            number = as_count(getattr(self, name), name)
+            if number < least:
+                raise ArgumentError(name, f"at least {least}", number)
 
 
 @dataclass(frozen=True)
@@ -107,24 +121,27 @@ def studies(trials: Trials) -> dict[str, Study]:
     return plan
 
 
-def measure(trials: Trials, cache: Cache, progress: Callable[[int, int, str], None]) -> dict[str, Arrays]:
+def total_size(trials: Trials) -> int:
+    """Return the size of all jobs together, in units of ``Job.size``."""
+    return sum(job.size for study in studies(trials).values() for job in study.jobs())
+
+
+def measure(trials: Trials, cache: Cache, progress: Progress) -> dict[str, Arrays]:
     """Do all jobs that the cache lacks, and return every study's results.
 
     Args:
         trials: how many flocks and lines.
         cache: where results are kept; what is in it already is not computed again.
-        progress: called with what is finished, the whole, and the name of the study.
+        progress: called with the size of what is finished and of the whole.
     """
-    plan = {name: study.jobs() for name, study in studies(trials).items()}
-    total = sum(job.size for jobs in plan.values() for job in jobs)
-    finished = 0
+    total, finished = total_size(trials), 0
     results = {}
-    for name, jobs in plan.items():
+    for name, study in studies(trials).items():
         parts = []
-        for job in jobs:
-            progress(finished, total, name)
+        for job in study.jobs():
+            progress(finished, total)
             parts.append(cache.get(job))
             finished += job.size
         results[name] = {key: np.concatenate([part[key] for part in parts], axis=1) for key in parts[0]}
-    progress(finished, total, "statistics and figures")
+    progress(finished, total)
     return results

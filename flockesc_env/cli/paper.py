@@ -1,0 +1,64 @@
+"""``flockesc paper``."""
+
+from __future__ import annotations
+
+import json as json_
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from tyro.conf import arg
+
+from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.flags import Json, Progress, optional
+from flockesc_env.cli.output import check_output, note, require, show, show_json
+from flockesc_env.paper.plan import BATCH, Trials, total_size
+from flockesc_env.progress import bar
+
+if TYPE_CHECKING:
+    from flockesc_env.paper.page import Results
+
+
+def run(
+    *,
+    output: Annotated[Path, arg(help="folder of results, figures and page; made if it is missing")] = Path(
+        "runs/paper"
+    ),
+    flocks: Annotated[int, arg(help="flocks per range, at least 2")] = Trials.flocks,
+    lines: Annotated[int, arg(help=f"lines per range, at least {BATCH}")] = Trials.lines,
+    page: Annotated[
+        Path | None, *optional("file of the Markdown page", "paper.md in the output folder")
+    ] = None,
+    progress: Progress = False,
+    json: Json = False,
+) -> Exit:
+    """Set the paper's claims and figures beside what this package measures.
+
+    Writes paper.html (self-contained), paper.md, figures (PNG, SVG), results.json.
+
+    Takes about six minutes on two cores; when interrupted, run it again to go on.
+
+    Example: flockesc paper --output runs/paper
+    """
+    trials = Trials(flocks=flocks, lines=lines)
+    check_output(page, [".md"], field="page")
+    for module in ("matplotlib", "scipy", "jinja2", "markdown"):
+        require(module, "analysis", "paper")
+    from flockesc_env.paper.reproduction import reproduce  # heavy, and of an extra
+
+    with bar("Measuring", total_size(trials), always=progress) as report:
+        results = reproduce(output, trials, page=page, progress=report)
+    note(f"saved: {output / 'paper.html'}")
+    if json:
+        show_json({"command": "paper", "output": str(output), **json_.loads(results.to_json())})
+    else:
+        _show(results)
+    return Exit.DONE
+
+
+def _show(results: Results) -> None:
+    for claim in results.claims:
+        show(f"{claim.where}: {claim.claim}")
+        show(f"    {claim.verdict}: {claim.measured[0]}")
+    counts = Counter(claim.verdict for claim in results.claims)
+    show("; ".join(f"{verdict}: {number}" for verdict, number in counts.items()))

@@ -1,0 +1,78 @@
+"""From measurements to results, figures and page. Needs the ``analysis`` extra."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from pathlib import Path
+
+from flockesc_env._atomic import writing
+from flockesc_env.paper import flock_figures, line_figures, realizations, style
+from flockesc_env.paper.flock_claims import by_range, flock_claims
+from flockesc_env.paper.jobs import Arrays, Cache
+from flockesc_env.paper.line_claims import line_claims
+from flockesc_env.paper.page import RESULTS_FILE, Results, html_page, markdown_page
+from flockesc_env.paper.plan import FORCES, OFFSETS, Trials, measure
+from flockesc_env.paper.theory_claims import theory_claims
+from flockesc_env.sweep import Progress
+
+_PACKAGES = ("flockesc-env", "numpy", "scipy")
+
+
+def reproduce(
+    output: Path,
+    trials: Trials,
+    *,
+    cache: Path | None = None,
+    page: Path | None = None,
+    progress: Progress,
+) -> Results:
+    """Measure all claims; write the results, the figures and the page.
+
+    What is interrupted goes on where it stopped when it is called again, and ends with the same bytes.
+
+    Args:
+        output: folder of ``results.json``, the figures (PNG and SVG) and ``paper.html``.
+        trials: how many flocks and lines.
+        cache: folder of finished chunks; default: ``cache`` in ``output``.
+        page: where the Markdown page goes; default: ``paper.md`` in ``output``.
+        progress: called with the size of what is finished and of the whole (``total_size``); statistics and
+            figures come after that, within a minute.
+    """
+    output.mkdir(parents=True, exist_ok=True)
+    measured = measure(trials, Cache(cache or output / "cache"), progress)
+    line = realizations.line_seed(measured["free line"])
+    flock = realizations.flock_seed(measured["curves"], measured["grid flock"])
+    claims = (*theory_claims(measured), *line_claims(measured), *flock_claims(measured))
+    versions = {name: version(name) for name in _PACKAGES}
+    results = Results(trials, line, flock, claims, by_range(measured["grid flock"]), versions)
+    _draw(output, measured, line, flock)
+    markdown = page or output / "paper.md"
+    _write(output / RESULTS_FILE, results.to_json())
+    _write(markdown, markdown_page(results, output, markdown))
+    _write(output / "paper.html", html_page(results, output))
+    return results
+
+
+def _draw(output: Path, measured: dict[str, Arrays], line: int, flock: int) -> None:
+    curves, grid = measured["curves"], measured["grid flock"]
+    figures = {
+        "figure_2": line_figures.escape_forces(),
+        "figure_3": line_figures.lines_over_time(line, is_attacked=False),
+        "figure_4": line_figures.lines_over_time(line, is_attacked=True),
+        "figure_5": line_figures.distance_against_range(
+            {force: measured[f"grid {force}"] for force in FORCES}
+        ),
+        "figure_6": flock_figures.snapshots(flock, 100.0),
+        "figure_7": flock_figures.snapshots(flock, 10.0),
+        "figure_8": flock_figures.snapshots(flock, 0.0),
+        "figure_9": flock_figures.distances("mean", curves, grid, flock),
+        "figure_10": flock_figures.distances("minimum", curves, grid, flock),
+        "edge": flock_figures.aimed_beside({offset: measured[f"aimed {offset:g}"] for offset in OFFSETS}),
+    }
+    for name, figure in figures.items():
+        style.save(figure, output / name)
+
+
+def _write(path: Path, text: str) -> None:
+    with writing(path) as file:
+        file.write(text.encode())
