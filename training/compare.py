@@ -17,9 +17,10 @@ import polars as pl
 from tqdm import tqdm
 
 from flockesc_env import Episodes, FlockScenario, FlockSweepResult, rollout, sweep
+from flockesc_env.contenders import Contender
 from training import plots, seeds, stats
 from training.config import CONFIG_FILE, RunRecord, versions
-from training.contenders import Contender, contender
+from training.contenders import contender
 from training.stats import FloatArray
 
 RESULTS = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
