@@ -42,9 +42,9 @@ def check_runs(runs: Sequence[Run]) -> None:
 def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     """Return a run of T steps as an object for ``json.dumps``.
 
-    ``ranges`` and ``labels`` have an entry per time 0..T: under the ranges of the step that begins then, at T of
-    the step that has ended, as ``Trajectory.num_components`` counts. ``lowRange`` and ``highRange`` are a standard
-    deviation away from the mean over agents, within the ranges that occur.
+    ``ranges`` and ``labels`` have an entry per time 0..T: of the step that begins then, at T of the step that
+    has ended, as ``Trajectory.num_components`` counts. ``lowRange`` and ``highRange`` are a standard deviation
+    away from the mean over agents, within the ranges that occur.
     """
     in_force = trajectory.interaction_ranges
     ranges = np.concatenate([in_force, in_force[-1:]])
@@ -69,7 +69,9 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     }
     return {
         "name": name,
-        "seed": None if trajectory.seed is None else str(trajectory.seed),  # 64 bits do not fit into a JS number
+        "seed": None
+        if trajectory.seed is None
+        else str(trajectory.seed),  # 64 bits do not fit into a JS number
         "scenario": json.loads(trajectory.scenario.to_json()),
         "columns": columns,
     }

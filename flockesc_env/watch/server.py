@@ -6,6 +6,7 @@ import json
 import webbrowser
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
+from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from queue import SimpleQueue
@@ -32,7 +33,7 @@ def serve(
     """Serve a page to this machine alone until Ctrl-C; its controls run flocks of the scenario anew.
 
     Args:
-        runs: names and trajectories that are shown first. A name that is a built-in policy's is offered as that
+        runs: names and trajectories that are shown first. A name of a built-in policy is offered as that
             policy, any other as a recording.
         scenario: of every flock that is run anew.
         seed: the flock that the controls start with.
@@ -112,10 +113,8 @@ def run_for(query: str, scenario: FlockScenario) -> bytes:
         if name not in {"seed", "policy"}:
             raise ArgumentError(name, "seed and policy only", "an unknown field")
     contender = built_in(_single(values, "policy"), "policy")
-    text = _single(values, "seed")
-    # Digits only, and not so many that reading them takes long.
-    seed = as_seed(int(text) if text.isascii() and text.isdigit() and len(text) < 100 else text)
-    document = run_document(contender.name, contender.record(seed, scenario))
+    seed = _integer(_single(values, "seed"))
+    document = run_document(contender.name, contender.record(as_seed(seed), scenario))
     return json.dumps(document, allow_nan=False).encode()
 
 
@@ -124,6 +123,14 @@ def _single(values: dict[str, list[str]], field: str) -> str:
     if len(given) != 1:
         raise ArgumentError(field, "one value", f"{len(given)}")
     return given[0]
+
+
+def _integer(text: str) -> int | str:
+    """Return the number, or the text where it is none."""
+    try:
+        return int(text)
+    except ValueError:
+        return text
 
 
 def _is_policy(name: str) -> bool:
@@ -139,7 +146,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     server: _Server
 
-    def do_GET(self) -> None:  # noqa: N802, the name that http.server calls
+    def do_GET(self) -> None:
         """Answer a request."""
         url = urlsplit(self.path)
         if url.path == "/":
@@ -166,7 +173,5 @@ class _Handler(BaseHTTPRequestHandler):
 
     def handle(self) -> None:
         """Answer; a visitor who leaves early is no error."""
-        try:
+        with suppress(ConnectionError):
             super().handle()
-        except ConnectionError:
-            pass

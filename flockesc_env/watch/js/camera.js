@@ -63,7 +63,7 @@ class Camera {
     const diagonal = Math.hypot(...extent);
     this.eye = this.isSpatial ? 2.2 * diagonal : Infinity; // m from the center
     const fitted = this.isSpatial
-      ? Math.min(this.width / (0.95 * diagonal), this.height / (0.85 * diagonal))
+      ? Math.min(this.width / (0.85 * diagonal), this.height / (0.68 * diagonal))
       : Math.min(this.width / (1.06 * extent[0]), this.height / (1.06 * extent[1]));
     this.pixelsPerMetre = fitted * this.zoomFactor;
     const { yaw, pitch } = this.turn;

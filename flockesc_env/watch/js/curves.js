@@ -142,8 +142,9 @@ class Curves {
       context.arc(x, y, 4.5 * density, 0, 2 * Math.PI);
       context.stroke();
       context.fill();
-      context.strokeText(objective.toFixed(1), x, y + 17 * density);
-      context.fillText(objective.toFixed(1), x, y + 17 * density);
+      const label = [objective.toFixed(1), x, y + (at % 2 ? -9 : 17) * density]; // neighbors do not meet
+      context.strokeText(...label);
+      context.fillText(...label);
     });
     context.restore();
   }

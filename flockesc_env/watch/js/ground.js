@@ -12,7 +12,7 @@ function roundBelow(length) {
 
 function drawGround(context, camera, theme) {
   context.lineWidth = 1;
-  context.strokeStyle = theme.grid;
+  context.strokeStyle = camera.isSpatial ? theme.line : theme.grid;
   context.fillStyle = theme.muted;
   context.font = LABEL_FONT;
   if (camera.isSpatial) drawFloor(context, camera);

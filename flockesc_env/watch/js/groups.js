@@ -1,9 +1,9 @@
 "use strict";
 
-// Gives components colors that stay with them while they split, merge and lose agents.
+// Gives the largest components colors that stay with them while they split, merge and lose agents.
 
 const NUM_GROUP_COLORS = 5;
-const OTHER_GROUP = NUM_GROUP_COLORS; // a component, but the colors are taken by larger ones
+const OTHER_GROUP = NUM_GROUP_COLORS; // a component smaller than those with colors
 const ALONE = NUM_GROUP_COLORS + 1; // a component of one agent
 
 /** Color index of every agent at every time. */
@@ -29,17 +29,16 @@ function largestFirst(labels) {
   return [...members.values()].filter((agents) => agents.length > 1).sort((a, b) => b.length - a.length);
 }
 
-/** A component keeps the color that most of its agents had; what is left goes to the largest without one. */
+/** A component keeps the color that most of its agents had, unless a larger one has kept it; others get a free one. */
 function colorComponents(components, before, now) {
   const free = new Set(Array(NUM_GROUP_COLORS).keys());
   const waiting = [];
   const paint = (agents, color) => agents.forEach((agent) => (now[agent] = color));
-  for (const agents of components) {
+  for (const agents of components.slice(0, NUM_GROUP_COLORS)) {
     const votes = Array(NUM_GROUP_COLORS).fill(0);
     if (before) agents.forEach((agent) => before[agent] < NUM_GROUP_COLORS && votes[before[agent]]++);
-    const open = [...free].filter((color) => votes[color] > 0);
-    if (open.length) {
-      const color = open.reduce((best, next) => (votes[next] > votes[best] ? next : best));
+    const color = [...free].reduce((best, next) => (votes[next] > votes[best] ? next : best));
+    if (votes[color] > 0) {
       free.delete(color);
       paint(agents, color);
     } else {
@@ -47,8 +46,9 @@ function colorComponents(components, before, now) {
     }
   }
   for (const agents of waiting) {
-    const [color = OTHER_GROUP] = free;
+    const [color] = free;
     free.delete(color);
     paint(agents, color);
   }
+  for (const agents of components.slice(NUM_GROUP_COLORS)) paint(agents, OTHER_GROUP);
 }

@@ -75,7 +75,7 @@ class Live {
     select.addEventListener("change", run);
     slider.addEventListener("input", run);
     panel.head.append(element("span", { className: "policy" }, slider, shown, select));
-    return { run };
+    return { run, select, slider };
   }
 
   async fetchRun(query, index) {

@@ -8,6 +8,7 @@ class Page {
     this.player = new Player();
     this.camera = new Camera(runs[0].dimension === 3);
     this.look = { theme: readTheme() };
+    document.body.classList.toggle("single", runs.length === 1);
     this.panels = runs.map((_, index) => new Panel(index, this.camera, () => this.draw()));
     document.getElementById("panels").append(...this.panels.map((panel) => panel.root));
     this.curves = new Curves(document.getElementById("charts"), this.player);

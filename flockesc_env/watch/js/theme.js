@@ -10,6 +10,7 @@ function readTheme() {
     ink: value("ink"),
     muted: value("muted"),
     grid: value("grid"),
+    line: value("line"),
     page: value("page"),
     predator: value("predator"),
     groups: [...list("groups"), value("other"), value("alone")],
