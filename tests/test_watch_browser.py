@@ -6,6 +6,7 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import Iterator
+from importlib.metadata import version
 from pathlib import Path
 
 import chromium
@@ -65,7 +66,9 @@ def test_a_file_opens_alone_with_both_panels(tab: chromium.Tab, file: str) -> No
     assert min(tab.run(COLORED)) > 50
     assert tab.run("document.querySelectorAll('.chart canvas').length") == 3
     assert not tab.run("document.getElementById('live').checkVisibility()")
-    assert tab.run("document.getElementById('facts').textContent").endswith("seed 3")
+    assert tab.run("document.getElementById('facts').textContent").endswith(
+        f"seed 3 \u00b7 flockesc-env {version('flockesc-env')}"
+    )
     assert tab.requests == [file]
 
 

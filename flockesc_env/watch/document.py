@@ -43,13 +43,14 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     """Return a run of T steps as an object for ``json.dumps``.
 
     ``ranges`` and ``labels`` have an entry per time 0..T: of the step that begins then, at T of the step that
-    has ended, as ``Trajectory.num_components`` counts. ``lowRange`` and ``highRange`` are a standard deviation
-    away from the mean over agents, within the ranges that occur.
+    has ended, as ``Trajectory.num_components`` counts. ``lowRange`` and ``highRange`` are a standard
+    deviation away from the mean over agents, within the ranges that occur.
     """
     in_force = trajectory.interaction_ranges
     ranges = np.concatenate([in_force, in_force[-1:]])
+    per_time = ranges[:, 0] if ranges.shape[1] == 1 else ranges
     labels = np.array(
-        [component_labels(positions, rho) for positions, rho in _each_time(trajectory.positions, ranges)]
+        [component_labels(*state) for state in zip(trajectory.positions, per_time, strict=True)]
     )
     mean, deviation = ranges.mean(axis=1), ranges.std(axis=1)
     columns = {
@@ -75,11 +76,6 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
         "scenario": json.loads(trajectory.scenario.to_json()),
         "columns": columns,
     }
-
-
-def _each_time(positions: NDArray[Any], ranges: NDArray[Any]) -> Any:
-    """Yield positions with a scalar range where one holds for all agents."""
-    return zip(positions, ranges[:, 0] if ranges.shape[1] == 1 else ranges, strict=True)
 
 
 def _headings(velocities: NDArray[np.float64]) -> dict[str, Any]:

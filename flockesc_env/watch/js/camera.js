@@ -64,7 +64,7 @@ class Camera {
     this.eye = this.isSpatial ? 2.2 * diagonal : Infinity; // m from the center
     const fitted = this.isSpatial
       ? Math.min(this.width / (0.85 * diagonal), this.height / (0.68 * diagonal))
-      : Math.min(this.width / (1.06 * extent[0]), this.height / (1.06 * extent[1]));
+      : Math.min(this.width / (1.06 * extent[0]), this.height / (1.12 * extent[1]));
     this.pixelsPerMetre = fitted * this.zoomFactor;
     const { yaw, pitch } = this.turn;
     const [c, s, cp, sp] = [Math.cos(yaw), Math.sin(yaw), Math.cos(pitch), Math.sin(pitch)];

@@ -36,21 +36,17 @@ const CHARTS = [
 ];
 
 class Curves {
-  constructor(container, player) {
-    this.container = container;
-    this.player = player;
-    this.charts = [];
+  constructor(container, player, runs, theme) {
+    Object.assign(this, { player, runs, theme });
+    this.charts = CHARTS.map((spec) => this.build(spec, container));
     player.addEventListener("change", () => this.moveCursor());
     new ResizeObserver(() => this.resize()).observe(container);
   }
 
-  /** Draws other runs; the charts are made anew only if there are more or fewer of them. */
-  setRuns(runs, theme) {
-    this.theme = theme;
-    const isNew = this.runs?.length !== runs.length;
+  /** Draws as many other runs. */
+  setRuns(runs) {
     this.runs = runs;
-    if (isNew) this.build();
-    else this.charts.forEach((chart, at) => chart.setData(this.dataOf(CHARTS[at])));
+    this.charts.forEach((chart, at) => chart.setData(this.dataOf(CHARTS[at])));
     this.moveCursor();
   }
 
@@ -60,17 +56,14 @@ class Curves {
     this.charts.forEach((chart) => chart.redraw(false));
   }
 
-  build() {
-    this.container.replaceChildren();
-    this.charts = CHARTS.map((spec) => {
-      const place = element("div", { className: "chart" }, element("h3", {}, spec.title), element("p", {}, spec.key));
-      this.container.append(place);
-      const chart = new uPlot(this.optionsOf(spec, place.clientWidth), this.dataOf(spec), place);
-      chart.now = element("div", { className: "now" });
-      chart.over.append(chart.now);
-      this.bindScrubbing(chart);
-      return chart;
-    });
+  build(spec, container) {
+    const place = element("div", { className: "chart" }, element("h3", {}, spec.title), element("p", {}, spec.key));
+    container.append(place);
+    const chart = new uPlot(this.optionsOf(spec, place.clientWidth), this.dataOf(spec), place);
+    chart.now = element("div", { className: "now" });
+    chart.over.append(chart.now);
+    this.bindScrubbing(chart);
+    return chart;
   }
 
   dataOf({ series }) {

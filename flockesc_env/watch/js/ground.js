@@ -10,6 +10,11 @@ function roundBelow(length) {
   return [5, 2, 1].find((digit) => digit * power <= length) * power;
 }
 
+/** A multiple of a spacing without what floating point added to it. */
+function rounded(value) {
+  return String(Number(value.toPrecision(9)));
+}
+
 function drawGround(context, camera, theme) {
   context.lineWidth = 1;
   context.strokeStyle = camera.isSpatial ? theme.line : theme.grid;
@@ -35,14 +40,14 @@ function drawAxes(context, camera) {
   for (const x of multiples(left, right, spacing)) {
     const [at] = camera.project(x, 0, 0, out);
     line(context, at, 0, at, height);
-    if (at > 40 && at < width - 30) context.fillText(`${x}`, at, height - 4);
+    if (at > 40 && at < width - 30) context.fillText(rounded(x), at, height - 4);
   }
   context.textAlign = "left";
   context.textBaseline = "middle";
   for (const y of multiples(bottom, top, spacing)) {
     const [, at] = camera.project(0, y, 0, out);
     line(context, 0, at, width, at);
-    if (at > 12 && at < height - 26) context.fillText(`${y}`, 5, at);
+    if (at > 12 && at < height - 26) context.fillText(rounded(y), 5, at);
   }
 }
 
@@ -74,7 +79,7 @@ function drawScaleBar(context, camera, theme) {
   context.font = LABEL_FONT;
   context.textAlign = "center";
   context.textBaseline = "bottom";
-  context.fillText(`${length} m`, (left + right) / 2, y - 4);
+  context.fillText(`${rounded(length)} m`, (left + right) / 2, y - 4);
 }
 
 function line(context, x0, y0, x1, y1) {

@@ -53,8 +53,8 @@ class Live {
     const slider = element("input", {
       type: "range",
       min: 0,
-      max: this.options.maxRange,
-      step: SLIDER_STEP,
+      max: Math.max(this.options.maxRange, start?.split(":")[1] ?? 0),
+      step: "any", // the start may lie between the steps of a drag
       ariaLabel: "Interaction range in m",
     });
     const shown = element("output");
@@ -63,7 +63,7 @@ class Live {
     slider.value = isFixed ? start.slice("fixed:".length) : SLIDER_START;
     const show = () => {
       slider.hidden = shown.hidden = select.value !== "fixed:RHO";
-      shown.value = `${Number(slider.value).toFixed(1)} m`;
+      shown.value = `${slider.value} m`;
     };
     show();
     const latest = new LatestOnly((query) => this.fetchRun(query, panel.index));
@@ -73,7 +73,10 @@ class Live {
       else latest.ask({ seed: this.seed.value, policy: select.value.replace("RHO", slider.value) });
     };
     select.addEventListener("change", run);
-    slider.addEventListener("input", run);
+    slider.addEventListener("input", () => {
+      slider.value = Math.round(slider.value / SLIDER_STEP) * SLIDER_STEP;
+      run();
+    });
     panel.head.append(element("span", { className: "policy" }, slider, shown, select));
     return { run, select, slider };
   }

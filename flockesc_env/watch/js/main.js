@@ -11,8 +11,9 @@ class Page {
     document.body.classList.toggle("single", runs.length === 1);
     this.panels = runs.map((_, index) => new Panel(index, this.camera, () => this.draw()));
     document.getElementById("panels").append(...this.panels.map((panel) => panel.root));
-    this.curves = new Curves(document.getElementById("charts"), this.player);
+    this.curves = new Curves(document.getElementById("charts"), this.player, runs, this.look.theme);
     this.panels.forEach((panel, index) => panel.setRun(runs[index], runs[0].seed));
+    this.versions = versions;
     describe(runs[0], versions);
     bindPlayer(this.player);
     this.bindLooks();
@@ -29,7 +30,7 @@ class Page {
     this.runs[index] = run;
     if (isOtherFlock) this.box = undefined;
     this.panels.forEach((panel, at) => panel.setRun(this.runs[at], this.runs[0].seed));
-    describe(this.runs[0]);
+    describe(this.runs[0], this.versions);
     this.showRuns();
   }
 
@@ -39,7 +40,7 @@ class Page {
     this.camera.fit(this.box);
     this.look.largestRange = runs.reduce((largest, run) => Math.max(largest, run.largestRange), 0);
     this.showKey();
-    this.curves.setRuns(runs, this.look.theme);
+    this.curves.setRuns(runs);
     const durations = runs.map((run) => run.numSteps * run.timeStep);
     this.player.setDuration(Math.max(...durations), Math.min(...runs.map((run) => run.timeStep)));
   }
@@ -52,18 +53,23 @@ class Page {
     const readLooks = () => {
       this.look.color = document.getElementById("color").value;
       for (const id of ["trails", "edges", "discs"]) this.look[id] = document.getElementById(id).checked;
+    };
+    const redraw = () => {
       this.showKey();
       this.draw();
     };
-    document.getElementById("looks").addEventListener("change", readLooks);
+    readLooks();
+    document.getElementById("looks").addEventListener("change", () => {
+      readLooks();
+      redraw();
+    });
     document.getElementById("hint").textContent = this.camera.isSpatial
       ? "drag turns, ctrl + wheel zooms, double click resets"
       : "drag moves, ctrl + wheel zooms, double click resets";
-    this.look.color = document.getElementById("color").value;
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       this.look.theme = readTheme();
       this.curves.redraw(this.look.theme);
-      readLooks();
+      redraw();
     });
   }
 
@@ -87,7 +93,7 @@ class Page {
   }
 }
 
-/** Writes the head of the page: the scenario, the seed and, where they are given, the versions. */
+/** Writes the head of the page: the scenario, the seed and the versions. */
 function describe({ scenario, seed }, versions) {
   const seconds = Number((scenario.num_steps * scenario.time_step).toFixed(2));
   const facts = [
@@ -95,9 +101,9 @@ function describe({ scenario, seed }, versions) {
     `${seconds} s in ${scenario.num_steps} steps`,
     scenario.predators.length ? `predator felt within ${scenario.predator_range} m` : "no predator",
     seed === null ? "given start" : `seed ${seed}`,
+    `flockesc-env ${versions["flockesc-env"]}`,
   ];
   document.getElementById("facts").textContent = facts.join(" \u00b7 ");
-  if (!versions) return;
   const rows = [...Object.entries(scenario), ...Object.entries(versions)].map(([name, value]) => {
     const isPart = typeof value === "object";
     const text = isPart ? JSON.stringify(value) : String(value);

@@ -67,10 +67,15 @@ function quantity(metres) {
 
 /** Drag, pinch or ctrl and wheel, double click. */
 function bindCamera(canvas, camera, redraw) {
-  canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
+  let last;
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    last = event;
+  });
   canvas.addEventListener("pointermove", (event) => {
     if (!canvas.hasPointerCapture(event.pointerId)) return;
-    camera.drag(event.movementX, event.movementY);
+    camera.drag(event.clientX - last.clientX, event.clientY - last.clientY);
+    last = event;
     redraw();
   });
   canvas.addEventListener(

@@ -3,7 +3,7 @@
 // Draws one run at one time onto a canvas.
 
 const TRAIL = 1.0; // s of an agent's past
-const MAX_EDGES = 20000; // more are a blot, and slow
+const MAX_EDGES = 60000; // more are a blot, and slow
 
 class Scene {
   constructor(canvas, camera) {
@@ -141,6 +141,14 @@ class Scene {
   drawEdges() {
     const { context, points, look } = this;
     const pairs = this.neighborPairs();
+    if (pairs.length > 2 * MAX_EDGES) {
+      context.font = LABEL_FONT;
+      context.fillStyle = look.theme.ink;
+      context.textAlign = "right";
+      context.textBaseline = "top";
+      context.fillText(`more than ${MAX_EDGES} pairs of neighbors: not drawn`, this.camera.width - 12, 10);
+      return;
+    }
     context.beginPath();
     for (let at = 0; at < pairs.length; at += 2) {
       context.moveTo(points[3 * pairs[at]], points[3 * pairs[at] + 1]);
@@ -153,7 +161,7 @@ class Scene {
     context.globalAlpha = 1;
   }
 
-  /** Pairs of which one hears the other, found by passing over the agents from left to right. */
+  /** Pairs of which one hears the other, found from left to right; the search ends when they are too many. */
   neighborPairs() {
     const { run, moment, edges } = this;
     if (edges.step === moment.step) return edges.pairs;
@@ -164,7 +172,7 @@ class Scene {
     const ranges = order.map((agent) => rangeOf(run, moment.step, agent));
     const largest = ranges.reduce((a, b) => Math.max(a, b));
     const pairs = [];
-    for (let i = 0; i < numAgents && pairs.length < 2 * MAX_EDGES; i++) {
+    for (let i = 0; i < numAgents && pairs.length <= 2 * MAX_EDGES; i++) {
       for (let j = i + 1; j < numAgents && at(order[j], 0) - at(order[i], 0) <= largest; j++) {
         let square = 0;
         for (let axis = 0; axis < dimension; axis++) square += (at(order[j], axis) - at(order[i], axis)) ** 2;
