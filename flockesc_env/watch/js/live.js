@@ -77,7 +77,7 @@ class Live {
       slider.value = Math.round(slider.value / SLIDER_STEP) * SLIDER_STEP;
       run();
     });
-    panel.head.append(element("span", { className: "policy" }, slider, shown, select));
+    panel.head.append(element("div", { className: "policy" }, select, slider, shown));
     return { run, select, slider };
   }
 
