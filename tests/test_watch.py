@@ -60,6 +60,7 @@ RUNS = {
 
 def document_in(page: str) -> Any:
     (text,) = re.findall(r'<script type="application/json" id="document">(.*?)</script>', page)
+    assert not set(text) & set("<>&")  # nothing that a parser of HTML looks at
     return json.loads(text)
 
 
@@ -201,6 +202,7 @@ def test_what_cannot_be_shown_is_named(runs: Any, field: str, tmp_path: Path) ->
         ({"seed": -1}, "seed"),
         ({"port": 2**16}, "port"),
         ({"port": -1}, "port"),
+        ({"port": "8000"}, "port"),
         ({"scenario": FLOCK.replace(dimension=3)}, "scenario"),
     ],
 )

@@ -217,7 +217,7 @@ def test_dragging_moves_the_plane_by_as_many_pixels(tab: chromium.Tab, file: str
 
 
 def test_names_are_text(tab: chromium.Tab, tmp_path: Path) -> None:
-    name = "</script><img src=x onerror='window.hacked = 1'><script>window.hacked = 1</script>"
+    name = "<!--<script></script><img src=x onerror='window.hacked = 1'><script>window.hacked = 1</script>"
     write_page([(name, built_in("fixed:5").record(3, FLOCK))], tmp_path / "page.html")
     tab.open((tmp_path / "page.html").as_uri())
     assert tab.run("document.querySelector('.panel h2').textContent") == name
@@ -299,6 +299,40 @@ def test_another_policy_and_another_flock(tab: chromium.Tab, address: str) -> No
         "seed 3",
     ]
     assert "seed 4" in tab.run("document.getElementById('facts').textContent")
+
+
+def test_a_recording_that_is_asked_for_last_stays(tab: chromium.Tab, address: str) -> None:
+    tab.open(address)
+    tab.run("""(({ live }) => {
+        globalThis.shown = [];
+        const replaceRun = live.replaceRun;
+        live.replaceRun = (index, run) => { shown.push(run.name); replaceRun(index, run); };
+        const { select, run } = live.controls[2];
+        for (const name of ["random", "stubborn-leaders", ""]) { select.value = name; run(); }
+    })(page)""")
+    tab.wait("shown.length === 2")
+    assert tab.run("shown") == ["random", "mine.npz"]  # what was asked for between was never run
+
+
+def test_a_server_that_is_gone_is_noticed(tab: chromium.Tab, address: str) -> None:
+    tab.open(address)
+    tab.call(
+        "Network.emulateNetworkConditions", offline=True, latency=0, downloadThroughput=0, uploadThroughput=0
+    )
+    tab.run(SLIDE.format(20))
+    tab.wait("document.getElementById('message').value === 'The server does not answer any more.'")
+    assert tab.run("page.runs[0].name") == SPECS[0]
+    tab.call(
+        "Network.emulateNetworkConditions",
+        offline=False,
+        latency=0,
+        downloadThroughput=-1,
+        uploadThroughput=-1,
+    )
+    tab.run(SLIDE.format(21))
+    tab.wait("page.runs[0].name === 'fixed:21' && document.getElementById('message').value === ''")
+    assert all("ERR_INTERNET_DISCONNECTED" in problem["entry"]["text"] for problem in tab.problems)
+    tab.problems.clear()
 
 
 def test_a_refused_seed_is_shown_and_changes_nothing(tab: chromium.Tab, address: str) -> None:

@@ -44,7 +44,7 @@ def serve(
         ArgumentError: for runs that cannot be shown side by side, or a bad seed or port.
         OSError: if the port is taken.
     """
-    if not 0 <= port < 2**16:
+    if not isinstance(port, int) or not 0 <= port < 2**16:
         raise ArgumentError("port", f"a number from 0 to {2**16 - 1}", port)
     live = {
         "seed": str(as_seed(seed)),

@@ -59,7 +59,7 @@ class Camera {
     if (!this.box) return;
     const { low, high } = this.box;
     this.center = low.map((value, axis) => (value + high[axis]) / 2);
-    const extent = low.map((value, axis) => high[axis] - value);
+    const extent = low.map((value, axis) => Math.max(high[axis] - value, 1)); // a lone agent has none
     const diagonal = Math.hypot(...extent);
     this.eye = this.isSpatial ? 2.2 * diagonal : Infinity; // m from the center
     const fitted = this.isSpatial

@@ -17,8 +17,11 @@ class LatestOnly {
     this.waiting = [question];
     if (this.isBusy) return;
     this.isBusy = true;
-    while (this.waiting.length) await this.work(this.waiting.pop());
-    this.isBusy = false;
+    try {
+      while (this.waiting.length) await this.work(this.waiting.pop());
+    } finally {
+      this.isBusy = false;
+    }
   }
 }
 
@@ -66,11 +69,13 @@ class Live {
       shown.value = `${slider.value} m`;
     };
     show();
-    const latest = new LatestOnly((query) => this.fetchRun(query, panel.index));
+    const latest = new LatestOnly(async (query) => {
+      const shownNext = query.policy === "" ? recorded : await this.fetchRun(query);
+      if (shownNext) this.replaceRun(panel.index, shownNext);
+    });
     const run = () => {
       show();
-      if (select.value === "") this.replaceRun(panel.index, recorded);
-      else latest.ask({ seed: this.seed.value, policy: select.value.replace("RHO", slider.value) });
+      latest.ask({ seed: this.seed.value, policy: select.value.replace("RHO", slider.value) });
     };
     select.addEventListener("change", run);
     slider.addEventListener("input", () => {
@@ -81,14 +86,11 @@ class Live {
     return { run, select, slider };
   }
 
-  async fetchRun(query, index) {
-    try {
-      const response = await fetch(`run?${new URLSearchParams(query)}`);
-      const answer = await response.json();
-      this.message.value = response.ok ? "" : answer.message;
-      if (response.ok) this.replaceRun(index, await decodeRun(answer));
-    } catch {
-      this.message.value = "The server does not answer any more.";
-    }
+  /** The run that a query asks for, or nothing and a message. */
+  async fetchRun(query) {
+    const response = await fetch(`run?${new URLSearchParams(query)}`).catch(() => null);
+    const answer = await response?.json();
+    this.message.value = response ? (answer.message ?? "") : "The server does not answer any more.";
+    return response?.ok ? decodeRun(answer) : null;
   }
 }
