@@ -168,7 +168,7 @@ def test_neighbors_are_the_pairs_within_range(tab: chromium.Tab, file: str) -> N
             if ((positions[i] - positions[j]) ** 2).sum() ** 0.5
             <= max(ranges[i % len(ranges)], ranges[j % len(ranges)])
         }
-        shown = tab.run(f"page.panels[{index}].scene.neighborPairs()")
+        shown = tab.run(f"neighborPairs(page.runs[{index}], 40, 1e6)")
         drawn = zip(shown[::2], shown[1::2], strict=True)
         assert {(max(pair), min(pair)) for pair in drawn} == pairs
 

@@ -19,6 +19,7 @@ _SCRIPTS = (
     "theme",
     "camera",
     "ground",
+    "neighbors",
     "scene",
     "panel",
     "curves",

@@ -3,6 +3,7 @@
 // Draws one run at one time onto a canvas.
 
 const TRAIL = 1.0; // s of an agent's past
+const DEPTHS = 5; // shades by which agents in space fade with their depth
 const MAX_EDGES = 60000; // more are a blot, and slow
 
 class Scene {
@@ -10,7 +11,7 @@ class Scene {
     this.canvas = canvas;
     this.camera = camera;
     this.context = canvas.getContext("2d");
-    this.edges = { step: -1, pairs: [] };
+    this.edges = { step: -1, pairs: [] }; // found once per step, drawn in many frames
   }
 
   setRun(run) {
@@ -37,6 +38,7 @@ class Scene {
     this.projectAgents();
     drawGround(context, camera, look.theme);
     this.drawPredators();
+    if (camera.isSpatial) this.drawShadows();
     const byColor = this.agentsByColor();
     if (look.trails) this.drawTrails(byColor);
     if (look.edges) this.drawEdges();
@@ -88,7 +90,7 @@ class Scene {
   drawAgents(byColor) {
     const { context, points, marks, camera } = this;
     const size = Math.min(Math.max(3 * camera.pixelsPerMetre, 6.5), 11);
-    for (const [color, agents] of byColor) {
+    const drawMarks = (color, agents) => {
       context.beginPath();
       for (const agent of agents) {
         const length = (size * points[3 * agent + 2]) / camera.pixelsPerMetre;
@@ -96,7 +98,39 @@ class Scene {
       }
       context.fillStyle = color;
       context.fill();
+    };
+    if (!camera.isSpatial) {
+      for (const [color, agents] of byColor) drawMarks(color, agents);
+      return;
     }
+    const depths = this.depthsOfAgents();
+    for (let depth = 0; depth < DEPTHS; depth++) {
+      context.globalAlpha = 0.4 + (0.6 * depth) / (DEPTHS - 1);
+      for (const [color, agents] of byColor) drawMarks(color, agents.filter((agent) => depths[agent] === depth));
+    }
+  }
+
+  /** From 0 for the farthest agents to DEPTHS - 1 for the nearest, by their pixels per metre. */
+  depthsOfAgents() {
+    const scales = this.points.filter((_, at) => at % 3 === 2);
+    const far = scales.reduce((a, b) => Math.min(a, b));
+    const near = scales.reduce((a, b) => Math.max(a, b));
+    return scales.map((scale) => Math.min(Math.floor((DEPTHS * (scale - far)) / (near - far || 1)), DEPTHS - 1));
+  }
+
+  /** A dot on the floor below every agent. */
+  drawShadows() {
+    const { context, camera, look, moment } = this;
+    const { positions, numAgents } = this.run;
+    const out = [0, 0, 0];
+    context.fillStyle = look.theme.ink;
+    context.globalAlpha = 0.18;
+    for (let agent = 0; agent < numAgents; agent++) {
+      const at = 3 * (moment.step * numAgents + agent);
+      camera.project(positions[at], positions[at + 1], camera.box.low[2], out);
+      context.fillRect(out[0] - 1, out[1] - 1, 2, 2);
+    }
+    context.globalAlpha = 1;
   }
 
   drawTrails(byColor) {
@@ -139,8 +173,11 @@ class Scene {
   }
 
   drawEdges() {
-    const { context, points, look } = this;
-    const pairs = this.neighborPairs();
+    const { context, points, look, moment } = this;
+    if (this.edges.step !== moment.step) {
+      this.edges = { step: moment.step, pairs: neighborPairs(this.run, moment.step, MAX_EDGES) };
+    }
+    const { pairs } = this.edges;
     if (pairs.length > 2 * MAX_EDGES) {
       context.font = LABEL_FONT;
       context.fillStyle = look.theme.ink;
@@ -159,28 +196,6 @@ class Scene {
     context.strokeStyle = look.theme.ink;
     context.stroke();
     context.globalAlpha = 1;
-  }
-
-  /** Pairs of which one hears the other, found from left to right; the search ends when they are too many. */
-  neighborPairs() {
-    const { run, moment, edges } = this;
-    if (edges.step === moment.step) return edges.pairs;
-    const { positions, numAgents, dimension } = run;
-    const start = moment.step * numAgents * dimension;
-    const at = (agent, axis) => positions[start + agent * dimension + axis];
-    const order = [...Array(numAgents).keys()].sort((a, b) => at(a, 0) - at(b, 0));
-    const ranges = order.map((agent) => rangeOf(run, moment.step, agent));
-    const largest = ranges.reduce((a, b) => Math.max(a, b));
-    const pairs = [];
-    for (let i = 0; i < numAgents && pairs.length <= 2 * MAX_EDGES; i++) {
-      for (let j = i + 1; j < numAgents && at(order[j], 0) - at(order[i], 0) <= largest; j++) {
-        let square = 0;
-        for (let axis = 0; axis < dimension; axis++) square += (at(order[j], axis) - at(order[i], axis)) ** 2;
-        if (square <= Math.max(ranges[i], ranges[j]) ** 2) pairs.push(order[i], order[j]);
-      }
-    }
-    this.edges = { step: moment.step, pairs };
-    return pairs;
   }
 
   drawPredators() {
