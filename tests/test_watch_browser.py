@@ -206,6 +206,28 @@ def test_dragging_turns_space_and_double_click_resets(tab: chromium.Tab, tmp_pat
     assert tab.run(pictures) == before
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("width", [400, 1280])
+def test_all_that_happens_is_in_the_window(
+    tab: chromium.Tab, tmp_path: Path, dimension: int, width: int
+) -> None:
+    flock = FLOCK.replace(dimension=dimension)
+    write_page([(spec, built_in(spec).record(3, flock)) for spec in SPECS], tmp_path / "page.html")
+    tab.open((tmp_path / "page.html").as_uri(), width=width)
+    seen = tab.run("""page.runs.flatMap(({ positions, predators, dimension }) =>
+        [positions, predators].flatMap((points) => {
+            const seen = [];
+            for (let at = 0; at < points.length; at += dimension) {
+                const z = dimension === 3 ? points[at + 2] : 0;
+                const [x, y] = page.camera.project(points[at], points[at + 1], z, [0, 0, 0]);
+                seen.push(x / page.camera.width, y / page.camera.height);
+            }
+            return [Math.min(...seen), Math.max(...seen)];
+        }))""")
+    assert min(seen) > 0.01
+    assert max(seen) < 0.99
+
+
 def test_dragging_moves_the_plane_by_as_many_pixels(tab: chromium.Tab, file: str) -> None:
     tab.open(file)
     where = "[...page.camera.project(20, 30, 0, [0, 0, 0])].slice(0, 2)"

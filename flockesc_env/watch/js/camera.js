@@ -3,11 +3,14 @@
 // The view that all panels share: from above onto a plane, in perspective into space.
 
 const TURN_PER_PIXEL = 0.008; // radians
-const START_TURN = { yaw: -0.6, pitch: 1.1 }; // radians; a pitch of 0 looks straight down
+const FROM_ABOVE = { yaw: 0, pitch: 0 }; // radians
+const FROM_ASIDE = { yaw: -0.6, pitch: 1.1 };
+const MARGIN = { plane: 1.1, space: 0.9 }; // window over box; in space nobody gets to the corners of the box
 
 class Camera {
   constructor(isSpatial) {
     this.isSpatial = isSpatial;
+    this.start = isSpatial ? FROM_ASIDE : FROM_ABOVE;
     this.box = null;
     this.width = this.height = 1;
     this.reset();
@@ -16,7 +19,7 @@ class Camera {
   reset() {
     this.zoomFactor = 1;
     this.shift = [0, 0];
-    this.turn = { yaw: 0, pitch: 0, ...(this.isSpatial ? START_TURN : {}) };
+    this.turn = { ...this.start };
     this.update();
   }
 
@@ -59,18 +62,38 @@ class Camera {
     if (!this.box) return;
     const { low, high } = this.box;
     this.center = low.map((value, axis) => (value + high[axis]) / 2);
-    const extent = low.map((value, axis) => Math.max(high[axis] - value, 1)); // a lone agent has none
-    const diagonal = Math.hypot(...extent);
-    this.eye = this.isSpatial ? 2.2 * diagonal : Infinity; // m from the center
-    const fitted = this.isSpatial
-      ? Math.min(this.width / (0.85 * diagonal), this.height / (0.68 * diagonal))
-      : Math.min(this.width / (1.06 * extent[0]), this.height / (1.12 * extent[1]));
-    this.pixelsPerMetre = fitted * this.zoomFactor;
-    const { yaw, pitch } = this.turn;
+    this.eye = this.isSpatial ? 2.2 * Math.hypot(...low.map((value, axis) => high[axis] - value)) : Infinity; // m away
+    this.aim(this.start);
+    this.fitToWindow();
+    this.pixelsPerMetre *= this.zoomFactor;
+    this.aim(this.turn);
+  }
+
+  /** Sets the directions of the window's axes, and out of the window, in those of the flock. */
+  aim({ yaw, pitch }) {
     const [c, s, cp, sp] = [Math.cos(yaw), Math.sin(yaw), Math.cos(pitch), Math.sin(pitch)];
     this.right = [c, s, 0];
     this.up = [-s * cp, c * cp, sp];
     this.toward = [s * sp, -c * sp, cp];
+  }
+
+  /** Chooses the scale with which all corners of the box are seen, and what is in the window's middle. */
+  fitToWindow() {
+    Object.assign(this, { pixelsPerMetre: 1, middle: [0, 0] });
+    const [low, high] = [[Infinity, Infinity], [-Infinity, -Infinity]];
+    for (let corner = 0; corner < 8; corner++) {
+      const at = this.box.low.map((value, axis) => (corner & (1 << axis) ? this.box.high[axis] : value));
+      const seen = this.project(...at, [0, 0, 0]);
+      const offsets = [seen[0] - this.width / 2 - this.shift[0], this.height / 2 + this.shift[1] - seen[1]];
+      offsets.forEach((value, axis) => {
+        low[axis] = Math.min(low[axis], value);
+        high[axis] = Math.max(high[axis], value);
+      });
+    }
+    const margin = this.isSpatial ? MARGIN.space : MARGIN.plane;
+    const extent = high.map((value, axis) => Math.max(value - low[axis], 1)); // a lone agent has none
+    this.pixelsPerMetre = Math.min(this.width / extent[0], this.height / extent[1]) / margin;
+    this.middle = high.map((value, axis) => (value + low[axis]) / 2);
   }
 
   /** Writes x and y in pixels, and pixels per metre at that depth, to `out`. */
@@ -80,9 +103,12 @@ class Camera {
     const dz = z - this.center[2];
     const { right, up, toward } = this;
     const depth = toward[0] * dx + toward[1] * dy + toward[2] * dz;
-    const scale = this.pixelsPerMetre * (this.isSpatial ? this.eye / Math.max(this.eye - depth, 1e-3) : 1);
-    out[0] = this.width / 2 + this.shift[0] + scale * (right[0] * dx + right[1] * dy + right[2] * dz);
-    out[1] = this.height / 2 + this.shift[1] - scale * (up[0] * dx + up[1] * dy + up[2] * dz);
+    const nearness = this.isSpatial ? this.eye / Math.max(this.eye - depth, 1e-3) : 1;
+    const scale = this.pixelsPerMetre * nearness;
+    const across = nearness * (right[0] * dx + right[1] * dy + right[2] * dz) - this.middle[0];
+    const upward = nearness * (up[0] * dx + up[1] * dy + up[2] * dz) - this.middle[1];
+    out[0] = this.width / 2 + this.shift[0] + this.pixelsPerMetre * across;
+    out[1] = this.height / 2 + this.shift[1] - this.pixelsPerMetre * upward;
     out[2] = scale;
     return out;
   }

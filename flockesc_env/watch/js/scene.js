@@ -105,7 +105,7 @@ class Scene {
     }
     const depths = this.depthsOfAgents();
     for (let depth = 0; depth < DEPTHS; depth++) {
-      context.globalAlpha = 0.4 + (0.6 * depth) / (DEPTHS - 1);
+      context.globalAlpha = 0.5 + (0.5 * depth) / (DEPTHS - 1);
       for (const [color, agents] of byColor) drawMarks(color, agents.filter((agent) => depths[agent] === depth));
     }
   }
