@@ -15,11 +15,12 @@ import numpy as np
 import polars as pl
 
 from flockesc_env import Episodes, FlockScenario, FlockSweepResult, rollout, stats, sweep
+from flockesc_env.contenders import Contender
 from flockesc_env.progress import bar
 from flockesc_env.stats import FloatArray
 from training import plots, seeds
 from training.config import CONFIG_FILE, RunRecord, versions
-from training.contenders import Contender, contender
+from training.contenders import contender
 
 RESULTS = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
 

@@ -11,9 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from flockesc_env import FlockScenario, FlockSweepResult, Trajectory, record, stats
+from flockesc_env import FlockScenario, FlockSweepResult, Trajectory, stats
+from flockesc_env.contenders import Contender
 from flockesc_env.stats import FloatArray
-from training.contenders import Contender
 
 Run = tuple[str, Trajectory]
 """Name of a policy, and what the flock did under it."""
@@ -47,13 +47,7 @@ def objective_against_range(
 
 def record_both(baseline: Contender, policy: Contender, scenario: FlockScenario, seed: int) -> list[Run]:
     """Run two policies on the same flock."""
-    return [
-        (
-            entry.name,
-            record(entry.policy, seed, scenario=scenario, per_agent=entry.per_agent, **entry.options),
-        )
-        for entry in (baseline, policy)
-    ]
+    return [(entry.name, entry.record(seed, scenario)) for entry in (baseline, policy)]
 
 
 def flock_over_time(runs: list[Run], folder: Path) -> Path:

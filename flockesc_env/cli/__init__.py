@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 import tyro
 
 from flockesc_env import __version__
-from flockesc_env.cli import bench, paper, replay, simulate, sweep
+from flockesc_env.cli import bench, paper, replay, simulate, sweep, watch
 from flockesc_env.cli.exits import MEANINGS, Exit
 from flockesc_env.cli.flags import registry
 from flockesc_env.cli.output import flush, note, prepare_streams, show
@@ -27,6 +27,7 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "simulate": simulate.run,
     "sweep": sweep.run,
     "paper": paper.run,
+    "watch": watch.run,
     "replay": replay.run,
     "bench": bench.run,
 }

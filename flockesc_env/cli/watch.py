@@ -1,0 +1,95 @@
+"""``flockesc watch``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import Positional, arg
+
+from flockesc_env import records
+from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.flags import Progress, ScenarioFlags, optional, switch
+from flockesc_env.cli.output import check_output, note, require
+from flockesc_env.contenders import NAMES, built_in
+from flockesc_env.errors import ArgumentError
+from flockesc_env.progress import bar
+from flockesc_env.scenario import FlockScenario
+from flockesc_env.simulate import Trajectory
+from flockesc_env.watch import serve, write_page
+
+_Runs = list[tuple[str, Trajectory]]
+_PAGE, _VIDEOS = ".html", (".mp4", ".gif")
+
+
+def run(
+    files: Annotated[
+        Positional[tuple[Path, ...]],
+        arg(
+            help="recorded runs (.npz) of a flock, to be shown side by side",
+            metavar="[FILE ..]",
+            help_behavior_hint="(default: none, the policies are run)",
+        ),
+    ],
+    scenario: ScenarioFlags,
+    *,
+    policies: Annotated[
+        tuple[str, ...], arg(help=f"policies to run where no files are given: {', '.join(NAMES)}")
+    ] = ("fixed:15", "stubborn-leaders"),
+    seed: Annotated[int, arg(help="seed of the flock")] = 0,
+    output: Annotated[
+        Path | None,
+        *optional(
+            "write a file and end: a page (.html), or a video (.mp4, .gif; needs the video extra)",
+            "serve the page to this machine's browser",
+        ),
+    ] = None,
+    port: Annotated[int, arg(help="port of the served page; 0: any that is free")] = 0,
+    no_browser: Annotated[bool, switch("print the address of the served page, open nothing")] = False,
+    progress: Progress = False,
+) -> Exit:
+    """Watch flocks in the browser: recorded runs, or policies on one flock.
+
+    The served page runs the flock anew as its range slider moves; Ctrl-C stops it.
+
+    Example: flockesc watch --policies fixed:10 stubborn-leaders --seed 7
+    """
+    check_output(output, [_PAGE, *_VIDEOS])
+    chosen = scenario.build()
+    if not isinstance(chosen, FlockScenario):
+        raise ArgumentError("model", "flock", "line")
+    runs = _recorded(files) if files else [(name, built_in(name).record(seed, chosen)) for name in policies]
+    if not runs:
+        raise ArgumentError("policies", "at least one", "none")
+    if output is None:
+        first = runs[0][1]
+        shown = first.scenario if files else chosen
+        start = seed if first.seed is None else first.seed
+        serve(runs, scenario=shown, seed=start, port=port, open_browser=not no_browser)
+        return Exit.DONE
+    if output.suffix == _PAGE:
+        write_page(runs, output)
+    else:
+        _write_video(runs, output, always=progress)
+    note(f"saved: {output}")
+    return Exit.DONE
+
+
+def _write_video(runs: _Runs, path: Path, *, always: bool) -> None:
+    for module in ("pygame", "imageio_ffmpeg"):
+        require(module, "video", "output")
+    from flockesc_env.video import write_video
+
+    frames = max(run.scenario.num_steps for _, run in runs) + 1
+    with bar("Video", frames, always=always) as report:
+        write_video(runs, path, progress=report)
+
+
+def _recorded(files: tuple[Path, ...]) -> _Runs:
+    runs = []
+    for path in files:
+        run = records.load(path).trajectory
+        if not isinstance(run, Trajectory):
+            raise ArgumentError("files", "runs of a flock", f"a line in {path}")
+        runs.append((path.stem, run))
+    return runs

@@ -1,0 +1,71 @@
+"""Built-in policies by name, each with the view and the options that it is made for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+from flockesc_env.errors import ArgumentError
+from flockesc_env.options import EnvOptions
+from flockesc_env.policies import FixedRange, Policy, RandomRange, StubbornLeaders
+from flockesc_env.rollout import record
+from flockesc_env.scenario import FlockScenario
+from flockesc_env.simulate import Trajectory
+
+NAMES = ("fixed:RHO", "random", "stubborn-leaders", "stubborn-leaders-local")
+"""What ``built_in`` knows: the same range rho in m for all, ranges at random, and the rule of thumb with the
+predator visible at any distance, or only within its range."""
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A policy with the view and the options that it was made for.
+
+    Attributes:
+        name: how tables and figures call it.
+        policy: the policy.
+        per_agent: whether it sets one range per agent.
+        options: environment options (``EnvOptions``).
+    """
+
+    name: str
+    policy: Policy
+    per_agent: bool = False
+    options: dict[str, Any] = field(default_factory=dict)
+
+    def record(self, seed: int, scenario: FlockScenario | None = None) -> Trajectory:
+        """Run the policy on one flock and record all of it; see ``flockesc_env.record``."""
+        return record(self.policy, seed, scenario=scenario, per_agent=self.per_agent, **self.options)
+
+
+def built_in(name: str, argument: str = "policies") -> Contender:
+    """Make a contender of a built-in policy's name.
+
+    Args:
+        name: one of ``NAMES``, with a number for RHO.
+        argument: what an error calls the argument that the name came in.
+
+    Raises:
+        ArgumentError: if there is no such policy.
+    """
+    if name.startswith("fixed:"):
+        rho = _range(name.removeprefix("fixed:"))
+        if rho is not None:
+            return Contender(name, FixedRange(rho), options={"max_range": max(rho, EnvOptions.max_range)})
+    if name == "random":
+        return Contender(name, RandomRange(0), per_agent=True)
+    if name == "stubborn-leaders":
+        return Contender(name, StubbornLeaders(), per_agent=True, options={"predator_sensing_range": None})
+    if name == "stubborn-leaders-local":
+        return Contender(name, StubbornLeaders(), per_agent=True)
+    raise ArgumentError(argument, f"one of {', '.join(NAMES)}", repr(name))
+
+
+def _range(text: str) -> float | None:
+    """Return a range in m, or ``None`` if the text is none."""
+    try:
+        rho = float(text)
+    except ValueError:
+        return None
+    return rho if math.isfinite(rho) and rho >= 0 else None

@@ -1,0 +1,91 @@
+"""A run as the page takes it: JSON, with columns of numbers as compressed typed arrays in base64."""
+
+from __future__ import annotations
+
+import json
+import zlib
+from base64 import b64encode
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flockesc_env.errors import ArgumentError
+from flockesc_env.graph import component_labels
+from flockesc_env.simulate import Trajectory
+
+Run = tuple[str, Trajectory]
+"""Name, and what the flock did."""
+
+
+def check_runs(runs: Sequence[Run]) -> None:
+    """Refuse what cannot be shown side by side.
+
+    Raises:
+        ArgumentError: for no runs, a run that is no named run of a flock, or runs in the plane beside runs in
+            space.
+    """
+    if not runs:
+        raise ArgumentError("runs", "at least one run", "none")
+    for index, run in enumerate(runs):
+        match run:
+            case (str(), Trajectory()):
+                pass
+            case _:
+                raise ArgumentError(f"runs[{index}]", "a name and a Trajectory", repr(run)[:80])
+    dimensions = {trajectory.scenario.dimension for _, trajectory in runs}
+    if len(dimensions) > 1:
+        raise ArgumentError("runs", "all in the plane or all in space", "both")
+
+
+def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
+    """Return a run of T steps as an object for ``json.dumps``.
+
+    ``ranges`` and ``labels`` have an entry per time 0..T: of the step that begins then, at T of the step that
+    has ended, as ``Trajectory.num_components`` counts. ``lowRange`` and ``highRange`` are a standard
+    deviation away from the mean over agents, within the ranges that occur.
+    """
+    in_force = trajectory.interaction_ranges
+    ranges = np.concatenate([in_force, in_force[-1:]])
+    per_time = ranges[:, 0] if ranges.shape[1] == 1 else ranges
+    labels = np.array(
+        [component_labels(*state) for state in zip(trajectory.positions, per_time, strict=True)]
+    )
+    mean, deviation = ranges.mean(axis=1), ranges.std(axis=1)
+    columns = {
+        "times": _column(trajectory.times),
+        "positions": _column(trajectory.positions),
+        "headings": _headings(trajectory.velocities),
+        "labels": _column(labels, "<u2" if labels.max() < 2**16 else "<u4"),
+        "ranges": _column(ranges),
+        "predators": _column(trajectory.predator_positions),
+        "meanDistance": _column(trajectory.mean_distance),
+        "minDistance": _column(trajectory.min_distance),
+        "lowestMean": _column(np.minimum.accumulate(trajectory.mean_distance)),
+        "meanRange": _column(mean),
+        "lowRange": _column(np.maximum(mean - deviation, ranges.min(axis=1))),
+        "highRange": _column(np.minimum(mean + deviation, ranges.max(axis=1))),
+        "numComponents": _column(trajectory.num_components, "<u4"),
+    }
+    return {
+        "name": name,
+        "seed": None
+        if trajectory.seed is None
+        else str(trajectory.seed),  # 64 bits do not fit into a JS number
+        "scenario": json.loads(trajectory.scenario.to_json()),
+        "columns": columns,
+    }
+
+
+def _headings(velocities: NDArray[np.float64]) -> dict[str, Any]:
+    """Pack unit vectors into signed bytes, 127 for 1; an agent at rest has none."""
+    speed = np.linalg.norm(velocities, axis=-1, keepdims=True)
+    unit = np.divide(velocities, speed, out=np.zeros_like(velocities), where=speed > 0)
+    return _column(np.rint(unit * 127), "|i1")
+
+
+def _column(values: NDArray[Any], dtype: str = "<f4") -> dict[str, Any]:
+    packed = np.ascontiguousarray(values, dtype=dtype)
+    data = b64encode(zlib.compress(packed.tobytes())).decode()
+    return {"dtype": packed.dtype.name, "shape": packed.shape, "data": data}

@@ -1,0 +1,167 @@
+"use strict";
+
+// Curves of all runs against time, with a cursor at the current time.
+
+const CHART_HEIGHT = 190; // px
+const AXIS_FONT = "11px system-ui, sans-serif";
+
+// A chart's series per run: column, and how it is drawn. `steps` holds a value from its time to the next.
+const CHARTS = [
+  {
+    title: "Distance to the predator (m)",
+    key: "solid: mean, dashed: nearest agent, dot: objective",
+    series: [
+      { column: "lowestMean", width: 1, alpha: 0.55 },
+      { column: "minDistance", width: 1.25, dash: [5, 4] },
+      { column: "meanDistance", width: 2 },
+    ],
+    objective: "lowestMean",
+  },
+  {
+    title: "Interaction range (m)",
+    key: "line: mean over agents, shade: standard deviation",
+    series: [
+      { column: "lowRange", width: 0, steps: true },
+      { column: "highRange", width: 0, steps: true },
+      { column: "meanRange", width: 2, steps: true },
+    ],
+    band: [1, 0],
+  },
+  {
+    title: "Connected components",
+    key: "of the neighbor graph, on a logarithmic scale",
+    series: [{ column: "numComponents", width: 2, steps: true }],
+    isLogarithmic: true,
+  },
+];
+
+class Curves {
+  constructor(container, player, runs, theme) {
+    Object.assign(this, { player, runs, theme });
+    this.charts = CHARTS.map((spec) => this.build(spec, container));
+    player.addEventListener("change", () => this.moveCursor());
+    new ResizeObserver(() => this.resize()).observe(container);
+  }
+
+  /** Draws as many other runs. */
+  setRuns(runs) {
+    this.runs = runs;
+    this.charts.forEach((chart, at) => chart.setData(this.dataOf(CHARTS[at])));
+    this.moveCursor();
+  }
+
+  /** Draws again, for example in the colors of another theme. */
+  redraw(theme) {
+    this.theme = theme;
+    this.charts.forEach((chart) => chart.redraw(false));
+  }
+
+  build(spec, container) {
+    const place = element("div", { className: "chart" }, element("h3", {}, spec.title), element("p", {}, spec.key));
+    container.append(place);
+    const chart = new uPlot(this.optionsOf(spec, place.clientWidth), this.dataOf(spec), place);
+    chart.now = element("div", { className: "now" });
+    chart.over.append(chart.now);
+    this.bindScrubbing(chart);
+    return chart;
+  }
+
+  dataOf({ series }) {
+    const tables = this.runs.map((run) => [
+      Array.from(run.times),
+      ...series.map(({ column }) => Array.from(run[column], (value) => (Number.isFinite(value) ? value : null))),
+    ]);
+    return uPlot.join(tables);
+  }
+
+  optionsOf(spec, width) {
+    const axis = { stroke: () => this.theme.muted, font: AXIS_FONT, ticks: { show: false } };
+    const grid = { stroke: () => this.theme.grid, width: 1 };
+    const color = (at) => this.theme.runs[at % this.theme.runs.length];
+    const perRun = spec.series.length;
+    const series = this.runs.flatMap((_, at) =>
+      spec.series.map(({ width: lineWidth, dash, steps, alpha = 1 }) => ({
+        stroke: () => color(at),
+        width: lineWidth,
+        alpha,
+        dash,
+        points: { show: false },
+        paths: steps ? uPlot.paths.stepped({ align: 1 }) : undefined,
+      })),
+    );
+    const bands = this.runs.flatMap((_, at) =>
+      spec.band
+        ? [{ series: spec.band.map((index) => 1 + at * perRun + index), fill: () => `${color(at)}26` }]
+        : [],
+    );
+    return {
+      width,
+      height: CHART_HEIGHT,
+      legend: { show: false },
+      cursor: { x: false, y: false, points: { show: false }, drag: { x: false, y: false } },
+      scales: {
+        x: { time: false },
+        y: spec.isLogarithmic
+          ? { distr: 3, range: (_, low, high) => [1, Math.max(10, high)] }
+          : { range: (_, low, high) => [0, (high || 1) * 1.08] },
+      },
+      axes: [
+        { ...axis, grid: { show: false }, size: 34, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
+        { ...axis, grid, size: 44 },
+      ],
+      series: [{}, ...series],
+      bands,
+      hooks: { draw: spec.objective ? [(chart) => this.drawObjectives(chart, spec.objective)] : [] },
+    };
+  }
+
+  /** Marks every run's objective where it is reached. */
+  drawObjectives(chart, column) {
+    const { ctx: context } = chart;
+    const density = window.devicePixelRatio || 1;
+    context.save();
+    context.font = `600 ${11.5 * density}px system-ui, sans-serif`;
+    context.textAlign = "center";
+    context.lineJoin = "round";
+    this.runs.forEach((run, at) => {
+      const objective = run[column][run.numSteps];
+      if (!Number.isFinite(objective)) return;
+      const x = chart.valToPos(run.times[run[column].indexOf(objective)], "x", true);
+      const y = chart.valToPos(objective, "y", true);
+      context.fillStyle = this.theme.runs[at % this.theme.runs.length];
+      context.strokeStyle = this.theme.page;
+      context.lineWidth = 3 * density;
+      context.beginPath();
+      context.arc(x, y, 4.5 * density, 0, 2 * Math.PI);
+      context.stroke();
+      context.fill();
+      const label = [objective.toFixed(1), x, y + (at % 2 ? -9 : 17) * density]; // neighbors do not meet
+      context.strokeText(...label);
+      context.fillText(...label);
+    });
+    context.restore();
+  }
+
+  bindScrubbing(chart) {
+    const seek = (event) => this.player.seek(chart.posToVal(event.clientX - chart.over.getBoundingClientRect().left, "x"));
+    chart.over.addEventListener("pointerdown", (event) => {
+      chart.over.setPointerCapture(event.pointerId);
+      this.player.pause();
+      seek(event);
+    });
+    chart.over.addEventListener("pointermove", (event) => chart.over.hasPointerCapture(event.pointerId) && seek(event));
+  }
+
+  moveCursor() {
+    for (const chart of this.charts) {
+      chart.now.style.transform = `translateX(${chart.valToPos(this.player.time, "x")}px)`;
+    }
+  }
+
+  resize() {
+    this.charts.forEach((chart) => {
+      chart.setSize({ width: chart.root.parentElement.clientWidth, height: CHART_HEIGHT });
+    });
+    this.moveCursor();
+  }
+}

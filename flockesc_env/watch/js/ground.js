@@ -1,0 +1,90 @@
+"use strict";
+
+// What gives a scene its scale: a grid in m with axes on a plane, a floor in space, and a bar.
+
+const LABEL_FONT = "11px system-ui, sans-serif";
+
+/** The round number (1, 2 or 5 times a power of ten) next below a length. */
+function roundBelow(length) {
+  const power = 10 ** Math.floor(Math.log10(length));
+  return [5, 2, 1].find((digit) => digit * power <= length) * power;
+}
+
+/** A multiple of a spacing without what floating point added to it. */
+function rounded(value) {
+  return String(Number(value.toPrecision(9)));
+}
+
+function drawGround(context, camera, theme) {
+  context.lineWidth = 1;
+  context.strokeStyle = camera.isSpatial ? theme.line : theme.grid;
+  context.fillStyle = theme.muted;
+  context.font = LABEL_FONT;
+  if (camera.isSpatial) drawFloor(context, camera);
+  else drawAxes(context, camera);
+}
+
+function multiples(low, high, spacing) {
+  const first = Math.ceil(low / spacing);
+  return Array.from({ length: Math.floor(high / spacing) - first + 1 }, (_, at) => (first + at) * spacing);
+}
+
+function drawAxes(context, camera) {
+  const { width, height } = camera;
+  const spacing = roundBelow(110 / camera.pixelsPerMetre);
+  const [left, top] = camera.unproject(0, 0);
+  const [right, bottom] = camera.unproject(width, height);
+  const out = [0, 0, 0];
+  context.textAlign = "center";
+  context.textBaseline = "bottom";
+  for (const x of multiples(left, right, spacing)) {
+    const [at] = camera.project(x, 0, 0, out);
+    line(context, at, 0, at, height);
+    if (at > 40 && at < width - 30) context.fillText(rounded(x), at, height - 4);
+  }
+  context.textAlign = "left";
+  context.textBaseline = "middle";
+  for (const y of multiples(bottom, top, spacing)) {
+    const [, at] = camera.project(0, y, 0, out);
+    line(context, 0, at, width, at);
+    if (at > 12 && at < height - 26) context.fillText(rounded(y), 5, at);
+  }
+}
+
+function drawFloor(context, camera) {
+  const { low, high } = camera.box;
+  const spacing = roundBelow(110 / camera.pixelsPerMetre);
+  const [x0, x1, y0, y1] = [low[0], high[0], low[1], high[1]].map(
+    (value, at) => (at % 2 ? Math.ceil(value / spacing) : Math.floor(value / spacing)) * spacing,
+  );
+  const between = (from, to) => {
+    const [ax, ay] = camera.project(...from, low[2], [0, 0, 0]);
+    const [bx, by] = camera.project(...to, low[2], [0, 0, 0]);
+    line(context, ax, ay, bx, by);
+  };
+  for (const x of multiples(x0, x1, spacing)) between([x, y0], [x, y1]);
+  for (const y of multiples(y0, y1, spacing)) between([x0, y], [x1, y]);
+}
+
+/** In space it holds at the depth of the center. */
+function drawScaleBar(context, camera, theme) {
+  const length = roundBelow(120 / camera.pixelsPerMetre);
+  const right = camera.width - 14;
+  const left = right - length * camera.pixelsPerMetre;
+  const y = camera.height - 26;
+  context.strokeStyle = context.fillStyle = theme.ink;
+  context.lineWidth = 1.5;
+  for (const x of [left, right]) line(context, x, y - 4, x, y + 4);
+  line(context, left, y, right, y);
+  context.font = LABEL_FONT;
+  context.textAlign = "center";
+  context.textBaseline = "bottom";
+  context.fillText(`${rounded(length)} m`, (left + right) / 2, y - 4);
+}
+
+function line(context, x0, y0, x1, y1) {
+  context.beginPath();
+  context.moveTo(x0, y0);
+  context.lineTo(x1, y1);
+  context.stroke();
+}

@@ -1,0 +1,54 @@
+"use strict";
+
+// Gives the largest components colors that stay with them while they split, merge and lose agents.
+
+const NUM_GROUP_COLORS = 5;
+const OTHER_GROUP = NUM_GROUP_COLORS; // a component smaller than those with colors
+const ALONE = NUM_GROUP_COLORS + 1; // a component of one agent
+
+/** Color index of every agent at every time. */
+function trackGroups({ labels, numAgents, numSteps }) {
+  const groups = new Uint8Array(labels.length).fill(ALONE);
+  let before = null;
+  for (let step = 0; step <= numSteps; step++) {
+    const now = groups.subarray(step * numAgents, (step + 1) * numAgents);
+    const components = largestFirst(labels.subarray(step * numAgents, (step + 1) * numAgents));
+    colorComponents(components, before, now);
+    before = now;
+  }
+  return groups;
+}
+
+/** Lists of the agents of every component of two agents or more. */
+function largestFirst(labels) {
+  const members = new Map();
+  labels.forEach((label, agent) => {
+    if (!members.has(label)) members.set(label, []);
+    members.get(label).push(agent);
+  });
+  return [...members.values()].filter((agents) => agents.length > 1).sort((a, b) => b.length - a.length);
+}
+
+/** A component keeps the color that most of its agents had, unless a larger one has kept it; others get a free one. */
+function colorComponents(components, before, now) {
+  const free = new Set(Array(NUM_GROUP_COLORS).keys());
+  const waiting = [];
+  const paint = (agents, color) => agents.forEach((agent) => (now[agent] = color));
+  for (const agents of components.slice(0, NUM_GROUP_COLORS)) {
+    const votes = Array(NUM_GROUP_COLORS).fill(0);
+    if (before) agents.forEach((agent) => before[agent] < NUM_GROUP_COLORS && votes[before[agent]]++);
+    const color = [...free].reduce((best, next) => (votes[next] > votes[best] ? next : best));
+    if (votes[color] > 0) {
+      free.delete(color);
+      paint(agents, color);
+    } else {
+      waiting.push(agents);
+    }
+  }
+  for (const agents of waiting) {
+    const [color] = free;
+    free.delete(color);
+    paint(agents, color);
+  }
+  for (const agents of components.slice(NUM_GROUP_COLORS)) paint(agents, OTHER_GROUP);
+}

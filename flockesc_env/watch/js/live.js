@@ -1,0 +1,96 @@
+"use strict";
+
+// Controls of a served page: which flock, and which policy in every panel. The server runs it; nothing is
+// simulated here.
+
+const SLIDER_STEP = 0.5; // m
+const SLIDER_START = 13.5; // m
+
+/** Works on the latest question only: what is asked while one is under way replaces what waits. */
+class LatestOnly {
+  constructor(work) {
+    this.work = work;
+    this.isBusy = false;
+  }
+
+  async ask(question) {
+    this.waiting = [question];
+    if (this.isBusy) return;
+    this.isBusy = true;
+    try {
+      while (this.waiting.length) await this.work(this.waiting.pop());
+    } finally {
+      this.isBusy = false;
+    }
+  }
+}
+
+class Live {
+  constructor(options, panels, replaceRun) {
+    this.options = options;
+    this.seed = document.getElementById("seed");
+    this.message = document.getElementById("message");
+    this.replaceRun = replaceRun;
+    this.seed.value = options.seed;
+    this.controls = panels.map((panel) => this.addControls(panel));
+    const runAll = () => this.controls.forEach((control) => control.run());
+    this.seed.addEventListener("input", runAll);
+    const form = document.getElementById("live");
+    form.addEventListener("submit", (event) => event.preventDefault());
+    document.getElementById("next-seed").addEventListener("click", () => {
+      if (!/^\d+$/.test(this.seed.value)) return;
+      this.seed.value = BigInt(this.seed.value) + 1n; // seeds have 64 bits
+      runAll();
+    });
+    form.hidden = false;
+  }
+
+  addControls(panel) {
+    const recorded = panel.run;
+    const start = this.options.panels[panel.index];
+    const select = element("select", { ariaLabel: "Policy" });
+    if (start === null) select.append(new Option(`${recorded.name} (recorded)`, ""));
+    for (const name of this.options.policies) {
+      select.append(new Option(name === "fixed:RHO" ? "fixed range" : name, name));
+    }
+    const slider = element("input", {
+      type: "range",
+      min: 0,
+      max: Math.max(this.options.maxRange, start?.split(":")[1] ?? 0),
+      step: "any", // the start may lie between the steps of a drag
+      ariaLabel: "Interaction range in m",
+    });
+    const shown = element("output");
+    const isFixed = start?.startsWith("fixed:");
+    select.value = isFixed ? "fixed:RHO" : (start ?? "");
+    slider.value = isFixed ? start.slice("fixed:".length) : SLIDER_START;
+    const show = () => {
+      slider.hidden = shown.hidden = select.value !== "fixed:RHO";
+      shown.value = `${slider.value} m`;
+    };
+    show();
+    const latest = new LatestOnly(async (query) => {
+      const shownNext = query.policy === "" ? recorded : await this.fetchRun(query);
+      if (shownNext) this.replaceRun(panel.index, shownNext);
+    });
+    const run = () => {
+      show();
+      latest.ask({ seed: this.seed.value, policy: select.value.replace("RHO", slider.value) });
+    };
+    select.addEventListener("change", run);
+    slider.addEventListener("input", () => {
+      slider.value = Math.round(slider.value / SLIDER_STEP) * SLIDER_STEP;
+      run();
+    });
+    panel.head.append(element("div", { className: "policy" }, select, slider, shown));
+    return { run, select, slider };
+  }
+
+  /** The run that a query asks for, or nothing and a message. */
+  async fetchRun(query) {
+    const response = await fetch(`run?${new URLSearchParams(query)}`).catch(() => null);
+    const answer = await response?.json();
+    this.message.value = response ? (answer.message ?? "") : "The server does not answer any more.";
+    return response?.ok ? decodeRun(answer) : null;
+  }
+}

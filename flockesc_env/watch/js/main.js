@@ -1,0 +1,119 @@
+"use strict";
+
+// Puts the page together.
+
+class Page {
+  constructor(runs, { versions, live }) {
+    this.runs = runs;
+    this.player = new Player();
+    this.camera = new Camera(runs[0].dimension === 3);
+    this.look = { theme: readTheme() };
+    document.body.classList.toggle("single", runs.length === 1);
+    this.panels = runs.map((_, index) => new Panel(index, this.camera, () => this.draw()));
+    document.getElementById("panels").append(...this.panels.map((panel) => panel.root));
+    this.curves = new Curves(document.getElementById("charts"), this.player, runs, this.look.theme);
+    this.panels.forEach((panel, index) => panel.setRun(runs[index], runs[0].seed));
+    this.versions = versions;
+    describe(runs[0], versions);
+    bindPlayer(this.player);
+    this.bindLooks();
+    this.player.addEventListener("change", () => this.draw());
+    new ResizeObserver(() => this.draw()).observe(document.getElementById("panels"));
+    this.showRuns();
+    this.player.seek(Number(new URLSearchParams(location.hash.slice(1)).get("t")) || 0); // #t=4.5
+    if (live) this.live = new Live(live, this.panels, (index, run) => this.replaceRun(index, run));
+  }
+
+  /** Shows another run in a panel, at the current time. */
+  replaceRun(index, run) {
+    const isOtherFlock = run.seed !== this.runs[index].seed;
+    this.runs[index] = run;
+    if (isOtherFlock) this.box = undefined;
+    this.panels.forEach((panel, at) => panel.setRun(this.runs[at], this.runs[0].seed));
+    describe(this.runs[0], this.versions);
+    this.showRuns();
+  }
+
+  showRuns() {
+    const { runs } = this;
+    this.box = boxAround(runs, this.box); // only grows, so that the view is calm while a slider is dragged
+    this.camera.fit(this.box);
+    this.look.largestRange = runs.reduce((largest, run) => Math.max(largest, run.largestRange), 0);
+    this.showKey();
+    this.curves.setRuns(runs);
+    const durations = runs.map((run) => run.numSteps * run.timeStep);
+    this.player.setDuration(Math.max(...durations), Math.min(...runs.map((run) => run.timeStep)));
+  }
+
+  draw() {
+    this.panels.forEach((panel) => panel.draw(this.player.time, this.look));
+  }
+
+  bindLooks() {
+    const readLooks = () => {
+      this.look.color = document.getElementById("color").value;
+      for (const id of ["trails", "edges", "discs"]) this.look[id] = document.getElementById(id).checked;
+    };
+    const redraw = () => {
+      this.showKey();
+      this.draw();
+    };
+    readLooks();
+    document.getElementById("looks").addEventListener("change", () => {
+      readLooks();
+      redraw();
+    });
+    document.getElementById("hint").textContent = this.camera.isSpatial
+      ? "drag turns, ctrl + wheel zooms, double click resets"
+      : "drag moves, ctrl + wheel zooms, double click resets";
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+      this.look.theme = readTheme();
+      this.curves.redraw(this.look.theme);
+      redraw();
+    });
+  }
+
+  /** What the colors mean. */
+  showKey() {
+    const { theme, color, largestRange } = this.look;
+    const dot = (background) => {
+      const swatch = element("i");
+      swatch.style.background = background;
+      return swatch;
+    };
+    const key = document.getElementById("key");
+    if (color === "range") {
+      const ramp = dot(`linear-gradient(90deg, ${theme.rampStops})`);
+      ramp.className = "ramp";
+      key.replaceChildren("0", ramp, `${Number(largestRange.toFixed(1))} m`);
+    } else {
+      const named = theme.groups.slice(0, NUM_GROUP_COLORS).map(dot);
+      key.replaceChildren(...named, "largest", dot(theme.groups[OTHER_GROUP]), "others", dot(theme.groups[ALONE]), "alone");
+    }
+  }
+}
+
+/** Writes the head of the page: the scenario, the seed and the versions. */
+function describe({ scenario, seed }, versions) {
+  const seconds = Number((scenario.num_steps * scenario.time_step).toFixed(2));
+  const facts = [
+    `${scenario.num_agents} agents in ${scenario.dimension === 3 ? "space" : "the plane"}`,
+    `${seconds} s in ${scenario.num_steps} steps`,
+    scenario.predators.length ? `predator felt within ${scenario.predator_range} m` : "no predator",
+    seed === null ? "given start" : `seed ${seed}`,
+    `flockesc-env ${versions["flockesc-env"]}`,
+  ];
+  document.getElementById("facts").textContent = facts.join(" \u00b7 ");
+  const rows = [...Object.entries(scenario), ...Object.entries(versions)].map(([name, value]) => {
+    const isPart = typeof value === "object";
+    const text = isPart ? JSON.stringify(value) : String(value);
+    return element("div", { className: isPart ? "wide" : "" }, element("dt", {}, name), element("dd", {}, text));
+  });
+  document.getElementById("parameters").replaceChildren(...rows);
+}
+
+const startedPage = (async () => {
+  const content = JSON.parse(document.getElementById("document").textContent);
+  const runs = await Promise.all(content.runs.map(decodeRun));
+  return new Page(runs, content);
+})();

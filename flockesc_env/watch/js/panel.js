@@ -1,0 +1,95 @@
+"use strict";
+
+// One run: its name, its scene and its numbers at the current time.
+
+const STATS = [
+  ["meanDistance", "mean distance"],
+  ["minDistance", "nearest agent"],
+  ["lowestMean", "lowest mean so far"],
+  ["numComponents", "components"],
+  ["range", "interaction range"],
+];
+
+function element(tag, attributes = {}, ...children) {
+  const made = Object.assign(document.createElement(tag), attributes);
+  made.append(...children);
+  return made;
+}
+
+class Panel {
+  constructor(index, camera, redraw) {
+    this.title = element("h2");
+    this.note = element("span", { className: "note" });
+    this.head = element("header", {}, this.title, this.note);
+    this.canvas = element("canvas");
+    this.values = Object.fromEntries(STATS.map(([key]) => [key, element("dd")]));
+    const stats = STATS.map(([key, text]) => element("div", {}, element("dt", {}, text), this.values[key]));
+    this.root = element(
+      "article",
+      { className: "panel" },
+      this.head,
+      this.canvas,
+      element("dl", { className: "stats" }, ...stats),
+    );
+    this.index = index;
+    this.scene = new Scene(this.canvas, camera);
+    bindCamera(this.canvas, camera, redraw);
+  }
+
+  setRun(run, seedOfPage) {
+    this.run = run;
+    this.scene.setRun(run);
+    this.title.textContent = run.name;
+    this.note.textContent = run.seed === seedOfPage ? "" : run.seed === null ? "given start" : `seed ${run.seed}`;
+    this.canvas.setAttribute("role", "img");
+    this.canvas.setAttribute("aria-label", `Flock under ${run.name}`);
+  }
+
+  draw(time, look) {
+    this.root.style.setProperty("--run", look.theme.runs[this.index % look.theme.runs.length]);
+    this.scene.draw(time, look);
+    const { run, values } = this;
+    const { step } = stepAt(run, time);
+    for (const key of ["meanDistance", "minDistance", "lowestMean"]) {
+      const value = run[key][step];
+      values[key].replaceChildren(...(Number.isFinite(value) ? quantity(value.toFixed(1)) : ["-"]));
+    }
+    values.numComponents.textContent = run.numComponents[step];
+    const [mean, low, high] = [run.meanRange[step], run.lowRange[step], run.highRange[step]];
+    const spread = high > low ? element("small", {}, ` (${low.toFixed(0)} to ${high.toFixed(0)})`) : "";
+    values.range.replaceChildren(...quantity(mean.toFixed(1)), spread);
+  }
+}
+
+function quantity(metres) {
+  return [metres, element("small", {}, " m")];
+}
+
+/** Drag, pinch or ctrl and wheel, double click. */
+function bindCamera(canvas, camera, redraw) {
+  let last;
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    last = event;
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    if (!canvas.hasPointerCapture(event.pointerId)) return;
+    camera.drag(event.clientX - last.clientX, event.clientY - last.clientY);
+    last = event;
+    redraw();
+  });
+  canvas.addEventListener(
+    "wheel",
+    (event) => {
+      if (!event.ctrlKey && !event.metaKey) return; // the page scrolls
+      event.preventDefault();
+      camera.zoom(Math.exp(-event.deltaY / 300), event.offsetX, event.offsetY);
+      redraw();
+    },
+    { passive: false },
+  );
+  canvas.addEventListener("dblclick", () => {
+    camera.reset();
+    redraw();
+  });
+}

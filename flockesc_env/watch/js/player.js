@@ -1,0 +1,82 @@
+"use strict";
+
+// The clock of the page: time in s, playing or not.
+
+class Player extends EventTarget {
+  constructor() {
+    super();
+    Object.assign(this, { time: 0, duration: 0, timeStep: 1, speed: 1, isPlaying: false });
+  }
+
+  setDuration(duration, timeStep) {
+    Object.assign(this, { duration, timeStep });
+    this.seek(this.time);
+  }
+
+  seek(time) {
+    this.time = Math.min(Math.max(time, 0), this.duration);
+    this.dispatchEvent(new Event("change"));
+  }
+
+  /** Moves to a whole step, some steps away. */
+  stepBy(steps) {
+    this.pause();
+    this.seek((Math.round(this.time / this.timeStep) + steps) * this.timeStep);
+  }
+
+  toggle() {
+    if (this.isPlaying) this.pause();
+    else this.play();
+  }
+
+  play() {
+    if (this.time >= this.duration) this.time = 0;
+    this.isPlaying = true;
+    let before = performance.now();
+    const advance = (now) => {
+      if (!this.isPlaying) return;
+      const passed = Math.max(now - before, 0) / 1000;
+      before = now;
+      if (this.time + passed * this.speed >= this.duration) this.isPlaying = false;
+      this.seek(this.time + passed * this.speed);
+      requestAnimationFrame(advance);
+    };
+    requestAnimationFrame(advance);
+    this.dispatchEvent(new Event("change"));
+  }
+
+  pause() {
+    this.isPlaying = false;
+    this.dispatchEvent(new Event("change"));
+  }
+}
+
+/** Ties a player to the buttons and keys of the page. */
+function bindPlayer(player) {
+  const [play, scrub, time, speed] = ["play", "scrub", "time", "speed"].map((id) => document.getElementById(id));
+  play.addEventListener("click", () => player.toggle());
+  scrub.addEventListener("input", () => player.seek(Number(scrub.value)));
+  speed.addEventListener("change", () => (player.speed = Number(speed.value)));
+  player.addEventListener("change", () => {
+    play.textContent = player.isPlaying ? "\u275a\u275a" : "\u25b6\ufe0e";
+    play.setAttribute("aria-label", player.isPlaying ? "Pause" : "Play");
+    Object.assign(scrub, { max: player.duration, step: player.timeStep / 10, value: player.time });
+    time.textContent = `${player.time.toFixed(2)} of ${player.duration.toFixed(0)} s`;
+  });
+  const second = () => Math.max(1, Math.round(1 / player.timeStep));
+  const keys = {
+    " ": () => player.toggle(),
+    ArrowLeft: (event) => player.stepBy(event.shiftKey ? -second() : -1),
+    ArrowRight: (event) => player.stepBy(event.shiftKey ? second() : 1),
+    Home: () => player.seek(0),
+    End: () => player.seek(player.duration),
+  };
+  document.addEventListener("keydown", (event) => {
+    const isScrub = event.target === scrub;
+    const isOthers = !isScrub && event.target.closest("input:not([type=checkbox]), select, summary");
+    const isPress = event.key === " " && event.target.closest("button, input[type=checkbox]");
+    if (!(event.key in keys) || isOthers || isPress || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    keys[event.key](event);
+  });
+}
