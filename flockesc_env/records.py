@@ -28,10 +28,12 @@ class Record:
 
     Attributes:
         trajectory: the run.
+        name: what it was saved under, for example that of its policy; may be empty.
         versions: of Python and of the packages that it was recorded with.
     """
 
     trajectory: Trajectory | LineTrajectory
+    name: str
     versions: dict[str, str]
 
 
@@ -40,10 +42,15 @@ def versions() -> dict[str, str]:
     return {"python": python_version(), **{name: version(name) for name in _PACKAGES}}
 
 
-def save(trajectory: Trajectory | LineTrajectory, path: str | Path) -> None:
+def save(trajectory: Trajectory | LineTrajectory, path: str | Path, *, name: str = "") -> None:
     """Write a run to a file, one array per attribute.
 
-    An older file of that name stays whole until the new one is complete.
+    An older file stays whole until the new one is complete.
+
+    Args:
+        trajectory: the run.
+        path: where to.
+        name: what to call it, for example after its policy.
     """
     model = "flock" if isinstance(trajectory, Trajectory) else "line"
     columns = {name: getattr(trajectory, name) for name in _columns(type(trajectory))}
@@ -51,6 +58,7 @@ def save(trajectory: Trajectory | LineTrajectory, path: str | Path) -> None:
         "model": model,
         "scenario": json.loads(trajectory.scenario.to_json()),
         "seed": trajectory.seed,
+        "name": name,
         "versions": versions(),
     }
     with writing(Path(path)) as file:
@@ -73,10 +81,10 @@ def load(path: str | Path) -> Record:
     try:
         header = json.loads(str(columns.pop("header")))
         model, scenario = _MODELS[header["model"]], json.dumps(header["scenario"])
-        seed, recorded_with = header["seed"], dict(header["versions"])
+        seed, name, recorded_with = header["seed"], str(header["name"]), dict(header["versions"])
     except (ValueError, KeyError, TypeError) as error:
-        raise RecordError("header", "model, scenario, seed and versions", repr(error)) from None
-    return Record(_trajectory(model.from_json(scenario), seed, columns), recorded_with)
+        raise RecordError("header", "model, scenario, seed, name and versions", repr(error)) from None
+    return Record(_trajectory(model.from_json(scenario), seed, columns), name, recorded_with)
 
 
 def replay(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTrajectory:

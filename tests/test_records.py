@@ -51,8 +51,9 @@ RUNS = {
 def test_what_is_saved_comes_back_and_replays(name: str, tmp_path: Path) -> None:
     run = RUNS[name]()
     path = tmp_path / "run.npz"
-    save(run, path)
+    save(run, path, name=name)
     loaded = load(path)
+    assert loaded.name == name
     assert loaded.versions == versions()
     back = loaded.trajectory
     assert type(back) is type(run)

@@ -14,13 +14,16 @@ from typing import Literal
 import numpy as np
 import polars as pl
 
-from flockesc_env import Episodes, FlockScenario, FlockSweepResult, rollout, stats, sweep
+from flockesc_env import Episodes, FlockScenario, FlockSweepResult, records, rollout, stats, sweep
 from flockesc_env.contenders import Contender
 from flockesc_env.progress import bar
 from flockesc_env.stats import FloatArray
 from training import plots, seeds
 from training.config import CONFIG_FILE, RunRecord, versions
 from training.contenders import contender
+
+RECORDS = ("best_fixed_range.npz", "last_policy.npz")
+"""One flock under each, for ``flockesc watch``."""
 
 RESULTS = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
 
@@ -87,6 +90,8 @@ def compare(args: CompareArgs) -> pl.DataFrame:
         order = np.argsort(outcomes[last.name] - fixed, kind="stable")
         flock = held_out[int(order[(len(order) - 1) // 2])]
         runs = plots.record_both(baseline, last, scenario, flock)
+        for file, (name, run) in zip(RECORDS, runs, strict=True):
+            records.save(run, args.output / file, name=name)
         figures += [plots.flock_over_time(runs, args.output), plots.flock_under_attack(runs, args.output)]
     print(_markdown(table, args))
     print("\nFigures:", *figures, sep="\n  ")

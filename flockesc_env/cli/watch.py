@@ -88,8 +88,9 @@ def _write_video(runs: _Runs, path: Path, *, always: bool) -> None:
 def _recorded(files: tuple[Path, ...]) -> _Runs:
     runs = []
     for path in files:
-        run = records.load(path).trajectory
+        record = records.load(path)
+        run = record.trajectory
         if not isinstance(run, Trajectory):
             raise ArgumentError("files", "runs of a flock", f"a line in {path}")
-        runs.append((path.stem, run))
+        runs.append((record.name or path.stem, run))
     return runs

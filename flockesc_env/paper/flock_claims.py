@@ -141,7 +141,7 @@ def _mean_distance(curves: Arrays, grid: Arrays) -> list[Claim]:
             (
                 share("flocks of which it is true (>=) at all t", dominant),
                 share(f"flocks, up to {VISIBLE:g} m, which the plot can show", visibly),
-                share("times at which it is true of the mean curves", dominates(average)),
+                exactly("times at which it is true of the mean curves", dominates(average).mean(), "%", 1),
                 exactly("largest shortfall of the mean curve", behind, "m", 3),
             ),
             len(dominant),

@@ -46,7 +46,6 @@ def line_claims(results: dict[str, Arrays]) -> list[Claim]:
         *(_best_range(force, grids[force]) for force in FORCES),
         _second_peak(grids["linear"]),
         *_at_best(grids["linear"]),
-        _edge(results),
     ]
 
 
@@ -214,8 +213,8 @@ def _at_best(grid: Arrays) -> list[Claim]:
     ]
 
 
-def _edge(results: dict[str, Arrays]) -> Claim:
-    """Section VI speaks of the edge of a flock; the line has edges, too."""
+def edge_claim(results: dict[str, Arrays]) -> Claim:
+    """Return the row about an attack on the edge, of which Section VI speaks; the line has edges, too."""
     studies = {place: results[f"predator at {place}"] for place in PREDATOR_POSITIONS}
     distance = studies[0.0]["escape_distance"]
     wins = every(distance[-1] >= distance, 0)

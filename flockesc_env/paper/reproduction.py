@@ -9,7 +9,7 @@ from flockesc_env._atomic import writing
 from flockesc_env.paper import flock_figures, line_figures, realizations, style
 from flockesc_env.paper.flock_claims import by_range, flock_claims
 from flockesc_env.paper.jobs import Arrays, Cache
-from flockesc_env.paper.line_claims import line_claims
+from flockesc_env.paper.line_claims import edge_claim, line_claims
 from flockesc_env.paper.page import RESULTS_FILE, Results, html_page, markdown_page
 from flockesc_env.paper.plan import FORCES, OFFSETS, Trials, measure
 from flockesc_env.paper.theory_claims import theory_claims
@@ -42,7 +42,12 @@ def reproduce(
     measured = measure(trials, Cache(cache or output / "cache"), progress)
     line = realizations.line_seed(measured["free line"])
     flock = realizations.flock_seed(measured["curves"], measured["grid flock"])
-    claims = (*theory_claims(measured), *line_claims(measured), *flock_claims(measured))
+    claims = (
+        *theory_claims(measured),
+        *line_claims(measured),
+        *flock_claims(measured),
+        edge_claim(measured),
+    )
     versions = {name: version(name) for name in _PACKAGES}
     results = Results(trials, line, flock, claims, by_range(measured["grid flock"]), versions)
     _draw(output, measured, line, flock)
