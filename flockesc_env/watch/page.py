@@ -10,6 +10,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+from flockesc_env._atomic import writing
 from flockesc_env.records import versions
 from flockesc_env.watch.document import Run, check_runs, run_document
 
@@ -40,7 +41,9 @@ def write_page(runs: Sequence[Run], path: str | Path) -> None:
     Raises:
         ArgumentError: if there are no runs, or they cannot be shown side by side.
     """
-    Path(path).write_text(render(runs), encoding="utf-8")
+    page = render(runs).encode()
+    with writing(Path(path)) as file:
+        file.write(page)
 
 
 def render(runs: Sequence[Run], live: dict[str, Any] | None = None) -> str:

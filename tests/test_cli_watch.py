@@ -1,0 +1,140 @@
+"""``flockesc watch`` and ``flockesc paper`` give what the library gives."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import imageio_ffmpeg
+import pytest
+from cli_runs import SMALL, SMALL_FLAGS, TIMEOUT, Ran
+
+from flockesc_env import LineScenario, simulate, simulate_line
+from flockesc_env.cli.exits import Exit
+from flockesc_env.contenders import built_in
+from flockesc_env.paper.page import RESULTS_FILE
+from flockesc_env.records import save
+from flockesc_env.watch import write_page
+
+
+def test_a_page_of_policies_on_one_flock(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    page, expected = tmp_path / "page.html", tmp_path / "expected.html"
+    policies = ["fixed:10", "stubborn-leaders"]
+    ran = Ran(capsys, "watch", "--policies", *policies, "--seed", 7, *SMALL_FLAGS, "--output", page)
+    assert (ran.code, ran.out) == (Exit.DONE, "")
+    write_page([(name, built_in(name).record(7, SMALL)) for name in policies], expected)
+    assert page.read_bytes() == expected.read_bytes()
+
+
+def test_a_page_of_recorded_runs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    runs = [("ten", simulate(SMALL, 10.0, seed=3)), ("", simulate(SMALL, 20.0, seed=3))]
+    files = [tmp_path / "a.npz", tmp_path / "b.npz"]
+    for file, (name, run) in zip(files, runs, strict=True):
+        save(run, file, name=name)
+    page, expected = tmp_path / "page.html", tmp_path / "expected.html"
+    assert Ran(capsys, "watch", *files, "--output", page).code == Exit.DONE
+    write_page([("ten", runs[0][1]), ("b", runs[1][1])], expected)
+    assert page.read_bytes() == expected.read_bytes()
+
+
+@pytest.mark.parametrize("suffix", ["mp4", "gif"])
+def test_a_video(suffix: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / f"flock.{suffix}"
+    ran = Ran(capsys, "watch", "--policies", "fixed:10", *SMALL_FLAGS, "--output", path)
+    assert (ran.code, ran.out) == (Exit.DONE, "")
+    count, seconds = imageio_ffmpeg.count_frames_and_secs(path)
+    assert count == SMALL.num_steps + 1
+    assert seconds == pytest.approx(count * SMALL.time_step, abs=0.06)  # GIFs count hundredths
+
+
+@pytest.mark.parametrize(
+    ("flags", "field"),
+    [
+        (["--policies", "fixed:far"], "policies"),
+        (["--policies"], "policies"),
+        (["--seed", "-1"], "seed"),
+        (["--output", "page.pdf"], "output"),
+        (["--output", "nowhere/page.html"], "output"),
+        (["--model", "line"], "model"),
+        (["--port", "70000", "--no-browser"], "port"),
+        (["nothing.npz"], "nothing.npz"),
+        (["line.npz"], "files"),
+    ],
+)
+def test_what_cannot_be_watched_is_named(
+    flags: list[str],
+    field: str,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save(simulate_line(LineScenario(num_agents=3), 0.1, seed=0), "line.npz")
+    ran = Ran(capsys, "watch", *flags)
+    assert ran.code == Exit.REFUSED
+    assert ran.err.startswith(f"flockesc: error: {field}")
+    assert [path.name for path in tmp_path.iterdir()] == ["line.npz"]
+
+
+def test_a_served_page_answers_until_ctrl_c() -> None:
+    # A background job inherits no handler for Ctrl-C.
+    script = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from flockesc_env.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+    command = [sys.executable, "-c", script, "watch", "--no-browser", "--seed", "7", *SMALL_FLAGS]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)  # noqa: S603
+    try:
+        assert process.stdout is not None
+        found = re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline())
+        assert found is not None
+        page = urllib.request.urlopen(found[0], timeout=TIMEOUT).read().decode()  # noqa: S310
+        assert "stubborn-leaders" in page
+        query = found[0] + "run?seed=9&policy=fixed:20"
+        answer = json.load(urllib.request.urlopen(query, timeout=TIMEOUT))  # noqa: S310
+        assert (answer["name"], answer["seed"]) == ("fixed:20", "9")
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=TIMEOUT)
+    finally:
+        process.kill()
+    assert process.returncode == Exit.DONE
+    assert err == ""
+
+
+def test_the_paper_is_reproduced(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    page = tmp_path / "docs.md"
+    flags = ["--flocks", 2, "--lines", 40, "--output", tmp_path / "paper", "--page", page]
+    ran = Ran(capsys, "paper", *flags, "--json")
+    assert ran.code == Exit.DONE
+    results = json.loads((tmp_path / "paper" / RESULTS_FILE).read_text())
+    assert {**results, "command": "paper", "output": str(tmp_path / "paper")} == ran.json()
+    assert "](paper/figure_9.png)" in page.read_text()
+    again = Ran(capsys, "paper", *flags)  # from what the first run has kept
+    assert again.code == Exit.DONE
+    for claim in results["claims"]:
+        assert claim["claim"] in again.out
+
+
+@pytest.mark.parametrize(
+    ("flags", "field"),
+    [
+        (["--flocks", 1], "flocks"),
+        (["--lines", 39], "lines"),
+        (["--page", "nowhere/page.md"], "page"),
+        (["--page", "page.txt"], "page"),
+    ],
+)
+def test_a_paper_that_cannot_be_made_is_named(
+    flags: list[object], field: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    ran = Ran(capsys, "paper", *flags, "--output", tmp_path / "paper")
+    assert ran.code == Exit.REFUSED
+    assert ran.err.startswith(f"flockesc: error: {field}")
+    assert not (tmp_path / "paper").exists()
