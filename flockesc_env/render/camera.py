@@ -9,7 +9,7 @@ import numpy as np
 
 from flockesc_env._checks import FloatArray
 
-VIEW_ASPECT = 4 / 3
+VIEW_ASPECT = 1.4
 """Width over height of the part of a picture that shows the flock."""
 
 _AZIMUTH, _ELEVATION = np.deg2rad([-62.0, 24.0])
@@ -47,7 +47,7 @@ class Camera(Protocol):
 
 
 def camera(view: FloatArray, rect: Rect) -> Camera:
-    """Return the camera that shows the box from ``view[0]`` to ``view[1]``, shape (2, D) in m, in ``rect``."""
+    """Return the camera that shows a box, lowest and highest corner of shape (2, D) in m, in ``rect``."""
     return FlatCamera(view, rect) if view.shape[1] == 2 else PerspectiveCamera(view, rect)
 
 

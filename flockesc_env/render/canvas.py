@@ -17,7 +17,9 @@ from flockesc_env.render.colors import PAPER, Color, Colors
 Image = NDArray[np.uint8]
 """Shape (height, width, 3)."""
 
-Anchor = Literal["topleft", "midtop", "topright", "midleft", "midright", "bottomleft", "midbottom", "bottomright"]
+Anchor = Literal[
+    "topleft", "midtop", "topright", "midleft", "midright", "bottomleft", "midbottom", "bottomright"
+]
 
 _FINE = 2
 """Pixels drawn along one pixel of the picture; their mean smooths all edges."""
@@ -34,7 +36,7 @@ class Canvas:
         self.size = size
         self._fine = pygame.Surface((_FINE * size, _FINE * size))
         self._fine.fill(PAPER)
-        self._texts: list[tuple[str, ArrayLike, int, Color, Anchor]] = []
+        self._texts: list[tuple[pygame.Surface, pygame.Rect]] = []
 
     def clip(self, rect: Rect | None) -> None:
         """Keep what is drawn from now on inside of ``rect``; ``None``: of the picture."""
@@ -45,7 +47,7 @@ class Canvas:
         self._fine.fill(color, pygame.Rect(*(round(_FINE * x) for x in rect)))
 
     def polygons(self, points: FloatArray, colors: Iterable[Any]) -> None:
-        """Fill polygons of equally many corners, shape (k, corners, 2), each in its color, with a bright rim."""
+        """Fill polygons, shape (k, corners, 2), each in its color, with a rim that parts them from others."""
         draw, fine = pygame.draw.polygon, self._fine
         for corners, color in zip(_plain(points), colors, strict=True):
             draw(fine, color, corners)
@@ -69,7 +71,7 @@ class Canvas:
             draw(fine, color, center, reach)
 
     def discs(self, centers: FloatArray, radii: FloatArray, colors: Colors, opacity: float) -> None:
-        """Fill translucent circles, which hide each other but nothing below, shapes (k, 2), (k,) and (k, 3)."""
+        """Fill translucent circles, shapes (k, 2), (k,), (k, 3), which hide each other but nothing below."""
         low, high = (centers - radii[:, np.newaxis]).min(axis=0), (centers + radii[:, np.newaxis]).max(axis=0)
         around = pygame.Rect(*np.floor(_FINE * low).tolist(), *np.ceil(_FINE * (high - low) + 1).tolist())
         around = around.clip(self._fine.get_clip())
@@ -87,24 +89,33 @@ class Canvas:
 
     def text(
         self, text: str, at: Sequence[float], size: int, color: Color, anchor: Anchor = "topleft"
-    ) -> None:
-        """Write text above all that is drawn, with ``anchor`` at a point."""
-        self._texts.append((text, at, size, color, anchor))
+    ) -> int:
+        """Write text above all that is drawn, with ``anchor`` at a point, and return its width."""
+        written = _written(text, size, color)
+        self._texts.append((written, written.get_rect(**{anchor: at})))
+        return written.get_width()
 
     def image(self) -> Image:
         """Return the picture, shape (size, size, 3)."""
         surface = pygame.transform.smoothscale(self._fine, (self.size, self.size))
-        for text, at, size, color, anchor in self._texts:
-            written = _written(text, size, color)
-            surface.blit(written, written.get_rect(**{anchor: at}))
+        surface.blits(self._texts, doreturn=False)
         flat = np.frombuffer(pygame.image.tobytes(surface, "RGB"), np.uint8)
         return flat.reshape(self.size, self.size, 3).copy()
 
 
 @lru_cache(maxsize=512)
 def _written(text: str, size: int, color: Color) -> pygame.Surface:
-    pygame.font.init()  # each time, and no font is kept: both end with a `pygame.quit` elsewhere
-    return pygame.font.Font(None, size).render(text, True, color)
+    try:
+        return _font(size).render(text, True, color)
+    except pygame.error:  # fonts end with a `pygame.quit`, which others may call
+        _font.cache_clear()
+        return _font(size).render(text, True, color)
+
+
+@lru_cache(maxsize=32)
+def _font(size: int) -> pygame.font.Font:
+    pygame.font.init()
+    return pygame.font.Font(None, size)  # the one that comes with pygame
 
 
 def _plain(points: ArrayLike) -> Any:

@@ -90,7 +90,9 @@ def _edges(canvas: Canvas, eye: Camera, frame: FlockFrame, options: RenderOption
     chosen = options.selected(len(positions))
     ranges = np.broadcast_to(frame.moment.interaction_range, len(positions))
     reach = np.maximum(ranges[chosen, np.newaxis], ranges)
-    squares = sum((positions[chosen, np.newaxis, axis] - positions[:, axis]) ** 2 for axis in range(positions.shape[1]))
+    squares = sum(
+        (positions[chosen, np.newaxis, axis] - positions[:, axis]) ** 2 for axis in range(positions.shape[1])
+    )
     rows, others = np.nonzero((squares <= reach**2) & (chosen[:, np.newaxis] != np.arange(len(positions))))
     ones = chosen[rows]
     pixels, _ = eye.project(positions)
@@ -109,7 +111,7 @@ def _trails(canvas: Canvas, eye: Camera, frame: FlockFrame, options: RenderOptio
 
 
 def _marks(canvas: Canvas, eye: Camera, frame: FlockFrame, colors: Colors) -> None:
-    """Draw agents and predators as darts along their velocities, in space the far ones small, pale and first."""
+    """Draw agents and predators as darts along their velocities; in space far ones are small and pale."""
     moment = frame.moment
     count, predators = len(moment.positions), len(moment.predator_positions)
     points = np.concatenate([moment.positions, moment.predator_positions])
@@ -137,4 +139,7 @@ def _darts(eye: Camera, points: FloatArray, velocities: FloatArray, lengths: Flo
     left = np.stack([along[:, 1], -along[:, 0]], axis=1)
     along *= np.clip(0.4 + 0.6 * share, 0.4, 1.0)
     offsets = _DART[:, :1, np.newaxis] * along + _DART[:, 1:, np.newaxis] * left
-    return centers[:, np.newaxis] + lengths[:, np.newaxis, np.newaxis] * offsets.transpose(1, 0, 2)
+    corners: FloatArray = centers[:, np.newaxis] + lengths[:, np.newaxis, np.newaxis] * offsets.transpose(
+        1, 0, 2
+    )
+    return corners

@@ -104,8 +104,17 @@ class FlockHistory:
         """Return the frame that ends with the last moment; ``None`` before the first."""
         if self._last is None:
             return None
-        columns = np.array(self._rows).T
-        return FlockFrame(self._scenario, self._last, self._view, *columns, trails=np.array(self._trails))
+        times, mean_distance, min_distance, objective = np.array(self._rows).T
+        return FlockFrame(
+            scenario=self._scenario,
+            moment=self._last,
+            view=self._view,
+            times=times,
+            mean_distance=mean_distance,
+            min_distance=min_distance,
+            objective=objective,
+            trails=np.array(self._trails),
+        )
 
 
 def recorded_frames(trajectory: Trajectory) -> Iterator[FlockFrame]:

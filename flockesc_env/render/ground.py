@@ -7,7 +7,7 @@ import numpy as np
 from flockesc_env._checks import FloatArray
 from flockesc_env.render.camera import Camera, Rect, box_corners
 from flockesc_env.render.canvas import Canvas
-from flockesc_env.render.colors import FAINT_TEXT, FRAME, GRID
+from flockesc_env.render.colors import FAINT_TEXT, GRID
 
 _BOX_EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 5), (2, 6), (3, 7), (4, 5), (5, 6), (6, 7), (7, 4)]
 
@@ -16,20 +16,20 @@ def draw_ground(canvas: Canvas, eye: Camera, view: FloatArray, rect: Rect) -> No
     """Draw a grid in the plane, or on the floor of the box ``view``, and how many m are between its lines."""
     size = canvas.size
     _, (scale,) = eye.project(view.mean(axis=0, keepdims=True))
-    spacing = nice(0.12 * size / scale)
-    lines = _grid(view, spacing)
     in_space = view.shape[1] == 3
+    spacing = nice((0.08 if in_space else 0.12) * size / scale)
+    lines = _grid(view, spacing)
     if in_space:
         corners = box_corners(view)
         lines = np.concatenate([lines, [(corners[a], corners[b]) for a, b in _BOX_EDGES]])
     pixels, _ = eye.project(lines.reshape(-1, view.shape[1]))
     canvas.segments(pixels.reshape(-1, 2, 2), [GRID] * len(lines))
     text, height = f"{spacing:g} m", round(0.036 * size)
-    left, bottom = rect.left + 0.022 * size, rect.bottom - 0.022 * size
+    right, bottom = rect.right - 0.022 * size, rect.bottom - 0.022 * size
     if in_space:
-        canvas.text(f"grid {text}", (left, bottom), height, FAINT_TEXT, "bottomleft")
+        canvas.text(f"grid {text}", (right, bottom), height, FAINT_TEXT, "bottomright")
         return
-    right, tick = left + spacing * float(scale), 0.008 * size
+    left, tick = right - spacing * float(scale), 0.008 * size
     bar = [[(left, bottom), (right, bottom)], *([(x, bottom - tick), (x, bottom)] for x in (left, right))]
     canvas.segments(np.array(bar), [FAINT_TEXT] * 3, 0.003 * size)
     canvas.text(text, ((left + right) / 2, bottom - 0.012 * size), height, FAINT_TEXT, "midbottom")

@@ -27,7 +27,21 @@ def draw_strip(canvas: Canvas, frame: FlockFrame, rect: Rect, *, num_components:
     row = rect.top + 0.017 * size
     for word, at in zip(words, (0.022, 0.2, 0.5, 0.8), strict=True):
         canvas.text(word, (at * size, row), round(0.04 * size), TEXT)
-    _plot(canvas, frame, Rect(0.085 * size, rect.top + 0.085 * size, 0.885 * size, rect.height - 0.13 * size))
+    row += 0.052 * size
+    small = round(0.034 * size)
+    legend = [
+        ("mean", MEAN),
+        ("and", FAINT_TEXT),
+        ("minimum", MINIMUM),
+        ("predator distance (m), lowest so far:", FAINT_TEXT),
+    ]
+    at = 0.022 * size
+    for word, color in legend:
+        at += canvas.text(word, (at, row), small, color) + 0.012 * size
+    canvas.dots(np.array([(at + 0.006 * size, row + 0.3 * small)]), 0.008 * size, [TEXT])
+    _plot(
+        canvas, frame, Rect(0.085 * size, rect.top + 0.125 * size, 0.885 * size, rect.height - 0.172 * size)
+    )
 
 
 def range_text(ranges: FloatArray) -> str:
@@ -56,15 +70,8 @@ def _plot(canvas: Canvas, frame: FlockFrame, plot: Rect) -> None:
     for time in np.arange(0.0, horizon + tick / 1e6, tick):
         x, y = at(time, 0.0).tolist()
         canvas.text(f"{time:g}", (x, y + 0.01 * size), small, FAINT_TEXT, "midtop")
-    curves = [("mean distance", frame.mean_distance, MEAN), ("minimum", frame.min_distance, MINIMUM)]
-    for name, distances, color in curves:
-        points = at(frame.times, distances)
-        canvas.path(points, color, 0.004 * size)
-        x, y = points[-1].tolist()
-        if x < 0.7 * size:
-            canvas.text(name, (x + 0.012 * size, y), small, color, "midleft")
-        else:
-            canvas.text(name, (x, y - 0.01 * size), small, color, "bottomright")
+    canvas.path(at(frame.times, frame.min_distance), MINIMUM, 0.004 * size)
+    canvas.path(at(frame.times, frame.mean_distance), MEAN, 0.004 * size)
     first = int(np.argmin(frame.objective))
     level = at(frame.times, frame.objective)[first:]
     canvas.path(level, TEXT, 0.002 * size)
