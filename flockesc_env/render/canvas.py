@@ -72,6 +72,8 @@ class Canvas:
 
     def discs(self, centers: FloatArray, radii: FloatArray, colors: Colors, opacity: float) -> None:
         """Fill translucent circles, shapes (k, 2), (k,), (k, 3), which hide each other but nothing below."""
+        if not len(centers):
+            return
         low, high = (centers - radii[:, np.newaxis]).min(axis=0), (centers + radii[:, np.newaxis]).max(axis=0)
         around = pygame.Rect(*np.floor(_FINE * low).tolist(), *np.ceil(_FINE * (high - low) + 1).tolist())
         around = around.clip(self._fine.get_clip())

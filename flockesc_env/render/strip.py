@@ -22,7 +22,7 @@ def draw_strip(canvas: Canvas, frame: FlockFrame, rect: Rect, *, num_components:
         f"t = {frame.times[-1]:.2f} s",
         f"range {range_text(moment.interaction_range)} m",
         f"{num_components} component{one}",
-        f"J = {moment.objective:.1f} m",
+        f"J = {moment.objective:.1f} m" if np.isfinite(moment.objective) else "no predator",
     ]
     row = rect.top + 0.017 * size
     for word, at in zip(words, (0.022, 0.2, 0.5, 0.8), strict=True):
@@ -45,8 +45,8 @@ def draw_strip(canvas: Canvas, frame: FlockFrame, rect: Rect, *, num_components:
 
 
 def range_text(ranges: FloatArray) -> str:
-    """Return a range or, where agents have their own, mean and standard deviation."""
-    return f"{ranges[0]:.1f}" if len(ranges) == 1 else f"{ranges.mean():.1f} ± {ranges.std():.1f}"
+    """Return the range of all agents or, where they differ, mean and standard deviation."""
+    return f"{ranges[0]:.1f}" if np.ptp(ranges) == 0 else f"{ranges.mean():.1f} ± {ranges.std():.1f}"
 
 
 def _plot(canvas: Canvas, frame: FlockFrame, plot: Rect) -> None:
