@@ -11,10 +11,10 @@ import numpy as np
 
 from flockesc_env._checks import as_count, as_floats
 from flockesc_env.errors import ArgumentError
-from flockesc_env.render import as_render_options, require
+from flockesc_env.render import require
 from flockesc_env.render.colors import FRAME
 from flockesc_env.render.frame import FlockFrame, recorded_frames
-from flockesc_env.render.options import RenderOptions
+from flockesc_env.render.options import RenderOptions, as_render_options
 from flockesc_env.simulate import Trajectory
 from flockesc_env.sweep import Progress
 
@@ -59,6 +59,8 @@ def write_video(
     path, options = Path(path), as_render_options(options)
     if path.suffix not in _FORMATS:
         raise ArgumentError("path", f"a file that ends in {' or '.join(_FORMATS)}", path)
+    if not path.parent.is_dir():
+        raise ArgumentError("path", "a file in a folder that exists", path)
     fps = as_count(fps, "fps")
     pace = float(as_floats(speed, "speed", ()))
     if pace <= 0:
@@ -70,7 +72,7 @@ def write_video(
             raise ArgumentError(f"runs[{index}]", "a name and a Trajectory", repr(run))
         options.selected(run.scenario.num_agents)
     require("pygame", "imageio_ffmpeg")
-    import imageio_ffmpeg
+    import imageio_ffmpeg  # type: ignore[import-untyped]
 
     from flockesc_env.render.flock import draw_flock
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import os
+import signal
 import subprocess
 import sys
 from itertools import pairwise
@@ -216,7 +217,7 @@ def test_a_mark_points_along_its_velocity() -> None:
         run = simulate(start, 0.0, initial_positions=[[70.0, 70.0]], initial_velocities=[ahead])
         column, row = place(run, (70.0, 70.0))
         rows, columns = np.nonzero((draw(run, 1)[: int(VIEW.height)] == ALONE).all(axis=-1))
-        offsets = np.stack([columns - column, row - rows], axis=1)
+        offsets = np.stack([columns + 0.5 - column, row - rows - 0.5], axis=1)
         offsets = offsets[np.linalg.norm(offsets, axis=1) < 15]
         along, across = offsets @ ahead, offsets @ (-ahead[1], ahead[0])
         assert abs(across.mean()) < 0.7
@@ -472,9 +473,24 @@ def test_pictures_outlive_a_quit_of_pygame() -> None:
 
 
 @pytest.mark.parametrize("mode", ["rgb_array", "human"])
-@pytest.mark.parametrize("name", [FLOCK_ID, LINE_ID])
-def test_gymnasium_checks_every_mode(name: str, mode: str) -> None:
-    check_env(gymnasium.make(name, render_mode=mode).unwrapped)
+@pytest.mark.parametrize(
+    ("name", "arguments"), [(FLOCK_ID, {}), (FLOCK_ID, {"scenario": small_flock(3)}), (LINE_ID, {})]
+)
+def test_gymnasium_checks_every_mode(name: str, arguments: dict[str, Any], mode: str) -> None:
+    check_env(gymnasium.make(name, render_mode=mode, **arguments).unwrapped)
+
+
+def test_a_window_leaves_signals_alone() -> None:
+    """SDL would turn SIGTERM into an event, and pools of forked workers would wait for ever."""
+    script = """
+import os, signal
+from flockesc_env import FlockEscapeEnv
+env = FlockEscapeEnv(render_mode="human")
+env.reset(seed=0)
+os.kill(os.getpid(), signal.SIGTERM)
+"""
+    run = subprocess.run([sys.executable, "-c", script], check=False)  # noqa: S603
+    assert run.returncode == -signal.SIGTERM
 
 
 def test_no_display_is_needed() -> None:

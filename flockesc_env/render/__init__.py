@@ -115,6 +115,9 @@ def require(*modules: str) -> None:
         DependencyNotInstalled: if one of them is missing.
     """
     os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # no greeting on standard output
+    os.environ.setdefault(
+        "SDL_NO_SIGNAL_HANDLERS", "1"
+    )  # a window must not swallow SIGTERM, nor in forked workers
     for module in modules:
         try:
             import_module(module)
