@@ -16,7 +16,6 @@ import numpy as np
 from gymnasium.error import DependencyNotInstalled
 from numpy.typing import NDArray
 
-from flockesc_env._checks import as_seed
 from flockesc_env.batch import FlockBatch
 from flockesc_env.errors import ArgumentError
 from flockesc_env.render.options import RENDER_MODES, RenderOptions, as_render_mode, as_render_options
@@ -47,8 +46,7 @@ def draw(
     """
     options = as_render_options(options)
     last = run.steps if isinstance(run, LineTrajectory) else run.scenario.num_steps
-    step = as_seed(step, "step")
-    if step > last:
+    if not isinstance(step, int | np.integer) or not 0 <= step <= last:
         raise ArgumentError("step", f"an integer from 0 to {last}", step)
     require("pygame")
     if isinstance(run, LineTrajectory):

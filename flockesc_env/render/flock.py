@@ -87,16 +87,20 @@ def _interaction_discs(
 def _edges(canvas: Canvas, eye: Camera, frame: FlockFrame, options: RenderOptions, colors: Colors) -> None:
     """Draw a line between two agents of whom one has heard the other in the last step, or both."""
     positions = frame.moment.positions
-    chosen = options.selected(len(positions))
-    ranges = np.broadcast_to(frame.moment.interaction_range, len(positions))
+    count, dimension = positions.shape
+    chosen = options.selected(count)
+    ranges = np.broadcast_to(frame.moment.interaction_range, count)
     reach = np.maximum(ranges[chosen, np.newaxis], ranges)
     squares = sum(
-        (positions[chosen, np.newaxis, axis] - positions[:, axis]) ** 2 for axis in range(positions.shape[1])
+        (positions[chosen, np.newaxis, axis] - positions[:, axis]) ** 2 for axis in range(dimension)
     )
-    rows, others = np.nonzero((squares <= reach**2) & (chosen[:, np.newaxis] != np.arange(len(positions))))
+    rows, others = np.nonzero(squares <= reach**2)
     ones = chosen[rows]
+    is_chosen = np.isin(np.arange(count), chosen)
+    kept = np.where(is_chosen[others], ones < others, True)  # once, where both are chosen; none to itself
     pixels, _ = eye.project(positions)
-    canvas.segments(np.stack([pixels[ones], pixels[others]], axis=1), faded(colors[ones], 0.55).tolist())
+    ends = np.stack([pixels[ones[kept]], pixels[others[kept]]], axis=1)
+    canvas.segments(ends, faded(colors, 0.55)[ones[kept]].tolist())
 
 
 def _trails(canvas: Canvas, eye: Camera, frame: FlockFrame, options: RenderOptions) -> None:

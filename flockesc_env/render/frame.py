@@ -74,13 +74,14 @@ class FlockHistory:
 
     def __init__(self, scenario: FlockScenario) -> None:
         self._scenario = scenario
-        self._start(scenario)
+        self._margin = _MARGIN * scenario.initial_side
+        self._start()
 
-    def _start(self, scenario: FlockScenario) -> None:
+    def _start(self) -> None:
+        scenario = self._scenario
         low, high = np.zeros(scenario.dimension), np.full(scenario.dimension, scenario.initial_side)
         if scenario.initial_region == "square":
             high[2:] = 0.0
-        self._margin = _MARGIN * scenario.initial_side
         self._view = np.stack([low - self._margin, high + self._margin])
         self._rows: list[tuple[float, float, float, float]] = []
         self._trails: list[FloatArray] = []
@@ -89,7 +90,7 @@ class FlockHistory:
     def add(self, moment: FlockMoment) -> None:
         """Take the next moment; one of step 0 starts an episode."""
         if moment.step == 0:
-            self._start(self._scenario)
+            self._start()
         elif self._last is not None and moment.step == self._last.step:
             return
         points = np.concatenate([moment.positions, moment.predator_positions])
