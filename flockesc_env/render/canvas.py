@@ -37,7 +37,8 @@ class Canvas:
 
     def __init__(self, size: int) -> None:
         self.size = size
-        self._fine = _SPARE.pop(size, None) or pygame.Surface((_FINE * size, _FINE * size))
+        spare = _SPARE.pop(size, None)
+        self._fine = pygame.Surface((_FINE * size, _FINE * size)) if spare is None else spare
         self._fine.set_clip(None)
         self._fine.fill(PAPER)
         self._texts: list[tuple[pygame.Surface, pygame.Rect]] = []
