@@ -13,6 +13,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 from flockesc_env._checks import as_seed
 from flockesc_env.batch import Columns, FlockBatch, Observations, infos
 from flockesc_env.options import EnvOptions
+from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario import FlockScenario
 from flockesc_env.seeds import fresh_seed
 
@@ -27,6 +28,8 @@ class _BatchVecEnv(VecEnv):
         num_flocks: int,
         scenario: FlockScenario | None = None,
         *,
+        render_mode: str | None = None,
+        render_options: RenderOptions | None = None,
         num_threads: int | None = None,
         **options: Any,
     ) -> None:
@@ -40,10 +43,13 @@ class _BatchVecEnv(VecEnv):
         self.control = batch.control
         self.scenario = batch.scenario
         self.options = batch.options
-        self.render_mode = None
+        fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
+        self.render_mode = render_mode
+        self._viewer = flock_viewer(batch, render_mode, render_options, fps)
         self._actions: NDArray[Any] | None = None
         slots = batch.num_flocks * batch.rows
         super().__init__(slots, batch.control.layout.space(), batch.control.actions.space())
+        self.metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": fps}
 
     def reset(self) -> VecEnvObs:
         """Start an episode in every flock, with the seeds and options set since the last reset."""
@@ -60,6 +66,8 @@ class _BatchVecEnv(VecEnv):
         self._reset_seeds()
         self._reset_options()
         self.reset_infos = reset_infos
+        if self._viewer is not None:
+            self._viewer.update()
         return observations
 
     def step_async(self, actions: NDArray[Any]) -> None:
@@ -78,6 +86,8 @@ class _BatchVecEnv(VecEnv):
         dones = np.repeat(ended, self._batch.rows)
         if ended.any():
             self._restart(ended, dones, observations, slot_infos)
+        if self._viewer is not None:
+            self._viewer.update()
         return observations, rewards.astype(np.float32), dones, slot_infos
 
     def _restart(
@@ -101,8 +111,21 @@ class _BatchVecEnv(VecEnv):
         self._seeds = [first + slot // rows for slot in range(self.num_envs)]
         return self._seeds
 
+    def get_images(self) -> Sequence[np.ndarray | None]:
+        """Return a picture of every flock, shape (size, size, 3); none without a render mode."""
+        return [] if self._viewer is None else self._viewer.images()
+
+    def render(self, mode: str | None = None) -> np.ndarray | None:
+        """Return all flocks in one picture or, in mode ``"human"``, show them."""
+        if self.render_mode == "human" and mode in {None, "human"}:
+            render(self._viewer)  # SB3 would ask every slot to show itself
+            return None
+        return super().render(mode)
+
     def close(self) -> None:
-        """Do nothing: the batch goes with its last reference."""
+        """Close the window, if there is one; the batch goes with its last reference."""
+        if self._viewer is not None:
+            self._viewer.close()
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """Return an attribute, which all slots share, once per slot asked for."""
@@ -144,11 +167,15 @@ class FlockVecEnv(_BatchVecEnv):
     Args:
         num_flocks: number of flocks, and of slots.
         scenario: the flock model's parameters; default: the paper's.
+        render_mode: ``"rgb_array"``: ``render`` returns a picture of all flocks; ``"human"``: a window shows
+            every reset and step.
+        render_options: what pictures show.
         num_threads: threads over which flocks are spread; ``None``: one per core.
         **options: see ``EnvOptions``.
 
     Raises:
         ScenarioError: for an option out of bounds or a scenario without predator.
+        DependencyNotInstalled: for a render mode without pygame.
     """
 
     _per_agent = False
@@ -162,11 +189,15 @@ class AgentVecEnv(_BatchVecEnv):
     Args:
         num_flocks: number of flocks; there are ``num_flocks * scenario.num_agents`` slots.
         scenario: the flock model's parameters; default: the paper's.
+        render_mode: ``"rgb_array"``: ``render`` returns a picture of all flocks; ``"human"``: a window shows
+            every reset and step.
+        render_options: what pictures show.
         num_threads: threads over which flocks are spread; ``None``: one per core.
         **options: see ``EnvOptions``.
 
     Raises:
         ScenarioError: for an option out of bounds or a scenario without predator.
+        DependencyNotInstalled: for a render mode without pygame.
     """
 
     _per_agent = True

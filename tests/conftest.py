@@ -1,5 +1,6 @@
 """What all tests share: where helper modules lie, and how hypothesis runs."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -8,6 +9,9 @@ from hypothesis import settings
 # Helpers beside the tests are importable; the repository root stays off the path, so that the installed
 # package is tested and not the source tree.
 sys.path.append(str(Path(__file__).parent))
+
+# Windows open nowhere, on machines with and without a display.
+os.environ["SDL_VIDEODRIVER"] = "dummy"
 
 # No deadline: machines are shared. Derandomized: a red run means that the code has changed.
 settings.register_profile("suite", deadline=None, derandomize=True, database=None, print_blob=True)

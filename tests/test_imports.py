@@ -22,6 +22,8 @@ HEAVY = (
     "polars",
     "pygame",
     "imageio",
+    "imageio_ffmpeg",
+    "moviepy",
     "jinja2",
     "tqdm",
     "tyro",
@@ -38,6 +40,7 @@ MAY_IMPORT_CORE = {
     "sweep.py",
 }
 MAY_IMPORT_SB3 = {"sb3.py"}
+MAY_IMPORT_PYGAME = {"render/canvas.py", "render/window.py"}
 
 
 def imported(path: Path) -> set[str]:
@@ -76,6 +79,7 @@ def loaded_after(statement: str) -> set[str]:
         "from flockesc_env import *",
         "import gymnasium; gymnasium.make('flockesc_env:flockesc/FlockEscape-v0').reset(seed=0)",
         "import flockesc_env; flockesc_env.parallel_env().reset(seed=0)",
+        "import flockesc_env.render, flockesc_env.video",
         "from flockesc_env import *; sweep(LineScenario(), [0.1], [0]).best_range()",
     ],
 )
@@ -95,6 +99,10 @@ def test_core_is_imported_where_it_may_be() -> None:
 
 def test_sb3_is_imported_where_it_may_be() -> None:
     assert who_imports("stable_baselines3") == MAY_IMPORT_SB3
+
+
+def test_pygame_is_imported_where_it_may_be() -> None:
+    assert who_imports("pygame") == MAY_IMPORT_PYGAME
 
 
 def test_the_package_never_imports_training() -> None:

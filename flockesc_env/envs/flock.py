@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from flockesc_env._checks import as_seed
 from flockesc_env.batch import FlockBatch, infos
 from flockesc_env.options import EnvOptions
+from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario import FlockScenario
 
 
@@ -22,18 +23,28 @@ class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
 
     Args:
         scenario: the flock model's parameters; default: the paper's.
+        render_mode: ``"rgb_array"``: ``render`` returns a picture; ``"human"``: a window shows
+            every reset and step.
+        render_options: what pictures show.
         num_threads: threads over which a large flock is spread; ``None``: one per core.
         **options: see ``EnvOptions``.
 
     Raises:
         ArgumentError: for a bad ``num_threads``.
         ScenarioError: for an option out of bounds or a scenario without predator.
+        DependencyNotInstalled: for a render mode without pygame.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": 20}
 
     def __init__(
-        self, scenario: FlockScenario | None = None, *, num_threads: int | None = None, **options: Any
+        self,
+        scenario: FlockScenario | None = None,
+        *,
+        render_mode: str | None = None,
+        render_options: RenderOptions | None = None,
+        num_threads: int | None = None,
+        **options: Any,
     ) -> None:
         self._batch = FlockBatch(scenario or FlockScenario(), EnvOptions(**options), num_threads=num_threads)
         self.control = self._batch.control
@@ -41,6 +52,10 @@ class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
         self.options = self._batch.options
         self.observation_space = self.control.layout.space()
         self.action_space = self.control.actions.space()
+        fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
+        self.metadata = {**self.metadata, "render_fps": fps}
+        self.render_mode = render_mode
+        self._viewer = flock_viewer(self._batch, render_mode, render_options, fps)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -60,6 +75,8 @@ class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
             seed = as_seed(seed)
             super().reset(seed=seed)
         observations, columns = self._batch.reset([0], [seed], start)
+        if self._viewer is not None:
+            self._viewer.update()
         return observations[0], {**infos(columns)[0], "interaction_range": 0.0}
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
@@ -70,4 +87,20 @@ class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
             EpisodeError: before ``reset``, or after the horizon.
         """
         observation, reward, has_ended, info = self._batch.step_one(action)
+        if self._viewer is not None:
+            self._viewer.update()
         return observation, reward, False, has_ended, info
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """Return a picture, shape (size, size, 3), or show it in mode ``"human"``.
+
+        Raises:
+            EpisodeError: before ``reset``.
+        """
+        pictures = render(self._viewer)
+        return pictures[0] if pictures else None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._viewer is not None:
+            self._viewer.close()

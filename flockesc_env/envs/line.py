@@ -13,6 +13,7 @@ from flockesc_env import _core
 from flockesc_env._checks import as_floats, as_seed
 from flockesc_env.errors import ArgumentError, EpisodeError
 from flockesc_env.options import LineOptions
+from flockesc_env.render import RENDER_MODES, RenderOptions, line_viewer, render
 from flockesc_env.scenario import LineScenario
 from flockesc_env.seeds import EpisodeSeeds
 from flockesc_env.spaces import Control, ObservationLayout, RangeActions
@@ -26,15 +27,26 @@ class LineEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
 
     Args:
         scenario: the line model's parameters; default: the paper's.
+        render_mode: ``"rgb_array"``: ``render`` returns a picture; ``"human"``: a window shows
+            every reset and step.
+        render_options: what pictures show.
         **options: see ``LineOptions``.
 
     Raises:
         ScenarioError: for an option out of bounds or a scenario without predator.
+        DependencyNotInstalled: for a render mode without pygame.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": 5}
 
-    def __init__(self, scenario: LineScenario | None = None, **options: Any) -> None:
+    def __init__(
+        self,
+        scenario: LineScenario | None = None,
+        *,
+        render_mode: str | None = None,
+        render_options: RenderOptions | None = None,
+        **options: Any,
+    ) -> None:
         self.scenario = scenario or LineScenario()
         self.options = LineOptions(**options)
         self._document = self.options.to_core()
@@ -50,6 +62,8 @@ class LineEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
         )
         self.observation_space = self.control.layout.space()
         self.action_space = self.control.actions.space()
+        self.render_mode = render_mode
+        self._viewer = line_viewer(self.scenario, render_mode, render_options, self.metadata["render_fps"])
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -75,6 +89,7 @@ class LineEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
             super().reset(seed=seed)
         start = self._seeds.next(seed)
         self._episode = _core.LineEpisode(self.scenario.to_json(), self._document, start, states)
+        self._show(self._episode)
         return self._episode.observe(), self._info(self._episode)
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
@@ -88,8 +103,27 @@ class LineEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
             raise EpisodeError("step", "a reset before anything else", "no episode")
         episode = self._episode
         reward = episode.step(self.control.actions.to_range(action))
+        self._show(episode)
         is_truncated = episode.has_ended and not episode.is_steady
         return episode.observe(), reward, episode.is_steady, is_truncated, self._info(episode)
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """Return the line's states over time, shape (size, size, 3), or show them in mode ``"human"``.
+
+        Raises:
+            EpisodeError: before ``reset``.
+        """
+        pictures = render(self._viewer)
+        return pictures[0] if pictures else None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._viewer is not None:
+            self._viewer.close()
+
+    def _show(self, episode: _core.LineEpisode) -> None:
+        if self._viewer is not None:
+            self._viewer.update(episode.steps, episode.states, episode.interaction_range)
 
     @staticmethod
     def _info(episode: _core.LineEpisode) -> dict[str, Any]:

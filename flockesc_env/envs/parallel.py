@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -14,6 +14,7 @@ from flockesc_env._checks import as_seed
 from flockesc_env.batch import STARTS, Columns, FlockBatch, Step, infos
 from flockesc_env.errors import ActionError, EpisodeError
 from flockesc_env.options import EnvOptions
+from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario import FlockScenario
 from flockesc_env.spaces import STACKED, Label
 
@@ -28,22 +29,33 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
 
     Args:
         scenario: the flock model's parameters; default: the paper's.
+        render_mode: ``"rgb_array"``: ``render`` returns a picture; ``"human"``: a window shows
+            every reset and step.
+        render_options: what pictures show.
         num_threads: threads over which a large flock is spread; ``None``: one per core.
         **options: see ``EnvOptions``.
 
     Raises:
         ArgumentError: for a bad ``num_threads``.
         ScenarioError: for an option out of bounds or a scenario without predator.
+        DependencyNotInstalled: for a render mode without pygame.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {
+    metadata: dict[str, Any] = {
         "name": "flockesc_v0",
         "is_parallelizable": True,
-        "render_modes": [],
+        "render_modes": RENDER_MODES,
+        "render_fps": 20,
     }
 
     def __init__(
-        self, scenario: FlockScenario | None = None, *, num_threads: int | None = None, **options: Any
+        self,
+        scenario: FlockScenario | None = None,
+        *,
+        render_mode: str | None = None,
+        render_options: RenderOptions | None = None,
+        num_threads: int | None = None,
+        **options: Any,
     ) -> None:
         self._batch = FlockBatch(
             scenario or FlockScenario(), EnvOptions(**options), per_agent=True, num_threads=num_threads
@@ -51,7 +63,10 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         self.control = self._batch.control
         self.scenario = self._batch.scenario
         self.options = self._batch.options
-        self.render_mode = None
+        fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
+        self.metadata = {**self.metadata, "render_fps": fps}
+        self.render_mode = render_mode
+        self._viewer = flock_viewer(self._batch, render_mode, render_options, fps)
         count = self.scenario.num_agents
         self.possible_agents = [f"agent_{i:0{len(str(count - 1))}d}" for i in range(count)]
         self.agents: list[str] = []
@@ -151,11 +166,27 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         names = ("positions", "velocities", "predator_positions", "predator_velocities")
         return np.concatenate([scalars, *(state[name].ravel() for name in names)], dtype=np.float32)
 
+    def render(self) -> NDArray[np.uint8] | None:
+        """Return a picture of the flock, shape (size, size, 3), or show it in mode ``"human"``.
+
+        Raises:
+            EpisodeError: before ``reset``.
+        """
+        pictures = render(self._viewer)
+        return pictures[0] if pictures else None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._viewer is not None:
+            self._viewer.close()
+
     def _reset(self, seed: int | None, options: dict[str, Any] | None) -> tuple[Observation, Columns]:
         known = {name: value for name, value in (options or {}).items() if name in STARTS}
         start = self._batch.start(known)
         started = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
         self.agents = self.possible_agents.copy()
+        if self._viewer is not None:
+            self._viewer.update()
         return started
 
     def _acting(self) -> list[str]:
@@ -167,6 +198,8 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         step = self._batch.step(actions, label=label)
         if step[2][0]:
             self.agents = []
+        if self._viewer is not None:
+            self._viewer.update()
         return step
 
     def _stack(self, actions: dict[str, Any]) -> NDArray[Any]:

@@ -14,6 +14,7 @@ from flockesc_env._checks import FloatArray, as_count, as_seed
 from flockesc_env.batch import Columns, FlockBatch, Observations
 from flockesc_env.errors import ArgumentError, EpisodeError
 from flockesc_env.options import EnvOptions
+from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario import FlockScenario
 
 VectorStep = tuple[Observations, FloatArray, NDArray[np.bool], NDArray[np.bool], dict[str, Any]]
@@ -32,15 +33,19 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
             ``"SameStep"``, ``"Disabled"``).
         copy: whether ``reset`` and ``step`` return new arrays; ``False``: observations and rewards are two
             arrays that the next call overwrites.
+        render_mode: ``"rgb_array"``: ``render`` returns a picture per flock; ``"human"``: a window shows
+            every reset and step.
+        render_options: what pictures show.
         num_threads: threads over which flocks are spread; ``None``: one per core.
         **options: see ``EnvOptions``.
 
     Raises:
         ArgumentError: for another argument of a wrong type or value.
         ScenarioError: for an option out of bounds or a scenario without predator.
+        DependencyNotInstalled: for a render mode without pygame.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": 20}
 
     def __init__(
         self,
@@ -49,12 +54,13 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
         *,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         copy: bool = True,
+        render_mode: str | None = None,
+        render_options: RenderOptions | None = None,
         num_threads: int | None = None,
         **options: Any,
     ) -> None:
         self.num_envs = as_count(num_envs, "num_envs")
         self.autoreset_mode = _mode(autoreset_mode)
-        self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         self._batch = FlockBatch(
             scenario or FlockScenario(),
             EnvOptions(**options),
@@ -73,6 +79,10 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
             None if copy else (np.zeros((self.num_envs, entries), np.float32), np.zeros(self.num_envs))
         )
         self._is_started = False
+        fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
+        self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode, "render_fps": fps}
+        self.render_mode = render_mode
+        self._viewer = flock_viewer(self._batch, render_mode, render_options, fps)
 
     def reset(
         self,
@@ -101,6 +111,8 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
         super().reset(seed=seeds[0])
         observations, columns = self._batch.reset(slots, [seeds[slot] for slot in slots], start)
         self._is_started = True
+        if self._viewer is not None:
+            self._viewer.update()
         if len(slots) < self.num_envs:
             observations = self._batch.observe(range(self.num_envs))
         if self._out is not None:
@@ -123,7 +135,23 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
         infos = self._infos(columns, range(self.num_envs))
         if self.autoreset_mode is AutoresetMode.SAME_STEP and truncations.any():
             self._restart(truncations, observations, columns, infos)
+        if self._viewer is not None:
+            self._viewer.update()
         return observations, rewards, np.zeros(self.num_envs, np.bool), truncations, infos
+
+    def render(self) -> tuple[Any, ...] | None:
+        """Return a picture per flock, shape (size, size, 3), or show them side by side in mode ``"human"``.
+
+        Raises:
+            EpisodeError: before ``reset``.
+        """
+        pictures = render(self._viewer)
+        return None if pictures is None else tuple(pictures)
+
+    def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002, Gymnasium's `close` calls it, once
+        """Close the window, if there is one."""
+        if self._viewer is not None:
+            self._viewer.close()
 
     def _restart(
         self, ended: NDArray[np.bool], observations: Observations, columns: Columns, infos: dict[str, Any]

@@ -48,6 +48,16 @@ impl LineEpisode {
     }
 
     #[getter]
+    fn states<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.inner.line().states().into_pyarray(py)
+    }
+
+    #[getter]
+    fn steps(&self) -> usize {
+        self.inner.steps()
+    }
+
+    #[getter]
     fn escape_distance(&self) -> f64 {
         self.inner.line().escape_distance()
     }

@@ -136,6 +136,12 @@ impl LineEpisode {
             .collect()
     }
 
+    /// Steps made so far.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        self.step
+    }
+
     /// Whether the line stands still, or `max_steps` are made.
     #[must_use]
     pub fn has_ended(&self) -> bool {

@@ -1,0 +1,149 @@
+"""The picture of a flock: agents and predators, colored by component, above the distances so far."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flockesc_env._checks import FloatArray
+from flockesc_env.graph import component_labels
+from flockesc_env.render.camera import VIEW_ASPECT, Camera, Rect, camera
+from flockesc_env.render.canvas import Canvas, Image
+from flockesc_env.render.colors import FRAME, PREDATOR, TEXT, Colors, component_colors, faded
+from flockesc_env.render.frame import FlockFrame
+from flockesc_env.render.ground import draw_ground
+from flockesc_env.render.options import RenderOptions
+from flockesc_env.render.strip import draw_strip
+
+_DART = np.array([(1.0, 0.0), (-0.8, 0.66), (-0.42, 0.0), (-0.8, -0.66)])
+"""Corners of a mark, ahead and left, over its length ahead."""
+
+_HAZE = 0.55
+"""How far the color of the farthest agent in space is on its way to the paper's."""
+
+
+def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Image:
+    """Return the picture of a moment, shape (size, size, 3); equal frames give equal pictures."""
+    size = options.size
+    canvas, rect = Canvas(size), Rect(0, 0, size, size / VIEW_ASPECT)
+    eye = camera(frame.view, rect)
+    ranges = np.broadcast_to(frame.moment.interaction_range, len(frame.moment.positions))
+    labels = component_labels(frame.moment.positions, ranges)
+    colors = component_colors(labels)
+    canvas.clip(rect)
+    draw_ground(canvas, eye, frame.view, rect)
+    if frame.view.shape[1] == 3:
+        _shadows(canvas, eye, frame)
+    _predator_ranges(canvas, eye, frame)
+    if options.show == "discs":
+        _interaction_discs(canvas, eye, frame, options, colors)
+    elif options.show == "edges":
+        _edges(canvas, eye, frame, options, colors)
+    _trails(canvas, eye, frame, options)
+    _marks(canvas, eye, frame, colors)
+    canvas.clip(None)
+    canvas.text(title, (0.022 * size, 0.02 * size), round(0.044 * size), TEXT)
+    below = Rect(0, rect.bottom, size, size - rect.bottom)
+    draw_strip(canvas, frame, below, num_components=len(np.unique(labels)))
+    return canvas.image()
+
+
+def _shadows(canvas: Canvas, eye: Camera, frame: FlockFrame) -> None:
+    """Draw where agents and predators are above the floor, and how high predators are."""
+    moment, floor = frame.moment, frame.view[0, 2]
+    agents, _ = eye.project(_on_floor(moment.positions, floor))
+    canvas.dots(agents, 0.0022 * canvas.size, [FRAME] * len(agents))
+    feet, _ = eye.project(_on_floor(moment.predator_positions, floor))
+    predators, _ = eye.project(moment.predator_positions)
+    faint = faded([PREDATOR] * len(feet), 0.6).tolist()
+    canvas.segments(np.stack([feet, predators], axis=1), faint)
+    canvas.dots(feet, 0.005 * canvas.size, faint)
+
+
+def _on_floor(points: FloatArray, floor: float) -> FloatArray:
+    return np.column_stack([points[:, :2], np.full(len(points), floor)])
+
+
+def _predator_ranges(canvas: Canvas, eye: Camera, frame: FlockFrame) -> None:
+    centers, scale = eye.project(frame.moment.predator_positions)
+    radii = frame.scenario.predator_range * scale
+    canvas.discs(centers, radii, np.tile(np.array(PREDATOR, np.uint8), (len(centers), 1)), 0.1)
+    for center, radius in zip(centers, radii.tolist(), strict=True):
+        canvas.ring(center, radius, tuple(faded(PREDATOR, 0.62).tolist()))
+
+
+def _interaction_discs(
+    canvas: Canvas, eye: Camera, frame: FlockFrame, options: RenderOptions, colors: Colors
+) -> None:
+    """Draw the ranges of the last step; whoever is inside of an agent's disc is heard by it."""
+    count = len(frame.moment.positions)
+    chosen = options.selected(count)
+    centers, scale = eye.project(frame.moment.positions[chosen])
+    ranges = np.broadcast_to(frame.moment.interaction_range, count)[chosen]
+    far_first = np.argsort(scale, kind="stable")
+    radii = (ranges * scale)[far_first]
+    canvas.discs(centers[far_first], radii, colors[chosen][far_first], 0.16)
+
+
+def _edges(canvas: Canvas, eye: Camera, frame: FlockFrame, options: RenderOptions, colors: Colors) -> None:
+    """Draw a line between two agents of whom one has heard the other in the last step, or both."""
+    positions = frame.moment.positions
+    count, dimension = positions.shape
+    chosen = options.selected(count)
+    ranges = np.broadcast_to(frame.moment.interaction_range, count)
+    reach = np.maximum(ranges[chosen, np.newaxis], ranges)
+    squares = sum(
+        (positions[chosen, np.newaxis, axis] - positions[:, axis]) ** 2 for axis in range(dimension)
+    )
+    rows, others = np.nonzero(squares <= reach**2)
+    ones = chosen[rows]
+    is_chosen = np.isin(np.arange(count), chosen)
+    kept = np.where(is_chosen[others], ones < others, True)  # once, where both are chosen; none to itself
+    pixels, _ = eye.project(positions)
+    ends = np.stack([pixels[ones[kept]], pixels[others[kept]]], axis=1)
+    canvas.segments(ends, faded(colors, 0.55)[ones[kept]].tolist())
+
+
+def _trails(canvas: Canvas, eye: Camera, frame: FlockFrame, options: RenderOptions) -> None:
+    """Draw where predators have been, fading with age."""
+    recent = frame.times >= frame.times[-1] - options.trail
+    for predator in range(frame.trails.shape[1]):
+        points, _ = eye.project(frame.trails[recent, predator])
+        pieces = np.stack([points[:-1], points[1:]], axis=1)
+        age = np.linspace(1.0, 0.15, len(pieces))[:, np.newaxis]
+        fading = faded(np.tile(PREDATOR, (len(pieces), 1)), age).tolist()
+        canvas.segments(pieces, fading, 0.005 * canvas.size)
+
+
+def _marks(canvas: Canvas, eye: Camera, frame: FlockFrame, colors: Colors) -> None:
+    """Draw agents and predators as darts along their velocities; in space far ones are small and pale."""
+    moment = frame.moment
+    count, predators = len(moment.positions), len(moment.predator_positions)
+    points = np.concatenate([moment.positions, moment.predator_positions])
+    velocities = np.concatenate([moment.velocities, moment.predator_velocities])
+    _, scale = eye.project(points)
+    crowding = np.clip((300 / count) ** 0.25, 0.7, 1.5)
+    lengths = canvas.size * np.repeat([0.0125 * crowding, 0.026], [count, predators])
+    near, far = scale.max(), scale.min()
+    depth = (near - scale) / (near - far) if near > far else np.zeros_like(scale)
+    shades = np.concatenate([colors, np.tile(np.array(PREDATOR, np.uint8), (predators, 1))])
+    shades = np.concatenate([faded(shades, _HAZE * depth[:, np.newaxis])[:count], shades[count:]])
+    order = np.argsort(scale, kind="stable")
+    corners = _darts(eye, points, velocities, lengths * scale / scale.mean())
+    canvas.polygons(corners[order], shades[order].tolist())
+
+
+def _darts(eye: Camera, points: FloatArray, velocities: FloatArray, lengths: FloatArray) -> FloatArray:
+    """Return the corners of marks of some lengths in px, shape (k, 4, 2), foreshortened toward the eye."""
+    ahead = velocities / np.maximum(np.linalg.norm(velocities, axis=1, keepdims=True), 1e-300)
+    centers, scale = eye.project(points)
+    short = 1e-3  # m: the tangent of the projection
+    seen = (eye.project(points + short * ahead)[0] - centers) / (short * scale[:, np.newaxis])
+    share = np.linalg.norm(seen, axis=1, keepdims=True)
+    along = np.where(share > 1e-6, seen / np.maximum(share, 1e-6), (1.0, 0.0))
+    left = np.stack([along[:, 1], -along[:, 0]], axis=1)
+    along *= np.clip(0.4 + 0.6 * share, 0.4, 1.0)
+    offsets = _DART[:, :1, np.newaxis] * along + _DART[:, 1:, np.newaxis] * left
+    corners: FloatArray = centers[:, np.newaxis] + lengths[:, np.newaxis, np.newaxis] * offsets.transpose(
+        1, 0, 2
+    )
+    return corners

@@ -1,0 +1,143 @@
+"""What a picture of a flock is drawn from: a moment and what led to it, in an episode or a recorded run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from flockesc_env._checks import FloatArray
+from flockesc_env.render.camera import grow
+from flockesc_env.scenario import FlockScenario
+from flockesc_env.simulate import Trajectory
+
+_MARGIN = 0.06
+"""Free space around all agents and predators, over the side of the initial region."""
+
+
+@dataclass(frozen=True, eq=False)
+class FlockMoment:
+    """A flock at one time. Lengths in m, speeds in m/s.
+
+    Attributes:
+        step: number of steps made.
+        positions: r_i, shape (n, D).
+        velocities: v_i, shape (n, D).
+        predator_positions: r_p, shape (P, D).
+        predator_velocities: v_p, shape (P, D).
+        interaction_range: rho of the last step, shape (1,) or (n,); 0 before the first.
+        mean_distance: mean over agents of the distance to the nearest predator; infinite without predators.
+        min_distance: the minimum over agents.
+        objective: J so far: the running minimum of the objective's distance.
+    """
+
+    step: int
+    positions: FloatArray
+    velocities: FloatArray
+    predator_positions: FloatArray
+    predator_velocities: FloatArray
+    interaction_range: FloatArray
+    mean_distance: float
+    min_distance: float
+    objective: float
+
+
+@dataclass(frozen=True, eq=False)
+class FlockFrame:
+    """A moment and the episode up to it: all that a picture of a flock needs. Lengths in m, times in s.
+
+    Attributes:
+        scenario: the flock model's parameters.
+        moment: the last moment.
+        view: lowest and highest corner of a box around all agents and predators of all moments, which never
+            shrinks, shape (2, D).
+        times: shape (k,), one entry per moment.
+        mean_distance: shape (k,).
+        min_distance: shape (k,).
+        objective: shape (k,).
+        trails: predator positions, shape (k, P, D).
+    """
+
+    scenario: FlockScenario
+    moment: FlockMoment
+    view: FloatArray
+    times: FloatArray
+    mean_distance: FloatArray
+    min_distance: FloatArray
+    objective: FloatArray
+    trails: FloatArray
+
+
+class FlockHistory:
+    """Collects the moments of one episode after the other into frames."""
+
+    def __init__(self, scenario: FlockScenario) -> None:
+        self._scenario = scenario
+        self._margin = _MARGIN * scenario.initial_side
+        self._start()
+
+    def _start(self) -> None:
+        scenario = self._scenario
+        low, high = np.zeros(scenario.dimension), np.full(scenario.dimension, scenario.initial_side)
+        if scenario.initial_region == "square":
+            high[2:] = 0.0
+        self._view = np.stack([low - self._margin, high + self._margin])
+        self._rows: list[tuple[float, float, float, float]] = []
+        self._trails: list[FloatArray] = []
+        self._last: FlockMoment | None = None
+
+    def add(self, moment: FlockMoment) -> None:
+        """Take the next moment; one of step 0 starts an episode."""
+        if moment.step == 0:
+            self._start()
+        elif self._last is not None and moment.step == self._last.step:
+            return
+        points = np.concatenate([moment.positions, moment.predator_positions])
+        low, high = points.min(axis=0) - self._margin, points.max(axis=0) + self._margin
+        self._view = grow(self._view, low, high)
+        time = moment.step * self._scenario.time_step
+        self._rows.append((time, moment.mean_distance, moment.min_distance, moment.objective))
+        self._trails.append(moment.predator_positions)
+        self._last = moment
+
+    def frame(self) -> FlockFrame | None:
+        """Return the frame that ends with the last moment; ``None`` before the first."""
+        if self._last is None:
+            return None
+        times, mean_distance, min_distance, objective = np.array(self._rows).T
+        return FlockFrame(
+            scenario=self._scenario,
+            moment=self._last,
+            view=self._view,
+            times=times,
+            mean_distance=mean_distance,
+            min_distance=min_distance,
+            objective=objective,
+            trails=np.array(self._trails),
+        )
+
+
+def recorded_frames(trajectory: Trajectory) -> Iterator[FlockFrame]:
+    """Yield the frames of a recorded run, for its times 0..T; J is that of the mean distance."""
+    history = FlockHistory(trajectory.scenario)
+    # Forward differences, as the model moves predators: r_p(t + dt) = r_p(t) + dt v_p(t).
+    moves = np.diff(trajectory.predator_positions, axis=0) / trajectory.scenario.time_step
+    objective = np.minimum.accumulate(trajectory.mean_distance)
+    for step, positions in enumerate(trajectory.positions):
+        history.add(
+            FlockMoment(
+                step=step,
+                positions=positions,
+                velocities=trajectory.velocities[step],
+                predator_positions=trajectory.predator_positions[step],
+                predator_velocities=moves[min(step, len(moves) - 1)],
+                interaction_range=trajectory.interaction_ranges[step - 1] if step else np.zeros(1),
+                mean_distance=float(trajectory.mean_distance[step]),
+                min_distance=float(trajectory.min_distance[step]),
+                objective=float(objective[step]),
+            )
+        )
+        frame = history.frame()
+        assert frame is not None  # noqa: S101, a moment has just come
+        yield frame

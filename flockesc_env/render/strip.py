@@ -1,0 +1,78 @@
+"""Below the flock: what time it is, the range, and the distances to the predator so far."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flockesc_env._checks import FloatArray
+from flockesc_env.render.camera import Rect
+from flockesc_env.render.canvas import Canvas
+from flockesc_env.render.colors import FAINT_TEXT, FRAME, GRID, MEAN, MINIMUM, TEXT
+from flockesc_env.render.frame import FlockFrame
+from flockesc_env.render.ground import nice
+
+
+def draw_strip(canvas: Canvas, frame: FlockFrame, rect: Rect, *, num_components: int) -> None:
+    """Draw text, and the mean and the minimum distance over the whole horizon, with J so far."""
+    size, moment = canvas.size, frame.moment
+    canvas.fill(Rect(rect.left, rect.top, rect.width, max(1.0, 0.002 * size)), FRAME)
+    one = "" if num_components == 1 else "s"
+    words = [
+        f"t = {frame.times[-1]:.2f} s",
+        f"range {range_text(moment.interaction_range)} m",
+        f"{num_components} component{one}",
+        f"J = {moment.objective:.1f} m" if np.isfinite(moment.objective) else "no predator",
+    ]
+    row = rect.top + 0.017 * size
+    for word, at in zip(words, (0.022, 0.2, 0.5, 0.8), strict=True):
+        canvas.text(word, (at * size, row), round(0.04 * size), TEXT)
+    row += 0.052 * size
+    small = round(0.034 * size)
+    legend = [
+        ("mean", MEAN),
+        ("and", FAINT_TEXT),
+        ("minimum", MINIMUM),
+        ("predator distance (m), lowest so far:", FAINT_TEXT),
+    ]
+    at = 0.022 * size
+    for word, color in legend:
+        at += canvas.text(word, (at, row), small, color) + 0.012 * size
+    canvas.dots(np.array([(at + 0.006 * size, row + 0.3 * small)]), 0.008 * size, [TEXT])
+    _plot(
+        canvas, frame, Rect(0.085 * size, rect.top + 0.125 * size, 0.885 * size, rect.height - 0.172 * size)
+    )
+
+
+def range_text(ranges: FloatArray) -> str:
+    """Return the range of all agents or, where they differ, mean and standard deviation."""
+    return f"{ranges[0]:.1f}" if np.ptp(ranges) == 0 else f"{ranges.mean():.1f} ± {ranges.std():.1f}"
+
+
+def _plot(canvas: Canvas, frame: FlockFrame, plot: Rect) -> None:
+    highest = frame.mean_distance.max()
+    if not np.isfinite(highest):
+        return  # no predator, no distance
+    size, small = canvas.size, round(0.032 * canvas.size)
+    horizon = frame.scenario.num_steps * frame.scenario.time_step
+    step, tick = nice(highest / 2.6), nice(horizon / 8)
+    top = step * np.ceil(highest / step)
+
+    def at(times: ArrayLike, distances: ArrayLike) -> FloatArray:
+        x = plot.left + plot.width * np.asarray(times) / horizon
+        y = plot.bottom - plot.height * np.asarray(distances) / top
+        return np.stack(np.broadcast_arrays(x, y), axis=-1)
+
+    for level in np.arange(0.0, top + step / 2, step):
+        line = at([0.0, horizon], level)
+        canvas.segments(line[np.newaxis], [GRID if level else FRAME])
+        canvas.text(f"{level:g}", (plot.left - 0.012 * size, line[0, 1]), small, FAINT_TEXT, "midright")
+    for time in np.arange(0.0, horizon + tick / 1e6, tick):
+        x, y = at(time, 0.0).tolist()
+        canvas.text(f"{time:g}", (x, y + 0.01 * size), small, FAINT_TEXT, "midtop")
+    canvas.path(at(frame.times, frame.min_distance), MINIMUM, 0.004 * size)
+    canvas.path(at(frame.times, frame.mean_distance), MEAN, 0.004 * size)
+    first = int(np.argmin(frame.objective))
+    level = at(frame.times, frame.objective)[first:]
+    canvas.path(level, TEXT, 0.002 * size)
+    canvas.dots(level[:1], 0.008 * size, [TEXT])

@@ -1,0 +1,141 @@
+"""What an environment shows: it hands over its state after each reset and step, and asks for pictures."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from flockesc_env._checks import FloatArray
+from flockesc_env.batch import FlockBatch
+from flockesc_env.errors import EpisodeError
+from flockesc_env.render.canvas import Image
+from flockesc_env.render.flock import draw_flock
+from flockesc_env.render.frame import FlockHistory, FlockMoment
+from flockesc_env.render.line import LineFrame, draw_line
+from flockesc_env.render.options import RenderMode, RenderOptions
+from flockesc_env.render.window import Window
+from flockesc_env.scenario import LineScenario
+
+
+class Viewer(ABC):
+    """Pictures of what an environment holds, as arrays or in a window.
+
+    Args:
+        mode: ``"rgb_array"`` or ``"human"``.
+        options: what the pictures show.
+        fps: pictures per second in the window.
+    """
+
+    def __init__(self, mode: RenderMode, options: RenderOptions, fps: int) -> None:
+        self._options = options
+        self._window = Window(fps) if mode == "human" else None
+
+    @abstractmethod
+    def images(self) -> list[Image]:
+        """Return a picture of every flock, or of the line.
+
+        Raises:
+            EpisodeError: before the first reset.
+        """
+
+    def render(self) -> list[Image] | None:
+        """Return ``images`` or, in mode ``"human"``, show them.
+
+        Raises:
+            EpisodeError: before the first reset.
+        """
+        if self._window is None:
+            return self.images()
+        self._window.show(_tiled(self.images()))
+        return None
+
+    def close(self) -> None:
+        """Close the window, if there is one; twice is fine."""
+        if self._window is not None:
+            self._window.close()
+
+    def _show(self) -> None:
+        """Show what has just come, where it is shown without being asked for."""
+        if self._window is not None:
+            self.render()
+
+
+class FlockViewer(Viewer):
+    """Pictures of the flocks of a batch."""
+
+    def __init__(self, batch: FlockBatch, mode: RenderMode, options: RenderOptions, fps: int) -> None:
+        super().__init__(mode, options, fps)
+        self._batch = batch
+        self._histories = [FlockHistory(batch.scenario) for _ in range(batch.num_flocks)]
+
+    def update(self) -> None:
+        """Take the state of every flock, after a reset or a step."""
+        metrics = self._batch.metrics()
+        objective = metrics[
+            "min_mean_distance" if self._batch.options.objective == "mean" else "min_min_distance"
+        ]
+        for slot, history in enumerate(self._histories):
+            state = self._batch.state(slot)
+            history.add(
+                FlockMoment(
+                    step=state["step"],
+                    positions=state["positions"],
+                    velocities=state["velocities"],
+                    predator_positions=state["predator_positions"],
+                    predator_velocities=state["predator_velocities"],
+                    interaction_range=state["interaction_range"],
+                    mean_distance=float(metrics["mean_distance"][slot]),
+                    min_distance=float(metrics["min_distance"][slot]),
+                    objective=float(objective[slot]),
+                )
+            )
+        self._show()
+
+    def images(self) -> list[Image]:
+        """Return a picture of every flock.
+
+        Raises:
+            EpisodeError: before the first reset.
+        """
+        frames = [history.frame() for history in self._histories]
+        started = [frame for frame in frames if frame is not None]
+        if len(started) < len(frames):
+            raise EpisodeError("render", "a reset before anything else", "no episode")
+        return [draw_flock(frame, self._options) for frame in started]
+
+
+class LineViewer(Viewer):
+    """The picture of a line."""
+
+    def __init__(self, scenario: LineScenario, mode: RenderMode, options: RenderOptions, fps: int) -> None:
+        super().__init__(mode, options, fps)
+        self._scenario = scenario
+        self._moments: list[tuple[int, FloatArray, float]] = []
+
+    def update(self, steps: int, states: FloatArray, interaction_range: float) -> None:
+        """Take the number of steps made, x, shape (n,), and rho of the last step, after a reset or a step."""
+        if steps == 0:
+            self._moments = []
+        self._moments.append((steps, states, interaction_range))
+        self._show()
+
+    def images(self) -> list[Image]:
+        """Return the picture of the line.
+
+        Raises:
+            EpisodeError: before the first reset.
+        """
+        if not self._moments:
+            raise EpisodeError("render", "a reset before anything else", "no episode")
+        steps, states, ranges = (np.array(column) for column in zip(*self._moments, strict=True))
+        return [draw_line(LineFrame(self._scenario, steps, states, ranges), self._options)]
+
+
+def _tiled(images: list[Image]) -> Image:
+    """Put pictures of one size side by side, in about as many rows as columns."""
+    columns = int(np.ceil(np.sqrt(len(images))))
+    rows = -(-len(images) // columns)
+    blank = np.full_like(images[0], 255)
+    filled = [*images, *[blank] * (rows * columns - len(images))]
+    return np.vstack([np.hstack(filled[row * columns : (row + 1) * columns]) for row in range(rows)])

@@ -1,0 +1,113 @@
+"""Recorded runs as video files, one or several side by side. Needs the ``video`` extra."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flockesc_env._checks import as_count, as_floats
+from flockesc_env.errors import ArgumentError
+from flockesc_env.render import require
+from flockesc_env.render.colors import FRAME
+from flockesc_env.render.frame import FlockFrame, recorded_frames
+from flockesc_env.render.options import RenderOptions, as_render_options
+from flockesc_env.simulate import Trajectory
+from flockesc_env.sweep import Progress
+
+_FORMATS: dict[str, dict[str, Any]] = {
+    ".mp4": {"codec": "libx264", "quality": 6},
+    ".gif": {
+        "codec": "gif",
+        "pix_fmt_out": "pal8",
+        # One palette from all frames, and only what has changed in each: small files without flicker.
+        "output_params": ["-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none", "-loop", "0"],
+    },
+}
+"""What ffmpeg is told, by the file's suffix."""
+
+
+def write_video(
+    runs: Sequence[tuple[str, Trajectory]],
+    path: str | Path,
+    *,
+    fps: int = 20,
+    speed: float = 1.0,
+    options: RenderOptions | None = None,
+    progress: Progress | None = None,
+) -> None:
+    """Write a video of runs side by side; an older file stays whole until the new one is complete.
+
+    A run that is over waits for the longest.
+
+    Args:
+        runs: a name to write above, and the run, for each.
+        path: a file that ends in ``.mp4`` or ``.gif``.
+        fps: frames per second.
+        speed: seconds of the model per second of the video.
+        options: what the pictures show; ``size`` is the width of one run.
+        progress: called with (written frames, all frames); an exception that it raises stops the video.
+
+    Raises:
+        ArgumentError: naming the argument that is of a wrong type or value.
+        ScenarioError: for options that do not fit a flock.
+        DependencyNotInstalled: without pygame or imageio-ffmpeg.
+    """
+    path, options = Path(path), as_render_options(options)
+    if path.suffix not in _FORMATS:
+        raise ArgumentError("path", f"a file that ends in {' or '.join(_FORMATS)}", path)
+    if not path.parent.is_dir():
+        raise ArgumentError("path", "a file in a folder that exists", path)
+    fps = as_count(fps, "fps")
+    pace = float(as_floats(speed, "speed", ()))
+    if pace <= 0:
+        raise ArgumentError("speed", "a number above 0", pace)
+    if not runs:
+        raise ArgumentError("runs", "at least one run", "none")
+    for index, (_, run) in enumerate(runs):
+        if not isinstance(run, Trajectory):
+            raise ArgumentError(f"runs[{index}]", "a name and a Trajectory", repr(run))
+        options.selected(run.scenario.num_agents)
+    require("pygame", "imageio_ffmpeg")
+    import imageio_ffmpeg  # type: ignore[import-untyped]
+
+    from flockesc_env.render.flock import draw_flock
+
+    last = max(float(run.times[-1]) for _, run in runs)
+    times = np.arange(round(last / pace * fps) + 1) * pace / fps
+    films = [_frames(run, times.tolist()) for _, run in runs]
+    unfinished = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
+    size = len(runs) * options.size, options.size
+    writer = imageio_ffmpeg.write_frames(
+        unfinished, size, fps=fps, macro_block_size=1, **_FORMATS[path.suffix]
+    )
+    try:
+        writer.send(None)  # starts ffmpeg
+        for done, frames in enumerate(zip(*films, strict=True), 1):
+            pictures = [
+                draw_flock(frame, options, name) for frame, (name, _) in zip(frames, runs, strict=True)
+            ]
+            for picture in pictures[1:]:
+                picture[:, :2] = FRAME
+            writer.send(np.hstack(pictures))
+            if progress is not None:
+                progress(done, len(times))
+        writer.close()  # waits for ffmpeg
+        unfinished.replace(path)
+    finally:
+        writer.close()
+        unfinished.unlink(missing_ok=True)
+
+
+def _frames(run: Trajectory, times: Iterable[float]) -> Iterator[FlockFrame]:
+    """Yield the frame of a run at each of some rising times in s, the last one from its end on."""
+    frames = enumerate(recorded_frames(run))
+    step, frame = next(frames)
+    for time in times:
+        wanted = min(round(time / run.scenario.time_step), run.scenario.num_steps)
+        while step < wanted:
+            step, frame = next(frames)
+        yield frame
