@@ -22,6 +22,7 @@ from flockesc_env.errors import (
     ScenarioError,
 )
 from flockesc_env.options import EnvOptions, LineOptions
+from flockesc_env.render import RenderOptions
 from flockesc_env.rollout import Episodes, record, rollout
 from flockesc_env.scenario import ConstantVelocity, FlockScenario, LineScenario, Metric, PurePursuit
 from flockesc_env.seeds import episode_seed
@@ -49,6 +50,7 @@ __all__ = [
     "Metric",
     "PurePursuit",
     "RecordError",
+    "RenderOptions",
     "ScenarioError",
     "SweepResult",
     "Trajectory",

@@ -79,7 +79,6 @@ def loaded_after(statement: str) -> set[str]:
         "from flockesc_env import *",
         "import gymnasium; gymnasium.make('flockesc_env:flockesc/FlockEscape-v0').reset(seed=0)",
         "import flockesc_env; flockesc_env.parallel_env().reset(seed=0)",
-        "import flockesc_env.render, flockesc_env.video",
         "from flockesc_env import *; sweep(LineScenario(), [0.1], [0]).best_range()",
     ],
 )
