@@ -82,7 +82,12 @@ def write_video(
     unfinished = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     size = len(runs) * options.size, options.size
     writer = imageio_ffmpeg.write_frames(
-        unfinished, size, fps=fps, macro_block_size=1, **_FORMATS[path.suffix]
+        unfinished,
+        size,
+        fps=fps,
+        macro_block_size=1,
+        ffmpeg_log_level="error",  # GIFs have colors twice, which is no news
+        **_FORMATS[path.suffix],
     )
     try:
         writer.send(None)  # starts ffmpeg
