@@ -69,7 +69,7 @@ BAD = {
         "position: expected numbers",
     ),
     "no range of seeds": (["sweep", "--seeds", "5"], "expected START:STOP"),
-    "command": (["fly"], "simulate, sweep, replay, bench"),
+    "command": (["fly"], "simulate, sweep, paper, watch, replay, bench"),
 }
 
 
