@@ -54,14 +54,18 @@ def small_line() -> LineScenario:
 def test_gymnasium_flock(options: Options, dimension: int) -> None:
     env = gymnasium.make(FLOCK_ID, scenario=small_flock(dimension), **options)
     with allowing_unscaled_actions(options):
-        check_gymnasium(env.unwrapped, skip_render_check=True)  # a window waits; tests/test_render.py
+        check_gymnasium(
+            env.unwrapped, skip_render_check=True
+        )  # a window waits; tests/test_render_environments.py
 
 
 @line_options
 def test_gymnasium_line(options: Options) -> None:
     env = gymnasium.make(LINE_ID, scenario=small_line(), **options)
     with allowing_unscaled_actions(options):
-        check_gymnasium(env.unwrapped, skip_render_check=True)  # a window waits; tests/test_render.py
+        check_gymnasium(
+            env.unwrapped, skip_render_check=True
+        )  # a window waits; tests/test_render_environments.py
 
 
 @dimensions

@@ -1,0 +1,288 @@
+"""Environments show themselves: every mode in every interface, with or without a display."""
+
+from __future__ import annotations
+
+import copy
+import os
+import signal
+import subprocess
+import sys
+from itertools import pairwise
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.error import DependencyNotInstalled
+from gymnasium.utils.env_checker import check_env
+from option_table import small_flock
+
+import flockesc_env
+from flockesc_env import (
+    EpisodeError,
+    FlockEscapeEnv,
+    FlockParallelEnv,
+    FlockVectorEnv,
+    LineEscapeEnv,
+    LineScenario,
+    ScenarioError,
+    parallel_env,
+    simulate,
+    simulate_line,
+)
+from flockesc_env.render import RenderOptions, draw
+from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+
+SIZE = 512
+FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v0"
+LINE_ID = "flockesc_env:flockesc/LineEscape-v0"
+
+SINGLE = {
+    "flock": lambda **options: FlockEscapeEnv(small_flock(), **options),
+    "space": lambda **options: FlockEscapeEnv(small_flock(3), **options),
+    "line": lambda **options: LineEscapeEnv(LineScenario(num_agents=30), **options),
+    "parallel": lambda **options: parallel_env(small_flock(), **options),
+}
+BATCHED = {
+    "vector": lambda **options: FlockVectorEnv(3, small_flock(), **options),
+    "sb3 flocks": lambda **options: FlockVecEnv(3, small_flock(), **options),
+    "sb3 agents": lambda **options: AgentVecEnv(3, small_flock(), **options),
+}
+single = pytest.mark.parametrize("interface", SINGLE)
+every = pytest.mark.parametrize("interface", [*SINGLE, *BATCHED])
+
+
+def make(interface: str, **options: Any) -> Any:
+    return (SINGLE | BATCHED)[interface](**options)
+
+
+def reset(env: Any, seed: int = 0) -> None:
+    if hasattr(env, "env_is_wrapped"):  # SB3
+        env.seed(seed)
+        env.reset()
+    else:
+        env.reset(seed=seed)
+
+
+def step(env: Any, value: float = -0.8) -> None:
+    if isinstance(env, FlockParallelEnv):
+        env.step({agent: np.array([value], np.float32) for agent in env.agents})
+    else:
+        slots = (env.num_envs, 1) if hasattr(env, "num_envs") else (1,)
+        env.step(np.full(slots, value, np.float32))
+
+
+@single
+def test_pictures_follow_the_episode(interface: str) -> None:
+    env = make(interface, render_mode="rgb_array")
+    reset(env)
+    pictures = [env.render()]
+    for _ in range(3):
+        step(env)
+        pictures.append(env.render())
+    for picture in pictures:
+        assert picture.shape == (SIZE, SIZE, 3)
+        assert picture.dtype == np.uint8
+        assert picture.flags.writeable
+    for before, after in pairwise(pictures):
+        assert not np.array_equal(before, after)
+    np.testing.assert_array_equal(env.render(), pictures[-1])
+    reset(env)
+    np.testing.assert_array_equal(env.render(), pictures[0])
+    env.close()
+    env.close()
+
+
+@pytest.mark.parametrize("interface", BATCHED)
+def test_a_batch_shows_every_flock(interface: str) -> None:
+    env = make(interface, render_mode="rgb_array")
+    twin = make("parallel" if interface == "sb3 agents" else "flock", render_mode="rgb_array")
+    reset(env, 4)
+    step(env)
+    pictures = env.render() if interface == "vector" else env.get_images()
+    assert len(pictures) == 3
+    for flock, picture in enumerate(pictures):
+        reset(twin, 4 + flock)
+        step(twin)
+        np.testing.assert_array_equal(picture, twin.render())
+    if interface != "vector":
+        assert env.render().shape == (2 * SIZE, 2 * SIZE, 3)
+    env.close()
+    env.close()
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep", "Disabled"])
+def test_a_new_episode_starts_a_new_picture(mode: str) -> None:
+    """Nothing of the last episode is left, whoever resets, and a slot left alone keeps its picture."""
+    env = FlockVectorEnv(2, small_flock(), autoreset_mode=mode, render_mode="rgb_array")
+    env.reset(seed=0)
+    for _ in range(10):
+        step(env)
+    last = env.render()
+    if mode == "NextStep":
+        step(env)
+    elif mode == "Disabled":
+        env.reset(options={"reset_mask": np.array([True, False])})
+        np.testing.assert_array_equal(env.render()[1], last[1])
+    fresh = FlockEscapeEnv(small_flock(), render_mode="rgb_array")
+    fresh.reset(seed=flockesc_env.episode_seed(0, 1))
+    np.testing.assert_array_equal(env.render()[0], fresh.render())
+
+
+@pytest.mark.parametrize("per_agent", [False, True])
+def test_environments_and_recorded_runs_look_the_same(per_agent: bool) -> None:
+    scenario = small_flock(num_steps=20)
+    ranges = np.arange(5.0, 10.0) if per_agent else np.array([7.0])
+    maker = FlockParallelEnv if per_agent else FlockEscapeEnv
+    env = maker(scenario, action_mode="range", render_mode="rgb_array")
+    env.reset(seed=3)
+    run = simulate(scenario, ranges if per_agent else 7.0, seed=3)
+    np.testing.assert_array_equal(env.render(), draw(run, 0))
+    for made in range(1, 21):
+        env.step(
+            {agent: [rho] for agent, rho in zip(env.agents, ranges, strict=True)} if per_agent else ranges
+        )
+        np.testing.assert_array_equal(env.render(), draw(run, made))
+
+
+def test_line_environments_and_recorded_runs_look_the_same() -> None:
+    scenario = LineScenario(num_agents=30)
+    env = LineEscapeEnv(scenario, action_mode="range", render_mode="rgb_array")
+    env.reset(seed=3)
+    run = simulate_line(scenario, 0.1, seed=3)
+    for made in range(run.steps):
+        np.testing.assert_array_equal(env.render(), draw(run, made))
+        env.step([0.1])
+    np.testing.assert_array_equal(env.render(), draw(run, run.steps))
+
+
+@every
+def test_the_window_shows_what_arrays_hold(interface: str) -> None:
+    import pygame
+
+    env, twin = make(interface, render_mode="human"), make(interface, render_mode="rgb_array")
+    try:
+        for each in (env, twin):
+            reset(each)
+        shown = [pygame.surfarray.array3d(pygame.display.get_surface()).transpose(1, 0, 2)]
+        pictures = [twin.render()]
+        for each in (env, twin):
+            step(each)
+        shown.append(pygame.surfarray.array3d(pygame.display.get_surface()).transpose(1, 0, 2))
+        pictures.append(twin.render())
+        assert env.render() is None
+        for screen, picture in zip(shown, pictures, strict=True):
+            first = picture[0] if interface == "vector" else picture
+            np.testing.assert_array_equal(
+                screen[: first.shape[0], : first.shape[1]][:SIZE, :SIZE], first[:SIZE, :SIZE]
+            )
+    finally:
+        env.close()
+    assert pygame.display.get_surface() is None
+    env.close()
+
+
+@every
+def test_nothing_is_kept_without_a_mode(interface: str) -> None:
+    env = make(interface)
+    reset(env)
+    step(env)
+    assert env.render_mode is None
+    with pytest.warns(UserWarning, match="render"):
+        assert env.render() is None
+    env.close()
+    env.close()
+
+
+@every
+def test_bad_modes_and_options_are_refused(interface: str) -> None:
+    with pytest.raises(
+        ScenarioError, match="render_mode: expected one of human, rgb_array or None, got 'ansi'"
+    ):
+        make(interface, render_mode="ansi")
+    with pytest.raises(ScenarioError, match="render_options"):
+        make(interface, render_mode="rgb_array", render_options={"size": 512})
+    if interface != "line":
+        with pytest.raises(ScenarioError, match="agents: expected indices below 5, got 5"):
+            make(interface, render_options=RenderOptions(agents=(0, 5)))
+
+
+@every
+def test_render_before_reset_is_refused(interface: str) -> None:
+    with pytest.raises(EpisodeError, match="render"):
+        make(interface, render_mode="rgb_array").render()
+
+
+@every
+def test_without_pygame_the_extra_is_named(interface: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pygame", None)
+    with pytest.raises(DependencyNotInstalled, match=r'pip install "flockesc-env\[video\]"'):
+        make(interface, render_mode="rgb_array")
+    make(interface)
+
+
+@single
+def test_copies_show_the_same_and_then_their_own(interface: str) -> None:
+    env = make(interface, render_mode="rgb_array")
+    reset(env)
+    step(env)
+    twin = copy.deepcopy(env)
+    before = env.render()
+    np.testing.assert_array_equal(twin.render(), before)
+    step(twin)
+    np.testing.assert_array_equal(env.render(), before)
+    step(env)
+    np.testing.assert_array_equal(env.render(), twin.render())
+
+
+@pytest.mark.parametrize("size", [160, 300])
+@single
+def test_sizes(interface: str, size: int) -> None:
+    env = make(interface, render_mode="rgb_array", render_options=RenderOptions(size=size))
+    reset(env)
+    assert env.render().shape == (size, size, 3)
+
+
+@pytest.mark.parametrize(("steps_per_action", "fps"), [(1, 20), (4, 5), (7, 3), (100, 1)])
+def test_pictures_per_second_are_those_of_the_model(steps_per_action: int, fps: int) -> None:
+    for interface in ("flock", "parallel", *BATCHED):
+        env = make(interface, steps_per_action=steps_per_action)
+        assert env.metadata["render_fps"] == fps
+        assert env.metadata["render_modes"] == ["human", "rgb_array"]
+
+
+@pytest.mark.parametrize("mode", ["rgb_array", "human"])
+@pytest.mark.parametrize(
+    ("name", "arguments"), [(FLOCK_ID, {}), (FLOCK_ID, {"scenario": small_flock(3)}), (LINE_ID, {})]
+)
+def test_gymnasium_checks_every_mode(name: str, arguments: dict[str, Any], mode: str) -> None:
+    check_env(gymnasium.make(name, render_mode=mode, **arguments).unwrapped)
+
+
+def test_a_window_leaves_signals_alone() -> None:
+    """SDL would turn SIGTERM into an event, and pools of forked workers would wait for ever."""
+    script = """
+import os, signal
+from flockesc_env import FlockEscapeEnv
+env = FlockEscapeEnv(render_mode="human")
+env.reset(seed=0)
+os.kill(os.getpid(), signal.SIGTERM)
+"""
+    run = subprocess.run([sys.executable, "-c", script], check=False)  # noqa: S603
+    assert run.returncode == -signal.SIGTERM
+
+
+def test_no_display_is_needed() -> None:
+    script = """
+import gymnasium
+env = gymnasium.make("flockesc_env:flockesc/FlockEscape-v0", render_mode="rgb_array")
+env.reset(seed=0)
+env.step(env.action_space.high)
+assert env.render().std() > 0
+import pygame
+assert not pygame.display.get_init()
+"""
+    bare = {name: value for name, value in os.environ.items() if name not in {"DISPLAY", "SDL_VIDEODRIVER"}}
+    command = [sys.executable, "-c", script]
+    run = subprocess.run(command, env=bare, capture_output=True, text=True, check=False)  # noqa: S603
+    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
