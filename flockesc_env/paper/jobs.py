@@ -151,10 +151,6 @@ class Cache:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
-    def has(self, job: Job) -> bool:
-        """Return whether the job has been done."""
-        return self._path(job).exists()
-
     def get(self, job: Job) -> Arrays:
         """Return the results of a job: from its file, or computed and then kept."""
         path = self._path(job)
