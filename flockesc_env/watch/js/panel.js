@@ -56,7 +56,7 @@ class Panel {
     }
     values.numComponents.textContent = run.numComponents[step];
     const [mean, low, high] = [run.meanRange[step], run.lowRange[step], run.highRange[step]];
-    const spread = high > low ? element("small", {}, ` (${low.toFixed(0)} to ${high.toFixed(0)})`) : "";
+    const spread = high > low ? element("small", {}, ` (${low.toFixed(0)}–${high.toFixed(0)})`) : "";
     values.range.replaceChildren(...quantity(mean.toFixed(1)), spread);
   }
 }
