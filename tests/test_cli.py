@@ -21,6 +21,7 @@ from flockesc_env import (
     sweep,
 )
 from flockesc_env.cli.exits import Exit
+from flockesc_env.contenders import built_in
 from flockesc_env.records import load, save
 
 
@@ -41,6 +42,18 @@ def test_a_simulation_is_the_librarys(capsys: pytest.CaptureFixture[str], tmp_pa
     for_people = Ran(capsys, "simulate", *flags).out
     assert f"{run.mean_distance.min():.3f}" in for_people
     assert "J_mean" in for_people
+
+
+def test_a_policy_is_simulated(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "run.npz"
+    flags = ["--policy", "stubborn-leaders", "--seed", 7, *SMALL_FLAGS, "--json", "--output", path]
+    document = Ran(capsys, "simulate", *flags).json()
+    run = built_in("stubborn-leaders").record(7, SMALL)
+    assert (document["policy"], document["interaction_range"]) == ("stubborn-leaders", None)
+    assert document["min_mean_distance"] == run.mean_distance.min()
+    assert load(path).name == "stubborn-leaders"
+    np.testing.assert_array_equal(load(path).trajectory.interaction_ranges, run.interaction_ranges)
+    assert Ran(capsys, "replay", path).code == Exit.DONE
 
 
 def test_a_line_is_simulated(capsys: pytest.CaptureFixture[str]) -> None:

@@ -55,7 +55,16 @@ BAD = {
     "repetitions": (["bench", "--repetitions", "0"], "repetitions: expected an integer of at least 1"),
     "flag": (["simulate", "--interaction-range", "1", "--num-agent", "4"], "--num-agent"),
     "model": (["simulate", "--interaction-range", "1", "--model", "cube"], "--model"),
-    "missing": (["simulate"], "--interaction-range"),
+    "missing": (["simulate"], "interaction_range: expected one of interaction_range and policy, got none"),
+    "two rules": (
+        ["simulate", "--interaction-range", "1", "--policy", "random"],
+        "interaction_range: expected one of interaction_range and policy, got both",
+    ),
+    "policy": (["simulate", "--policy", "fixed:far"], "policy: expected one of fixed:RHO"),
+    "policy of a line": (
+        ["simulate", "--model", "line", "--policy", "random"],
+        "policy: expected none for a line, got 'random'",
+    ),
     "kind": (
         ["simulate", "--interaction-range", "1", "--predators", "owl"],
         "constant_velocity or pure_pursuit",

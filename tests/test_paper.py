@@ -219,5 +219,10 @@ def test_the_committed_page_is_that_of_the_committed_results() -> None:
     assert page.read_text() == markdown_page(results, COMMITTED, page)
     assert (COMMITTED / "paper.html").read_text() == html_page(results, COMMITTED)
     assert results.trials == Trials()
+    (best,) = (claim.measured[0].value for claim in results.claims if claim.where == "V, Fig. 9b")
+    readme = (ROOT / "README.md").read_text()
+    assert f"{len(results.claims)} claims" in readme
+    assert f"{best.mean:g} m is the best fixed range in expectation" in readme
+    assert f"95 % interval {best.low:g} to {best.high:g} m" in readme
     for picture in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page.read_text()):
         assert (page.parent / picture).is_file()

@@ -47,7 +47,13 @@ def run(
     from flockesc_env.paper.reproduction import reproduce  # heavy, and of an extra
 
     with bar("Measuring", total_size(trials), always=progress) as report:
-        results = reproduce(output, trials, page=page, progress=report)
+
+        def show_progress(done: int, total: int) -> None:
+            report(done, total)
+            if done == total:
+                note("measured; statistics and figures take another minute")
+
+        results = reproduce(output, trials, page=page, progress=show_progress)
     note(f"saved: {output / 'paper.html'}")
     if json:
         show_json({"command": "paper", "output": str(output), **json_.loads(results.to_json())})

@@ -6,13 +6,14 @@ import json as json_
 from pathlib import Path
 from typing import Annotated, Any
 
-from tyro.conf import arg
-
 from flockesc_env import records
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, ScenarioFlags, optional
 from flockesc_env.cli.output import check_output, note, show, show_json
-from flockesc_env.scenario import FlockScenario
+from flockesc_env.contenders import NAMES, built_in
+from flockesc_env.errors import ArgumentError
+from flockesc_env.scenario import FlockScenario, LineScenario
+from flockesc_env.seeds import fresh_seed
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
 
 _MEANINGS = {
@@ -29,7 +30,13 @@ _MEANINGS = {
 def run(
     scenario: ScenarioFlags,
     *,
-    interaction_range: Annotated[float, arg(help="rho, how far agents listen, in m (the line has no unit)")],
+    interaction_range: Annotated[
+        float | None,
+        *optional("rho, how far agents listen, in m (the line has no unit); this or a policy", "none"),
+    ] = None,
+    policy: Annotated[
+        str | None, *optional(f"what sets the ranges of a flock instead: {', '.join(NAMES)}", "none")
+    ] = None,
     seed: Annotated[
         int | None, *optional("seed of the initial state, from 0 to 2^64 - 1", "a new one, which is printed")
     ] = None,
@@ -38,7 +45,7 @@ def run(
     ] = None,
     json: Json = False,
 ) -> Exit:
-    """Run the model once under a fixed interaction range.
+    """Run the model once, under a fixed interaction range or a built-in policy.
 
     Prints how far the flock stayed from its predator, and what became of it.
 
@@ -48,13 +55,13 @@ def run(
     """
     check_output(output, [".npz"])
     chosen = scenario.build()
-    made: Trajectory | LineTrajectory
-    if isinstance(chosen, FlockScenario):
-        made = simulate(chosen, interaction_range, seed=seed)
-    else:
-        made = simulate_line(chosen, interaction_range, seed=seed)
+    if (interaction_range is None) == (policy is None):
+        expected = "one of interaction_range and policy"
+        raise ArgumentError("interaction_range", expected, "none" if policy is None else "both")
+    made = _run(chosen, interaction_range, policy, seed)
+    name = policy or f"range {interaction_range:g}"
     if output is not None:
-        records.save(made, output)
+        records.save(made, output, name=name)
     outcome = _outcome(made)
     if json:
         show_json(
@@ -63,6 +70,7 @@ def run(
                 "model": scenario.model,
                 "scenario": json_.loads(chosen.to_json()),
                 "interaction_range": interaction_range,
+                "policy": policy,
                 "seed": made.seed,
                 **outcome,
                 "output": None if output is None else str(output),
@@ -70,13 +78,26 @@ def run(
             }
         )
         return Exit.DONE
-    show(f"{chosen.num_agents} agents, interaction range {interaction_range:g}, seed {made.seed}")
+    show(f"{chosen.num_agents} agents, {name}, seed {made.seed}")
     for name, value in outcome.items():
         shown = f"{value:.3f}" if isinstance(value, float) else str(value)
         show(f"  {name:<17} {shown:>8}  {_MEANINGS[name]}")
     if output is not None:
         note(f"saved; to check it: flockesc replay {output}")
     return Exit.DONE
+
+
+def _run(
+    scenario: FlockScenario | LineScenario, rho: float | None, policy: str | None, seed: int | None
+) -> Trajectory | LineTrajectory:
+    if policy is not None:
+        if isinstance(scenario, LineScenario):
+            raise ArgumentError("policy", "none for a line", repr(policy))
+        return built_in(policy, "policy").record(fresh_seed() if seed is None else seed, scenario)
+    assert rho is not None  # noqa: S101, one of the two is given
+    if isinstance(scenario, LineScenario):
+        return simulate_line(scenario, rho, seed=seed)
+    return simulate(scenario, rho, seed=seed)
 
 
 def _outcome(made: Trajectory | LineTrajectory) -> dict[str, Any]:
