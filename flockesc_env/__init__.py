@@ -24,15 +24,32 @@ from flockesc_env.errors import (
 from flockesc_env.options import EnvOptions, LineOptions
 from flockesc_env.render import RenderOptions
 from flockesc_env.rollout import Episodes, record, rollout
-from flockesc_env.scenario import ConstantVelocity, FlockScenario, LineScenario, Metric, PurePursuit
+from flockesc_env.scenario import (
+    AlignedHeadings,
+    Clusters,
+    ConstantVelocity,
+    Disc,
+    FlockScenario,
+    Gaussian,
+    LineScenario,
+    Metric,
+    PurePursuit,
+    RandomHeadings,
+    Ring,
+    Segment,
+    Square,
+)
 from flockesc_env.seeds import episode_seed
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
 from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 
 __all__ = [
     "ActionError",
+    "AlignedHeadings",
     "ArgumentError",
+    "Clusters",
     "ConstantVelocity",
+    "Disc",
     "EnvOptions",
     "EpisodeError",
     "Episodes",
@@ -42,6 +59,7 @@ __all__ = [
     "FlockSweepResult",
     "FlockVectorEnv",
     "FlockescError",
+    "Gaussian",
     "LineEscapeEnv",
     "LineOptions",
     "LineScenario",
@@ -49,9 +67,13 @@ __all__ = [
     "LineTrajectory",
     "Metric",
     "PurePursuit",
+    "RandomHeadings",
     "RecordError",
     "RenderOptions",
+    "Ring",
     "ScenarioError",
+    "Segment",
+    "Square",
     "SweepResult",
     "Trajectory",
     "__version__",

@@ -6,13 +6,12 @@ import dataclasses
 import json
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, Self, TypeVar
+from typing import Any, ClassVar, Literal, Self, TypeVar, get_args
 
 from flockesc_env import _core
 from flockesc_env.errors import ScenarioError
 
 EscapeForce = Literal["constant", "linear", "linear_as_printed"]
-InitialRegion = Literal["cube", "square"]
 
 
 @dataclass(frozen=True)
@@ -52,16 +51,111 @@ class Metric:
     kind: ClassVar[str] = "metric"
 
 
+@dataclass(frozen=True)
+class Square:
+    """Agents start uniformly in [0, side]^D, a square or in space a cube; side is ``initial_side``."""
+
+    kind: ClassVar[str] = "square"
+
+
+@dataclass(frozen=True)
+class Disc:
+    """Agents start uniformly in a disc, in space a ball, around the center of the initial region.
+
+    Attributes:
+        radius: in m, above 0.
+    """
+
+    kind: ClassVar[str] = "disc"
+    radius: float = 50.0
+
+
+@dataclass(frozen=True)
+class Ring:
+    """Agents start uniformly in a ring, in space a spherical shell, around the center of the initial region.
+
+    Attributes:
+        radius: mean of the inner and the outer radius in m, above 0.
+        width: their difference in m, from 0 to 2 ``radius``.
+    """
+
+    kind: ClassVar[str] = "ring"
+    radius: float = 50.0
+    width: float = 0.0
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Agents start uniformly along a line segment.
+
+    Attributes:
+        start: one end in m, 2 numbers or as many as the scenario's dimension (a missing z is 0).
+        end: the other end in m, likewise.
+    """
+
+    kind: ClassVar[str] = "segment"
+    start: tuple[float, ...] = (0.0, 100.0)
+    end: tuple[float, ...] = (100.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Gaussian:
+    """Agents start normally distributed around the center of the initial region.
+
+    Attributes:
+        standard_deviation: of every coordinate in m, at least 0.
+    """
+
+    kind: ClassVar[str] = "gaussian"
+    standard_deviation: float = 25.0
+
+
+@dataclass(frozen=True)
+class Clusters:
+    """Agents start normally distributed around centers, which are uniform in the initial region.
+
+    Attributes:
+        num_clusters: number of centers, at least 1; agent i belongs to center i modulo this number.
+        spread: standard deviation of every coordinate around its center in m, at least 0.
+    """
+
+    kind: ClassVar[str] = "clusters"
+    num_clusters: int = 5
+    spread: float = 5.0
+
+
+@dataclass(frozen=True)
+class RandomHeadings:
+    """Agents head in directions uniform over all."""
+
+    kind: ClassVar[str] = "random"
+
+
+@dataclass(frozen=True)
+class AlignedHeadings:
+    """Agents head in directions uniform over those close to one.
+
+    Attributes:
+        direction: of any length but 0, 2 numbers or as many as the scenario's dimension (a missing z is 0).
+        spread: largest angle off it in rad, from 0 to pi.
+    """
+
+    kind: ClassVar[str] = "aligned"
+    direction: tuple[float, ...] = (1.0, 0.0)
+    spread: float = 0.0
+
+
 Predator = ConstantVelocity | PurePursuit
 NeighborRule = Metric
+InitialPositions = Square | Disc | Ring | Segment | Gaussian | Clusters
+InitialHeadings = RandomHeadings | AlignedHeadings
+Part = Predator | NeighborRule | InitialPositions | InitialHeadings
 
 _T = TypeVar("_T")
 
 _INTEGER_LIMIT = 2**63
 
-_VARIANTS: dict[str, type[Predator | NeighborRule]] = {
-    variant.kind: variant for variant in (ConstantVelocity, PurePursuit, Metric)
-}
+_VARIANTS: dict[str, type[Part]] = {variant.kind: variant for variant in get_args(Part)}
 
 
 class _Document:
@@ -110,9 +204,12 @@ class FlockScenario(_Document):
         time_step: length dt of a step in s.
         mass: mass m of an agent in kg.
         speed: speed v0 of the agents in m/s.
-        initial_side: side in m of the region where agents start; also the length scale of observations.
-        initial_region: ``"cube"``: positions uniform in [0, side]^D, headings over all directions;
-            ``"square"``: both in the plane z = 0 (the same as ``"cube"`` where D = 2).
+        initial_side: side in m of the initial region [0, side]^D, around whose center agents start; also the
+            length scale of observations.
+        initial_positions: where agents start: ``Square()``, ``Disc(radius)``, ``Ring(radius, width)``,
+            ``Segment(start, end)``, ``Gaussian(standard_deviation)`` or ``Clusters(num_clusters, spread)``.
+        initial_headings: where they head: ``RandomHeadings()`` or ``AlignedHeadings(direction, spread)``.
+        initial_plane: whether a flock in space starts in the plane z = 0, positions and headings.
         predator_range: distance rho_p in m up to which agents flee from a predator.
         repulsion_strength: strength s of the flight.
         constant_speed: whether agents keep speed v0 (step 4 of docs/model.md); ``False`` is the literal law.
@@ -130,7 +227,9 @@ class FlockScenario(_Document):
     mass: float = 0.1
     speed: float = 10.0
     initial_side: float = 100.0
-    initial_region: InitialRegion = "cube"
+    initial_positions: InitialPositions = Square()
+    initial_headings: InitialHeadings = RandomHeadings()
+    initial_plane: bool = False
     predator_range: float = 30.0
     repulsion_strength: float = 10.0
     constant_speed: bool = True
@@ -174,7 +273,7 @@ class LineScenario(_Document):
 
 
 def _plain(value: Any, annotation: Any = None) -> Any:
-    if isinstance(value, Predator | NeighborRule):
+    if isinstance(value, Part):
         parts = {f.name: _plain(getattr(value, f.name), f.type) for f in dataclasses.fields(value)}
         return type(value)(**parts)
     if hasattr(value, "tolist"):  # numpy scalars and arrays
@@ -189,7 +288,7 @@ def _plain(value: Any, annotation: Any = None) -> Any:
 
 
 def _to_document(value: Any, path: str) -> Any:
-    if isinstance(value, Predator | NeighborRule):
+    if isinstance(value, Part):
         return {value.kind: _fields(value, f"{path}.{value.kind}.")}
     if isinstance(value, _Document):
         return _fields(value, "")

@@ -68,6 +68,14 @@ BAD = {
         ["simulate", "--interaction-range", "1", "--predators", "pure_pursuit", "position=a"],
         "position: expected numbers",
     ),
+    "start": (
+        ["simulate", "--interaction-range", "1", "--initial-positions", "ring", "radius=0"],
+        "initial_positions.ring.radius: expected",
+    ),
+    "no start": (
+        ["simulate", "--interaction-range", "1", "--initial-positions", "torus"],
+        "square or disc or ring or segment or gaussian or clusters",
+    ),
     "no range of seeds": (["sweep", "--seeds", "5"], "expected START:STOP"),
     "command": (["fly"], "simulate, sweep, paper, watch, replay, bench"),
 }

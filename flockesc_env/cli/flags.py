@@ -116,9 +116,7 @@ def _scenario_spec(default: Scenario) -> StructConstructorSpec:
     )
     models: Any = Annotated[
         Literal["flock", "line"],
-        arg(
-            help="the flock in the plane or in space, or the line; --model line --help lists the line's flags"
-        ),
+        arg(help="the flock in the plane or in space, or the line, whose flags --model line --help lists"),
     ]
     file: Any = Annotated[
         Path | None,
