@@ -21,29 +21,27 @@ from flockesc_env.errors import (
     RecordError,
     ScenarioError,
 )
-from flockesc_env.options import EnvOptions, LineOptions
-from flockesc_env.render import RenderOptions
-from flockesc_env.rollout import Episodes, record, rollout
-from flockesc_env.scenario import (
+from flockesc_env.initial import (
     AlignedHeadings,
     Clusters,
-    ConstantVelocity,
     Disc,
-    FlockScenario,
     Gaussian,
-    LineScenario,
-    Metric,
-    PurePursuit,
     RandomHeadings,
     Ring,
     Segment,
     Square,
 )
+from flockesc_env.options import EnvOptions, LineOptions
+from flockesc_env.presets import PRESETS, preset
+from flockesc_env.render import RenderOptions
+from flockesc_env.rollout import Episodes, record, rollout
+from flockesc_env.scenario import ConstantVelocity, FlockScenario, LineScenario, Metric, PurePursuit
 from flockesc_env.seeds import episode_seed
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
 from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 
 __all__ = [
+    "PRESETS",
     "ActionError",
     "AlignedHeadings",
     "ArgumentError",
@@ -82,6 +80,7 @@ __all__ = [
     "graph",
     "parallel_env",
     "policies",
+    "preset",
     "raw_env",
     "record",
     "records",

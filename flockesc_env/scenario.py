@@ -5,11 +5,15 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import tomllib
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Self, TypeVar, get_args
 
+import tomli_w
+
 from flockesc_env import _core
 from flockesc_env.errors import ScenarioError
+from flockesc_env.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
 
 EscapeForce = Literal["constant", "linear", "linear_as_printed"]
 
@@ -51,104 +55,8 @@ class Metric:
     kind: ClassVar[str] = "metric"
 
 
-@dataclass(frozen=True)
-class Square:
-    """Agents start uniformly in [0, side]^D, a square or in space a cube; side is ``initial_side``."""
-
-    kind: ClassVar[str] = "square"
-
-
-@dataclass(frozen=True)
-class Disc:
-    """Agents start uniformly in a disc, in space a ball, around the center of the initial region.
-
-    Attributes:
-        radius: in m, above 0.
-    """
-
-    kind: ClassVar[str] = "disc"
-    radius: float = 50.0
-
-
-@dataclass(frozen=True)
-class Ring:
-    """Agents start uniformly in a ring, in space a spherical shell, around the center of the initial region.
-
-    Attributes:
-        radius: mean of the inner and the outer radius in m, above 0.
-        width: their difference in m, from 0 to 2 ``radius``.
-    """
-
-    kind: ClassVar[str] = "ring"
-    radius: float = 50.0
-    width: float = 0.0
-
-
-@dataclass(frozen=True)
-class Segment:
-    """Agents start uniformly along a line segment.
-
-    Attributes:
-        start: one end in m, 2 numbers or as many as the scenario's dimension (a missing z is 0).
-        end: the other end in m, likewise.
-    """
-
-    kind: ClassVar[str] = "segment"
-    start: tuple[float, ...] = (0.0, 100.0)
-    end: tuple[float, ...] = (100.0, 0.0)
-
-
-@dataclass(frozen=True)
-class Gaussian:
-    """Agents start normally distributed around the center of the initial region.
-
-    Attributes:
-        standard_deviation: of every coordinate in m, at least 0.
-    """
-
-    kind: ClassVar[str] = "gaussian"
-    standard_deviation: float = 25.0
-
-
-@dataclass(frozen=True)
-class Clusters:
-    """Agents start normally distributed around centers, which are uniform in the initial region.
-
-    Attributes:
-        num_clusters: number of centers, at least 1; agent i belongs to center i modulo this number.
-        spread: standard deviation of every coordinate around its center in m, at least 0.
-    """
-
-    kind: ClassVar[str] = "clusters"
-    num_clusters: int = 5
-    spread: float = 5.0
-
-
-@dataclass(frozen=True)
-class RandomHeadings:
-    """Agents head in directions uniform over all."""
-
-    kind: ClassVar[str] = "random"
-
-
-@dataclass(frozen=True)
-class AlignedHeadings:
-    """Agents head in directions uniform over those close to one.
-
-    Attributes:
-        direction: of any length but 0, 2 numbers or as many as the scenario's dimension (a missing z is 0).
-        spread: largest angle off it in rad, from 0 to pi.
-    """
-
-    kind: ClassVar[str] = "aligned"
-    direction: tuple[float, ...] = (1.0, 0.0)
-    spread: float = 0.0
-
-
 Predator = ConstantVelocity | PurePursuit
 NeighborRule = Metric
-InitialPositions = Square | Disc | Ring | Segment | Gaussian | Clusters
-InitialHeadings = RandomHeadings | AlignedHeadings
 Part = Predator | NeighborRule | InitialPositions | InitialHeadings
 
 _T = TypeVar("_T")
@@ -159,7 +67,7 @@ _VARIANTS: dict[str, type[Part]] = {variant.kind: variant for variant in get_arg
 
 
 class _Document:
-    """What both scenarios share: JSON in and out, ``replace``, checks by the core."""
+    """What both scenarios share: JSON and TOML in and out, ``replace``, checks by the core."""
 
     def to_json(self) -> str:
         """Return the scenario as one JSON document; numbers keep every bit."""
@@ -177,6 +85,26 @@ class _Document:
         except json.JSONDecodeError as error:
             raise ScenarioError("document", "valid JSON", error) from None
         return _build(cls, fields, "document")
+
+    def to_toml(self) -> str:
+        """Return the scenario as TOML; numbers keep every bit, and ``None`` is the text "None"."""
+        fields = json.loads(self.to_json())
+        return tomli_w.dumps({name: "None" if value is None else value for name, value in fields.items()})
+
+    @classmethod
+    def from_toml(cls, document: str) -> Self:
+        """Build a scenario from TOML; fields that it leaves out take their defaults.
+
+        Raises:
+            ScenarioError: naming a field that is unknown, of a wrong type or out of bounds.
+        """
+        try:
+            fields = tomllib.loads(document)
+        except tomllib.TOMLDecodeError as error:
+            raise ScenarioError("document", "valid TOML", error) from None
+        fields = {name: None if value == "None" else value for name, value in fields.items()}
+        # Through JSON, so that a date, which only TOML has, is a text of which the core names the field.
+        return cls.from_json(json.dumps(fields, default=str))
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some fields changed.
@@ -227,8 +155,8 @@ class FlockScenario(_Document):
     mass: float = 0.1
     speed: float = 10.0
     initial_side: float = 100.0
-    initial_positions: InitialPositions = Square()
-    initial_headings: InitialHeadings = RandomHeadings()
+    initial_positions: InitialPositions = Square()  # noqa: RUF009, frozen
+    initial_headings: InitialHeadings = RandomHeadings()  # noqa: RUF009, frozen
     initial_plane: bool = False
     predator_range: float = 30.0
     repulsion_strength: float = 10.0
@@ -270,6 +198,9 @@ class LineScenario(_Document):
     def __post_init__(self) -> None:
         self._normalize()
         _core.check_line_scenario(self.to_json())
+
+
+Scenario = FlockScenario | LineScenario
 
 
 def _plain(value: Any, annotation: Any = None) -> Any:

@@ -1,4 +1,4 @@
-"""Scenarios: one JSON document each way, plain values whatever came in, the paper's numbers by default."""
+"""Scenarios: one document each way, plain values whatever came in, the paper's numbers by default."""
 
 from __future__ import annotations
 
@@ -33,7 +33,8 @@ from flockesc_env import (
     Square,
     simulate,
 )
-from flockesc_env.scenario import InitialHeadings, InitialPositions, Predator
+from flockesc_env.initial import InitialHeadings, InitialPositions
+from flockesc_env.scenario import Predator
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 not_negative = st.floats(0, allow_infinity=False)
@@ -103,6 +104,11 @@ lines = st.builds(
     tolerance=not_negative,
     max_steps=st.integers(1, 10**9),
 )
+
+
+@given(flocks() | lines)
+def test_toml_keeps_every_bit(scenario: Any) -> None:
+    assert repr(type(scenario).from_toml(scenario.to_toml())) == repr(scenario)
 
 
 @given(flocks() | lines)

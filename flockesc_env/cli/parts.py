@@ -9,7 +9,8 @@ from typing import Any, get_args, get_origin
 
 from tyro.constructors import PrimitiveConstructorSpec, PrimitiveTypeInfo
 
-from flockesc_env.scenario import InitialHeadings, InitialPositions, NeighborRule, Predator
+from flockesc_env.initial import InitialHeadings, InitialPositions
+from flockesc_env.scenario import NeighborRule, Predator
 
 
 def part_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
