@@ -21,7 +21,18 @@ from flockesc_env.errors import (
     RecordError,
     ScenarioError,
 )
+from flockesc_env.initial import (
+    AlignedHeadings,
+    Clusters,
+    Disc,
+    Gaussian,
+    RandomHeadings,
+    Ring,
+    Segment,
+    Square,
+)
 from flockesc_env.options import EnvOptions, LineOptions
+from flockesc_env.presets import PRESETS, preset
 from flockesc_env.render import RenderOptions
 from flockesc_env.rollout import Episodes, record, rollout
 from flockesc_env.scenario import ConstantVelocity, FlockScenario, LineScenario, Metric, PurePursuit
@@ -30,9 +41,13 @@ from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate
 from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 
 __all__ = [
+    "PRESETS",
     "ActionError",
+    "AlignedHeadings",
     "ArgumentError",
+    "Clusters",
     "ConstantVelocity",
+    "Disc",
     "EnvOptions",
     "EpisodeError",
     "Episodes",
@@ -42,6 +57,7 @@ __all__ = [
     "FlockSweepResult",
     "FlockVectorEnv",
     "FlockescError",
+    "Gaussian",
     "LineEscapeEnv",
     "LineOptions",
     "LineScenario",
@@ -49,9 +65,13 @@ __all__ = [
     "LineTrajectory",
     "Metric",
     "PurePursuit",
+    "RandomHeadings",
     "RecordError",
     "RenderOptions",
+    "Ring",
     "ScenarioError",
+    "Segment",
+    "Square",
     "SweepResult",
     "Trajectory",
     "__version__",
@@ -60,6 +80,7 @@ __all__ = [
     "graph",
     "parallel_env",
     "policies",
+    "preset",
     "raw_env",
     "record",
     "records",

@@ -14,6 +14,7 @@ from flockesc_env.batch import FlockBatch
 from flockesc_env.errors import ArgumentError
 from flockesc_env.options import EnvOptions
 from flockesc_env.policies import Policy
+from flockesc_env.presets import as_scenario
 from flockesc_env.scenario import FlockScenario
 from flockesc_env.simulate import IntArray, Trajectory, simulate
 
@@ -41,7 +42,7 @@ def rollout(
     policy: Policy,
     seeds: Iterable[int],
     *,
-    scenario: FlockScenario | None = None,
+    scenario: FlockScenario | str | None = None,
     per_agent: bool = False,
     batch_size: int = 64,
     num_threads: int | None = None,
@@ -53,7 +54,7 @@ def rollout(
     Args:
         policy: sets the ranges.
         seeds: seed k is the flock of ``env.reset(seed=k)``.
-        scenario: the flock model's parameters; default: the paper's.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's.
         per_agent: whether the policy sets one range per agent, or one per flock.
         batch_size: flocks stepped together; only a policy that draws at random can tell the difference.
         num_threads: threads over which flocks are spread; ``None``: one per core.
@@ -67,7 +68,7 @@ def rollout(
     checked = [as_seed(seed, f"seeds[{i}]") for i, seed in enumerate(seeds)]
     if not checked:
         raise ArgumentError("seeds", "at least one seed", "none")
-    scenario = scenario or FlockScenario()
+    scenario = as_scenario(scenario, FlockScenario)
     env_options = EnvOptions(**options)
     as_count(batch_size, "batch_size")
     parts: list[dict[str, NDArray[Any]]] = []
@@ -94,7 +95,7 @@ def record(
     policy: Policy,
     seed: int,
     *,
-    scenario: FlockScenario | None = None,
+    scenario: FlockScenario | str | None = None,
     per_agent: bool = False,
     **options: Any,
 ) -> Trajectory:
@@ -103,7 +104,7 @@ def record(
     Args:
         policy: sets the ranges.
         seed: seed of the flock.
-        scenario: the flock model's parameters; default: the paper's.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's.
         per_agent: whether the policy sets one range per agent, or one for the flock.
         **options: see ``EnvOptions``.
 
@@ -111,7 +112,7 @@ def record(
         ArgumentError: for a bad seed.
         ScenarioError: for an option out of bounds.
     """
-    scenario = scenario or FlockScenario()
+    scenario = as_scenario(scenario, FlockScenario)
     env_options = EnvOptions(**options)
     batch = FlockBatch(scenario, env_options, per_agent=per_agent)
     actions = np.array([ranges for ranges, _ in episode_steps(batch, policy, [as_seed(seed)])])

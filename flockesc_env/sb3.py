@@ -13,6 +13,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 from flockesc_env._checks import as_seed
 from flockesc_env.batch import Columns, FlockBatch, Observations, infos
 from flockesc_env.options import EnvOptions
+from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario import FlockScenario
 from flockesc_env.seeds import fresh_seed
@@ -26,7 +27,7 @@ class _BatchVecEnv(VecEnv):
     def __init__(
         self,
         num_flocks: int,
-        scenario: FlockScenario | None = None,
+        scenario: FlockScenario | str | None = None,
         *,
         render_mode: str | None = None,
         render_options: RenderOptions | None = None,
@@ -34,7 +35,7 @@ class _BatchVecEnv(VecEnv):
         **options: Any,
     ) -> None:
         self._batch = batch = FlockBatch(
-            scenario or FlockScenario(),
+            as_scenario(scenario, FlockScenario),
             EnvOptions(**options),
             num_flocks=num_flocks,
             per_agent=self._per_agent,
@@ -166,7 +167,7 @@ class FlockVecEnv(_BatchVecEnv):
 
     Args:
         num_flocks: number of flocks, and of slots.
-        scenario: the flock model's parameters; default: the paper's.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's.
         render_mode: ``"rgb_array"``: ``render`` returns a picture of all flocks; ``"human"``: a window shows
             every reset and step.
         render_options: what pictures show.
@@ -188,7 +189,7 @@ class AgentVecEnv(_BatchVecEnv):
 
     Args:
         num_flocks: number of flocks; there are ``num_flocks * scenario.num_agents`` slots.
-        scenario: the flock model's parameters; default: the paper's.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's.
         render_mode: ``"rgb_array"``: ``render`` returns a picture of all flocks; ``"human"``: a window shows
             every reset and step.
         render_options: what pictures show.

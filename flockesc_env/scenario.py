@@ -5,14 +5,17 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import tomllib
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, Self, TypeVar
+from typing import Any, ClassVar, Literal, Self, TypeVar, get_args
+
+import tomli_w
 
 from flockesc_env import _core
 from flockesc_env.errors import ScenarioError
+from flockesc_env.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
 
 EscapeForce = Literal["constant", "linear", "linear_as_printed"]
-InitialRegion = Literal["cube", "square"]
 
 
 @dataclass(frozen=True)
@@ -54,18 +57,17 @@ class Metric:
 
 Predator = ConstantVelocity | PurePursuit
 NeighborRule = Metric
+Part = Predator | NeighborRule | InitialPositions | InitialHeadings
 
 _T = TypeVar("_T")
 
 _INTEGER_LIMIT = 2**63
 
-_VARIANTS: dict[str, type[Predator | NeighborRule]] = {
-    variant.kind: variant for variant in (ConstantVelocity, PurePursuit, Metric)
-}
+_VARIANTS: dict[str, type[Part]] = {variant.kind: variant for variant in get_args(Part)}
 
 
 class _Document:
-    """What both scenarios share: JSON in and out, ``replace``, checks by the core."""
+    """What both scenarios share: JSON and TOML in and out, ``replace``, checks by the core."""
 
     def to_json(self) -> str:
         """Return the scenario as one JSON document; numbers keep every bit."""
@@ -83,6 +85,26 @@ class _Document:
         except json.JSONDecodeError as error:
             raise ScenarioError("document", "valid JSON", error) from None
         return _build(cls, fields, "document")
+
+    def to_toml(self) -> str:
+        """Return the scenario as TOML; numbers keep every bit, and ``None`` is the text "None"."""
+        fields = json.loads(self.to_json())
+        return tomli_w.dumps({name: "None" if value is None else value for name, value in fields.items()})
+
+    @classmethod
+    def from_toml(cls, document: str) -> Self:
+        """Build a scenario from TOML; fields that it leaves out take their defaults.
+
+        Raises:
+            ScenarioError: naming a field that is unknown, of a wrong type or out of bounds.
+        """
+        try:
+            fields = tomllib.loads(document)
+        except tomllib.TOMLDecodeError as error:
+            raise ScenarioError("document", "valid TOML", error) from None
+        fields = {name: None if value == "None" else value for name, value in fields.items()}
+        # Through JSON, so that a date, which only TOML has, is a text of which the core names the field.
+        return cls.from_json(json.dumps(fields, default=str))
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some fields changed.
@@ -110,9 +132,12 @@ class FlockScenario(_Document):
         time_step: length dt of a step in s.
         mass: mass m of an agent in kg.
         speed: speed v0 of the agents in m/s.
-        initial_side: side in m of the region where agents start; also the length scale of observations.
-        initial_region: ``"cube"``: positions uniform in [0, side]^D, headings over all directions;
-            ``"square"``: both in the plane z = 0 (the same as ``"cube"`` where D = 2).
+        initial_side: side in m of the initial region [0, side]^D, around whose center agents start; also the
+            length scale of observations.
+        initial_positions: where agents start: ``Square()``, ``Disc(radius)``, ``Ring(radius, width)``,
+            ``Segment(start, end)``, ``Gaussian(standard_deviation)`` or ``Clusters(num_clusters, spread)``.
+        initial_headings: where they head: ``RandomHeadings()`` or ``AlignedHeadings(direction, spread)``.
+        initial_plane: whether a flock in space starts in the plane z = 0, positions and headings.
         predator_range: distance rho_p in m up to which agents flee from a predator.
         repulsion_strength: strength s of the flight.
         constant_speed: whether agents keep speed v0 (step 4 of docs/model.md); ``False`` is the literal law.
@@ -130,7 +155,9 @@ class FlockScenario(_Document):
     mass: float = 0.1
     speed: float = 10.0
     initial_side: float = 100.0
-    initial_region: InitialRegion = "cube"
+    initial_positions: InitialPositions = Square()  # noqa: RUF009, frozen
+    initial_headings: InitialHeadings = RandomHeadings()  # noqa: RUF009, frozen
+    initial_plane: bool = False
     predator_range: float = 30.0
     repulsion_strength: float = 10.0
     constant_speed: bool = True
@@ -173,8 +200,11 @@ class LineScenario(_Document):
         _core.check_line_scenario(self.to_json())
 
 
+Scenario = FlockScenario | LineScenario
+
+
 def _plain(value: Any, annotation: Any = None) -> Any:
-    if isinstance(value, Predator | NeighborRule):
+    if isinstance(value, Part):
         parts = {f.name: _plain(getattr(value, f.name), f.type) for f in dataclasses.fields(value)}
         return type(value)(**parts)
     if hasattr(value, "tolist"):  # numpy scalars and arrays
@@ -189,7 +219,7 @@ def _plain(value: Any, annotation: Any = None) -> Any:
 
 
 def _to_document(value: Any, path: str) -> Any:
-    if isinstance(value, Predator | NeighborRule):
+    if isinstance(value, Part):
         return {value.kind: _fields(value, f"{path}.{value.kind}.")}
     if isinstance(value, _Document):
         return _fields(value, "")

@@ -10,14 +10,23 @@ import pytest
 from option_table import small_flock
 
 from flockesc_env import (
+    AlignedHeadings,
+    Clusters,
     ConstantVelocity,
+    Disc,
     EnvOptions,
     FlockEscapeEnv,
     FlockScenario,
+    Gaussian,
     LineEscapeEnv,
     LineOptions,
     LineScenario,
+    Metric,
     PurePursuit,
+    RandomHeadings,
+    Ring,
+    Segment,
+    Square,
     parallel_env,
     rollout,
 )
@@ -37,7 +46,9 @@ BAD_FLOCK: dict[str, tuple[Any, ...]] = {
     "mass": (0, -0.1, *NO_NUMBER, *NOT_FINITE),
     "speed": (0.0, -10.0, *NO_NUMBER, *NOT_FINITE),
     "initial_side": (0.0, -1.0, *NO_NUMBER, *NOT_FINITE),
-    "initial_region": ("sphere", "", 2, None, True, ["cube"]),
+    "initial_positions": (None, "square", 5, True, [Square()], (), ConstantVelocity(), RandomHeadings(), {}),
+    "initial_headings": (None, "random", 5, True, [RandomHeadings()], Metric(), Square()),
+    "initial_plane": (1, 0.0, "yes", None),
     "predator_range": (-1e-9, *NO_NUMBER, *NOT_FINITE),
     "repulsion_strength": (-1e-9, *NO_NUMBER, *NOT_FINITE),
     "constant_speed": (1, 0.0, "yes", None),
@@ -103,6 +114,64 @@ def test_predators(dimension: int, predator: Any, field: str) -> None:
     assert caught.value.field == f"predators[1].{field}"
 
 
+@pytest.mark.parametrize(
+    ("part", "field"),
+    [
+        *((Disc(bad), "positions.disc.radius") for bad in (0.0, -1.0, 1e300, *NO_NUMBER, *NOT_FINITE)),
+        *((Ring(bad), "positions.ring.radius") for bad in (0.0, -1.0, 1e300, *NO_NUMBER, *NOT_FINITE)),
+        *((Ring(5.0, bad), "positions.ring.width") for bad in (-0.1, 10.1, *NO_NUMBER, *NOT_FINITE)),
+        *(
+            (Gaussian(bad), "positions.gaussian.standard_deviation")
+            for bad in (-1.0, 1e300, *NO_NUMBER, *NOT_FINITE)
+        ),
+        *((Clusters(bad), "positions.clusters.num_clusters") for bad in (*NO_COUNT, 10**7 + 1, 10**30)),
+        *((Clusters(2, bad), "positions.clusters.spread") for bad in (-1.0, 1e300, *NO_NUMBER, *NOT_FINITE)),
+        *((Segment(bad), "positions.segment.start") for bad in ((), (1.0,), (1.0, 2.0, 3.0), 5.0, None)),
+        (Segment(end=(1.0, np.nan)), "positions.segment.end[1]"),
+        (Segment(end=("0", 1.0)), "positions.segment.end[0]"),
+        *(
+            (AlignedHeadings(bad), "headings.aligned.direction")
+            for bad in (
+                (),
+                (1.0,),
+                (1.0, 0.0, 0.0),
+                (0.0, 0.0),
+                (-0.0, 0.0),
+                (1e-200, 0.0),
+                (1e300, 0.0),
+                1.0,
+            )
+        ),
+        (AlignedHeadings((np.inf, 0.0)), "headings.aligned.direction[0]"),
+        *(
+            (AlignedHeadings(spread=bad), "headings.aligned.spread")
+            for bad in (-0.1, 3.2, *NO_NUMBER, *NOT_FINITE)
+        ),
+    ],
+)
+def test_initial_states(part: Any, field: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        FlockScenario(**{"initial_" + field.partition(".")[0]: part})
+    # What is no number at all is named together with its own place.
+    assert caught.value.field.startswith(f"initial_{field}")
+
+
+@pytest.mark.parametrize(
+    ("field", "part"),
+    [
+        ("initial_positions.segment.start[2]", Segment((0.0, 0.0, 1.0), (1.0, 1.0, 0.0))),
+        ("initial_positions.segment.end[2]", Segment(end=(1.0, 1.0, -1.0))),
+        ("initial_headings.aligned.direction[2]", AlignedHeadings((1.0, 0.0, 0.1))),
+    ],
+)
+def test_a_flock_that_starts_in_the_plane_has_no_height(field: str, part: Any) -> None:
+    name = field.partition(".")[0]
+    space = FlockScenario(dimension=3, **{name: part})
+    with pytest.raises(ScenarioError) as caught:
+        space.replace(initial_plane=True)
+    assert caught.value.field == field
+
+
 @pytest.mark.parametrize("entry", [None, 5, "pure_pursuit", FlockScenario, {"pure_pursuit": {}}])
 def test_what_is_no_predator(entry: Any) -> None:
     with pytest.raises(ScenarioError) as caught:
@@ -145,6 +214,10 @@ def test_integers_beyond_all_floats(fields: dict[str, Any], name: str) -> None:
         ({"neighbor_rule": {"metric": {"k": 5}}}, "neighbor_rule.metric.k"),
         ({"neighbor_rule": {"topological": {}}}, "neighbor_rule"),
         ({"neighbor_rule": {"pure_pursuit": {}}}, "neighbor_rule"),
+        ({"initial_positions": {"ring": {"side": 5}}}, "initial_positions.ring.side"),
+        ({"initial_positions": {"torus": {}}}, "initial_positions"),
+        ({"initial_positions": {"random": {}}}, "initial_positions"),
+        ({"initial_headings": {"ring": {}}}, "initial_headings"),
         ({"speed": {"metric": {}}}, "speed"),
         ({"speed": [10.0]}, "speed"),
         ([], "document"),

@@ -12,10 +12,12 @@ import pytest
 from cli_runs import SMALL, SMALL_FLAGS, Ran, sweep_flags
 
 from flockesc_env import (
+    AlignedHeadings,
     ConstantVelocity,
     FlockScenario,
     LineScenario,
     PurePursuit,
+    Ring,
     simulate,
     simulate_line,
     sweep,
@@ -82,8 +84,8 @@ def test_without_a_predator_distances_are_null(capsys: pytest.CaptureFixture[str
 
 CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
     "numbers": (
-        ["--time-step", "0.1", "--no-constant-speed", "--initial-region", "square"],
-        SMALL.replace(time_step=0.1, constant_speed=False, initial_region="square"),
+        ["--time-step", "0.1", "--no-constant-speed", "--initial-plane"],
+        SMALL.replace(time_step=0.1, constant_speed=False, initial_plane=True),
     ),
     "predators": (
         ["--predators", "pure_pursuit", "position=90,90", "max_turn_rate=2", "constant_velocity"],
@@ -92,6 +94,16 @@ CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
     "in space": (
         ["--dimension", "3", "--predators", "constant_velocity", "position=-30,-30,1e1"],
         SMALL.replace(dimension=3, predators=(ConstantVelocity(position=(-30.0, -30.0, 10.0)),)),
+    ),
+    "start": (
+        [
+            *("--initial-positions", "ring", "radius=30", "width=2"),
+            *("--initial-headings", "aligned", "direction=0,-1"),
+        ],
+        SMALL.replace(
+            initial_positions=Ring(radius=30.0, width=2.0),
+            initial_headings=AlignedHeadings(direction=(0.0, -1.0)),
+        ),
     ),
     "neighbor rule": (["--neighbor-rule", "metric"], SMALL),
     "line": (

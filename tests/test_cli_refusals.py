@@ -77,8 +77,25 @@ BAD = {
         ["simulate", "--interaction-range", "1", "--predators", "pure_pursuit", "position=a"],
         "position: expected numbers",
     ),
+    "start": (
+        ["simulate", "--interaction-range", "1", "--initial-positions", "ring", "radius=0"],
+        "initial_positions.ring.radius: expected",
+    ),
+    "no start": (
+        ["simulate", "--interaction-range", "1", "--initial-positions", "torus"],
+        "square or disc or ring or segment or gaussian or clusters",
+    ),
+    "no preset": (
+        ["simulate", "--interaction-range", "1", "--scenario", "escape"],
+        "scenario: expected a file or one of paper-flock, paper-line,",
+    ),
+    "preset of the other model": (
+        ["simulate", "--interaction-range", "1", "--model", "line", "--scenario", "pursuit"],
+        "scenario: expected a LineScenario or one of paper-line, constant-line, got 'pursuit'",
+    ),
+    "unknown preset": (["presets", "escape"], "scenario: expected one of paper-flock, paper-line,"),
     "no range of seeds": (["sweep", "--seeds", "5"], "expected START:STOP"),
-    "command": (["fly"], "simulate, sweep, paper, watch, replay, bench"),
+    "command": (["fly"], "simulate, sweep, presets, paper, watch, replay, bench"),
 }
 
 
@@ -100,7 +117,7 @@ def test_bad_input_is_named(
         ("num_agent = 3", "num_agent: expected one of num_agents"),
         ("mass = nan", "mass: expected a finite number"),
         ("mass = 1979-05-27", "mass: expected"),
-        ("= 3", "expected TOML or JSON"),
+        ("= 3", "document: expected valid TOML"),
         ("\xff", "expected TOML or JSON"),
         ("[[predators]]\npure_pursuit = { turn = 1 }", "predators[0].pure_pursuit.turn: expected one of"),
     ],

@@ -1,10 +1,11 @@
-"""Scenarios: one JSON document each way, plain values whatever came in, the paper's numbers by default."""
+"""Scenarios: one document each way, plain values whatever came in, the paper's numbers by default."""
 
 from __future__ import annotations
 
 import copy
 import dataclasses
 import json
+import math
 import pickle
 from typing import Any
 
@@ -14,36 +15,67 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flockesc_env import (
+    AlignedHeadings,
+    Clusters,
     ConstantVelocity,
+    Disc,
     EnvOptions,
     FlockEscapeEnv,
     FlockScenario,
+    Gaussian,
     LineOptions,
     LineScenario,
     Metric,
     PurePursuit,
+    RandomHeadings,
+    Ring,
+    Segment,
+    Square,
     simulate,
 )
+from flockesc_env.initial import InitialHeadings, InitialPositions
+from flockesc_env.scenario import Predator
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 not_negative = st.floats(0, allow_infinity=False)
 positive = st.floats(0, exclude_min=True, allow_infinity=False)
 
 
-@st.composite
-def predators(draw: st.DrawFn, dimension: int) -> ConstantVelocity | PurePursuit:
-    def vector() -> tuple[float, ...]:
-        size = draw(st.sampled_from([2, dimension]))
-        return tuple(draw(st.lists(finite, min_size=size, max_size=size)))
+def points(
+    dimension: int, numbers: st.SearchStrategy[float] = finite
+) -> st.SearchStrategy[tuple[float, ...]]:
+    return st.sampled_from([2, dimension]).flatmap(lambda size: st.tuples(*[numbers] * size))
 
-    if draw(st.booleans()):
-        return ConstantVelocity(vector(), vector())
-    return PurePursuit(vector(), vector(), draw(not_negative))
+
+def predators(dimension: int) -> st.SearchStrategy[Predator]:
+    vectors = points(dimension)
+    return st.builds(ConstantVelocity, vectors, vectors) | st.builds(
+        PurePursuit, vectors, vectors, not_negative
+    )
+
+
+def initial_positions(dimension: int, *, plane: bool) -> st.SearchStrategy[InitialPositions]:
+    ends = points(2 if plane else dimension)
+    lengths = st.floats(1e-3, 1e290)
+    return st.one_of(
+        st.just(Square()),
+        st.builds(Disc, lengths),
+        st.builds(lambda radius, part: Ring(radius, part * radius), lengths, st.floats(0, 2)),
+        st.builds(Segment, ends, ends),
+        st.builds(Gaussian, lengths),
+        st.builds(Clusters, st.integers(1, 10**7), lengths),
+    )
+
+
+def initial_headings(dimension: int, *, plane: bool) -> st.SearchStrategy[InitialHeadings]:
+    directions = points(2 if plane else dimension, st.floats(1e-3, 1e3))
+    return st.just(RandomHeadings()) | st.builds(AlignedHeadings, directions, st.floats(0, math.pi))
 
 
 @st.composite
 def flocks(draw: st.DrawFn) -> FlockScenario:
     dimension = draw(st.sampled_from([2, 3]))
+    plane = draw(st.booleans())
     return FlockScenario(
         num_agents=draw(st.integers(1, 10**7)),
         dimension=dimension,
@@ -52,7 +84,9 @@ def flocks(draw: st.DrawFn) -> FlockScenario:
         mass=draw(positive),
         speed=draw(positive),
         initial_side=draw(positive),
-        initial_region=draw(st.sampled_from(["cube", "square"])),
+        initial_positions=draw(initial_positions(dimension, plane=plane)),
+        initial_headings=draw(initial_headings(dimension, plane=plane)),
+        initial_plane=plane,
         predator_range=draw(not_negative),
         repulsion_strength=draw(not_negative),
         constant_speed=draw(st.booleans()),
@@ -70,6 +104,11 @@ lines = st.builds(
     tolerance=not_negative,
     max_steps=st.integers(1, 10**9),
 )
+
+
+@given(flocks() | lines)
+def test_toml_keeps_every_bit(scenario: Any) -> None:
+    assert repr(type(scenario).from_toml(scenario.to_toml())) == repr(scenario)
 
 
 @given(flocks() | lines)
@@ -102,7 +141,9 @@ def test_flock_defaults_are_the_papers_setting() -> None:
         "mass": 0.1,
         "speed": 10.0,
         "initial_side": 100.0,
-        "initial_region": "cube",
+        "initial_positions": {},
+        "initial_headings": {},
+        "initial_plane": False,
         "predator_range": 30.0,
         "repulsion_strength": 10.0,
         "constant_speed": True,
@@ -111,6 +152,8 @@ def test_flock_defaults_are_the_papers_setting() -> None:
     }
     assert FlockScenario().predators == (ConstantVelocity(),)
     assert FlockScenario().neighbor_rule == Metric()
+    assert FlockScenario().initial_positions == Square()
+    assert FlockScenario().initial_headings == RandomHeadings()
     times = simulate(FlockScenario(num_agents=1), 0.0, seed=0).times
     assert len(times) == 241
     assert times[-1] == 12.0
@@ -179,7 +222,9 @@ def test_numpy_and_integer_inputs_become_plain() -> None:
         speed=np.float32(2.5),
         mass=1,
         constant_speed=np.bool(False),
-        initial_region=np.str_("square"),
+        initial_plane=np.bool(True),
+        initial_positions=Segment([0, 1], np.array([2, 3])),
+        initial_headings=AlignedHeadings(direction=[1, 0], spread=np.float32(1)),
         predators=[ConstantVelocity(np.array([1, 2]), [3, np.float64(4)]), PurePursuit(max_turn_rate=2)],
     )
     plain = FlockScenario(
@@ -188,7 +233,9 @@ def test_numpy_and_integer_inputs_become_plain() -> None:
         speed=2.5,
         mass=1.0,
         constant_speed=False,
-        initial_region="square",
+        initial_plane=True,
+        initial_positions=Segment((0.0, 1.0), (2.0, 3.0)),
+        initial_headings=AlignedHeadings(direction=(1.0, 0.0), spread=1.0),
         predators=(ConstantVelocity((1.0, 2.0), (3.0, 4.0)), PurePursuit(max_turn_rate=2.0)),
     )
     assert given_scenario == plain

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import json
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_type_hints
@@ -22,9 +20,9 @@ from tyro.constructors import (
 
 from flockesc_env.cli.parts import part_rule
 from flockesc_env.errors import ScenarioError
-from flockesc_env.scenario import FlockScenario, LineScenario
+from flockesc_env.presets import PRESETS, as_scenario, preset
+from flockesc_env.scenario import FlockScenario, LineScenario, Scenario
 
-Scenario = FlockScenario | LineScenario
 MODELS: dict[str, type[Scenario]] = {"flock": FlockScenario, "line": LineScenario}
 _DEFAULT_MODEL = "flock"
 
@@ -65,18 +63,18 @@ class ScenarioFlags:
 def registry(argv: Sequence[str]) -> ConstructorRegistry:
     """Return how tyro makes scenarios, their parts and seeds from flags.
 
-    Model and file are looked up beforehand: they decide which flags there are, and their defaults.
+    Model and scenario are looked up beforehand: they decide which flags there are, and their defaults.
 
     Raises:
         OSError: if the scenario's file cannot be read.
-        ScenarioError: naming a field of it that is unknown, of a wrong type or out of bounds.
+        ScenarioError: for a name that is no preset's, or naming a field of the file that is unknown, of a
+            wrong type or out of bounds.
     """
     first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    first.add_argument("--model", nargs="?", default=_DEFAULT_MODEL)
-    first.add_argument("--scenario", nargs="?", type=Path)
+    first.add_argument("--model", nargs="?")
+    first.add_argument("--scenario", nargs="?")
     known, _ = first.parse_known_args(argv)
-    cls = MODELS.get(known.model, MODELS[_DEFAULT_MODEL])  # tyro refuses an unknown one with its own words
-    default = cls() if known.scenario is None else _read(cls, known.scenario)
+    default = _default(known.model, known.scenario)
 
     rules = ConstructorRegistry()
     rules.primitive_rule(part_rule)
@@ -89,13 +87,25 @@ def registry(argv: Sequence[str]) -> ConstructorRegistry:
     return rules
 
 
+def _default(model: str | None, name: str | None) -> Scenario:
+    """Return the scenario that flags change; a preset brings its own model."""
+    # tyro refuses an unknown model with its own words.
+    cls = MODELS.get(model or _DEFAULT_MODEL, MODELS[_DEFAULT_MODEL])
+    if name is None:
+        return cls()
+    if name in PRESETS:
+        return as_scenario(name, cls) if model in MODELS else preset(name)
+    path = Path(name)
+    if not path.suffix and not path.exists():
+        raise ScenarioError("scenario", f"a file or one of {', '.join(PRESETS)}", repr(name))
+    return _read(cls, path)
+
+
 def _read(cls: type[Scenario], path: Path) -> Scenario:
     try:
         text = path.read_text(encoding="utf-8")
-        if path.suffix == ".toml":
-            text = json.dumps(tomllib.loads(text), default=str)
-        return cls.from_json(text)
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        return cls.from_toml(text) if path.suffix == ".toml" else cls.from_json(text)
+    except UnicodeDecodeError as error:
         raise ScenarioError(str(path), "TOML or JSON", error) from None
     except ScenarioError as error:
         raise ScenarioError(f"{path}: {error.field}", error.expected, error.given) from None
@@ -104,6 +114,7 @@ def _read(cls: type[Scenario], path: Path) -> Scenario:
 def _scenario_spec(default: Scenario) -> StructConstructorSpec:
     """Return the flags of one model; the scenario's own class would check the fields one call too early."""
     cls = type(default)
+    model = next(name for name, known in MODELS.items() if known is cls)
     hints = get_type_hints(cls)
     given = dataclasses.make_dataclass(
         cls.__name__,
@@ -116,20 +127,22 @@ def _scenario_spec(default: Scenario) -> StructConstructorSpec:
     )
     models: Any = Annotated[
         Literal["flock", "line"],
-        arg(
-            help="the flock in the plane or in space, or the line; --model line --help lists the line's flags"
-        ),
+        arg(help="the flock in the plane or in space, or the line, whose flags --model line --help lists"),
     ]
-    file: Any = Annotated[
-        Path | None,
-        *optional("TOML or JSON file with fields of the scenario; flags override it", "the paper's scenario"),
+    origin: Any = Annotated[
+        str | None,
+        *optional(
+            "a preset (flockesc presets lists them), or a TOML or JSON file with fields; flags override it",
+            "the paper's scenario",
+            metavar="NAME|FILE",
+        ),
     ]
     fields: Any = Annotated[given, arg(name="")]
     return StructConstructorSpec(
         instantiate=lambda model, scenario, fields: ScenarioFlags(model, dict(vars(fields))),  # noqa: ARG005
         fields=(
-            StructFieldSpec("model", models, _DEFAULT_MODEL),
-            StructFieldSpec("scenario", file, None),
+            StructFieldSpec("model", models, model),
+            StructFieldSpec("scenario", origin, None),
             StructFieldSpec("fields", fields, given()),
         ),
     )

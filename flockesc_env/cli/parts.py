@@ -1,4 +1,4 @@
-"""Predators and neighbor rules on the command line: ``pure_pursuit max_turn_rate=2 constant_velocity``."""
+"""A scenario's parts on the command line: ``ring radius=30``, ``pure_pursuit constant_velocity``."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any, get_args, get_origin
 
 from tyro.constructors import PrimitiveConstructorSpec, PrimitiveTypeInfo
 
+from flockesc_env.initial import InitialHeadings, InitialPositions
 from flockesc_env.scenario import NeighborRule, Predator
 
 
@@ -16,7 +17,7 @@ def part_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
     """Tell tyro how to spell one part, or a tuple of them: ``kind field=value ..``, one after the other."""
     is_tuple = get_origin(info.type) is tuple
     part = get_args(info.type)[0] if is_tuple else info.type
-    if part not in (Predator, NeighborRule):
+    if part not in (Predator, NeighborRule, InitialPositions, InitialHeadings):
         return None
     kinds = {kind.kind: kind for kind in get_args(part) or (part,)}
 

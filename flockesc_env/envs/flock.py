@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from flockesc_env._checks import as_seed
 from flockesc_env.batch import FlockBatch, infos
 from flockesc_env.options import EnvOptions
+from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario import FlockScenario
 
@@ -22,7 +23,7 @@ class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
     terminates.
 
     Args:
-        scenario: the flock model's parameters; default: the paper's.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's.
         render_mode: ``"rgb_array"``: ``render`` returns a picture; ``"human"``: a window shows
             every reset and step.
         render_options: what pictures show.
@@ -39,14 +40,16 @@ class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
 
     def __init__(
         self,
-        scenario: FlockScenario | None = None,
+        scenario: FlockScenario | str | None = None,
         *,
         render_mode: str | None = None,
         render_options: RenderOptions | None = None,
         num_threads: int | None = None,
         **options: Any,
     ) -> None:
-        self._batch = FlockBatch(scenario or FlockScenario(), EnvOptions(**options), num_threads=num_threads)
+        self._batch = FlockBatch(
+            as_scenario(scenario, FlockScenario), EnvOptions(**options), num_threads=num_threads
+        )
         self.control = self._batch.control
         self.scenario = self._batch.scenario
         self.options = self._batch.options

@@ -13,6 +13,7 @@ from flockesc_env import _core
 from flockesc_env._checks import as_floats, as_seed
 from flockesc_env.errors import ArgumentError, EpisodeError
 from flockesc_env.options import LineOptions
+from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, line_viewer, render
 from flockesc_env.scenario import LineScenario
 from flockesc_env.seeds import EpisodeSeeds
@@ -26,7 +27,7 @@ class LineEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
     ``scenario.max_steps`` steps. The return is d_ss - d(0).
 
     Args:
-        scenario: the line model's parameters; default: the paper's.
+        scenario: the line model's parameters, or a preset's name; default: the paper's.
         render_mode: ``"rgb_array"``: ``render`` returns a picture; ``"human"``: a window shows
             every reset and step.
         render_options: what pictures show.
@@ -41,13 +42,13 @@ class LineEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
 
     def __init__(
         self,
-        scenario: LineScenario | None = None,
+        scenario: LineScenario | str | None = None,
         *,
         render_mode: str | None = None,
         render_options: RenderOptions | None = None,
         **options: Any,
     ) -> None:
-        self.scenario = scenario or LineScenario()
+        self.scenario = as_scenario(scenario, LineScenario)
         self.options = LineOptions(**options)
         self._document = self.options.to_core()
         _core.LineEpisode(self.scenario.to_json(), self._document, 0)  # refuses what cannot be played

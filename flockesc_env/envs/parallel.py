@@ -14,6 +14,7 @@ from flockesc_env._checks import as_seed
 from flockesc_env.batch import STARTS, Columns, FlockBatch, Step, infos
 from flockesc_env.errors import ActionError, EpisodeError
 from flockesc_env.options import EnvOptions
+from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario import FlockScenario
 from flockesc_env.spaces import STACKED, Label
@@ -28,7 +29,7 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
     same. The horizon truncates all agents at once; nothing terminates.
 
     Args:
-        scenario: the flock model's parameters; default: the paper's.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's.
         render_mode: ``"rgb_array"``: ``render`` returns a picture; ``"human"``: a window shows
             every reset and step.
         render_options: what pictures show.
@@ -50,7 +51,7 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
 
     def __init__(
         self,
-        scenario: FlockScenario | None = None,
+        scenario: FlockScenario | str | None = None,
         *,
         render_mode: str | None = None,
         render_options: RenderOptions | None = None,
@@ -58,7 +59,10 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         **options: Any,
     ) -> None:
         self._batch = FlockBatch(
-            scenario or FlockScenario(), EnvOptions(**options), per_agent=True, num_threads=num_threads
+            as_scenario(scenario, FlockScenario),
+            EnvOptions(**options),
+            per_agent=True,
+            num_threads=num_threads,
         )
         self.control = self._batch.control
         self.scenario = self._batch.scenario
@@ -230,16 +234,16 @@ def _info(columns: Columns, ranges: NDArray[np.float64]) -> dict[str, Any]:
     return {**infos(columns)[0], "interaction_range": ranges}
 
 
-def parallel_env(scenario: FlockScenario | None = None, **options: Any) -> FlockParallelEnv:
+def parallel_env(scenario: FlockScenario | str | None = None, **options: Any) -> FlockParallelEnv:
     """Return the PettingZoo parallel environment; see ``FlockParallelEnv``."""
     return FlockParallelEnv(scenario, **options)
 
 
-def raw_env(scenario: FlockScenario | None = None, **options: Any) -> AECEnv[str, Observation, Any]:
+def raw_env(scenario: FlockScenario | str | None = None, **options: Any) -> AECEnv[str, Observation, Any]:
     """Return the PettingZoo AEC environment without the usual wrappers; see ``FlockParallelEnv``."""
     return parallel_to_aec(FlockParallelEnv(scenario, **options))
 
 
-def env(scenario: FlockScenario | None = None, **options: Any) -> AECEnv[str, Observation, Any]:
+def env(scenario: FlockScenario | str | None = None, **options: Any) -> AECEnv[str, Observation, Any]:
     """Return the PettingZoo AEC environment with the usual wrappers; see ``FlockParallelEnv``."""
     return wrappers.OrderEnforcingWrapper(raw_env(scenario, **options))

@@ -14,6 +14,7 @@ from flockesc_env._checks import FloatArray, as_count, as_seed
 from flockesc_env.batch import Columns, FlockBatch, Observations
 from flockesc_env.errors import ArgumentError, EpisodeError
 from flockesc_env.options import EnvOptions
+from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario import FlockScenario
 
@@ -28,7 +29,7 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
 
     Args:
         num_envs: number of flocks.
-        scenario: the flock model's parameters; default: the paper's.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's.
         autoreset_mode: what happens to a flock at its horizon, as the enum or its value (``"NextStep"``,
             ``"SameStep"``, ``"Disabled"``).
         copy: whether ``reset`` and ``step`` return new arrays; ``False``: observations and rewards are two
@@ -50,7 +51,7 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
     def __init__(
         self,
         num_envs: int = 1,
-        scenario: FlockScenario | None = None,
+        scenario: FlockScenario | str | None = None,
         *,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         copy: bool = True,
@@ -62,7 +63,7 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
         self.num_envs = as_count(num_envs, "num_envs")
         self.autoreset_mode = _mode(autoreset_mode)
         self._batch = FlockBatch(
-            scenario or FlockScenario(),
+            as_scenario(scenario, FlockScenario),
             EnvOptions(**options),
             num_flocks=self.num_envs,
             num_threads=num_threads,

@@ -80,7 +80,7 @@ class FlockHistory:
     def _start(self) -> None:
         scenario = self._scenario
         low, high = np.zeros(scenario.dimension), np.full(scenario.dimension, scenario.initial_side)
-        if scenario.initial_region == "square":
+        if scenario.initial_plane:
             high[2:] = 0.0
         self._view = np.stack([low - self._margin, high + self._margin])
         self._rows: list[tuple[float, float, float, float]] = []

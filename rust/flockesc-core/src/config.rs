@@ -4,6 +4,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use crate::error::{Error, Result};
+use crate::flock::{InitialHeadings, InitialPositions, Space};
 use crate::line::EscapeForce;
 use crate::neighbor::NeighborRule;
 use crate::predator::PredatorConfig;
@@ -13,6 +14,8 @@ use crate::reward::Reward;
 pub const MAX_AGENTS: usize = 10_000_000;
 /// Largest number of steps that a scenario may name.
 pub const MAX_STEPS: usize = 1_000_000_000;
+/// Largest length in m of an initial shape: what is drawn around any center stays finite.
+const MAX_LENGTH: f64 = 1e290;
 
 /// The flock model's parameters (docs/model.md). Every field is required: defaults live in Python.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -30,10 +33,14 @@ pub struct FlockConfig {
     pub mass: f64,
     /// v0 in m/s, above 0.
     pub speed: f64,
-    /// Side in m of the initial cube or square, above 0; also the length scale of observations.
+    /// Side in m of the initial region `[0, side]^D`, above 0; also the length scale of observations.
     pub initial_side: f64,
-    /// Shape of the initial state.
-    pub initial_region: InitialRegion,
+    /// Where agents start.
+    pub initial_positions: InitialPositions,
+    /// Where they head then.
+    pub initial_headings: InitialHeadings,
+    /// Whether a flock in space starts in the plane z = 0, positions and headings.
+    pub initial_plane: bool,
     /// rho_p in m, at least 0.
     pub predator_range: f64,
     /// s, at least 0.
@@ -44,16 +51,6 @@ pub struct FlockConfig {
     pub predators: Vec<PredatorConfig>,
     /// Who is a neighbor.
     pub neighbor_rule: NeighborRule,
-}
-
-/// Where agents start and where they head.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum InitialRegion {
-    /// Positions uniform in `[0, side]^D`, headings uniform over all directions.
-    Cube,
-    /// Positions uniform in `[0, side]^2`, headings uniform in that plane; z = 0 where D = 3.
-    Square,
 }
 
 /// The line model's parameters (docs/model.md). Every field is required: defaults live in Python.
@@ -128,6 +125,9 @@ impl FlockConfig {
         positive("mass", config.mass)?;
         positive("speed", config.speed)?;
         positive("initial_side", config.initial_side)?;
+        let space = Space::of(&config);
+        config.initial_positions.check(&space)?;
+        config.initial_headings.check(&space)?;
         not_negative("predator_range", config.predator_range)?;
         not_negative("repulsion_strength", config.repulsion_strength)?;
         for (index, predator) in config.predators.iter().enumerate() {
@@ -229,6 +229,29 @@ pub(crate) fn positive(field: &str, value: f64) -> Result<()> {
     check(field, value, "a finite number above 0", good)
 }
 
+/// A length of an initial shape in m.
+pub(crate) fn length(field: &str, value: f64) -> Result<()> {
+    within_bounds(field, value, 0.0, MAX_LENGTH)
+}
+
+pub(crate) fn within_bounds(field: &str, value: f64, low: f64, high: f64) -> Result<()> {
+    let expected = format!("a number from {low:?} to {high:?}");
+    check(field, value, &expected, (low..=high).contains(&value))
+}
+
+/// A point or direction: 2 or `dimension` finite numbers.
+pub(crate) fn vector(field: &str, entries: &[f64], dimension: usize) -> Result<()> {
+    if entries.len() != 2 && entries.len() != dimension {
+        let expected = match dimension {
+            2 => "2 numbers".to_owned(),
+            _ => format!("2 or {dimension} numbers"),
+        };
+        return Err(Error::config(field, expected, entries.len()));
+    }
+    let mut places = entries.iter().enumerate();
+    places.try_for_each(|(k, &entry)| finite(&format!("{field}[{k}]"), entry))
+}
+
 pub(crate) fn within(field: &str, value: usize, low: usize, high: usize) -> Result<()> {
     let expected = format!("an integer from {low} to {high}");
     check(field, value, &expected, (low..=high).contains(&value))
@@ -250,8 +273,9 @@ mod tests {
     fn paper() -> Value {
         json!({
             "num_agents": 300, "dimension": 2, "num_steps": 240, "time_step": 0.05, "mass": 0.1,
-            "speed": 10.0, "initial_side": 100.0, "initial_region": "cube", "predator_range": 30.0,
-            "repulsion_strength": 10.0, "constant_speed": true,
+            "speed": 10.0, "initial_side": 100.0, "predator_range": 30.0,
+            "initial_positions": {"square": {}}, "initial_headings": {"random": {}},
+            "initial_plane": false, "repulsion_strength": 10.0, "constant_speed": true,
             "predators": [{"constant_velocity": {"position": [-30.0, -30.0], "velocity": [10.0, 10.0]}}],
             "neighbor_rule": {"metric": {}}
         })
@@ -289,7 +313,17 @@ mod tests {
             ("/time_step", json!(0.0), "time_step"),
             ("/mass", json!("heavy"), "mass"),
             ("/predator_range", json!(-1.0), "predator_range"),
-            ("/initial_region", json!("torus"), "initial_region"),
+            ("/initial_positions", json!("torus"), "initial_positions"),
+            (
+                "/initial_positions",
+                json!({"ring": {"radius": 5.0, "width": 11.0}}),
+                "initial_positions.ring.width",
+            ),
+            (
+                "/initial_headings",
+                json!({"aligned": {"direction": [0.0, 0.0], "spread": 0.0}}),
+                "initial_headings.aligned.direction",
+            ),
             ("/wings", json!(2), "wings"),
             (
                 "/neighbor_rule",

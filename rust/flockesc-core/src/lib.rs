@@ -42,12 +42,13 @@ mod threads;
 mod vector;
 
 pub use batch::Batch;
-pub use config::{
-    EpisodeConfig, FlockConfig, InitialRegion, LineConfig, MAX_AGENTS, MAX_STEPS, Objective, View,
-};
+pub use config::{EpisodeConfig, FlockConfig, LineConfig, MAX_AGENTS, MAX_STEPS, Objective, View};
 pub use episode::{Episode, Metrics, Running};
 pub use error::{Error, Result};
-pub use flock::{InitialState, Schedule, Trajectory, World, simulate_flock};
+pub use flock::{
+    AlignedHeadings, Clusters, Disc, Gaussian, InitialHeadings, InitialPositions, InitialState,
+    RandomHeadings, Ring, Schedule, Segment, Square, Trajectory, World, simulate_flock,
+};
 pub use graph::{component_labels, laplacian, perron_matrix};
 pub use line::{
     EscapeForce, Line, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory, line_entries,

@@ -1,5 +1,7 @@
 //! Random streams: ChaCha8, one stream per purpose, so that new draws for one purpose never move another.
 
+use std::f64::consts::TAU;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -36,6 +38,15 @@ pub fn episode_seed(seed: u64, episode: u64) -> u64 {
 /// Uniform on [0, `end`).
 pub(crate) fn uniform(rng: &mut ChaCha8Rng, end: f64) -> f64 {
     end * rng.random::<f64>()
+}
+
+/// Standard normal, by Box and Muller from two uniforms.
+///
+/// Not of `rand_distr`: its logarithms and exponentials are the platform's, and a seed would mean another flock on
+/// another machine.
+pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    let radius = (-2.0 * libm::log(1.0 - uniform(rng, 1.0))).sqrt();
+    radius * libm::cos(uniform(rng, TAU))
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 use super::*;
-use crate::config::{InitialRegion, Objective, View};
+use crate::config::{Objective, View};
+use crate::flock::{InitialHeadings, InitialPositions, RandomHeadings, Square};
 use crate::neighbor::NeighborRule;
 use crate::predator::{ConstantVelocity, PredatorConfig};
 use crate::reward::Reward;
@@ -20,7 +21,9 @@ fn batch(num_flocks: usize, num_threads: usize) -> Batch<2> {
         mass: 0.1,
         speed: 10.0,
         initial_side: 30.0,
-        initial_region: InitialRegion::Cube,
+        initial_positions: InitialPositions::Square(Square {}),
+        initial_headings: InitialHeadings::Random(RandomHeadings {}),
+        initial_plane: false,
         predator_range: 20.0,
         repulsion_strength: 10.0,
         constant_speed: true,

@@ -7,7 +7,11 @@ mod simulate;
 mod summary;
 
 pub use dynamics::World;
-pub use initial::InitialState;
+pub(crate) use initial::Space;
+pub use initial::{
+    AlignedHeadings, Clusters, Disc, Gaussian, InitialHeadings, InitialPositions, InitialState,
+    RandomHeadings, Ring, Segment, Square,
+};
 pub(crate) use simulate::check_ranges;
 pub use simulate::{Schedule, Trajectory, simulate_flock};
 pub(crate) use summary::{HALF_COUNT, Summary};

@@ -1,7 +1,8 @@
 //! Flocks that the tests share.
 
 use flockesc_core::{
-    ConstantVelocity, FlockConfig, InitialRegion, NeighborRule, PredatorConfig, PurePursuit,
+    ConstantVelocity, FlockConfig, InitialHeadings, InitialPositions, NeighborRule, PredatorConfig,
+    PurePursuit, RandomHeadings, Square,
 };
 
 /// A flock in a square (D = 3: cube) of `side` m, chased by one predator that flies straight on and one that pursues.
@@ -19,7 +20,9 @@ pub(crate) fn scenario(
         mass: 0.1,
         speed: 10.0,
         initial_side,
-        initial_region: InitialRegion::Cube,
+        initial_positions: InitialPositions::Square(Square {}),
+        initial_headings: InitialHeadings::Random(RandomHeadings {}),
+        initial_plane: false,
         predator_range: 30.0,
         repulsion_strength: 10.0,
         constant_speed: true,

@@ -1,10 +1,16 @@
 //! The flock at t = 0: drawn from a seed, or given.
 
-use std::f64::consts::TAU;
+mod headings;
+mod positions;
+mod space;
 
 use nalgebra::SVector;
 
-use crate::config::{FlockConfig, InitialRegion};
+pub use headings::{AlignedHeadings, InitialHeadings, RandomHeadings};
+pub use positions::{Clusters, Disc, Gaussian, InitialPositions, Ring, Segment, Square};
+pub(crate) use space::Space;
+
+use crate::config::FlockConfig;
 use crate::error::{Error, Result};
 use crate::predator::Predator;
 use crate::rng::{self, Stream};
@@ -54,19 +60,10 @@ impl InitialState {
             return rows(given).collect();
         }
         let mut rng = rng::stream(self.seed, Stream::Positions);
-        let axes = match config.initial_region {
-            InitialRegion::Cube => D,
-            InitialRegion::Square => 2,
-        };
-        (0..config.num_agents)
-            .map(|_| {
-                let mut position = SVector::zeros();
-                for axis in 0..axes {
-                    position[axis] = rng::uniform(&mut rng, config.initial_side);
-                }
-                position
-            })
-            .collect()
+        let space = Space::of(config);
+        config
+            .initial_positions
+            .draw(&space, config.num_agents, &mut rng)
     }
 
     pub(super) fn velocities<const D: usize>(&self, config: &FlockConfig) -> Vec<SVector<f64, D>> {
@@ -74,17 +71,10 @@ impl InitialState {
             return rows(given).collect();
         }
         let mut rng = rng::stream(self.seed, Stream::Headings);
+        let space = Space::of(config);
         (0..config.num_agents)
             .map(|_| {
-                let angle = rng::uniform(&mut rng, TAU);
-                let height = match (D, config.initial_region) {
-                    (3, InitialRegion::Cube) => 2.0 * rng::uniform(&mut rng, 1.0) - 1.0,
-                    _ => 0.0,
-                };
-                let radius = (1.0 - height * height).sqrt();
-                // libm, not the platform's sin and cos: a seed means the same flock on every machine.
-                let parts = [radius * libm::cos(angle), radius * libm::sin(angle), height];
-                let heading = SVector::from_fn(|axis, _| parts[axis]);
+                let heading = config.initial_headings.draw(&space, &mut rng);
                 unit(&heading).unwrap_or(heading) * config.speed
             })
             .collect()

@@ -1,0 +1,56 @@
+"""``flockesc presets``."""
+
+from __future__ import annotations
+
+import json as json_
+from typing import Annotated, Any
+
+from tyro.conf import Positional, arg
+
+from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.flags import Json
+from flockesc_env.cli.output import show, show_json
+from flockesc_env.presets import PRESETS, preset
+from flockesc_env.scenario import FlockScenario
+
+
+def run(
+    name: Annotated[
+        Positional[str | None],
+        arg(
+            help="print this one's scenario as TOML",
+            metavar="[NAME]",
+            help_behavior_hint="(default: list all)",
+        ),
+    ] = None,
+    *,
+    json: Json = False,
+) -> Exit:
+    """List the scenarios that have a name, or print one as a file to start from.
+
+    Other commands take a name or such a file as --scenario.
+
+    Example: flockesc presets pursuit > mine.toml
+    """
+    if name is not None:
+        preset(name)  # refuses an unknown name
+    chosen = PRESETS if name is None else {name: PRESETS[name]}
+    if json:
+        show_json({"command": "presets", "presets": [_entry(known) for known in chosen]})
+    elif name is None:
+        width = max(map(len, PRESETS))
+        show("\n".join(f"{known:<{width}}  {PRESETS[known].description}" for known in PRESETS))
+    else:
+        entry = _entry(name)
+        show(f"# --model {entry['model']}: {entry['description']}\n{preset(name).to_toml()}".rstrip())
+    return Exit.DONE
+
+
+def _entry(name: str) -> dict[str, Any]:
+    description, scenario = PRESETS[name]
+    return {
+        "name": name,
+        "model": "flock" if isinstance(scenario, FlockScenario) else "line",
+        "description": description,
+        "scenario": json_.loads(scenario.to_json()),
+    }

@@ -1,0 +1,88 @@
+"""Scenarios by name: the paper's, and variations of it that differ in one thing each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final, NamedTuple, TypeVar
+
+from flockesc_env.errors import ScenarioError
+from flockesc_env.initial import AlignedHeadings, Clusters, Disc
+from flockesc_env.scenario import ConstantVelocity, FlockScenario, LineScenario, PurePursuit, Scenario
+
+_T = TypeVar("_T", bound=Scenario)
+
+_ASIDE: Final = 50.0 / math.sqrt(2.0)
+
+
+class Preset(NamedTuple):
+    """A scenario and what it is, in one line."""
+
+    description: str
+    scenario: Scenario
+
+
+PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
+    {
+        "paper-flock": Preset("the paper's flock and its predator, which flies straight on", FlockScenario()),
+        "paper-line": Preset("the paper's line, with the linear escape force", LineScenario()),
+        "constant-line": Preset(
+            "the line with the constant escape force", LineScenario(escape_force="constant")
+        ),
+        "edge-attack": Preset(
+            "a path 50 m to the left of the flock's center, along its edge",
+            FlockScenario(predators=(ConstantVelocity(position=(-30 - _ASIDE, -30 + _ASIDE)),)),
+        ),
+        "pursuit": Preset(
+            "a predator that turns toward the nearest agent", FlockScenario(predators=(PurePursuit(),))
+        ),
+        "two-predators": Preset(
+            "a second predator comes from the opposite corner",
+            FlockScenario(predators=(ConstantVelocity(), ConstantVelocity((130.0, 130.0), (-10.0, -10.0)))),
+        ),
+        "space": Preset(
+            "a flock in a cube, attacked along its diagonal",
+            FlockScenario(
+                dimension=3,
+                predators=(ConstantVelocity((-30.0, -30.0, -30.0), (10.0, 10.0, 10.0)),),
+            ),
+        ),
+        "literal-law": Preset(
+            "the printed law, under which agents do not keep their speed", FlockScenario(constant_speed=False)
+        ),
+        "clusters": Preset(
+            "five groups, each denser than the paper's flock", FlockScenario(initial_positions=Clusters())
+        ),
+        "head-on": Preset(
+            "a disc of agents that all head toward the predator",
+            FlockScenario(initial_positions=Disc(), initial_headings=AlignedHeadings(direction=(-1.0, -1.0))),
+        ),
+    }
+)
+
+
+def preset(name: str) -> Scenario:
+    """Return a scenario by its name in ``PRESETS``.
+
+    Raises:
+        ScenarioError: for an unknown name.
+    """
+    if not isinstance(name, str) or name not in PRESETS:
+        raise ScenarioError("scenario", f"one of {', '.join(PRESETS)}", repr(name))
+    return PRESETS[name].scenario
+
+
+def as_scenario(value: _T | str | None, model: type[_T]) -> _T:
+    """Return a scenario of one model: ``value`` itself, the preset of that name, the paper's for ``None``.
+
+    Raises:
+        ScenarioError: for an unknown name, or a scenario of the other model.
+    """
+    if value is None:
+        return model()
+    scenario = preset(value) if isinstance(value, str) else value
+    if not isinstance(scenario, model):
+        known = [name for name, (_, known) in PRESETS.items() if isinstance(known, model)]
+        raise ScenarioError("scenario", f"a {model.__name__} or one of {', '.join(known)}", repr(value))
+    return scenario

@@ -1,0 +1,65 @@
+//! One direction, or those close to it.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{SVector, Vector3};
+use rand_chacha::ChaCha8Rng;
+use serde::Deserialize;
+
+use crate::config::within_bounds;
+use crate::error::{Error, Result};
+use crate::flock::initial::space::{Space, embed};
+use crate::rng;
+use crate::vector::{heading, least_aligned_axis};
+
+/// Uniform over the directions (in the plane: angles) within `spread` of `direction`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AlignedHeadings {
+    /// Of any length but 0; length D, or 2 for a direction in the plane.
+    pub direction: Vec<f64>,
+    /// Largest angle off the direction in rad, from 0 to pi.
+    pub spread: f64,
+}
+
+impl AlignedHeadings {
+    pub(super) fn check(&self, space: &Space) -> Result<()> {
+        let field = "initial_headings.aligned.direction";
+        space.check(field, &self.direction)?;
+        let norm = embed::<3>(&self.direction).norm();
+        if norm == 0.0 || !norm.is_finite() {
+            return Err(Error::config(
+                field,
+                "a vector whose length is finite and above 0",
+                norm,
+            ));
+        }
+        within_bounds("initial_headings.aligned.spread", self.spread, 0.0, PI)
+    }
+
+    pub(super) fn draw<const D: usize>(
+        &self,
+        space: &Space,
+        rng: &mut ChaCha8Rng,
+    ) -> SVector<f64, D> {
+        let ahead: Vector3<f64> = heading(&embed(&self.direction));
+        let drawn = match space.axes {
+            2 => {
+                let angle = self.spread * (2.0 * rng::uniform(rng, 1.0) - 1.0);
+                let left = Vector3::new(-ahead.y, ahead.x, 0.0);
+                ahead * libm::cos(angle) + left * libm::sin(angle)
+            }
+            _ => {
+                // Equal heights of a sphere have equal areas; 1 - cos, kept exact for small angles.
+                let half = libm::sin(self.spread / 2.0);
+                let height = rng::uniform(rng, 2.0 * half * half);
+                let across = (height * (2.0 - height)).sqrt();
+                let angle = rng::uniform(rng, TAU);
+                let left = heading(&ahead.cross(&least_aligned_axis(&ahead)));
+                let side = left * libm::cos(angle) + ahead.cross(&left) * libm::sin(angle);
+                ahead * (1.0 - height) + side * across
+            }
+        };
+        embed(drawn.as_slice())
+    }
+}

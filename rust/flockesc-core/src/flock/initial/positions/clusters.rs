@@ -1,0 +1,41 @@
+//! Several normal distributions.
+
+use nalgebra::SVector;
+use rand_chacha::ChaCha8Rng;
+use serde::Deserialize;
+
+use super::times;
+use crate::config::{MAX_AGENTS, length, within};
+use crate::error::Result;
+use crate::flock::initial::space::Space;
+
+/// Normal around centers that are uniform in the initial region; agent i belongs to center i modulo their number.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Clusters {
+    /// Number of centers, at least 1.
+    pub num_clusters: usize,
+    /// Standard deviation of every coordinate around its center in m, at least 0.
+    pub spread: f64,
+}
+
+impl Clusters {
+    pub(super) fn check(&self) -> Result<()> {
+        let field = "initial_positions.clusters.num_clusters";
+        within(field, self.num_clusters, 1, MAX_AGENTS)?;
+        length("initial_positions.clusters.spread", self.spread)
+    }
+
+    pub(super) fn draw<const D: usize>(
+        &self,
+        space: &Space,
+        count: usize,
+        rng: &mut ChaCha8Rng,
+    ) -> Vec<SVector<f64, D>> {
+        let centers: Vec<SVector<f64, D>> = times(self.num_clusters, || space.uniform(rng));
+        let center = centers.iter().cycle().take(count);
+        center
+            .map(|center| center + space.normal(self.spread, rng))
+            .collect()
+    }
+}

@@ -1,0 +1,102 @@
+//! Where a flock may start: the plane z = 0 or all of R^D, with what shapes are drawn from.
+
+use std::f64::consts::TAU;
+
+use nalgebra::SVector;
+use rand_chacha::ChaCha8Rng;
+
+use crate::config::{FlockConfig, vector};
+use crate::error::{Error, Result};
+use crate::rng;
+
+/// The axes that a flock starts in; coordinates beyond them are 0.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Space {
+    dimension: usize,
+    /// 2, or 3 for a flock that fills space.
+    pub(super) axes: usize,
+    /// Side in m of the initial region `[0, side]^axes`.
+    side: f64,
+}
+
+impl Space {
+    pub(crate) fn of(config: &FlockConfig) -> Self {
+        let dimension = config.dimension;
+        Self {
+            dimension,
+            axes: if config.initial_plane { 2 } else { dimension },
+            side: config.initial_side,
+        }
+    }
+
+    /// Checks that a scenario's vector has 2 or D finite entries and lies in this space.
+    pub(super) fn check(&self, field: &str, entries: &[f64]) -> Result<()> {
+        vector(field, entries, self.dimension)?;
+        match entries.get(self.axes) {
+            Some(&above) if above != 0.0 => Err(Error::config(
+                format!("{field}[{}]", self.axes),
+                "0, as initial_plane is true",
+                above,
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    fn along_axes<const D: usize>(&self, mut entry: impl FnMut() -> f64) -> SVector<f64, D> {
+        SVector::from_fn(|axis, _| if axis < self.axes { entry() } else { 0.0 })
+    }
+
+    /// Center of the initial region.
+    pub(super) fn center<const D: usize>(&self) -> SVector<f64, D> {
+        self.along_axes(|| self.side / 2.0)
+    }
+
+    /// Uniform in the initial region.
+    pub(super) fn uniform<const D: usize>(&self, rng: &mut ChaCha8Rng) -> SVector<f64, D> {
+        self.along_axes(|| rng::uniform(rng, self.side))
+    }
+
+    /// Normal with mean 0 and this standard deviation along every axis.
+    pub(super) fn normal<const D: usize>(
+        &self,
+        standard_deviation: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> SVector<f64, D> {
+        self.along_axes(|| standard_deviation * rng::normal(rng))
+    }
+
+    /// A unit vector, uniform over all directions.
+    pub(super) fn direction<const D: usize>(&self, rng: &mut ChaCha8Rng) -> SVector<f64, D> {
+        let angle = rng::uniform(rng, TAU);
+        let height = match self.axes {
+            3 => 2.0 * rng::uniform(rng, 1.0) - 1.0,
+            _ => 0.0,
+        };
+        let radius = (1.0 - height * height).sqrt();
+        // libm, not the platform's sin and cos: a seed means the same flock on every machine.
+        embed(&[radius * libm::cos(angle), radius * libm::sin(angle), height])
+    }
+
+    /// Uniform between two spheres (in the plane: circles) around the center of the initial region.
+    pub(super) fn shell<const D: usize>(
+        &self,
+        inner: f64,
+        outer: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> SVector<f64, D> {
+        let direction = self.direction(rng);
+        // The volume within a radius grows with its power `axes`; ratios do not overflow.
+        let hollow: f64 = (0..self.axes).map(|_| inner / outer).product();
+        let volume = hollow + rng::uniform(rng, 1.0 - hollow);
+        let ratio = match self.axes {
+            2 => volume.sqrt(),
+            _ => libm::cbrt(volume),
+        };
+        self.center() + direction * (outer * ratio)
+    }
+}
+
+/// The vector with these entries; missing ones are 0.
+pub(super) fn embed<const D: usize>(entries: &[f64]) -> SVector<f64, D> {
+    SVector::from_fn(|axis, _| entries.get(axis).copied().unwrap_or(0.0))
+}

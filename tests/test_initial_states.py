@@ -1,0 +1,276 @@
+"""Where flocks start: every distribution is the one of docs/model.md, and a seed's draws never change."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.stats import kstest
+
+from flockesc_env import (
+    AlignedHeadings,
+    Clusters,
+    Disc,
+    FlockEscapeEnv,
+    FlockScenario,
+    FlockVectorEnv,
+    Gaussian,
+    RandomHeadings,
+    Ring,
+    Segment,
+    Square,
+    parallel_env,
+    simulate,
+    sweep,
+)
+from flockesc_env.initial import InitialHeadings, InitialPositions
+
+Floats = NDArray[np.float64]
+
+NUM_AGENTS = 2000
+SIDE = 80.0
+SPEED = 10.0
+AXES = pytest.mark.parametrize(("dimension", "plane"), [(2, False), (3, False), (3, True)])
+
+STARTS: dict[str, InitialPositions] = {
+    "square": Square(),
+    "disc": Disc(30.0),
+    "ring": Ring(30.0),
+    "wide ring": Ring(30.0, 20.0),
+    "segment": Segment((-10.0, 5.0), (50.0, 60.0)),
+    "gaussian": Gaussian(7.0),
+    "clusters": Clusters(8, 2.0),
+}
+HEADINGS: dict[str, InitialHeadings] = {
+    "random": RandomHeadings(),
+    "aligned": AlignedHeadings((3.0, -4.0)),
+    "spread": AlignedHeadings((3.0, -4.0), 0.5),
+    "opposed too": AlignedHeadings((0.0, 2.0), math.pi),
+}
+
+
+def start(dimension: int, plane: bool, **parts: Any) -> tuple[Floats, Floats]:
+    """Return positions around the center and unit headings; a flock in the plane has no third axis."""
+    scenario = FlockScenario(
+        num_agents=NUM_AGENTS,
+        dimension=dimension,
+        num_steps=1,
+        initial_side=SIDE,
+        speed=SPEED,
+        initial_plane=plane,
+        **parts,
+    )
+    run = simulate(scenario, 0.0, seed=3)
+    axes = 2 if plane else dimension
+    assert not run.positions[0, :, axes:].any()
+    assert not run.velocities[0, :, axes:].any()
+    return run.positions[0, :, :axes] - SIDE / 2, run.velocities[0, :, :axes] / SPEED
+
+
+def assert_uniform(samples: Floats, low: float, high: float) -> None:
+    assert low <= samples.min()
+    assert samples.max() <= high
+    assert kstest(samples, "uniform", (low, high - low)).pvalue > 0.01
+
+
+def assert_normal(samples: Floats, standard_deviation: float) -> None:
+    assert kstest(samples, "norm", (0.0, standard_deviation)).pvalue > 0.01
+    assert abs(samples.mean()) < 3 * standard_deviation / math.sqrt(len(samples))
+    assert samples.std() == pytest.approx(standard_deviation, rel=3 / math.sqrt(2 * len(samples)))
+
+
+def assert_all_directions(vectors: Floats) -> None:
+    assert_uniform(np.arctan2(vectors[:, 1], vectors[:, 0]), -math.pi, math.pi)
+    for heights in vectors.T[2:]:  # Archimedes: on a sphere heights are uniform
+        assert_uniform(heights / np.linalg.norm(vectors, axis=1), -1.0, 1.0)
+
+
+@AXES
+def test_square(dimension: int, plane: bool) -> None:
+    offsets, _ = start(dimension, plane)
+    for coordinates in offsets.T:
+        assert_uniform(coordinates, -SIDE / 2, SIDE / 2)
+    assert np.abs(np.corrcoef(offsets.T) - np.eye(offsets.shape[1])).max() < 3 / math.sqrt(NUM_AGENTS)
+
+
+@AXES
+@pytest.mark.parametrize("shape", [Disc(30.0), Ring(30.0, 20.0), Ring(30.0, 60.0)], ids=repr)
+def test_disc_and_ring(dimension: int, plane: bool, shape: Disc | Ring) -> None:
+    offsets, _ = start(dimension, plane, initial_positions=shape)
+    axes = offsets.shape[1]
+    half = shape.width / 2 if isinstance(shape, Ring) else 0.0
+    inner, outer = (shape.radius - half, shape.radius + half) if half else (0.0, shape.radius)
+    radii = np.linalg.norm(offsets, axis=1)
+    assert inner - 1e-12 <= radii.min()
+    assert radii.max() <= outer + 1e-12
+    part = (radii**axes - inner**axes) / (outer**axes - inner**axes)
+    assert_uniform(part.clip(0, 1), 0.0, 1.0)
+    assert_all_directions(offsets)
+
+
+@AXES
+def test_ring_without_width(dimension: int, plane: bool) -> None:
+    offsets, _ = start(dimension, plane, initial_positions=Ring(30.0))
+    np.testing.assert_allclose(np.linalg.norm(offsets, axis=1), 30.0, rtol=1e-14)
+    assert_all_directions(offsets)
+
+
+@pytest.mark.parametrize(
+    ("dimension", "begin", "end"),
+    [(2, (-10.0, 5.0), (50.0, 60.0)), (3, (0.0, 50.0), (50.0, 0.0)), (3, (1.0, 2.0, 3.0), (9.0, 8.0, -7.0))],
+)
+def test_segment(dimension: int, begin: tuple[float, ...], end: tuple[float, ...]) -> None:
+    offsets, _ = start(dimension, False, initial_positions=Segment(begin, end))
+    a, b = np.zeros(dimension), np.zeros(dimension)
+    a[: len(begin)], b[: len(end)] = begin, end
+    along = offsets + SIDE / 2 - a
+    part = along @ (b - a) / ((b - a) @ (b - a))
+    np.testing.assert_allclose(along, part[:, None] * (b - a), rtol=0, atol=1e-12)
+    assert_uniform(part.clip(0, 1), 0.0, 1.0)
+
+
+@AXES
+def test_gaussian(dimension: int, plane: bool) -> None:
+    offsets, _ = start(dimension, plane, initial_positions=Gaussian(7.0))
+    for coordinates in offsets.T:
+        assert_normal(coordinates, 7.0)
+    assert np.abs(np.corrcoef(offsets.T) - np.eye(offsets.shape[1])).max() < 3 / math.sqrt(NUM_AGENTS)
+
+
+@AXES
+def test_clusters(dimension: int, plane: bool) -> None:
+    count = NUM_AGENTS // 8
+    offsets, _ = start(dimension, plane, initial_positions=Clusters(8, 2.0))
+    groups = offsets.reshape(count, 8, -1)  # agent i belongs to center i modulo 8
+    centers = groups.mean(axis=0)
+    assert np.abs(centers).max() <= SIDE / 2 + 1
+    for coordinates in (groups - centers).reshape(NUM_AGENTS, -1).T:
+        assert_normal(coordinates * math.sqrt(count / (count - 1)), 2.0)
+    alone, _ = start(dimension, plane, initial_positions=Clusters(NUM_AGENTS, 0.0))
+    for coordinates in alone.T:
+        assert_uniform(coordinates, -SIDE / 2, SIDE / 2)
+    one, _ = start(dimension, plane, initial_positions=Clusters(1, 0.0))
+    assert len(np.unique(one, axis=0)) == 1
+
+
+@AXES
+def test_random_headings(dimension: int, plane: bool) -> None:
+    _, headings = start(dimension, plane)
+    assert_all_directions(headings)
+    _, anywhere = start(dimension, plane, initial_headings=AlignedHeadings(spread=math.pi))
+    assert_all_directions(anywhere)
+
+
+@AXES
+@pytest.mark.parametrize("spread", [0.0, 1e-9, 0.5, 2.5])
+def test_aligned_headings(dimension: int, plane: bool, spread: float) -> None:
+    direction = (3.0, -4.0) if plane or dimension == 2 else (3.0, -4.0, 12.0)
+    _, headings = start(dimension, plane, initial_headings=AlignedHeadings(direction, spread))
+    ahead = np.array(direction) / np.linalg.norm(direction)
+    chord = np.linalg.norm(headings - ahead, axis=1)  # of the angle to the direction, also where that is tiny
+    if spread == 0.0:
+        assert chord.max() < 1e-15
+    elif len(direction) == 2:
+        sides = np.sign(headings @ [-ahead[1], ahead[0]])
+        assert_uniform(2 * np.arcsin(chord / 2) * sides / (spread * (1 + 1e-6)), -1.0, 1.0)
+    else:
+        # A cap's area grows with the square of its chord.
+        assert_uniform((chord / (2 * math.sin(spread / 2)) / (1 + 1e-6)) ** 2, 0.0, 1.0)
+        left = np.cross(ahead, [0.0, 0.0, 1.0]) / np.linalg.norm(ahead[:2])
+        up = np.cross(ahead, left)
+        assert_uniform(np.arctan2(headings @ up, headings @ left), -math.pi, math.pi)
+
+
+@AXES
+@pytest.mark.parametrize("positions", STARTS)
+@pytest.mark.parametrize("headings", HEADINGS)
+def test_all_agents_have_speed_v0(dimension: int, plane: bool, positions: str, headings: str) -> None:
+    offsets, unit = start(
+        dimension, plane, initial_positions=STARTS[positions], initial_headings=HEADINGS[headings]
+    )
+    assert np.isfinite(offsets).all()
+    np.testing.assert_allclose(np.linalg.norm(unit, axis=1), 1.0, rtol=1e-15)
+
+
+@pytest.mark.parametrize("side", [1.0, sys.float_info.max])
+@pytest.mark.parametrize(
+    "shape", [Disc(1e290), Ring(1e290, 2e290), Gaussian(1e290), Clusters(2, 1e290)], ids=repr
+)
+def test_the_largest_flocks_are_finite(shape: InitialPositions, side: float) -> None:
+    scenario = FlockScenario(num_agents=500, num_steps=2, initial_side=side, initial_positions=shape)
+    assert np.isfinite(simulate(scenario, 10.0, seed=1).positions).all()
+
+
+def test_positions_and_headings_are_drawn_apart() -> None:
+    papers = start(2, False)
+    ring = start(2, False, initial_positions=Ring())
+    aligned = start(2, False, initial_headings=AlignedHeadings())
+    np.testing.assert_array_equal(ring[1], papers[1])
+    np.testing.assert_array_equal(aligned[0], papers[0])
+
+
+@pytest.mark.parametrize("name", STARTS)
+def test_more_agents_are_the_same_agents_and_others(name: str) -> None:
+    scenario = FlockScenario(num_agents=30, num_steps=1, initial_positions=STARTS[name])
+    few, many = (simulate(scenario.replace(num_agents=n), 0.0, seed=1).positions[0] for n in (30, 50))
+    np.testing.assert_array_equal(few, many[:30])
+
+
+def test_the_plane_of_space_is_the_plane() -> None:
+    for name, shape in STARTS.items():
+        flat = start(3, True, initial_positions=shape)
+        plane = start(2, False, initial_positions=shape)
+        for one, other in zip(flat, plane, strict=True):
+            np.testing.assert_array_equal(one, other, err_msg=name)
+
+
+@pytest.mark.parametrize("name", STARTS)
+def test_seeds_mean_the_same_flock_everywhere(name: str) -> None:
+    scenario = FlockScenario(
+        num_agents=12,
+        num_steps=2,
+        initial_positions=STARTS[name],
+        initial_headings=AlignedHeadings(spread=1.0),
+    )
+    run = simulate(scenario, 5.0, seed=7)
+    assert sweep(scenario, [5.0], [7]).min_mean_distance == run.mean_distance.min()
+    assert FlockEscapeEnv(scenario).reset(seed=7)[1]["mean_distance"] == run.mean_distance[0]
+    assert FlockVectorEnv(2, scenario).reset(seed=6)[1]["mean_distance"][1] == run.mean_distance[0]
+    infos = parallel_env(scenario).reset(seed=7)[1]
+    assert infos["agent_00"]["mean_distance"] == run.mean_distance[0]
+
+
+GOLDEN: dict[str, tuple[str, str, str]] = {
+    "square": ("fb73eddce96cd7ae", "051318770fbe1930", "db1623dd5719e8ae"),
+    "disc": ("ffb303a410e8735e", "72798d1fba350b49", "79a90a692e67f940"),
+    "ring": ("92141dfc918ae1d1", "38a9d962b832fcdc", "b0a313d4e2481896"),
+    "wide ring": ("be2c08a3136520ed", "1acca9db3c74fca2", "7bd364aaf7c3e8da"),
+    "segment": ("efb2fb255e5c4cc8", "8b55d45be93752df", "ef7fa40e1e6ce310"),
+    "gaussian": ("bef692d6ede7d980", "effaf75b82b90c88", "c6de1c4df485d282"),
+    "clusters": ("c791f670de64f5e5", "6d3306782c9f8cbe", "18267d16870d5939"),
+    "aligned": ("3594d5c0ac4a1bf3", "35f52c3416dd16b8", "5313e7129b5c56df"),
+    "spread": ("5e1d04dbe2416429", "b9e5e96550042c9c", "45337127150232a0"),
+    "opposed too": ("5ee3726525f10b27", "70b02691b25db44f", "374330f1bdc73ff3"),
+}
+
+
+@pytest.mark.parametrize("place", range(3), ids=["plane", "space", "plane of space"])
+@pytest.mark.parametrize("name", GOLDEN)
+def test_the_meaning_of_a_seed(name: str, place: int) -> None:
+    """What a seed draws never changes, on any machine; the paper's flock is the square's."""
+    scenario = FlockScenario(num_steps=1, dimension=3 if place else 2, initial_plane=place == 2)
+    if name in STARTS:
+        scenario = scenario.replace(initial_positions=STARTS[name])
+    else:
+        scenario = scenario.replace(initial_headings=HEADINGS[name])
+    drawn = hashlib.sha256()
+    for seed in (*range(100), 2**32, 2**64 - 1):
+        run = simulate(scenario, 0.0, seed=seed)
+        drawn.update(run.positions[0].tobytes())
+        drawn.update(run.velocities[0].tobytes())
+    assert drawn.hexdigest()[:16] == GOLDEN[name][place]
