@@ -24,7 +24,14 @@ from flockesc_env.errors import (
 from flockesc_env.options import EnvOptions, LineOptions
 from flockesc_env.render import RenderOptions
 from flockesc_env.rollout import Episodes, record, rollout
-from flockesc_env.scenario import ConstantVelocity, FlockScenario, LineScenario, Metric, PurePursuit
+from flockesc_env.scenario import (
+    ConstantVelocity,
+    FlockScenario,
+    Intercept,
+    LineScenario,
+    Metric,
+    PurePursuit,
+)
 from flockesc_env.seeds import episode_seed
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
 from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
@@ -42,6 +49,7 @@ __all__ = [
     "FlockSweepResult",
     "FlockVectorEnv",
     "FlockescError",
+    "Intercept",
     "LineEscapeEnv",
     "LineOptions",
     "LineScenario",

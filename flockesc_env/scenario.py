@@ -6,13 +6,14 @@ import dataclasses
 import json
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, Self, TypeVar
+from typing import Any, ClassVar, Literal, Self, TypeVar, get_args
 
 from flockesc_env import _core
 from flockesc_env.errors import ScenarioError
 
 EscapeForce = Literal["constant", "linear", "linear_as_printed"]
 InitialRegion = Literal["cube", "square"]
+Target = Literal["nearest", "centroid", "most_isolated"]
 
 
 @dataclass(frozen=True)
@@ -31,18 +32,39 @@ class ConstantVelocity:
 
 @dataclass(frozen=True)
 class PurePursuit:
-    """A predator that turns toward the nearest agent at constant speed.
+    """A predator that turns toward its target at constant speed.
 
     Attributes:
         position: r_p(0) in m, 2 numbers or as many as the scenario's dimension (a missing z is 0).
         velocity: v_p(0) in m/s, likewise; its norm is the speed at all times.
         max_turn_rate: largest turn rate in rad/s.
+        target: ``"nearest"``: the agent nearest to the predator; ``"centroid"``: the mean position of all
+            agents; ``"most_isolated"``: the agent whose nearest other agent is farthest.
     """
 
     kind: ClassVar[str] = "pure_pursuit"
     position: tuple[float, ...] = (-30.0, -30.0)
     velocity: tuple[float, ...] = (10.0, 10.0)
     max_turn_rate: float = 1.0
+    target: Target = "nearest"
+
+
+@dataclass(frozen=True)
+class Intercept:
+    """A predator that flies by proportional navigation toward the nearest agent, at constant speed.
+
+    Attributes:
+        position: r_p(0) in m, 2 numbers or as many as the scenario's dimension (a missing z is 0).
+        velocity: v_p(0) in m/s, likewise; its norm is the speed at all times.
+        max_turn_rate: largest turn rate in rad/s.
+        navigation_constant: turn rate over the rate at which the line of sight turns, N; has no unit.
+    """
+
+    kind: ClassVar[str] = "intercept"
+    position: tuple[float, ...] = (-30.0, -30.0)
+    velocity: tuple[float, ...] = (10.0, 10.0)
+    max_turn_rate: float = 1.0
+    navigation_constant: float = 3.0
 
 
 @dataclass(frozen=True)
@@ -52,7 +74,7 @@ class Metric:
     kind: ClassVar[str] = "metric"
 
 
-Predator = ConstantVelocity | PurePursuit
+Predator = ConstantVelocity | PurePursuit | Intercept
 NeighborRule = Metric
 
 _T = TypeVar("_T")
@@ -60,7 +82,7 @@ _T = TypeVar("_T")
 _INTEGER_LIMIT = 2**63
 
 _VARIANTS: dict[str, type[Predator | NeighborRule]] = {
-    variant.kind: variant for variant in (ConstantVelocity, PurePursuit, Metric)
+    variant.kind: variant for variant in (*get_args(Predator), Metric)
 }
 
 
@@ -116,7 +138,7 @@ class FlockScenario(_Document):
         predator_range: distance rho_p in m up to which agents flee from a predator.
         repulsion_strength: strength s of the flight.
         constant_speed: whether agents keep speed v0 (step 4 of docs/model.md); ``False`` is the literal law.
-        predators: any number of ``ConstantVelocity`` and ``PurePursuit``, also none.
+        predators: any number of any kinds (``ConstantVelocity``, ``PurePursuit``, ``Intercept``), also none.
         neighbor_rule: who is a neighbor.
 
     Raises:

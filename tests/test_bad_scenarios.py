@@ -14,6 +14,7 @@ from flockesc_env import (
     EnvOptions,
     FlockEscapeEnv,
     FlockScenario,
+    Intercept,
     LineEscapeEnv,
     LineOptions,
     LineScenario,
@@ -95,6 +96,15 @@ def test_line_field(field: str, value: Any) -> None:
         (2, PurePursuit(max_turn_rate=-1.0), "pure_pursuit.max_turn_rate"),
         (2, PurePursuit(max_turn_rate=np.nan), "pure_pursuit.max_turn_rate"),
         (2, PurePursuit(max_turn_rate="fast"), "pure_pursuit.max_turn_rate"),
+        (2, PurePursuit(target="farthest"), "pure_pursuit.target"),
+        (2, PurePursuit(target=3), "pure_pursuit.target"),
+        (2, PurePursuit(target=None), "pure_pursuit.target"),
+        (2, Intercept((1.0, 2.0, 3.0)), "intercept.position"),
+        (3, Intercept(velocity=(np.nan, 0.0)), "intercept.velocity[0]"),
+        (2, Intercept(max_turn_rate=-1.0), "intercept.max_turn_rate"),
+        (2, Intercept(navigation_constant=-1e-9), "intercept.navigation_constant"),
+        (2, Intercept(navigation_constant=np.inf), "intercept.navigation_constant"),
+        (2, Intercept(navigation_constant="3"), "intercept.navigation_constant"),
     ],
 )
 def test_predators(dimension: int, predator: Any, field: str) -> None:

@@ -14,6 +14,7 @@ from cli_runs import SMALL, SMALL_FLAGS, Ran, sweep_flags
 from flockesc_env import (
     ConstantVelocity,
     FlockScenario,
+    Intercept,
     LineScenario,
     PurePursuit,
     simulate,
@@ -75,6 +76,10 @@ CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
     "predators": (
         ["--predators", "pure_pursuit", "position=90,90", "max_turn_rate=2", "constant_velocity"],
         SMALL.replace(predators=(PurePursuit(position=(90.0, 90.0), max_turn_rate=2.0), ConstantVelocity())),
+    ),
+    "targets": (
+        ["--predators", "pure_pursuit", "target=centroid", "intercept", "navigation_constant=4"],
+        SMALL.replace(predators=(PurePursuit(target="centroid"), Intercept(navigation_constant=4.0))),
     ),
     "in space": (
         ["--dimension", "3", "--predators", "constant_velocity", "position=-30,-30,1e1"],

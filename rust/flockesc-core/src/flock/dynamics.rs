@@ -10,7 +10,7 @@ use crate::agents::Agents;
 use crate::config::FlockConfig;
 use crate::metrics::{PredatorDistance, distances};
 use crate::neighbor::{Neighborhood, Ranges};
-use crate::predator::Predator;
+use crate::predator::{Predator, Prey};
 use crate::threads;
 
 /// A flock and its predators at one moment.
@@ -65,8 +65,12 @@ impl<const D: usize> World<D> {
         });
         self.agents.clear_empty_places();
         self.neighborhood.follow(&self.agents);
+        let prey = Prey {
+            agents: &self.agents,
+            neighborhood: &self.neighborhood,
+        };
         for predator in &mut self.predators {
-            predator.steer(self.config.time_step, &self.agents);
+            predator.steer(self.config.time_step, prey);
         }
         self.predator_distance = PredatorDistance::of(&self.agents.groups, self.agents.len());
     }

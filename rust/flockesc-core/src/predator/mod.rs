@@ -1,15 +1,19 @@
 //! Predators: one strategy per file, each the rule by which the next velocity is set (step 5).
 
 mod constant_velocity;
+mod intercept;
+mod prey;
 mod pure_pursuit;
+mod steering;
 
 use nalgebra::SVector;
 use serde::Deserialize;
 
 pub use constant_velocity::ConstantVelocity;
-pub use pure_pursuit::PurePursuit;
+pub use intercept::Intercept;
+pub(crate) use prey::Prey;
+pub use pure_pursuit::{PurePursuit, Target};
 
-use crate::agents::Agents;
 use crate::config::finite;
 use crate::error::{Error, Result};
 
@@ -19,8 +23,10 @@ use crate::error::{Error, Result};
 pub enum PredatorConfig {
     /// Flies straight on.
     ConstantVelocity(ConstantVelocity),
-    /// Turns toward the nearest agent.
+    /// Turns toward an agent or the whole flock.
     PurePursuit(PurePursuit),
+    /// Turns as the line of sight to the nearest agent turns.
+    Intercept(Intercept),
 }
 
 impl PredatorConfig {
@@ -29,6 +35,7 @@ impl PredatorConfig {
         match self {
             Self::ConstantVelocity(strategy) => (&strategy.position, &strategy.velocity),
             Self::PurePursuit(strategy) => (&strategy.position, &strategy.velocity),
+            Self::Intercept(strategy) => (&strategy.position, &strategy.velocity),
         }
     }
 
@@ -36,6 +43,7 @@ impl PredatorConfig {
         let kind = match self {
             Self::ConstantVelocity(_) => "constant_velocity",
             Self::PurePursuit(_) => "pure_pursuit",
+            Self::Intercept(_) => "intercept",
         };
         let (position, velocity) = self.start();
         for (name, vector) in [("position", position), ("velocity", velocity)] {
@@ -54,6 +62,7 @@ impl PredatorConfig {
         match self {
             Self::ConstantVelocity(_) => Ok(()),
             Self::PurePursuit(strategy) => strategy.check(&format!("{path}.{kind}")),
+            Self::Intercept(strategy) => strategy.check(&format!("{path}.{kind}")),
         }
     }
 }
@@ -82,11 +91,14 @@ impl<const D: usize> Predator<D> {
     }
 
     /// Sets the next velocity, seeing the agents where they now are.
-    pub(crate) fn steer(&mut self, time_step: f64, agents: &Agents<D>) {
+    pub(crate) fn steer(&mut self, time_step: f64, prey: Prey<'_, D>) {
         match &self.strategy {
             PredatorConfig::ConstantVelocity(_) => {}
             PredatorConfig::PurePursuit(strategy) => {
-                self.velocity = strategy.steer(&self.position, &self.velocity, time_step, agents);
+                self.velocity = strategy.steer(&self.position, &self.velocity, time_step, prey);
+            }
+            PredatorConfig::Intercept(strategy) => {
+                self.velocity = strategy.steer(&self.position, &self.velocity, time_step, prey);
             }
         }
     }

@@ -1,14 +1,15 @@
-//! Pure pursuit: the velocity turns toward the nearest agent, no faster than a given rate, at constant speed.
+//! Pure pursuit: the velocity turns toward a target, no faster than a given rate, at constant speed.
 
 use nalgebra::SVector;
 use serde::Deserialize;
 
-use crate::agents::Agents;
+use super::prey::Prey;
+use super::steering::turn_toward;
 use crate::config::not_negative;
 use crate::error::Result;
-use crate::vector::{least_aligned_axis, unit};
+use crate::vector::unit;
 
-/// Turns toward the agent nearest at the time (the lowest index among equals).
+/// Turns toward its target where that is at the time.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PurePursuit {
@@ -18,6 +19,20 @@ pub struct PurePursuit {
     pub velocity: Vec<f64>,
     /// Largest turn rate in rad/s, at least 0.
     pub max_turn_rate: f64,
+    /// What is pursued.
+    pub target: Target,
+}
+
+/// What a predator pursues; among equal agents the one with the lowest index.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Target {
+    /// The agent nearest to the predator.
+    Nearest,
+    /// The mean position of all agents.
+    Centroid,
+    /// The agent whose nearest other agent is farthest.
+    MostIsolated,
 }
 
 impl PurePursuit {
@@ -30,75 +45,29 @@ impl PurePursuit {
         position: &SVector<f64, D>,
         velocity: &SVector<f64, D>,
         time_step: f64,
-        agents: &Agents<D>,
+        prey: Prey<'_, D>,
     ) -> SVector<f64, D> {
-        let speed = velocity.norm();
-        let sight = nearest(position, agents).and_then(|agent| unit(&(agent - position)));
+        let target = match self.target {
+            Target::Nearest => prey.nearest(position).map(|quarry| quarry.position),
+            Target::Centroid => Some(prey.centroid()),
+            Target::MostIsolated => Some(prey.most_isolated()),
+        };
+        let sight = target.and_then(|target| unit(&(target - position)));
         match (unit(velocity), sight) {
             (Some(heading), Some(sight)) => {
-                turn(&heading, &sight, self.max_turn_rate * time_step) * speed
+                turn_toward(&heading, &sight, self.max_turn_rate * time_step) * velocity.norm()
             }
             _ => *velocity,
         }
     }
 }
 
-fn nearest<const D: usize>(
-    position: &SVector<f64, D>,
-    agents: &Agents<D>,
-) -> Option<SVector<f64, D>> {
-    let mut best = (f64::INFINITY, usize::MAX, None);
-    for (name, agent, _) in agents.iter() {
-        let squared = (agent - position).norm_squared();
-        if squared < best.0 || (squared == best.0 && name < best.1) {
-            best = (squared, name, Some(agent));
-        }
-    }
-    best.2
-}
-
-/// The unit vector `heading` turned toward the unit vector `sight` by at most `limit` rad, in their plane.
-fn turn<const D: usize>(
-    heading: &SVector<f64, D>,
-    sight: &SVector<f64, D>,
-    limit: f64,
-) -> SVector<f64, D> {
-    let along = heading.dot(sight);
-    let across = sight - heading * along;
-    if libm::atan2(across.norm(), along) <= limit {
-        return *sight;
-    }
-    // Straight behind, every side is as good: the axis least along the heading settles it.
-    let side = unit(&across).or_else(|| {
-        let axis = least_aligned_axis(heading);
-        unit(&(axis - heading * heading.dot(&axis)))
-    });
-    match side {
-        Some(side) => heading * libm::cos(limit) + side * libm::sin(limit),
-        None => *heading,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::agents::Agents;
+    use crate::neighbor::{NeighborRule, Neighborhood};
     use nalgebra::vector;
-    use std::f64::consts::PI;
-
-    #[test]
-    fn turns_at_the_limit_and_keeps_its_speed() {
-        let turned = turn(&vector![1.0, 0.0], &vector![0.0, 1.0], PI / 6.0);
-        assert!((turned - vector![(PI / 6.0).cos(), 0.5]).norm() < 1e-15);
-        let direct = turn(&vector![1.0, 0.0], &vector![0.0, 1.0], PI);
-        assert_eq!(direct, vector![0.0, 1.0]);
-    }
-
-    #[test]
-    fn turns_although_the_agent_is_straight_behind() {
-        let turned = turn(&vector![1.0, 0.0, 0.0], &vector![-1.0, 0.0, 0.0], 0.1);
-        assert!((turned.norm() - 1.0).abs() < 1e-15);
-        assert!((turned.x - libm::cos(0.1)).abs() < 1e-15);
-    }
 
     #[test]
     fn hunts_the_nearest_and_flies_on_over_a_caught_agent() {
@@ -106,15 +75,17 @@ mod tests {
             position: vec![],
             velocity: vec![],
             max_turn_rate: 1e3,
+            target: Target::Nearest,
         };
         let positions = [vector![0.0, 9.0], vector![-4.0, 0.0]];
         let agents = Agents::new(&positions, &positions);
+        let prey = Prey {
+            agents: &agents,
+            neighborhood: &Neighborhood::silent(NeighborRule::Metric {}, &agents),
+        };
         let velocity = vector![3.0, 0.0];
-        let next = hunter.steer(&vector![0.0, 0.0], &velocity, 0.05, &agents);
+        let next = hunter.steer(&vector![0.0, 0.0], &velocity, 0.05, prey);
         assert!((next - vector![-3.0, 0.0]).norm() < 1e-12);
-        assert_eq!(
-            hunter.steer(&positions[0], &velocity, 0.05, &agents),
-            velocity
-        );
+        assert_eq!(hunter.steer(&positions[0], &velocity, 0.05, prey), velocity);
     }
 }

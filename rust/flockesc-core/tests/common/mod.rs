@@ -1,7 +1,7 @@
 //! Flocks that the tests share.
 
 use flockesc_core::{
-    ConstantVelocity, FlockConfig, InitialRegion, NeighborRule, PredatorConfig, PurePursuit,
+    ConstantVelocity, FlockConfig, InitialRegion, NeighborRule, PredatorConfig, PurePursuit, Target,
 };
 
 /// A flock in a square (D = 3: cube) of `side` m, chased by one predator that flies straight on and one that pursues.
@@ -32,6 +32,7 @@ pub(crate) fn scenario(
                 position: vec![initial_side / 2.0, 0.0],
                 velocity: vec![0.0, 8.0],
                 max_turn_rate: 1.0,
+                target: Target::Nearest,
             }),
         ],
         neighbor_rule: NeighborRule::Metric {},

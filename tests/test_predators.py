@@ -1,0 +1,99 @@
+"""Predators against what textbooks say of them, and what every strategy keeps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flockesc_env import ConstantVelocity, FlockScenario, Intercept, PurePursuit, Trajectory, simulate
+
+DISTANCE = 20.0  # m, of the straight-line target's path from the predator's start
+PREY_SPEED, HUNTER_SPEED = 5.0, 10.0
+NO_LIMIT = 1e9
+STEERED = {
+    "pursuit of the nearest": lambda *start: PurePursuit(*start),
+    "pursuit of the centroid": lambda *start: PurePursuit(*start, target="centroid"),
+    "pursuit of the most isolated": lambda *start: PurePursuit(*start, target="most_isolated"),
+    "intercept": lambda *start: Intercept(*start),
+}
+
+
+def chase(predator: Any, time_step: float, seconds: float) -> Trajectory:
+    """Hunt one fearless agent that flies up along x = DISTANCE."""
+    scenario = FlockScenario(
+        num_agents=1,
+        num_steps=round(seconds / time_step),
+        time_step=time_step,
+        speed=PREY_SPEED,
+        predator_range=0.0,
+        predators=(predator,),
+    )
+    start = {"initial_positions": [[DISTANCE, 0.0]], "initial_velocities": [[0.0, PREY_SPEED]]}
+    return simulate(scenario, 0.0, **start)
+
+
+def radiodrome(x: np.ndarray) -> np.ndarray:
+    """Return y(x) of the pursuit of a target on a straight course (Bouguer 1732)."""
+    k, left = PREY_SPEED / HUNTER_SPEED, 1 - x / DISTANCE
+    return DISTANCE * k / (1 - k**2) + (DISTANCE - x) / 2 * (left**k / (1 + k) - left**-k / (1 - k))
+
+
+def test_pure_pursuit_flies_the_radiodrome() -> None:
+    """The error is of first order in dt: half of the step, half of the error."""
+    errors = []
+    for time_step in (2e-3, 1e-3):
+        hunter = PurePursuit((0.0, 0.0), (HUNTER_SPEED, 0.0), NO_LIMIT)
+        path = chase(hunter, time_step, 2.2).predator_positions[:, 0]
+        assert 0.9 * DISTANCE < path[-1, 0] < DISTANCE
+        errors.append(np.abs(path[:, 1] - radiodrome(path[:, 0])).max())
+    assert errors[1] < 0.01
+    assert errors[1] / errors[0] == pytest.approx(0.5, abs=0.05)
+
+
+def sight_angles(run: Trajectory) -> np.ndarray:
+    """Return the direction of the line of sight in rad, until a meter before the catch."""
+    offset = run.positions[:, 0] - run.predator_positions[:, 0]
+    is_far = np.logical_and.accumulate(np.linalg.norm(offset, axis=1) > 1)
+    return np.arctan2(offset[is_far, 1], offset[is_far, 0])
+
+
+@pytest.mark.parametrize("constant", [3.0, 4.0, 5.0])
+def test_intercept_ends_on_a_collision_course(constant: float) -> None:
+    """The bearing comes to rest: its rate falls as (time to go)^(N - 2). Pure pursuit ends in the wake."""
+    start = ((0.0, 0.0), (HUNTER_SPEED, 0.0), NO_LIMIT)
+    intercept = sight_angles(chase(Intercept(*start, constant), 1e-3, 4.0))
+    pursuit = sight_angles(chase(PurePursuit(*start), 1e-3, 4.0))
+    assert len(intercept) < len(pursuit)
+    rates = np.diff(intercept)
+    assert rates[-1] < 2 * (1 / DISTANCE) ** (constant - 2) * rates[0]
+    assert pursuit[-1] > 3 / 8 * np.pi  # it comes from behind
+    assert intercept[-1] < np.pi / 6
+
+
+def test_without_navigation_nothing_turns() -> None:
+    start = ((0.0, 0.0), (HUNTER_SPEED, 1.0))
+    idle = chase(Intercept(*start, navigation_constant=0.0), 0.05, 4.0)
+    straight = chase(ConstantVelocity(*start), 0.05, 4.0)
+    np.testing.assert_array_equal(idle.predator_positions, straight.predator_positions)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("strategy", STEERED)
+def test_speed_and_turn_limit_are_kept(strategy: str, dimension: int) -> None:
+    """Over a whole run through the flock, turning at the limit again and again."""
+    scenario = FlockScenario(
+        num_agents=40,
+        dimension=dimension,
+        predators=(STEERED[strategy]((-30.0, -30.0), (10.0, 10.0), 0.7),),
+    )
+    run = simulate(scenario, 10.0, seed=1)
+    velocities = np.diff(run.predator_positions[:, 0], axis=0) / scenario.time_step
+    speeds = np.linalg.norm(velocities, axis=1)
+    np.testing.assert_allclose(speeds, np.hypot(10, 10), rtol=1e-11)  # positions round, speeds do not
+    headings = velocities / speeds[:, None]
+    chords = np.linalg.norm(np.diff(headings, axis=0), axis=1)
+    angles = 2 * np.arcsin(chords / 2)
+    assert angles.max() <= 0.7 * scenario.time_step + 1e-9
+    assert angles.max() >= 0.7 * scenario.time_step - 1e-9
