@@ -31,6 +31,7 @@ from flockesc_env.scenario import (
     LineScenario,
     Metric,
     PurePursuit,
+    Wandering,
 )
 from flockesc_env.seeds import episode_seed
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
@@ -62,6 +63,7 @@ __all__ = [
     "ScenarioError",
     "SweepResult",
     "Trajectory",
+    "Wandering",
     "__version__",
     "env",
     "episode_seed",

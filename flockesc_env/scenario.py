@@ -74,7 +74,23 @@ class Metric:
     kind: ClassVar[str] = "metric"
 
 
-Predator = ConstantVelocity | PurePursuit | Intercept
+@dataclass(frozen=True)
+class Wandering:
+    """A predator whose heading does a random walk, at constant speed and without regard to the flock.
+
+    Attributes:
+        position: r_p(0) in m, 2 numbers or as many as the scenario's dimension (a missing z is 0).
+        velocity: v_p(0) in m/s, likewise; its norm is the speed at all times.
+        angular_diffusion: rotational diffusion coefficient of the heading in rad^2/s.
+    """
+
+    kind: ClassVar[str] = "wandering"
+    position: tuple[float, ...] = (-30.0, -30.0)
+    velocity: tuple[float, ...] = (10.0, 10.0)
+    angular_diffusion: float = 0.1
+
+
+Predator = ConstantVelocity | PurePursuit | Intercept | Wandering
 NeighborRule = Metric
 
 _T = TypeVar("_T")
@@ -138,7 +154,8 @@ class FlockScenario(_Document):
         predator_range: distance rho_p in m up to which agents flee from a predator.
         repulsion_strength: strength s of the flight.
         constant_speed: whether agents keep speed v0 (step 4 of docs/model.md); ``False`` is the literal law.
-        predators: any number of any kinds (``ConstantVelocity``, ``PurePursuit``, ``Intercept``), also none.
+        predators: any number of any kinds (``ConstantVelocity``, ``PurePursuit``, ``Intercept``,
+            ``Wandering``), also none.
         neighbor_rule: who is a neighbor.
 
     Raises:

@@ -19,6 +19,7 @@ from flockesc_env import (
     LineOptions,
     LineScenario,
     PurePursuit,
+    Wandering,
     parallel_env,
     rollout,
 )
@@ -105,6 +106,10 @@ def test_line_field(field: str, value: Any) -> None:
         (2, Intercept(navigation_constant=-1e-9), "intercept.navigation_constant"),
         (2, Intercept(navigation_constant=np.inf), "intercept.navigation_constant"),
         (2, Intercept(navigation_constant="3"), "intercept.navigation_constant"),
+        (2, Wandering((1.0,)), "wandering.position"),
+        (2, Wandering(angular_diffusion=-0.1), "wandering.angular_diffusion"),
+        (2, Wandering(angular_diffusion=np.nan), "wandering.angular_diffusion"),
+        (2, Wandering(angular_diffusion=None), "wandering.angular_diffusion"),
     ],
 )
 def test_predators(dimension: int, predator: Any, field: str) -> None:

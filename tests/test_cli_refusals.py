@@ -58,7 +58,7 @@ BAD = {
     "missing": (["simulate"], "--interaction-range"),
     "kind": (
         ["simulate", "--interaction-range", "1", "--predators", "owl"],
-        "constant_velocity or pure_pursuit or intercept",
+        "constant_velocity or pure_pursuit or intercept or wandering",
     ),
     "part": (
         ["simulate", "--interaction-range", "1", "--predators", "pure_pursuit", "mass=1"],

@@ -7,7 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flockesc_env import ConstantVelocity, FlockScenario, Intercept, PurePursuit, Trajectory, simulate
+from flockesc_env import (
+    ConstantVelocity,
+    FlockScenario,
+    Intercept,
+    PurePursuit,
+    Trajectory,
+    Wandering,
+    simulate,
+)
 
 DISTANCE = 20.0  # m, of the straight-line target's path from the predator's start
 PREY_SPEED, HUNTER_SPEED = 5.0, 10.0
@@ -97,3 +105,32 @@ def test_speed_and_turn_limit_are_kept(strategy: str, dimension: int) -> None:
     angles = 2 * np.arcsin(chords / 2)
     assert angles.max() <= 0.7 * scenario.time_step + 1e-9
     assert angles.max() >= 0.7 * scenario.time_step - 1e-9
+
+
+def headings(run: Trajectory) -> np.ndarray:
+    """Return the unit vectors along which the predators flew, shape (T, P, D)."""
+    moves = np.diff(run.predator_positions, axis=0)
+    return moves / np.linalg.norm(moves, axis=-1, keepdims=True)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_wandering_forgets_its_heading(dimension: int) -> None:
+    """The mean cosine to the first heading decays as exp(-(D - 1) D_r t); all sides are alike."""
+    rate, count = 0.8, 4000
+    hunters = (Wandering((0.0, 0.0), (6.0, 8.0), rate),) * count
+    scenario = FlockScenario(num_agents=1, dimension=dimension, num_steps=41, predators=hunters)
+    run = simulate(scenario, 0.0, seed=2)
+    flown = headings(run)
+    times = np.arange(41) * scenario.time_step
+    cosines = (flown @ flown[0, 0]).mean(axis=1)
+    np.testing.assert_allclose(cosines, np.exp(-(dimension - 1) * rate * times), atol=4 / np.sqrt(2 * count))
+    aside = flown[20] - (flown[20] @ flown[0, 0])[:, None] * flown[0, 0]
+    np.testing.assert_allclose(aside.mean(axis=0), 0, atol=4 / np.sqrt(2 * count))
+    speeds = np.linalg.norm(np.diff(run.predator_positions, axis=0), axis=-1) / scenario.time_step
+    np.testing.assert_allclose(speeds, 10.0, rtol=1e-11)
+
+
+def test_wandering_without_diffusion_flies_straight_on() -> None:
+    run = chase(Wandering((0.0, 0.0), (6.0, 8.0), 0.0), 0.05, 4.0)
+    straight = chase(ConstantVelocity((0.0, 0.0), (6.0, 8.0)), 0.05, 4.0)
+    np.testing.assert_allclose(run.predator_positions, straight.predator_positions, rtol=1e-12)

@@ -1,5 +1,8 @@
 //! Random streams: ChaCha8, one stream per purpose, so that new draws for one purpose never move another.
 
+use std::f64::consts::TAU;
+
+use nalgebra::SVector;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -10,6 +13,7 @@ pub(crate) enum Stream {
     Headings = 1,
     LineState = 2,
     Episodes = 3,
+    Predators = 4,
 }
 
 /// The generator for `purpose` under `seed`.
@@ -38,6 +42,20 @@ pub(crate) fn uniform(rng: &mut ChaCha8Rng, end: f64) -> f64 {
     end * rng.random::<f64>()
 }
 
+/// D independent normal numbers of mean 0 and variance 1 (Box and Muller), of as many pairs as that takes.
+pub(crate) fn normal<const D: usize>(rng: &mut ChaCha8Rng) -> SVector<f64, D> {
+    let mut numbers = SVector::zeros();
+    for pair in 0..D.div_ceil(2) {
+        let radius = (-2.0 * libm::log(1.0 - uniform(rng, 1.0))).sqrt();
+        let angle = uniform(rng, TAU);
+        numbers[2 * pair] = radius * libm::cos(angle);
+        if 2 * pair + 1 < D {
+            numbers[2 * pair + 1] = radius * libm::sin(angle);
+        }
+    }
+    numbers
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -51,14 +69,33 @@ mod tests {
             first(0, Stream::Headings),
             first(0, Stream::LineState),
             first(1, Stream::Positions),
+            first(0, Stream::Predators),
         ];
         let expected = [
             0.7090754154265618,
             0.755531016687046,
             0.3322203532055784,
             0.40248566366484806,
+            0.8559481151591954,
         ];
         assert_eq!(draws, expected);
+    }
+
+    /// Made of the uniform draws in pairs; the same bits on every machine, too.
+    #[test]
+    fn normal_numbers() {
+        let mut rng = stream(0, Stream::Predators);
+        let drawn: [f64; 3] = normal::<3>(&mut rng).into();
+        assert_eq!(
+            drawn,
+            [-1.2841536497729553, -1.492016377118979, 0.4850798937647462]
+        );
+        let sum = (0..100_000).fold(SVector::zeros(), |sum: SVector<f64, 4>, _| {
+            let [a, b, c]: [f64; 3] = normal::<3>(&mut rng).into();
+            sum + SVector::from([a + b + c, a * a + b * b, a * b, c.powi(4)])
+        });
+        let expected = SVector::from([0.0, 2.0, 0.0, 3.0]);
+        assert!((sum / 1e5 - expected).amax() < 0.1);
     }
 
     /// The schedule of seeds: these numbers must never change either.

@@ -5,14 +5,17 @@ mod intercept;
 mod prey;
 mod pure_pursuit;
 mod steering;
+mod wandering;
 
 use nalgebra::SVector;
+use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
 pub use constant_velocity::ConstantVelocity;
 pub use intercept::Intercept;
 pub(crate) use prey::Prey;
 pub use pure_pursuit::{PurePursuit, Target};
+pub use wandering::Wandering;
 
 use crate::config::finite;
 use crate::error::{Error, Result};
@@ -27,6 +30,8 @@ pub enum PredatorConfig {
     PurePursuit(PurePursuit),
     /// Turns as the line of sight to the nearest agent turns.
     Intercept(Intercept),
+    /// Turns at random.
+    Wandering(Wandering),
 }
 
 impl PredatorConfig {
@@ -36,6 +41,7 @@ impl PredatorConfig {
             Self::ConstantVelocity(strategy) => (&strategy.position, &strategy.velocity),
             Self::PurePursuit(strategy) => (&strategy.position, &strategy.velocity),
             Self::Intercept(strategy) => (&strategy.position, &strategy.velocity),
+            Self::Wandering(strategy) => (&strategy.position, &strategy.velocity),
         }
     }
 
@@ -44,6 +50,7 @@ impl PredatorConfig {
             Self::ConstantVelocity(_) => "constant_velocity",
             Self::PurePursuit(_) => "pure_pursuit",
             Self::Intercept(_) => "intercept",
+            Self::Wandering(_) => "wandering",
         };
         let (position, velocity) = self.start();
         for (name, vector) in [("position", position), ("velocity", velocity)] {
@@ -63,6 +70,7 @@ impl PredatorConfig {
             Self::ConstantVelocity(_) => Ok(()),
             Self::PurePursuit(strategy) => strategy.check(&format!("{path}.{kind}")),
             Self::Intercept(strategy) => strategy.check(&format!("{path}.{kind}")),
+            Self::Wandering(strategy) => strategy.check(&format!("{path}.{kind}")),
         }
     }
 }
@@ -90,8 +98,8 @@ impl<const D: usize> Predator<D> {
         }
     }
 
-    /// Sets the next velocity, seeing the agents where they now are.
-    pub(crate) fn steer(&mut self, time_step: f64, prey: Prey<'_, D>) {
+    /// Sets the next velocity, seeing the agents where they now are; what is random comes from `rng`.
+    pub(crate) fn steer(&mut self, time_step: f64, prey: Prey<'_, D>, rng: &mut ChaCha8Rng) {
         match &self.strategy {
             PredatorConfig::ConstantVelocity(_) => {}
             PredatorConfig::PurePursuit(strategy) => {
@@ -99,6 +107,9 @@ impl<const D: usize> Predator<D> {
             }
             PredatorConfig::Intercept(strategy) => {
                 self.velocity = strategy.steer(&self.position, &self.velocity, time_step, prey);
+            }
+            PredatorConfig::Wandering(strategy) => {
+                self.velocity = strategy.steer(&self.velocity, time_step, rng);
             }
         }
     }
