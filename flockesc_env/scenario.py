@@ -40,6 +40,9 @@ class PurePursuit:
         max_turn_rate: largest turn rate in rad/s.
         target: ``"nearest"``: the agent nearest to the predator; ``"centroid"``: the mean position of all
             agents; ``"most_isolated"``: the agent whose nearest other agent is farthest.
+        confusion_rate: how often each further agent in sight draws it off the agent that it is after, in
+            1/s; 0: it always turns toward its target.
+        sight: how far it sees for that, in m.
     """
 
     kind: ClassVar[str] = "pure_pursuit"
@@ -47,6 +50,8 @@ class PurePursuit:
     velocity: tuple[float, ...] = (10.0, 10.0)
     max_turn_rate: float = 1.0
     target: Target = "nearest"
+    confusion_rate: float = 0.0
+    sight: float = 30.0
 
 
 @dataclass(frozen=True)

@@ -134,3 +134,77 @@ def test_wandering_without_diffusion_flies_straight_on() -> None:
     run = chase(Wandering((0.0, 0.0), (6.0, 8.0), 0.0), 0.05, 4.0)
     straight = chase(ConstantVelocity((0.0, 0.0), (6.0, 8.0)), 0.05, 4.0)
     np.testing.assert_allclose(run.predator_positions, straight.predator_positions, rtol=1e-12)
+
+
+RING = 10.0 * np.array([[np.cos(angle), np.sin(angle)] for angle in 2 * np.pi * np.arange(5) / 5])
+FAR = np.array([[0.0, 40.0]])
+
+
+def targets(confusion_rate: float, positions: np.ndarray, steps: int, sight: float = 30.0) -> np.ndarray:
+    """Return the agents that a predator in their midst turned to, step after step; nobody moves much."""
+    hunter = PurePursuit((0.1, 0.0), (1e-6, 0.0), NO_LIMIT, confusion_rate=confusion_rate, sight=sight)
+    scenario = FlockScenario(
+        num_agents=len(positions), num_steps=steps, speed=1e-6, predator_range=0.0, predators=(hunter,)
+    )
+    start = {"initial_positions": positions, "initial_velocities": np.full(positions.shape, 1e-7)}
+    flown = headings(simulate(scenario, 0.0, seed=4, **start))[1:, 0]
+    sights = positions - np.array([0.1, 0.0])
+    return np.argmax(flown @ (sights / np.linalg.norm(sights, axis=1)[:, None]).T, axis=1)
+
+
+def test_a_confused_predator_chooses_evenly_among_the_agents_in_sight() -> None:
+    steps = 5000
+    chosen = np.bincount(targets(1e9, np.vstack([FAR, RING]), steps), minlength=6)
+    assert chosen[0] == 0  # out of sight
+    np.testing.assert_allclose(chosen[1:] / steps, 1 / 5, atol=4 * np.sqrt(0.16 / steps))
+
+
+@pytest.mark.parametrize(("rate", "count"), [(0.5, 5), (2.0, 5), (2.0, 2)])
+def test_confusion_grows_with_the_agents_in_sight(rate: float, count: int) -> None:
+    """Another agent is chosen in a step with probability (1 - exp(-rate (k - 1) dt)) (k - 1) / k."""
+    steps = 5000
+    after = targets(rate, RING[:count], steps)
+    share = (np.diff(after) != 0).mean()
+    expected = (1 - np.exp(-rate * (count - 1) * 0.05)) * (count - 1) / count
+    assert share == pytest.approx(expected, abs=4 * np.sqrt(expected / steps))
+
+
+@pytest.mark.parametrize(
+    ("positions", "sight"),
+    [(RING[:1], 30.0), (RING, 1.0), (np.vstack([RING[:1], FAR]), 30.0)],
+    ids=["alone", "none in sight", "one in sight"],
+)
+def test_nothing_confuses_where_there_is_no_choice(positions: np.ndarray, sight: float) -> None:
+    assert (targets(1e9, positions, 50, sight) == 0).all()
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("strategy", STEERED)
+def test_turning_and_shifting_the_world_turns_and_shifts_the_hunt(strategy: str, dimension: int) -> None:
+    rng = np.random.default_rng(dimension)
+    turn, _ = np.linalg.qr(rng.normal(size=(dimension, dimension)))
+    turn[:, 0] *= np.linalg.det(turn)
+    shift = rng.normal(0, 100, dimension)
+    position, velocity = rng.normal(0, 20, dimension), rng.normal(0, 10, dimension)
+    positions, velocities = rng.normal(0, 20, (2, 40, dimension))
+
+    def hunt(turn: np.ndarray, shift: np.ndarray) -> np.ndarray:
+        predator = STEERED[strategy](turn @ position + shift, turn @ velocity, 2.0)
+        scenario = FlockScenario(num_agents=40, dimension=dimension, num_steps=20, predators=(predator,))
+        start = {"initial_positions": positions @ turn.T + shift, "initial_velocities": velocities @ turn.T}
+        return simulate(scenario, 7.3, **start).predator_positions[:, 0]
+
+    moved, still = hunt(turn, shift), hunt(np.eye(dimension), np.zeros(dimension))
+    np.testing.assert_allclose(moved, still @ turn.T + shift, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_hunts_through_a_large_flock_do_not_depend_on_threads(dimension: int) -> None:
+    """Large enough to be spread over threads; sums over agents are free of their order."""
+    start = ((-30.0, -30.0), (10.0, 10.0))
+    hunters = [make(*start) for make in STEERED.values()]
+    hunters += [Wandering(*start), PurePursuit(*start, confusion_rate=1.0, sight=200.0)]
+    scenario = FlockScenario(num_agents=5000, dimension=dimension, num_steps=4, predators=tuple(hunters))
+    first, second = (simulate(scenario, 10.0, seed=3, num_threads=threads) for threads in (1, 2))
+    np.testing.assert_array_equal(first.predator_positions, second.predator_positions)
+    np.testing.assert_array_equal(first.positions, second.positions)

@@ -18,6 +18,7 @@ from flockesc_env import (
     FlockVectorEnv,
     LineEscapeEnv,
     LineScenario,
+    PurePursuit,
     Wandering,
     env,
     episode_seed,
@@ -164,7 +165,10 @@ def test_given_positions_leave_the_drawn_headings() -> None:
     assert not drawn.is_start_given
 
 
-RANDOM = (Wandering((10.0, 10.0), (5.0, 0.0), 2.0), Wandering((90.0, 90.0), (0.0, 9.0), 0.5))
+RANDOM = (
+    Wandering((10.0, 10.0), (5.0, 0.0), 2.0),
+    PurePursuit((90.0, 90.0), (0.0, 9.0), confusion_rate=2.0, sight=1e3),
+)
 
 
 @dimensions

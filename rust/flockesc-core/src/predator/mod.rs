@@ -83,6 +83,8 @@ pub struct Predator<const D: usize> {
     /// v_p in m/s.
     pub velocity: SVector<f64, D>,
     strategy: PredatorConfig,
+    /// Name of the agent that it is after, where it keeps to one.
+    kept: Option<usize>,
 }
 
 impl<const D: usize> Predator<D> {
@@ -95,6 +97,7 @@ impl<const D: usize> Predator<D> {
             position: embed(position),
             velocity: embed(velocity),
             strategy: config.clone(),
+            kept: None,
         }
     }
 
@@ -103,7 +106,9 @@ impl<const D: usize> Predator<D> {
         match &self.strategy {
             PredatorConfig::ConstantVelocity(_) => {}
             PredatorConfig::PurePursuit(strategy) => {
-                self.velocity = strategy.steer(&self.position, &self.velocity, time_step, prey);
+                let (position, velocity) = (&self.position, &self.velocity);
+                let kept = &mut self.kept;
+                self.velocity = strategy.steer(position, velocity, time_step, prey, kept, rng);
             }
             PredatorConfig::Intercept(strategy) => {
                 self.velocity = strategy.steer(&self.position, &self.velocity, time_step, prey);

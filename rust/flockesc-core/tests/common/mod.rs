@@ -33,6 +33,8 @@ pub(crate) fn scenario(
                 velocity: vec![0.0, 8.0],
                 max_turn_rate: 1.0,
                 target: Target::Nearest,
+                confusion_rate: 0.0,
+                sight: 30.0,
             }),
         ],
         neighbor_rule: NeighborRule::Metric {},
