@@ -9,6 +9,7 @@ import gymnasium as _gymnasium
 
 from flockesc_env import graph, policies, records
 from flockesc_env._core import __version__
+from flockesc_env.approach import approach
 from flockesc_env.envs.flock import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.envs.parallel import FlockParallelEnv, env, parallel_env, raw_env
@@ -65,6 +66,7 @@ __all__ = [
     "Trajectory",
     "Wandering",
     "__version__",
+    "approach",
     "env",
     "episode_seed",
     "graph",
