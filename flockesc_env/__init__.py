@@ -9,6 +9,7 @@ import gymnasium as _gymnasium
 
 from flockesc_env import graph, policies, records
 from flockesc_env._core import __version__
+from flockesc_env.approach import approach
 from flockesc_env.envs.flock import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.envs.parallel import FlockParallelEnv, env, parallel_env, raw_env
@@ -35,7 +36,15 @@ from flockesc_env.options import EnvOptions, LineOptions
 from flockesc_env.presets import PRESETS, preset
 from flockesc_env.render import RenderOptions
 from flockesc_env.rollout import Episodes, record, rollout
-from flockesc_env.scenario import ConstantVelocity, FlockScenario, LineScenario, Metric, PurePursuit
+from flockesc_env.scenario import (
+    ConstantVelocity,
+    FlockScenario,
+    Intercept,
+    LineScenario,
+    Metric,
+    PurePursuit,
+    Wandering,
+)
 from flockesc_env.seeds import episode_seed
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
 from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
@@ -58,6 +67,7 @@ __all__ = [
     "FlockVectorEnv",
     "FlockescError",
     "Gaussian",
+    "Intercept",
     "LineEscapeEnv",
     "LineOptions",
     "LineScenario",
@@ -74,7 +84,9 @@ __all__ = [
     "Square",
     "SweepResult",
     "Trajectory",
+    "Wandering",
     "__version__",
+    "approach",
     "env",
     "episode_seed",
     "graph",

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final, NamedTuple, TypeVar
 
+from flockesc_env.approach import approach
 from flockesc_env.errors import ScenarioError
 from flockesc_env.initial import AlignedHeadings, Clusters, Disc
-from flockesc_env.scenario import ConstantVelocity, FlockScenario, LineScenario, PurePursuit, Scenario
+from flockesc_env.scenario import (
+    ConstantVelocity,
+    FlockScenario,
+    Intercept,
+    LineScenario,
+    PurePursuit,
+    Scenario,
+    Wandering,
+)
 
 _T = TypeVar("_T", bound=Scenario)
-
-_ASIDE: Final = 50.0 / math.sqrt(2.0)
 
 
 class Preset(NamedTuple):
@@ -32,11 +38,24 @@ PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
         ),
         "edge-attack": Preset(
             "a path 50 m to the left of the flock's center, along its edge",
-            FlockScenario(predators=(ConstantVelocity(position=(-30 - _ASIDE, -30 + _ASIDE)),)),
+            FlockScenario(predators=(ConstantVelocity(*approach(50.0)),)),
         ),
         "pursuit": Preset(
             "a predator that turns toward the nearest agent", FlockScenario(predators=(PurePursuit(),))
         ),
+        "isolated-prey": Preset(
+            "a pursuer of the agent that is farthest from all others",
+            FlockScenario(predators=(PurePursuit(target="most_isolated"),)),
+        ),
+        "confused-pursuit": Preset(
+            "a pursuer that loses its prey among many",
+            FlockScenario(predators=(PurePursuit(confusion_rate=0.1),)),
+        ),
+        "intercept": Preset(
+            "a predator that leads its prey by proportional navigation",
+            FlockScenario(predators=(Intercept(),)),
+        ),
+        "wandering": Preset("a predator without a plan", FlockScenario(predators=(Wandering(),))),
         "two-predators": Preset(
             "a second predator comes from the opposite corner",
             FlockScenario(predators=(ConstantVelocity(), ConstantVelocity((130.0, 130.0), (-10.0, -10.0)))),

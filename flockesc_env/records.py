@@ -20,6 +20,7 @@ from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate
 
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
 _PACKAGES = ("flockesc-env", "numpy")
+_ORIGIN = ("seed", "is_start_given")
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +59,7 @@ def save(trajectory: Trajectory | LineTrajectory, path: str | Path, *, name: str
         "model": model,
         "scenario": json.loads(trajectory.scenario.to_json()),
         "seed": trajectory.seed,
+        "is_start_given": trajectory.is_start_given,
         "name": name,
         "versions": versions(),
     }
@@ -81,25 +83,27 @@ def load(path: str | Path) -> Record:
     try:
         header = json.loads(str(columns.pop("header")))
         model, scenario = _MODELS[header["model"]], json.dumps(header["scenario"])
-        seed, name, recorded_with = header["seed"], str(header["name"]), dict(header["versions"])
+        origin = {name: header[name] for name in _ORIGIN}
+        name, recorded_with = str(header["name"]), dict(header["versions"])
     except (ValueError, KeyError, TypeError) as error:
-        raise RecordError("header", "model, scenario, seed, name and versions", repr(error)) from None
-    return Record(_trajectory(model.from_json(scenario), seed, columns), name, recorded_with)
+        expected = "model, scenario, seed, is_start_given, name and versions"
+        raise RecordError("header", expected, repr(error)) from None
+    return Record(_trajectory(model.from_json(scenario), origin, columns), name, recorded_with)
 
 
 def replay(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTrajectory:
-    """Run the model again: from the seed or, where the start was given, from the recorded one."""
-    seed = trajectory.seed
+    """Run the model again: from the seed and, where the start was given, from the recorded one."""
+    seed, is_given = trajectory.seed, trajectory.is_start_given
     if isinstance(trajectory, LineTrajectory):
         line = trajectory.scenario
-        start = trajectory.states[0] if seed is None else None
+        start = trajectory.states[0] if is_given else None
         return simulate_line(line, trajectory.interaction_range, seed=seed, initial_state=start)
     return simulate(
         trajectory.scenario,
         trajectory.interaction_ranges,
         seed=seed,
-        initial_positions=trajectory.positions[0] if seed is None else None,
-        initial_velocities=trajectory.velocities[0] if seed is None else None,
+        initial_positions=trajectory.positions[0] if is_given else None,
+        initial_velocities=trajectory.velocities[0] if is_given else None,
     )
 
 
@@ -117,24 +121,27 @@ def differences(recorded: Trajectory | LineTrajectory, again: Trajectory | LineT
 
 
 def _columns(kind: type[Trajectory | LineTrajectory]) -> list[str]:
-    return [field.name for field in fields(kind) if field.name not in {"scenario", "seed"}]
+    return [field.name for field in fields(kind) if field.name not in {"scenario", *_ORIGIN}]
 
 
 def _trajectory(
-    scenario: FlockScenario | LineScenario, seed: Any, columns: dict[str, NDArray[Any]]
+    scenario: FlockScenario | LineScenario, origin: dict[str, Any], columns: dict[str, NDArray[Any]]
 ) -> Trajectory | LineTrajectory:
     """Build a run whose columns have the shapes that its scenario asks for."""
     kind = Trajectory if isinstance(scenario, FlockScenario) else LineTrajectory
     if set(columns) != set(_columns(kind)):
         raise RecordError("columns", ", ".join(_columns(kind)), ", ".join(sorted(columns)))
-    if seed is not None and (not isinstance(seed, int) or not 0 <= seed < 2**64):
-        raise RecordError("seed", "an integer of 64 bits or none", repr(seed))
+    seed, is_given = origin["seed"], origin["is_start_given"]
+    if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < 2**64:
+        raise RecordError("seed", "an integer of 64 bits", repr(seed))
+    if not isinstance(is_given, bool):
+        raise RecordError("is_start_given", "true or false", repr(is_given))
     for name, (dtype, shape) in _layout(scenario, columns).items():
         column = columns[name]
         if column.dtype != dtype or column.shape != shape:
             raise RecordError(name, f"{dtype} of shape {shape}", f"{column.dtype} of shape {column.shape}")
     scalars = {name: value.item() if value.ndim == 0 else value for name, value in columns.items()}
-    return kind(scenario=scenario, seed=seed, **scalars)  # type: ignore[arg-type]
+    return kind(scenario=scenario, **origin, **scalars)  # type: ignore[arg-type]
 
 
 def _layout(

@@ -16,6 +16,7 @@ from flockesc_env.errors import ScenarioError
 from flockesc_env.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
 
 EscapeForce = Literal["constant", "linear", "linear_as_printed"]
+Target = Literal["nearest", "centroid", "most_isolated"]
 
 
 @dataclass(frozen=True)
@@ -34,18 +35,44 @@ class ConstantVelocity:
 
 @dataclass(frozen=True)
 class PurePursuit:
-    """A predator that turns toward the nearest agent at constant speed.
+    """A predator that turns toward its target at constant speed.
 
     Attributes:
         position: r_p(0) in m, 2 numbers or as many as the scenario's dimension (a missing z is 0).
         velocity: v_p(0) in m/s, likewise; its norm is the speed at all times.
         max_turn_rate: largest turn rate in rad/s.
+        target: ``"nearest"``: the agent nearest to the predator; ``"centroid"``: the mean position of all
+            agents; ``"most_isolated"``: the agent whose nearest other agent is farthest.
+        confusion_rate: how often each further agent in sight draws it off the agent that it is after, in
+            1/s; 0: it always turns toward its target.
+        sight: how far it sees for that, in m.
     """
 
     kind: ClassVar[str] = "pure_pursuit"
     position: tuple[float, ...] = (-30.0, -30.0)
     velocity: tuple[float, ...] = (10.0, 10.0)
     max_turn_rate: float = 1.0
+    target: Target = "nearest"
+    confusion_rate: float = 0.0
+    sight: float = 30.0
+
+
+@dataclass(frozen=True)
+class Intercept:
+    """A predator that flies by proportional navigation toward the nearest agent, at constant speed.
+
+    Attributes:
+        position: r_p(0) in m, 2 numbers or as many as the scenario's dimension (a missing z is 0).
+        velocity: v_p(0) in m/s, likewise; its norm is the speed at all times.
+        max_turn_rate: largest turn rate in rad/s.
+        navigation_constant: turn rate over the rate at which the line of sight turns, N; has no unit.
+    """
+
+    kind: ClassVar[str] = "intercept"
+    position: tuple[float, ...] = (-30.0, -30.0)
+    velocity: tuple[float, ...] = (10.0, 10.0)
+    max_turn_rate: float = 1.0
+    navigation_constant: float = 3.0
 
 
 @dataclass(frozen=True)
@@ -55,7 +82,23 @@ class Metric:
     kind: ClassVar[str] = "metric"
 
 
-Predator = ConstantVelocity | PurePursuit
+@dataclass(frozen=True)
+class Wandering:
+    """A predator whose heading does a random walk, at constant speed and without regard to the flock.
+
+    Attributes:
+        position: r_p(0) in m, 2 numbers or as many as the scenario's dimension (a missing z is 0).
+        velocity: v_p(0) in m/s, likewise; its norm is the speed at all times.
+        angular_diffusion: rotational diffusion coefficient of the heading in rad^2/s.
+    """
+
+    kind: ClassVar[str] = "wandering"
+    position: tuple[float, ...] = (-30.0, -30.0)
+    velocity: tuple[float, ...] = (10.0, 10.0)
+    angular_diffusion: float = 0.1
+
+
+Predator = ConstantVelocity | PurePursuit | Intercept | Wandering
 NeighborRule = Metric
 Part = Predator | NeighborRule | InitialPositions | InitialHeadings
 
@@ -141,7 +184,8 @@ class FlockScenario(_Document):
         predator_range: distance rho_p in m up to which agents flee from a predator.
         repulsion_strength: strength s of the flight.
         constant_speed: whether agents keep speed v0 (step 4 of docs/model.md); ``False`` is the literal law.
-        predators: any number of ``ConstantVelocity`` and ``PurePursuit``, also none.
+        predators: any number of any kinds (``ConstantVelocity``, ``PurePursuit``, ``Intercept``,
+            ``Wandering``), also none.
         neighbor_rule: who is a neighbor.
 
     Raises:

@@ -23,7 +23,8 @@ class Trajectory:
 
     Attributes:
         scenario: the flock model's parameters.
-        seed: the seed from which the whole initial state came; ``None`` where any of it was given.
+        seed: the seed of everything random: of what of the start was not given, and of the predators.
+        is_start_given: whether any of r(0) and v(0) was given; otherwise all of the run came from the seed.
         times: shape (T + 1,).
         interaction_ranges: rho in every step, shape (T, 1) or, with one range per agent, (T, n).
         positions: r_i(t), shape (T + 1, n, D).
@@ -38,7 +39,8 @@ class Trajectory:
     """
 
     scenario: FlockScenario
-    seed: int | None
+    seed: int
+    is_start_given: bool
     times: FloatArray
     interaction_ranges: FloatArray
     positions: FloatArray
@@ -56,7 +58,8 @@ class LineTrajectory:
 
     Attributes:
         scenario: the line model's parameters.
-        seed: the seed from which x(0) came; ``None`` where it was given.
+        seed: the seed from which x(0) came, unless it was given.
+        is_start_given: whether x(0) was given.
         interaction_range: rho.
         states: x(t), shape (steps + 1, n).
         num_components: m(t), shape (steps + 1,).
@@ -66,7 +69,8 @@ class LineTrajectory:
     """
 
     scenario: LineScenario
-    seed: int | None
+    seed: int
+    is_start_given: bool
     interaction_range: float
     states: FloatArray
     num_components: IntArray
@@ -90,7 +94,8 @@ def simulate(
         scenario: the flock model's parameters.
         interaction_range: rho in m: a scalar; (n,), one per agent; or a schedule with a row per step, (T,)
             or (T, n). Where n = T, write one range per agent as (1, n) and a schedule as (T, 1).
-        seed: seed of the initial state, the same flock as ``env.reset(seed=seed)``; ``None``: a new one.
+        seed: seed of the initial state and of the predators, the same flock as ``env.reset(seed=seed)``;
+            ``None``: a new one.
         initial_positions: r(0) in m, shape (n, D), in place of those of the seed.
         initial_velocities: v(0) in m/s, shape (n, D), likewise. With constant speed an agent is brought to
             speed v0 by its first step.
@@ -107,9 +112,7 @@ def simulate(
     velocities = (
         None if initial_velocities is None else as_floats(initial_velocities, "initial_velocities", shape)
     )
-    is_given = positions is not None and velocities is not None
-    start = 0 if is_given else _seed(seed)
-    is_drawn = positions is None and velocities is None
+    start = _seed(seed)
     ranges = _schedule(interaction_range, scenario)
     threads = as_threads(num_threads)
     run = _core.simulate_flock(scenario.to_json(), ranges, start, positions, velocities, threads)
@@ -117,7 +120,8 @@ def simulate(
     in_force = np.broadcast_to(ranges, (scenario.num_steps, ranges.shape[1])).copy()
     return Trajectory(
         scenario=scenario,
-        seed=start if is_drawn else None,
+        seed=start,
+        is_start_given=positions is not None or velocities is not None,
         times=times,
         interaction_ranges=in_force,
         **run,
@@ -145,11 +149,11 @@ def simulate_line(
     states = (
         None if initial_state is None else as_floats(initial_state, "initial_state", (scenario.num_agents,))
     )
-    start = _seed(seed) if states is None else 0
+    start = _seed(seed)
     rho = float(as_floats(interaction_range, "interaction_range", ()))
     run: dict[str, Any] = _core.simulate_line(scenario.to_json(), rho, start, states)
     return LineTrajectory(
-        scenario=scenario, seed=start if states is None else None, interaction_range=rho, **run
+        scenario=scenario, seed=start, is_start_given=states is not None, interaction_range=rho, **run
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from flockesc_env import FlockScenario, LineScenario, PurePursuit
+from flockesc_env import FlockScenario, Intercept, LineScenario, PurePursuit
 
 Floats = NDArray[np.float64]
 
@@ -59,10 +59,22 @@ def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> Fl
     new_predators = state.predator_positions + scenario.time_step * state.predator_velocities
     new_predator_v = state.predator_velocities.copy()
     for k, predator in enumerate(scenario.predators):
+        nearest = np.argmin(np.linalg.norm(new_r - new_predators[k], axis=1))
         if isinstance(predator, PurePursuit):
-            nearest = new_r[np.argmin(np.linalg.norm(new_r - new_predators[k], axis=1))]
+            targets = {
+                "nearest": new_r[nearest],
+                "centroid": new_r.mean(axis=0),
+                "most_isolated": new_r[most_isolated(new_r)],
+            }
             limit = predator.max_turn_rate * scenario.time_step
-            new_predator_v[k] = turned(new_predator_v[k], nearest - new_predators[k], limit)
+            sight = targets[predator.target] - new_predators[k]
+            new_predator_v[k] = turned(new_predator_v[k], sight, limit)
+        if isinstance(predator, Intercept):
+            offset = new_r[nearest] - new_predators[k]
+            rate = sight_rate(offset, new_v[nearest] - new_predator_v[k])
+            gain = predator.navigation_constant * scenario.time_step
+            limit = predator.max_turn_rate * scenario.time_step
+            new_predator_v[k] = navigated(new_predator_v[k], rate, gain, limit)
     return FlockState(new_r, new_v, new_predators, new_predator_v)
 
 
@@ -77,6 +89,34 @@ def turned(velocity: Floats, sight: Floats, limit: float) -> Floats:
         return speed * aim
     part = limit / angle
     return speed * (np.sin((1 - part) * angle) * heading + np.sin(part * angle) * aim) / np.sin(angle)
+
+
+def most_isolated(positions: Floats) -> int:
+    """Return the first of the agents whose nearest other agent is farthest."""
+    distances = np.linalg.norm(positions[:, None] - positions[None, :], axis=-1)
+    np.fill_diagonal(distances, np.inf)
+    return int(distances.min(axis=1).argmax())
+
+
+def sight_rate(offset: Floats, relative_velocity: Floats) -> Floats:
+    """Return the angular velocity of a line of sight in rad/s, a vector in space."""
+    squared = offset @ offset
+    return np.cross(in_space(offset), in_space(relative_velocity)) / squared if squared else np.zeros(3)
+
+
+def navigated(velocity: Floats, rate: Floats, gain: float, limit: float) -> Floats:
+    """Turn ``velocity`` along ``rate`` x velocity by ``gain`` times the angle, at most ``limit`` rad."""
+    speed = np.linalg.norm(velocity)
+    across = np.cross(rate, in_space(velocity))[: len(velocity)]
+    if not across.any():
+        return velocity
+    angle = min(gain * np.linalg.norm(across) / speed, limit)
+    return np.cos(angle) * velocity + np.sin(angle) * speed * across / np.linalg.norm(across)
+
+
+def in_space(vector: Floats) -> Floats:
+    """Return a vector of the plane or of space with three coordinates."""
+    return np.append(vector, np.zeros(3 - len(vector)))
 
 
 def directed_graph(positions: Floats, ranges: Floats) -> NDArray[np.bool]:

@@ -15,6 +15,7 @@ from flockesc_env import (
     AlignedHeadings,
     ConstantVelocity,
     FlockScenario,
+    Intercept,
     LineScenario,
     PurePursuit,
     Ring,
@@ -90,6 +91,10 @@ CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
     "predators": (
         ["--predators", "pure_pursuit", "position=90,90", "max_turn_rate=2", "constant_velocity"],
         SMALL.replace(predators=(PurePursuit(position=(90.0, 90.0), max_turn_rate=2.0), ConstantVelocity())),
+    ),
+    "targets": (
+        ["--predators", "pure_pursuit", "target=centroid", "intercept", "navigation_constant=4"],
+        SMALL.replace(predators=(PurePursuit(target="centroid"), Intercept(navigation_constant=4.0))),
     ),
     "in space": (
         ["--dimension", "3", "--predators", "constant_velocity", "position=-30,-30,1e1"],

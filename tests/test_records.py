@@ -17,6 +17,7 @@ from flockesc_env import (
     PurePursuit,
     RecordError,
     ScenarioError,
+    Wandering,
     record,
     simulate,
     simulate_line,
@@ -25,6 +26,7 @@ from flockesc_env.policies import StubbornLeaders
 from flockesc_env.records import differences, load, replay, save, versions
 
 FLOCK = FlockScenario(num_agents=12, num_steps=9)
+RANDOM = (Wandering(angular_diffusion=2.0),)
 TWO = (ConstantVelocity(), PurePursuit(position=(90.0, 90.0), velocity=(-12.0, 0.0)))
 
 RUNS = {
@@ -35,6 +37,10 @@ RUNS = {
     "as many agents as steps": lambda: simulate(FLOCK.replace(num_agents=9), np.ones((9, 9)), seed=3),
     "policy": lambda: record(StubbornLeaders(), 5, scenario=FLOCK, per_agent=True),
     "in space, two predators": lambda: simulate(FLOCK.replace(dimension=3, predators=TWO), 20.0, seed=1),
+    "random predator": lambda: simulate(FLOCK.replace(predators=RANDOM), 20.0, seed=1),
+    "random predator, given start": lambda: simulate(
+        FLOCK.replace(predators=RANDOM), 20.0, initial_velocities=np.ones((12, 2))
+    ),
     "no predator": lambda: simulate(FLOCK.replace(predators=()), 20.0, seed=1),
     "given positions": lambda: simulate(FLOCK, 10.0, seed=3, initial_positions=np.eye(12)[:, :2]),
     "given start": lambda: simulate(
@@ -58,7 +64,7 @@ def test_what_is_saved_comes_back_and_replays(name: str, tmp_path: Path) -> None
     back = loaded.trajectory
     assert type(back) is type(run)
     assert back.scenario == run.scenario
-    assert back.seed == run.seed
+    assert (back.seed, back.is_start_given) == (run.seed, run.is_start_given)
     for field in dataclasses.fields(run):
         first, second = getattr(run, field.name), getattr(back, field.name)
         assert type(first) is type(second), field.name
@@ -142,7 +148,13 @@ def test_a_bad_header_is_named(tmp_path: Path) -> None:
     rewrite(path, header=header_with(path, seed=-1))
     with pytest.raises(RecordError, match=r"^seed"):
         load(path)
-    rewrite(path, header=header_with(path, seed=3, scenario={"wings": 2}))
+    rewrite(path, header=header_with(path, seed=None))
+    with pytest.raises(RecordError, match=r"^seed"):
+        load(path)
+    rewrite(path, header=header_with(path, seed=3, is_start_given=0))
+    with pytest.raises(RecordError, match=r"^is_start_given"):
+        load(path)
+    rewrite(path, header=header_with(path, is_start_given=False, scenario={"wings": 2}))
     with pytest.raises(ScenarioError, match=r"^wings"):
         load(path)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -13,12 +13,14 @@ from hypothesis import strategies as st
 from flockesc_env import (
     ConstantVelocity,
     FlockScenario,
+    Intercept,
     LineScenario,
     PurePursuit,
     Trajectory,
     simulate,
     simulate_line,
 )
+from flockesc_env.scenario import Predator, Target
 
 SIDE = 40.0
 HUGE = 1e200  # its square is not a finite number
@@ -32,14 +34,17 @@ seeds = st.integers(0, 2**32 - 1)
 def predators(draw: st.DrawFn, dimension: int) -> tuple[Any, ...]:
     rng = np.random.default_rng([draw(seeds), 1])
 
-    def predator(kind: str) -> ConstantVelocity | PurePursuit:
+    def predator(kind: str) -> Predator:
         axes = draw(st.sampled_from([2, dimension]))
         position, velocity = rng.uniform(0, SIDE, axes), rng.normal(0, 12, axes)
         if kind == "straight":
             return ConstantVelocity(position, velocity)
-        return PurePursuit(position, velocity, draw(st.sampled_from([0.0, 1.0, 1e3])))
+        turn_rate = draw(st.sampled_from([0.0, 1.0, 1e3]))
+        if kind == "intercept":
+            return Intercept(position, velocity, turn_rate, draw(st.sampled_from([0.0, 1.0, 3.0])))
+        return PurePursuit(position, velocity, turn_rate, draw(st.sampled_from(get_args(Target))))
 
-    kinds = draw(st.lists(st.sampled_from(["straight", "pursuit"]), max_size=3))
+    kinds = draw(st.lists(st.sampled_from(["straight", "pursuit", "intercept"]), max_size=3))
     return tuple(predator(kind) for kind in kinds)
 
 

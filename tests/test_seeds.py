@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from typing import Any
 
@@ -17,6 +18,8 @@ from flockesc_env import (
     FlockVectorEnv,
     LineEscapeEnv,
     LineScenario,
+    PurePursuit,
+    Wandering,
     env,
     episode_seed,
     parallel_env,
@@ -148,12 +151,69 @@ def test_given_positions_leave_the_drawn_headings() -> None:
     drawn = simulate(scenario, RHO, seed=3)
     given = simulate(scenario, RHO, seed=3, initial_positions=np.zeros((5, 2)))
     np.testing.assert_array_equal(given.velocities[0], drawn.velocities[0])
-    assert given.seed is None  # the seed alone would not give this flock
+    assert (given.seed, given.is_start_given) == (3, True)
     both = simulate(
         scenario, RHO, initial_positions=drawn.positions[0], initial_velocities=drawn.velocities[0]
     )
     np.testing.assert_array_equal(both.positions, drawn.positions)
-    assert both.seed is None
+    assert both.is_start_given
+    assert not drawn.is_start_given
+
+
+RANDOM = (
+    Wandering((10.0, 10.0), (5.0, 0.0), 2.0),
+    PurePursuit((90.0, 90.0), (0.0, 9.0), confusion_rate=2.0, sight=1e3),
+)
+
+
+@dimensions
+def test_random_predators_leave_the_drawn_flock(dimension: int) -> None:
+    plain, random = small_flock(dimension), small_flock(dimension, predators=RANDOM)
+    first, second, other = simulate(plain, RHO, seed=3), simulate(random, RHO, seed=3), simulate(random, RHO)
+    np.testing.assert_array_equal(first.positions[0], second.positions[0])
+    np.testing.assert_array_equal(first.velocities[0], second.velocities[0])
+    again = simulate(random, RHO, seed=3)
+    np.testing.assert_array_equal(again.predator_positions, second.predator_positions)
+    assert (other.predator_positions[2:] != second.predator_positions[2:]).any()
+
+
+@seeds
+@dimensions
+@pytest.mark.parametrize("interface", INTERFACES)
+def test_random_predators_are_the_same_everywhere(interface: str, seed: int, dimension: int) -> None:
+    scenario = small_flock(dimension, predators=RANDOM)
+    infos = INTERFACES[interface](scenario, seed)
+    run = simulate(scenario, RHO, seed=seed)
+    assert [info["mean_distance"] for info in infos] == run.mean_distance.tolist()
+    swept = sweep(scenario, [RHO, RHO], [seed, 5])
+    assert (swept.min_mean_distance[:, 0] == run.mean_distance.min()).all()
+
+
+def test_random_predators_do_not_depend_on_the_batch() -> None:
+    """Every episode of every slot, on any number of threads, is the run of its seed."""
+    scenario = small_flock(predators=RANDOM)
+    expected = [
+        [simulate(scenario, RHO, seed=episode_seed(40 + slot, episode)).mean_distance for slot in range(5)]
+        for episode in range(2)
+    ]
+    for num_threads in (1, 2):
+        vector = FlockVectorEnv(5, scenario, num_threads=num_threads, action_mode="range")
+        for episode, runs in enumerate(expected):
+            vector.reset(seed=40 if episode == 0 else None)
+            for step in range(1, scenario.num_steps + 1):
+                infos = vector.step(np.full((5, 1), RHO, np.float32))[-1]
+                assert infos["mean_distance"].tolist() == [run[step] for run in runs]
+
+
+def test_a_copy_draws_what_its_original_draws() -> None:
+    scenario = small_flock(predators=RANDOM)
+    environment = FlockEscapeEnv(scenario)
+    environment.reset(seed=1)
+    environment.step(ACTION)
+    copied = copy.deepcopy(environment)
+    for _ in range(scenario.num_steps - 1):
+        first, second = environment.step(ACTION), copied.step(ACTION)
+        np.testing.assert_array_equal(first[0], second[0])
 
 
 def first_observation(environment: Any, seed: int | None = None) -> bytes:

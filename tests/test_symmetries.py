@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from flockesc_env import (
     ConstantVelocity,
     FlockEscapeEnv,
     FlockScenario,
+    Intercept,
     LineScenario,
     PurePursuit,
     Trajectory,
@@ -32,7 +34,7 @@ OWN_RHO = np.linspace(1.7, 13.1, N)
 
 
 def random_flock(dimension: int, rng: np.random.Generator) -> tuple[FlockScenario, np.ndarray, np.ndarray]:
-    """Draw a flock with a straight and a pursuing predator in its midst."""
+    """Draw a flock with predators in its midst whose aim does not depend on names."""
 
     def vector(scale: float) -> np.ndarray:
         return rng.normal(0, scale, dimension)
@@ -41,7 +43,12 @@ def random_flock(dimension: int, rng: np.random.Generator) -> tuple[FlockScenari
         dimension,
         num_agents=N,
         num_steps=STEPS,
-        predators=(ConstantVelocity(vector(10), vector(10)), PurePursuit(vector(20), vector(10))),
+        predators=(
+            ConstantVelocity(vector(10), vector(10)),
+            PurePursuit(vector(20), vector(10)),
+            PurePursuit(vector(20), vector(10), target="centroid"),
+            Intercept(vector(20), vector(10)),
+        ),
     )
     return scenario, rng.normal(0, 10, (N, dimension)), rng.normal(0, 10, (N, dimension))
 
@@ -49,7 +56,10 @@ def random_flock(dimension: int, rng: np.random.Generator) -> tuple[FlockScenari
 def moved(scenario: FlockScenario, turn: np.ndarray, shift: np.ndarray) -> FlockScenario:
     """Return the scenario with turned and shifted predators."""
     predators = tuple(
-        type(p)(turn @ np.array(p.position) + shift, turn @ np.array(p.velocity)) for p in scenario.predators
+        dataclasses.replace(
+            p, position=turn @ np.array(p.position) + shift, velocity=turn @ np.array(p.velocity)
+        )
+        for p in scenario.predators
     )
     return scenario.replace(predators=predators)
 

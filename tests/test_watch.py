@@ -93,7 +93,7 @@ def assert_shows(shown: Any, run: Trajectory) -> None:
     np.testing.assert_allclose(columns["headings"] / 127, units, rtol=0, atol=0.5 / 127 + 1e-12)
     assert (columns["lowRange"] <= columns["meanRange"]).all()
     assert (columns["meanRange"] <= columns["highRange"]).all()
-    assert shown["seed"] == (None if run.seed is None else str(run.seed))
+    assert shown["seed"] == (None if run.is_start_given else str(run.seed))
     assert FlockScenario.from_json(json.dumps(shown["scenario"])) == run.scenario
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Callable
-from typing import Any, get_args, get_origin
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from tyro.constructors import PrimitiveConstructorSpec, PrimitiveTypeInfo
 
@@ -28,7 +28,7 @@ def part_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
             if not is_field and name in kinds:
                 parts.append((name, {}))
             elif is_field and parts:
-                parts[-1][1][name] = _value(name, value)
+                parts[-1][1][name] = _value(kinds[parts[-1][0]], name, value)
             else:
                 raise ValueError(f"expected {' or '.join(kinds)}, then field=value, got {word!r}")
         made = tuple(_make(kinds[name], fields) for name, fields in parts)
@@ -47,7 +47,9 @@ def part_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
     )
 
 
-def _value(name: str, text: str) -> Any:
+def _value(kind: Any, name: str, text: str) -> Any:
+    if get_origin(get_type_hints(kind).get(name)) is Literal:
+        return text
     try:
         values = json.loads(f"[{text}]")
     except json.JSONDecodeError:
@@ -70,5 +72,7 @@ def _spell(part: Any) -> list[str]:
 
 
 def _spell_value(value: Any) -> str:
+    if isinstance(value, str):
+        return value
     values = value if isinstance(value, tuple) else [value]
     return json.dumps(values, separators=(",", ":"))[1:-1]

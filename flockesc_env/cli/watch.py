@@ -64,7 +64,7 @@ def run(
     if output is None:
         first = runs[0][1]
         shown = first.scenario if files else chosen
-        start = seed if first.seed is None else first.seed
+        start = seed if first.is_start_given else first.seed
         serve(runs, scenario=shown, seed=start, port=port, open_browser=not no_browser)
         return Exit.DONE
     if output.suffix == _PAGE:

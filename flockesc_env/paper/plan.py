@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from flockesc_env._checks import as_count
+from flockesc_env.approach import approach
 from flockesc_env.errors import ArgumentError
 from flockesc_env.paper.jobs import Arrays, Cache, Job
 from flockesc_env.scenario import ConstantVelocity, EscapeForce, FlockScenario, LineScenario
@@ -89,9 +89,7 @@ class Study:
 
 def aimed(offset: float) -> FlockScenario:
     """Return the paper's flock with the predator's path shifted to its left by ``offset`` m."""
-    sideways = offset / math.sqrt(2)
-    predator = ConstantVelocity(position=(-30 - sideways, -30 + sideways))
-    return FLOCK.replace(predators=(predator,))
+    return FLOCK.replace(predators=(ConstantVelocity(*approach(offset)),))
 
 
 def threshold(rho: float) -> LineScenario:

@@ -70,9 +70,8 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     }
     return {
         "name": name,
-        "seed": None
-        if trajectory.seed is None
-        else str(trajectory.seed),  # 64 bits do not fit into a JS number
+        # The seed of a flock that can be drawn again; 64 bits do not fit into a JS number.
+        "seed": None if trajectory.is_start_given else str(trajectory.seed),
         "scenario": json.loads(trajectory.scenario.to_json()),
         "columns": columns,
     }

@@ -88,16 +88,24 @@ impl<const D: usize> Agents<D> {
         &self.names[group * GROUP..self.len().min((group + 1) * GROUP)]
     }
 
-    /// Name, position and velocity of every agent, in the order of places.
+    /// Name of the agent in a place.
+    pub(crate) fn name(&self, place: usize) -> usize {
+        self.names[place] as usize
+    }
+
+    /// Name, position and velocity of the agent in a place.
+    pub(crate) fn at(&self, place: usize) -> (usize, SVector<f64, D>, SVector<f64, D>) {
+        let (group, lane) = (&self.groups[place / GROUP], place % GROUP);
+        (
+            self.name(place),
+            SVector::from_fn(|axis, _| group.position[axis][lane]),
+            SVector::from_fn(|axis, _| group.velocity[axis][lane]),
+        )
+    }
+
+    /// The same of every agent, in the order of places.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, SVector<f64, D>, SVector<f64, D>)> {
-        self.names.iter().enumerate().map(|(place, &name)| {
-            let (group, lane) = (&self.groups[place / GROUP], place % GROUP);
-            (
-                name as usize,
-                SVector::from_fn(|axis, _| group.position[axis][lane]),
-                SVector::from_fn(|axis, _| group.velocity[axis][lane]),
-            )
-        })
+        (0..self.len()).map(|place| self.at(place))
     }
 
     /// The vectors in some columns, in the order of names.

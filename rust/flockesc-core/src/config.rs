@@ -304,7 +304,8 @@ mod tests {
     #[test]
     fn errors_name_the_field() {
         let predator = json!({"pure_pursuit": {"position": [0.0, 0.0], "velocity": [1.0, 0.0],
-                                               "max_turn_rate": -1.0}});
+                                               "max_turn_rate": -1.0, "target": "nearest", "confusion_rate": 0.0,
+                                               "sight": 30.0}});
         for (pointer, value, field) in [
             ("/num_agents", json!(0), "num_agents"),
             ("/num_agents", json!(-1), "num_agents"),

@@ -57,7 +57,9 @@ pub use line::{
 pub use metrics::PredatorDistance;
 pub use neighbor::{NeighborRule, Ranges};
 pub use observation::{Entry, entries};
-pub use predator::{ConstantVelocity, Predator, PredatorConfig, PurePursuit};
+pub use predator::{
+    ConstantVelocity, Intercept, Predator, PredatorConfig, PurePursuit, Target, Wandering,
+};
 pub use reward::Reward;
 pub use rng::episode_seed;
 pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::SVector;
+use rand_chacha::ChaCha8Rng;
 
 use super::motion::{self, Predators};
 use super::{InitialState, Summary};
@@ -10,7 +11,8 @@ use crate::agents::Agents;
 use crate::config::FlockConfig;
 use crate::metrics::{PredatorDistance, distances};
 use crate::neighbor::{Neighborhood, Ranges};
-use crate::predator::Predator;
+use crate::predator::{Predator, Prey};
+use crate::rng::{self, Stream};
 use crate::threads;
 
 /// A flock and its predators at one moment.
@@ -19,6 +21,8 @@ pub struct World<const D: usize> {
     config: Arc<FlockConfig>,
     agents: Agents<D>,
     predators: Vec<Predator<D>>,
+    /// What is random about the predators.
+    rng: ChaCha8Rng,
     neighborhood: Neighborhood<D>,
     predator_distance: PredatorDistance,
     /// Positions of the predators before and after the step being made.
@@ -39,6 +43,7 @@ impl<const D: usize> World<D> {
         Self {
             predator_distance: PredatorDistance::of(&agents.groups, agents.len()),
             neighborhood: Neighborhood::silent(config.neighbor_rule, &agents),
+            rng: rng::stream(start.seed, Stream::Predators),
             before: after.clone(),
             after,
             predators,
@@ -65,8 +70,12 @@ impl<const D: usize> World<D> {
         });
         self.agents.clear_empty_places();
         self.neighborhood.follow(&self.agents);
+        let prey = Prey {
+            agents: &self.agents,
+            neighborhood: &self.neighborhood,
+        };
         for predator in &mut self.predators {
-            predator.steer(self.config.time_step, &self.agents);
+            predator.steer(self.config.time_step, prey, &mut self.rng);
         }
         self.predator_distance = PredatorDistance::of(&self.agents.groups, self.agents.len());
     }

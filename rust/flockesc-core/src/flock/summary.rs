@@ -5,7 +5,7 @@ use multiversion::multiversion;
 use super::World;
 use crate::agents::{Column, GROUP, Group};
 use crate::exact::Scale;
-use crate::metrics::{reduce, squared_norm};
+use crate::metrics::{centroid, reduce, squared_norm};
 use crate::neighbor::Heard;
 
 /// Means over all agents at one moment. A scaled value x of scale s is x / (x + s).
@@ -49,8 +49,6 @@ struct Flock<'a, const D: usize> {
 
 /// Scales of sums over all agents.
 struct Scales {
-    /// Of lengths, in m.
-    length: Scale,
     /// Of speeds, in m/s.
     speed: Scale,
     /// Of numbers in [-1, 1].
@@ -58,7 +56,6 @@ struct Scales {
 }
 
 struct Sums<const D: usize> {
-    position: [i64; D],
     heading: [i64; D],
     speed: i64,
     neighbor_count: i64,
@@ -74,11 +71,7 @@ impl<const D: usize> Summary<D> {
         let num_agents = config.num_agents;
         let n = num_agents as f64;
         let (low, high) = world.neighborhood().bounds();
-        let farthest = (0..D).fold(0.0, |most: f64, axis| {
-            most.max(low[axis].abs()).max(high[axis].abs())
-        });
         let scales = Scales {
-            length: Scale::for_registers(farthest, num_agents),
             // A norm is less than twice its largest component.
             speed: Scale::for_registers(2.0 * world.neighborhood().largest_speed(), num_agents),
             share: Scale::for_registers(1.0, num_agents),
@@ -93,7 +86,7 @@ impl<const D: usize> Summary<D> {
         };
         let sums = add_up(&flock, &scales);
         let share = |sum: i64| scales.share.value(sum) / n;
-        let centroid = sums.position.map(|sum| scales.length.value(sum) / n);
+        let centroid = centroid(flock.groups, (low, high), num_agents);
         let extent: [f64; D] = std::array::from_fn(|axis| high[axis] - low[axis]);
         let square = Scale::for_registers(squared_norm(&extent), num_agents);
         let squares = add_up_squares(flock.groups, &centroid, square);
@@ -119,7 +112,6 @@ impl<const D: usize> Summary<D> {
 /// All sums that take one pass.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
-    let mut position = [[0; GROUP]; D];
     let mut heading = [[0; GROUP]; D];
     let mut speed = [0; GROUP];
     let mut neighbor_count = [0; GROUP];
@@ -143,8 +135,6 @@ fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
             let mut cosine = 0.0;
             for axis in 0..D {
                 cosine += velocity[axis] * away[axis][lane];
-                position[axis][lane] +=
-                    scales.length.quantize(group.position[axis][lane]) & is_agent;
                 heading[axis][lane] +=
                     scales.share.quantize(velocity[axis] * (inverse * length)) & is_agent;
             }
@@ -169,7 +159,6 @@ fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
     }
     let total = |column: Column<i64>| reduce(column, |a, b| a + b);
     Sums {
-        position: position.map(total),
         heading: heading.map(total),
         speed: total(speed),
         neighbor_count: total(neighbor_count),

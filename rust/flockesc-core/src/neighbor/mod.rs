@@ -1,6 +1,7 @@
 //! Who listens to whom. Everything that depends on the neighbor rule goes through [`Neighborhood`].
 
 mod components;
+mod isolation;
 mod listen;
 mod reach;
 #[cfg(test)]
@@ -167,6 +168,11 @@ impl<const D: usize> Neighborhood<D> {
     /// Largest component of any velocity now, in m/s.
     pub(crate) fn largest_speed(&self) -> f64 {
         self.tree.largest_speed
+    }
+
+    /// Place of the agent whose nearest other agent is farthest where the agents are now; the lowest name among equals.
+    pub(crate) fn most_isolated(&self, agents: &Agents<D>) -> usize {
+        isolation::most_isolated(agents, &self.tree)
     }
 
     /// Number of weakly connected components of the neighbor graph.

@@ -1,17 +1,24 @@
 //! Predators: one strategy per file, each the rule by which the next velocity is set (step 5).
 
 mod constant_velocity;
+mod intercept;
+mod prey;
 mod pure_pursuit;
+mod steering;
+mod wandering;
 
 use nalgebra::SVector;
+use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
 pub use constant_velocity::ConstantVelocity;
-pub use pure_pursuit::PurePursuit;
+pub use intercept::Intercept;
+pub(crate) use prey::Prey;
+pub use pure_pursuit::{PurePursuit, Target};
+pub use wandering::Wandering;
 
-use crate::agents::Agents;
-use crate::config::finite;
-use crate::error::{Error, Result};
+use crate::config;
+use crate::error::Result;
 
 /// A predator as a scenario names it.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -19,8 +26,12 @@ use crate::error::{Error, Result};
 pub enum PredatorConfig {
     /// Flies straight on.
     ConstantVelocity(ConstantVelocity),
-    /// Turns toward the nearest agent.
+    /// Turns toward an agent or the whole flock.
     PurePursuit(PurePursuit),
+    /// Turns as the line of sight to the nearest agent turns.
+    Intercept(Intercept),
+    /// Turns at random.
+    Wandering(Wandering),
 }
 
 impl PredatorConfig {
@@ -29,6 +40,8 @@ impl PredatorConfig {
         match self {
             Self::ConstantVelocity(strategy) => (&strategy.position, &strategy.velocity),
             Self::PurePursuit(strategy) => (&strategy.position, &strategy.velocity),
+            Self::Intercept(strategy) => (&strategy.position, &strategy.velocity),
+            Self::Wandering(strategy) => (&strategy.position, &strategy.velocity),
         }
     }
 
@@ -36,24 +49,18 @@ impl PredatorConfig {
         let kind = match self {
             Self::ConstantVelocity(_) => "constant_velocity",
             Self::PurePursuit(_) => "pure_pursuit",
+            Self::Intercept(_) => "intercept",
+            Self::Wandering(_) => "wandering",
         };
         let (position, velocity) = self.start();
-        for (name, vector) in [("position", position), ("velocity", velocity)] {
-            let field = format!("{path}.{kind}.{name}");
-            if vector.len() != 2 && vector.len() != dimension {
-                let expected = match dimension {
-                    2 => "2 numbers".to_owned(),
-                    _ => format!("2 or {dimension} numbers"),
-                };
-                return Err(Error::config(field, expected, vector.len()));
-            }
-            for (k, &entry) in vector.iter().enumerate() {
-                finite(&format!("{field}[{k}]"), entry)?;
-            }
+        for (name, entries) in [("position", position), ("velocity", velocity)] {
+            config::vector(&format!("{path}.{kind}.{name}"), entries, dimension)?;
         }
         match self {
             Self::ConstantVelocity(_) => Ok(()),
             Self::PurePursuit(strategy) => strategy.check(&format!("{path}.{kind}")),
+            Self::Intercept(strategy) => strategy.check(&format!("{path}.{kind}")),
+            Self::Wandering(strategy) => strategy.check(&format!("{path}.{kind}")),
         }
     }
 }
@@ -66,6 +73,8 @@ pub struct Predator<const D: usize> {
     /// v_p in m/s.
     pub velocity: SVector<f64, D>,
     strategy: PredatorConfig,
+    /// Name of the agent that it is after, where it keeps to one.
+    kept: Option<usize>,
 }
 
 impl<const D: usize> Predator<D> {
@@ -78,15 +87,24 @@ impl<const D: usize> Predator<D> {
             position: embed(position),
             velocity: embed(velocity),
             strategy: config.clone(),
+            kept: None,
         }
     }
 
-    /// Sets the next velocity, seeing the agents where they now are.
-    pub(crate) fn steer(&mut self, time_step: f64, agents: &Agents<D>) {
+    /// Sets the next velocity, seeing the agents where they now are; what is random comes from `rng`.
+    pub(crate) fn steer(&mut self, time_step: f64, prey: Prey<'_, D>, rng: &mut ChaCha8Rng) {
         match &self.strategy {
             PredatorConfig::ConstantVelocity(_) => {}
             PredatorConfig::PurePursuit(strategy) => {
-                self.velocity = strategy.steer(&self.position, &self.velocity, time_step, agents);
+                let (position, velocity) = (&self.position, &self.velocity);
+                let kept = &mut self.kept;
+                self.velocity = strategy.steer(position, velocity, time_step, prey, kept, rng);
+            }
+            PredatorConfig::Intercept(strategy) => {
+                self.velocity = strategy.steer(&self.position, &self.velocity, time_step, prey);
+            }
+            PredatorConfig::Wandering(strategy) => {
+                self.velocity = strategy.steer(&self.velocity, time_step, rng);
             }
         }
     }

@@ -1,14 +1,17 @@
-//! Pure pursuit: the velocity turns toward the nearest agent, no faster than a given rate, at constant speed.
+//! Pure pursuit: the velocity turns toward a target, no faster than a given rate, at constant speed.
 
 use nalgebra::SVector;
+use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
-use crate::agents::Agents;
+use super::prey::{Prey, Quarry};
+use super::steering::turn_toward;
 use crate::config::not_negative;
-use crate::error::Result;
-use crate::vector::{least_aligned_axis, unit};
+use crate::error::{Error, Result};
+use crate::rng;
+use crate::vector::unit;
 
-/// Turns toward the agent nearest at the time (the lowest index among equals).
+/// Turns toward its target where that is at the time.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PurePursuit {
@@ -18,87 +21,102 @@ pub struct PurePursuit {
     pub velocity: Vec<f64>,
     /// Largest turn rate in rad/s, at least 0.
     pub max_turn_rate: f64,
+    /// What is pursued.
+    pub target: Target,
+    /// How often every further agent in sight draws the predator off its target, in 1/s, at least 0.
+    pub confusion_rate: f64,
+    /// How far a predator that can be confused sees, in m, at least 0.
+    pub sight: f64,
+}
+
+/// What a predator pursues; among equal agents the one with the lowest index.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Target {
+    /// The agent nearest to the predator.
+    Nearest,
+    /// The mean position of all agents.
+    Centroid,
+    /// The agent whose nearest other agent is farthest.
+    MostIsolated,
 }
 
 impl PurePursuit {
     pub(super) fn check(&self, path: &str) -> Result<()> {
-        not_negative(&format!("{path}.max_turn_rate"), self.max_turn_rate)
+        not_negative(&format!("{path}.max_turn_rate"), self.max_turn_rate)?;
+        not_negative(&format!("{path}.confusion_rate"), self.confusion_rate)?;
+        not_negative(&format!("{path}.sight"), self.sight)?;
+        if self.can_be_confused() && self.target != Target::Nearest {
+            return Err(Error::config(
+                format!("{path}.confusion_rate"),
+                "0 where the target is not the nearest agent",
+                self.confusion_rate,
+            ));
+        }
+        Ok(())
     }
 
+    fn can_be_confused(&self) -> bool {
+        self.confusion_rate > 0.0
+    }
+
+    /// The next velocity; `kept` is the name of the agent that a predator who can be confused is after.
     pub(super) fn steer<const D: usize>(
         &self,
         position: &SVector<f64, D>,
         velocity: &SVector<f64, D>,
         time_step: f64,
-        agents: &Agents<D>,
+        prey: Prey<'_, D>,
+        kept: &mut Option<usize>,
+        rng: &mut ChaCha8Rng,
     ) -> SVector<f64, D> {
-        let speed = velocity.norm();
-        let sight = nearest(position, agents).and_then(|agent| unit(&(agent - position)));
+        let target = match self.target {
+            Target::Nearest if self.can_be_confused() => {
+                let quarry = self.choose(position, time_step, prey, *kept, rng);
+                *kept = quarry.map(|quarry| quarry.name);
+                quarry.map(|quarry| quarry.position)
+            }
+            Target::Nearest => prey.nearest(position).map(|quarry| quarry.position),
+            Target::Centroid => Some(prey.centroid()),
+            Target::MostIsolated => Some(prey.most_isolated()),
+        };
+        let sight = target.and_then(|target| unit(&(target - position)));
         match (unit(velocity), sight) {
             (Some(heading), Some(sight)) => {
-                turn(&heading, &sight, self.max_turn_rate * time_step) * speed
+                turn_toward(&heading, &sight, self.max_turn_rate * time_step) * velocity.norm()
             }
             _ => *velocity,
         }
     }
-}
 
-fn nearest<const D: usize>(
-    position: &SVector<f64, D>,
-    agents: &Agents<D>,
-) -> Option<SVector<f64, D>> {
-    let mut best = (f64::INFINITY, usize::MAX, None);
-    for (name, agent, _) in agents.iter() {
-        let squared = (agent - position).norm_squared();
-        if squared < best.0 || (squared == best.0 && name < best.1) {
-            best = (squared, name, Some(agent));
+    /// Another one of the agents in sight, by chance, or the kept one; the nearest where that is out of sight.
+    fn choose<const D: usize>(
+        &self,
+        position: &SVector<f64, D>,
+        time_step: f64,
+        prey: Prey<'_, D>,
+        kept: Option<usize>,
+        rng: &mut ChaCha8Rng,
+    ) -> Option<Quarry<D>> {
+        let count = prey.within(position, self.sight).count();
+        let others = count.saturating_sub(1);
+        let probability = -libm::expm1(-self.confusion_rate * others as f64 * time_step);
+        if rng::uniform(rng, 1.0) < probability {
+            let rank = (rng::uniform(rng, count as f64) as usize).min(others);
+            return prey.at_rank(position, self.sight, rank);
         }
-    }
-    best.2
-}
-
-/// The unit vector `heading` turned toward the unit vector `sight` by at most `limit` rad, in their plane.
-fn turn<const D: usize>(
-    heading: &SVector<f64, D>,
-    sight: &SVector<f64, D>,
-    limit: f64,
-) -> SVector<f64, D> {
-    let along = heading.dot(sight);
-    let across = sight - heading * along;
-    if libm::atan2(across.norm(), along) <= limit {
-        return *sight;
-    }
-    // Straight behind, every side is as good: the axis least along the heading settles it.
-    let side = unit(&across).or_else(|| {
-        let axis = least_aligned_axis(heading);
-        unit(&(axis - heading * heading.dot(&axis)))
-    });
-    match side {
-        Some(side) => heading * libm::cos(limit) + side * libm::sin(limit),
-        None => *heading,
+        prey.within(position, self.sight)
+            .find(|quarry| Some(quarry.name) == kept)
+            .or_else(|| prey.nearest(position))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::agents::Agents;
+    use crate::neighbor::{NeighborRule, Neighborhood};
     use nalgebra::vector;
-    use std::f64::consts::PI;
-
-    #[test]
-    fn turns_at_the_limit_and_keeps_its_speed() {
-        let turned = turn(&vector![1.0, 0.0], &vector![0.0, 1.0], PI / 6.0);
-        assert!((turned - vector![(PI / 6.0).cos(), 0.5]).norm() < 1e-15);
-        let direct = turn(&vector![1.0, 0.0], &vector![0.0, 1.0], PI);
-        assert_eq!(direct, vector![0.0, 1.0]);
-    }
-
-    #[test]
-    fn turns_although_the_agent_is_straight_behind() {
-        let turned = turn(&vector![1.0, 0.0, 0.0], &vector![-1.0, 0.0, 0.0], 0.1);
-        assert!((turned.norm() - 1.0).abs() < 1e-15);
-        assert!((turned.x - libm::cos(0.1)).abs() < 1e-15);
-    }
 
     #[test]
     fn hunts_the_nearest_and_flies_on_over_a_caught_agent() {
@@ -106,15 +124,23 @@ mod tests {
             position: vec![],
             velocity: vec![],
             max_turn_rate: 1e3,
+            target: Target::Nearest,
+            confusion_rate: 0.0,
+            sight: 0.0,
         };
         let positions = [vector![0.0, 9.0], vector![-4.0, 0.0]];
         let agents = Agents::new(&positions, &positions);
+        let prey = Prey {
+            agents: &agents,
+            neighborhood: &Neighborhood::silent(NeighborRule::Metric {}, &agents),
+        };
         let velocity = vector![3.0, 0.0];
-        let next = hunter.steer(&vector![0.0, 0.0], &velocity, 0.05, &agents);
+        let mut rng = rng::stream(0, rng::Stream::Predators);
+        let mut steered = |place: &SVector<f64, 2>| {
+            hunter.steer(place, &velocity, 0.05, prey, &mut None, &mut rng)
+        };
+        let next = steered(&vector![0.0, 0.0]);
         assert!((next - vector![-3.0, 0.0]).norm() < 1e-12);
-        assert_eq!(
-            hunter.steer(&positions[0], &velocity, 0.05, &agents),
-            velocity
-        );
+        assert_eq!(steered(&positions[0]), velocity);
     }
 }

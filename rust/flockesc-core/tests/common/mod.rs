@@ -2,7 +2,7 @@
 
 use flockesc_core::{
     ConstantVelocity, FlockConfig, InitialHeadings, InitialPositions, NeighborRule, PredatorConfig,
-    PurePursuit, RandomHeadings, Square,
+    PurePursuit, RandomHeadings, Square, Target,
 };
 
 /// A flock in a square (D = 3: cube) of `side` m, chased by one predator that flies straight on and one that pursues.
@@ -35,6 +35,9 @@ pub(crate) fn scenario(
                 position: vec![initial_side / 2.0, 0.0],
                 velocity: vec![0.0, 8.0],
                 max_turn_rate: 1.0,
+                target: Target::Nearest,
+                confusion_rate: 0.0,
+                sight: 30.0,
             }),
         ],
         neighbor_rule: NeighborRule::Metric {},

@@ -21,7 +21,7 @@ use crate::vector::unit;
 /// Arrays are flat: agent after agent, coordinate after coordinate.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct InitialState {
-    /// Seed of the flock; equal seeds give equal flocks.
+    /// Seed of all that is random: of the flock at t = 0, and of the predators at all times.
     pub seed: u64,
     /// r(0) in m, n * D entries.
     pub positions: Option<Vec<f64>>,

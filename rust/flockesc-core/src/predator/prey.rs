@@ -1,0 +1,93 @@
+//! What predators see: all agents where they now are.
+
+use nalgebra::SVector;
+
+use crate::agents::Agents;
+use crate::metrics::centroid;
+use crate::neighbor::Neighborhood;
+
+/// The agents at the end of a step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Prey<'a, const D: usize> {
+    pub(crate) agents: &'a Agents<D>,
+    pub(crate) neighborhood: &'a Neighborhood<D>,
+}
+
+/// One agent.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Quarry<const D: usize> {
+    /// The index that users know.
+    pub(super) name: usize,
+    /// r in m.
+    pub(super) position: SVector<f64, D>,
+    /// v in m/s.
+    pub(super) velocity: SVector<f64, D>,
+}
+
+impl<const D: usize> Prey<'_, D> {
+    /// The agent nearest to `place`; the lowest name among equals.
+    pub(super) fn nearest(&self, place: &SVector<f64, D>) -> Option<Quarry<D>> {
+        let mut best = (f64::INFINITY, usize::MAX, None);
+        for quarry in self.all() {
+            let squared = (quarry.position - place).norm_squared();
+            if squared < best.0 || (squared == best.0 && quarry.name < best.1) {
+                best = (squared, quarry.name, Some(quarry));
+            }
+        }
+        best.2
+    }
+
+    /// The agents within `sight` m of `place`, boundary included, in no order that means anything.
+    pub(super) fn within(
+        &self,
+        place: &SVector<f64, D>,
+        sight: f64,
+    ) -> impl Iterator<Item = Quarry<D>> {
+        self.all()
+            .filter(move |quarry| (quarry.position - place).norm_squared() <= sight * sight)
+    }
+
+    /// Of the agents within `sight` m of `place` the one before which there are `rank`, in the order of names.
+    pub(super) fn at_rank(
+        &self,
+        place: &SVector<f64, D>,
+        sight: f64,
+        rank: usize,
+    ) -> Option<Quarry<D>> {
+        // Places say nothing of names: halve the names, counting, until one is left.
+        let (mut low, mut high) = (0, self.agents.len());
+        while high - low > 1 {
+            let middle = low.midpoint(high);
+            let before = self
+                .within(place, sight)
+                .filter(|q| q.name < middle)
+                .count();
+            if before <= rank {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        self.within(place, sight).find(|quarry| quarry.name == low)
+    }
+
+    fn all(&self) -> impl Iterator<Item = Quarry<D>> {
+        self.agents.iter().map(|(name, position, velocity)| Quarry {
+            name,
+            position,
+            velocity,
+        })
+    }
+
+    /// Mean position of all agents in m.
+    pub(super) fn centroid(&self) -> SVector<f64, D> {
+        let bounds = self.neighborhood.bounds();
+        centroid(&self.agents.groups, bounds, self.agents.len()).into()
+    }
+
+    /// Position in m of the agent whose nearest other agent is farthest; the lowest name among equals.
+    pub(super) fn most_isolated(&self) -> SVector<f64, D> {
+        let (_, position, _) = self.agents.at(self.neighborhood.most_isolated(self.agents));
+        position
+    }
+}

@@ -1,0 +1,75 @@
+//! Turning a heading by a limited angle.
+
+use nalgebra::SVector;
+
+use crate::vector::{least_aligned_axis, unit};
+
+/// The unit vector `heading` turned by `angle` rad toward `side`, a unit vector across it.
+pub(super) fn turn<const D: usize>(
+    heading: &SVector<f64, D>,
+    side: &SVector<f64, D>,
+    angle: f64,
+) -> SVector<f64, D> {
+    heading * libm::cos(angle) + side * libm::sin(angle)
+}
+
+/// The unit vector across the unit vector `heading` toward `aim`; `None` where that is straight ahead or behind.
+pub(super) fn side_of<const D: usize>(
+    heading: &SVector<f64, D>,
+    aim: &SVector<f64, D>,
+) -> Option<SVector<f64, D>> {
+    let rough = unit(&(aim - heading * heading.dot(aim)))?;
+    // Of an aim nearly straight ahead or behind little more than rounding is left, and that is not all across.
+    unit(&(rough - heading * heading.dot(&rough)))
+}
+
+/// The unit vector `heading` turned toward the unit vector `sight` by at most `limit` rad, in their plane.
+pub(super) fn turn_toward<const D: usize>(
+    heading: &SVector<f64, D>,
+    sight: &SVector<f64, D>,
+    limit: f64,
+) -> SVector<f64, D> {
+    let along = heading.dot(sight);
+    if libm::atan2((sight - heading * along).norm(), along) <= limit {
+        return *sight;
+    }
+    // Straight behind, every side is as good: the axis least along the heading settles it.
+    let side = side_of(heading, sight).or_else(|| side_of(heading, &least_aligned_axis(heading)));
+    side.map_or(*heading, |side| turn(heading, &side, limit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::vector;
+    use std::f64::consts::PI;
+
+    #[test]
+    fn turns_at_the_limit_and_keeps_its_length() {
+        let turned = turn_toward(&vector![1.0, 0.0], &vector![0.0, 1.0], PI / 6.0);
+        assert!((turned - vector![(PI / 6.0).cos(), 0.5]).norm() < 1e-15);
+        let direct = turn_toward(&vector![1.0, 0.0], &vector![0.0, 1.0], PI);
+        assert_eq!(direct, vector![0.0, 1.0]);
+    }
+
+    #[test]
+    fn keeps_its_length_although_the_aim_is_nearly_straight_behind() {
+        let heading = unit(&vector![0.6, -0.3, 0.7]).expect("a direction");
+        for offset in [1e-6, 1e-9, 1e-12, 1e-15] {
+            let aim = unit(&(vector![offset, 0.0, 0.0] - heading)).expect("a direction");
+            let turned = turn_toward(&heading, &aim, 0.1);
+            assert!((turned.norm() - 1.0).abs() < 1e-15, "{offset}");
+            assert!(
+                (heading.dot(&turned) - libm::cos(0.1)).abs() < 1e-15,
+                "{offset}"
+            );
+        }
+    }
+
+    #[test]
+    fn turns_although_the_aim_is_straight_behind() {
+        let turned = turn_toward(&vector![1.0, 0.0, 0.0], &vector![-1.0, 0.0, 0.0], 0.1);
+        assert!((turned.norm() - 1.0).abs() < 1e-15);
+        assert!((turned.x - libm::cos(0.1)).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,49 @@
+//! A random walk of the heading, at constant speed.
+
+use nalgebra::SVector;
+use rand_chacha::ChaCha8Rng;
+use serde::Deserialize;
+
+use super::steering::{side_of, turn};
+use crate::config::not_negative;
+use crate::error::Result;
+use crate::rng;
+use crate::vector::unit;
+
+/// Flies about without regard to the flock.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Wandering {
+    /// r_p(0) in m.
+    pub position: Vec<f64>,
+    /// v_p(0) in m/s; its norm is the speed at all times.
+    pub velocity: Vec<f64>,
+    /// Rotational diffusion coefficient of the heading in rad^2/s, at least 0.
+    pub angular_diffusion: f64,
+}
+
+impl Wandering {
+    pub(super) fn check(&self, path: &str) -> Result<()> {
+        let field = format!("{path}.angular_diffusion");
+        not_negative(&field, self.angular_diffusion)
+    }
+
+    pub(super) fn steer<const D: usize>(
+        &self,
+        velocity: &SVector<f64, D>,
+        time_step: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> SVector<f64, D> {
+        let drawn = SVector::<f64, D>::from_fn(|_, _| rng::normal(rng));
+        let Some(heading) = unit(velocity) else {
+            return *velocity;
+        };
+        // Isotropic across the heading: one normal number in the plane, two in space.
+        let size = (drawn - heading * heading.dot(&drawn)).norm();
+        let angle = size * (2.0 * self.angular_diffusion * time_step).sqrt();
+        match side_of(&heading, &drawn) {
+            Some(side) => turn(&heading, &side, angle) * velocity.norm(),
+            None => *velocity,
+        }
+    }
+}

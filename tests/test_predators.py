@@ -1,0 +1,210 @@
+"""Predators against what textbooks say of them, and what every strategy keeps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flockesc_env import (
+    ConstantVelocity,
+    FlockScenario,
+    Intercept,
+    PurePursuit,
+    Trajectory,
+    Wandering,
+    simulate,
+)
+
+DISTANCE = 20.0  # m, of the straight-line target's path from the predator's start
+PREY_SPEED, HUNTER_SPEED = 5.0, 10.0
+NO_LIMIT = 1e9
+STEERED = {
+    "pursuit of the nearest": lambda *start: PurePursuit(*start),
+    "pursuit of the centroid": lambda *start: PurePursuit(*start, target="centroid"),
+    "pursuit of the most isolated": lambda *start: PurePursuit(*start, target="most_isolated"),
+    "intercept": lambda *start: Intercept(*start),
+}
+
+
+def chase(predator: Any, time_step: float, seconds: float) -> Trajectory:
+    """Hunt one fearless agent that flies up along x = DISTANCE."""
+    scenario = FlockScenario(
+        num_agents=1,
+        num_steps=round(seconds / time_step),
+        time_step=time_step,
+        speed=PREY_SPEED,
+        predator_range=0.0,
+        predators=(predator,),
+    )
+    start = {"initial_positions": [[DISTANCE, 0.0]], "initial_velocities": [[0.0, PREY_SPEED]]}
+    return simulate(scenario, 0.0, **start)
+
+
+def radiodrome(x: np.ndarray) -> np.ndarray:
+    """Return y(x) of the pursuit of a target on a straight course (Bouguer 1732)."""
+    k, left = PREY_SPEED / HUNTER_SPEED, 1 - x / DISTANCE
+    return DISTANCE * k / (1 - k**2) + (DISTANCE - x) / 2 * (left**k / (1 + k) - left**-k / (1 - k))
+
+
+def test_pure_pursuit_flies_the_radiodrome() -> None:
+    """The error is of first order in dt: half of the step, half of the error."""
+    errors = []
+    for time_step in (2e-3, 1e-3):
+        hunter = PurePursuit((0.0, 0.0), (HUNTER_SPEED, 0.0), NO_LIMIT)
+        path = chase(hunter, time_step, 2.2).predator_positions[:, 0]
+        assert 0.9 * DISTANCE < path[-1, 0] < DISTANCE
+        errors.append(np.abs(path[:, 1] - radiodrome(path[:, 0])).max())
+    assert errors[1] < 0.01
+    assert errors[1] / errors[0] == pytest.approx(0.5, abs=0.05)
+
+
+def sight_angles(run: Trajectory) -> np.ndarray:
+    """Return the direction of the line of sight in rad, until a meter before the catch."""
+    offset = run.positions[:, 0] - run.predator_positions[:, 0]
+    is_far = np.logical_and.accumulate(np.linalg.norm(offset, axis=1) > 1)
+    return np.arctan2(offset[is_far, 1], offset[is_far, 0])
+
+
+@pytest.mark.parametrize("constant", [3.0, 4.0, 5.0])
+def test_intercept_ends_on_a_collision_course(constant: float) -> None:
+    """The bearing comes to rest: its rate falls as (time to go)^(N - 2). Pure pursuit ends in the wake."""
+    start = ((0.0, 0.0), (HUNTER_SPEED, 0.0), NO_LIMIT)
+    intercept = sight_angles(chase(Intercept(*start, constant), 1e-3, 4.0))
+    pursuit = sight_angles(chase(PurePursuit(*start), 1e-3, 4.0))
+    assert len(intercept) < len(pursuit)
+    rates = np.diff(intercept)
+    assert rates[-1] < 2 * (1 / DISTANCE) ** (constant - 2) * rates[0]
+    assert pursuit[-1] > 3 / 8 * np.pi  # it comes from behind
+    assert intercept[-1] < np.pi / 6
+
+
+def test_without_navigation_nothing_turns() -> None:
+    start = ((0.0, 0.0), (HUNTER_SPEED, 1.0))
+    idle = chase(Intercept(*start, navigation_constant=0.0), 0.05, 4.0)
+    straight = chase(ConstantVelocity(*start), 0.05, 4.0)
+    np.testing.assert_array_equal(idle.predator_positions, straight.predator_positions)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("strategy", STEERED)
+def test_speed_and_turn_limit_are_kept(strategy: str, dimension: int) -> None:
+    """Over a whole run through the flock, turning at the limit again and again."""
+    scenario = FlockScenario(
+        num_agents=40,
+        dimension=dimension,
+        predators=(STEERED[strategy]((-30.0, -30.0), (10.0, 10.0), 0.7),),
+    )
+    run = simulate(scenario, 10.0, seed=1)
+    velocities = np.diff(run.predator_positions[:, 0], axis=0) / scenario.time_step
+    speeds = np.linalg.norm(velocities, axis=1)
+    np.testing.assert_allclose(speeds, np.hypot(10, 10), rtol=1e-11)  # positions round, speeds do not
+    headings = velocities / speeds[:, None]
+    chords = np.linalg.norm(np.diff(headings, axis=0), axis=1)
+    angles = 2 * np.arcsin(chords / 2)
+    assert angles.max() <= 0.7 * scenario.time_step + 1e-9
+    assert angles.max() >= 0.7 * scenario.time_step - 1e-9
+
+
+def headings(run: Trajectory) -> np.ndarray:
+    """Return the unit vectors along which the predators flew, shape (T, P, D)."""
+    moves = np.diff(run.predator_positions, axis=0)
+    return moves / np.linalg.norm(moves, axis=-1, keepdims=True)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_wandering_forgets_its_heading(dimension: int) -> None:
+    """The mean cosine to the first heading decays as exp(-(D - 1) D_r t); all sides are alike."""
+    rate, count = 0.8, 4000
+    hunters = (Wandering((0.0, 0.0), (6.0, 8.0), rate),) * count
+    scenario = FlockScenario(num_agents=1, dimension=dimension, num_steps=41, predators=hunters)
+    run = simulate(scenario, 0.0, seed=2)
+    flown = headings(run)
+    times = np.arange(41) * scenario.time_step
+    cosines = (flown @ flown[0, 0]).mean(axis=1)
+    np.testing.assert_allclose(cosines, np.exp(-(dimension - 1) * rate * times), atol=4 / np.sqrt(2 * count))
+    aside = flown[20] - (flown[20] @ flown[0, 0])[:, None] * flown[0, 0]
+    np.testing.assert_allclose(aside.mean(axis=0), 0, atol=4 / np.sqrt(2 * count))
+    speeds = np.linalg.norm(np.diff(run.predator_positions, axis=0), axis=-1) / scenario.time_step
+    np.testing.assert_allclose(speeds, 10.0, rtol=1e-11)
+
+
+def test_wandering_without_diffusion_flies_straight_on() -> None:
+    run = chase(Wandering((0.0, 0.0), (6.0, 8.0), 0.0), 0.05, 4.0)
+    straight = chase(ConstantVelocity((0.0, 0.0), (6.0, 8.0)), 0.05, 4.0)
+    np.testing.assert_allclose(run.predator_positions, straight.predator_positions, rtol=1e-12)
+
+
+RING = 10.0 * np.array([[np.cos(angle), np.sin(angle)] for angle in 2 * np.pi * np.arange(5) / 5])
+FAR = np.array([[0.0, 40.0]])
+
+
+def targets(confusion_rate: float, positions: np.ndarray, steps: int, sight: float = 30.0) -> np.ndarray:
+    """Return the agents that a predator in their midst turned to, step after step; nobody moves much."""
+    hunter = PurePursuit((0.1, 0.0), (1e-6, 0.0), NO_LIMIT, confusion_rate=confusion_rate, sight=sight)
+    scenario = FlockScenario(
+        num_agents=len(positions), num_steps=steps, speed=1e-6, predator_range=0.0, predators=(hunter,)
+    )
+    start = {"initial_positions": positions, "initial_velocities": np.full(positions.shape, 1e-7)}
+    flown = headings(simulate(scenario, 0.0, seed=4, **start))[1:, 0]
+    sights = positions - np.array([0.1, 0.0])
+    return np.argmax(flown @ (sights / np.linalg.norm(sights, axis=1)[:, None]).T, axis=1)
+
+
+def test_a_confused_predator_chooses_evenly_among_the_agents_in_sight() -> None:
+    steps = 5000
+    chosen = np.bincount(targets(1e9, np.vstack([FAR, RING]), steps), minlength=6)
+    assert chosen[0] == 0  # out of sight
+    np.testing.assert_allclose(chosen[1:] / steps, 1 / 5, atol=4 * np.sqrt(0.16 / steps))
+
+
+@pytest.mark.parametrize(("rate", "count"), [(0.5, 5), (2.0, 5), (2.0, 2)])
+def test_confusion_grows_with_the_agents_in_sight(rate: float, count: int) -> None:
+    """Another agent is chosen in a step with probability (1 - exp(-rate (k - 1) dt)) (k - 1) / k."""
+    steps = 5000
+    after = targets(rate, RING[:count], steps)
+    share = (np.diff(after) != 0).mean()
+    expected = (1 - np.exp(-rate * (count - 1) * 0.05)) * (count - 1) / count
+    assert share == pytest.approx(expected, abs=4 * np.sqrt(expected / steps))
+
+
+@pytest.mark.parametrize(
+    ("positions", "sight"),
+    [(RING[:1], 30.0), (RING, 1.0), (np.vstack([RING[:1], FAR]), 30.0)],
+    ids=["alone", "none in sight", "one in sight"],
+)
+def test_nothing_confuses_where_there_is_no_choice(positions: np.ndarray, sight: float) -> None:
+    assert (targets(1e9, positions, 50, sight) == 0).all()
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("strategy", STEERED)
+def test_turning_and_shifting_the_world_turns_and_shifts_the_hunt(strategy: str, dimension: int) -> None:
+    rng = np.random.default_rng(dimension)
+    turn, _ = np.linalg.qr(rng.normal(size=(dimension, dimension)))
+    turn[:, 0] *= np.linalg.det(turn)
+    shift = rng.normal(0, 100, dimension)
+    position, velocity = rng.normal(0, 20, dimension), rng.normal(0, 10, dimension)
+    positions, velocities = rng.normal(0, 20, (2, 40, dimension))
+
+    def hunt(turn: np.ndarray, shift: np.ndarray) -> np.ndarray:
+        predator = STEERED[strategy](turn @ position + shift, turn @ velocity, 2.0)
+        scenario = FlockScenario(num_agents=40, dimension=dimension, num_steps=20, predators=(predator,))
+        start = {"initial_positions": positions @ turn.T + shift, "initial_velocities": velocities @ turn.T}
+        return simulate(scenario, 7.3, **start).predator_positions[:, 0]
+
+    moved, still = hunt(turn, shift), hunt(np.eye(dimension), np.zeros(dimension))
+    np.testing.assert_allclose(moved, still @ turn.T + shift, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_hunts_through_a_large_flock_do_not_depend_on_threads(dimension: int) -> None:
+    """Large enough to be spread over threads; sums over agents are free of their order."""
+    start = ((-30.0, -30.0), (10.0, 10.0))
+    hunters = [make(*start) for make in STEERED.values()]
+    hunters += [Wandering(*start), PurePursuit(*start, confusion_rate=1.0, sight=200.0)]
+    scenario = FlockScenario(num_agents=5000, dimension=dimension, num_steps=4, predators=tuple(hunters))
+    first, second = (simulate(scenario, 10.0, seed=3, num_threads=threads) for threads in (1, 2))
+    np.testing.assert_array_equal(first.predator_positions, second.predator_positions)
+    np.testing.assert_array_equal(first.positions, second.positions)
