@@ -49,7 +49,7 @@ pub use flock::{
     AlignedHeadings, Clusters, Disc, Gaussian, InitialHeadings, InitialPositions, InitialState,
     RandomHeadings, Ring, Schedule, Segment, Square, Trajectory, World, simulate_flock,
 };
-pub use graph::{component_labels, laplacian, perron_matrix};
+pub use graph::{NeighborGraph, laplacian, perron_matrix};
 pub use line::{
     EscapeForce, Line, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory, line_entries,
     simulate_line,

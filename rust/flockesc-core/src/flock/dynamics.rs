@@ -37,12 +37,15 @@ impl<const D: usize> World<D> {
         let mut agents = Agents::new(&start.positions(&config), &start.velocities(&config));
         let predators: Vec<Predator<D>> = start.predators(&config);
         let after: Vec<[f64; D]> = predators.iter().map(|p| p.position.into()).collect();
+        if let Some(side) = config.periodic_side {
+            agents.wrap(side);
+        }
         for group in &mut agents.groups {
             group.distance = distances(&group.position, &after);
         }
         Self {
             predator_distance: PredatorDistance::of(&agents.groups, agents.len()),
-            neighborhood: Neighborhood::silent(config.neighbor_rule, &agents),
+            neighborhood: Neighborhood::silent(config.neighbor_options(), &agents),
             rng: rng::stream(start.seed, Stream::Predators),
             before: after.clone(),
             after,
@@ -69,6 +72,9 @@ impl<const D: usize> World<D> {
             motion::advance(config, &predators, groups, heard);
         });
         self.agents.clear_empty_places();
+        if let Some(side) = self.config.periodic_side {
+            self.agents.wrap(side);
+        }
         self.neighborhood.follow(&self.agents);
         let prey = Prey {
             agents: &self.agents,
@@ -124,6 +130,12 @@ impl<const D: usize> World<D> {
     #[must_use]
     pub fn num_components(&self, ranges: Ranges<'_>) -> usize {
         self.neighborhood.num_components(&self.agents, ranges)
+    }
+
+    /// Pairs (listener, neighbor) of different agents of the graph of the first step, where that stays; by name.
+    #[must_use]
+    pub fn frozen_pairs(&self) -> Option<Vec<(u32, u32)>> {
+        self.neighborhood.frozen_pairs(&self.agents)
     }
 
     /// Norm of the mean heading, in [0, 1].
