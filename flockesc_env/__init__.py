@@ -32,6 +32,7 @@ from flockesc_env.initial import (
     Segment,
     Square,
 )
+from flockesc_env.neighbors import Metric, NeighborRule, Topological, Voronoi
 from flockesc_env.options import EnvOptions, LineOptions
 from flockesc_env.presets import PRESETS, preset
 from flockesc_env.render import RenderOptions
@@ -41,7 +42,6 @@ from flockesc_env.scenario import (
     FlockScenario,
     Intercept,
     LineScenario,
-    Metric,
     PurePursuit,
     Wandering,
 )
@@ -74,6 +74,7 @@ __all__ = [
     "LineSweepResult",
     "LineTrajectory",
     "Metric",
+    "NeighborRule",
     "PurePursuit",
     "RandomHeadings",
     "RecordError",
@@ -83,7 +84,9 @@ __all__ = [
     "Segment",
     "Square",
     "SweepResult",
+    "Topological",
     "Trajectory",
+    "Voronoi",
     "Wandering",
     "__version__",
     "approach",
