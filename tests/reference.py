@@ -26,9 +26,7 @@ class FlockState:
     minds: predator_reference.Minds
 
 
-def flock_start(
-    scenario: FlockScenario, positions: Floats, velocities: Floats, seed: int = 0
-) -> FlockState:
+def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats, seed: int = 0) -> FlockState:
     """Return the state at t = 0; predators given in the plane get z = 0, and draw under ``seed``."""
 
     def rows(vectors: list[tuple[float, ...]]) -> Floats:

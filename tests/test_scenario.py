@@ -34,7 +34,7 @@ from flockesc_env import (
     simulate,
 )
 from flockesc_env.initial import InitialHeadings, InitialPositions
-from flockesc_env.scenario import Predator
+from flockesc_env.predators import Predator
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 not_negative = st.floats(0, allow_infinity=False)
@@ -212,7 +212,7 @@ def assert_plain(value: Any) -> None:
         for entry in value:
             assert_plain(entry)
     else:
-        assert type(value) in {int, float, str, bool}
+        assert type(value) in {int, float, str, bool, type(None)}
 
 
 def test_numpy_and_integer_inputs_become_plain() -> None:
