@@ -34,7 +34,7 @@ class Minds:
 def steered(
     scenario: FlockScenario, r: Floats, v: Floats, places: Floats, velocities: Floats, minds: Minds
 ) -> Floats:
-    """Return the next velocities of the predators at ``places``; agents are at ``r`` with velocities ``v``."""
+    """Return the next velocities of the predators at ``places``; agents are at ``r`` and fly at ``v``."""
     dt, pack = scenario.time_step, scenario.predators
     minds.steps += 1
     centroid = r.mean(axis=0)
@@ -84,7 +84,7 @@ def assignment(pack: tuple, r: Floats, places: Floats) -> dict[int, int]:
 
 
 def encirclement(pack: tuple, centroid: Floats, places: Floats) -> dict[int, float]:
-    """Return the angle of every encircling predator's station: of evenly spaced ones, the nearest on average."""
+    """Return the angle of every encircling predator's station: evenly spaced, the nearest on average."""
     ring = [k for k, p in enumerate(pack) if isinstance(p, Encircle)]
     bearings = {k: np.arctan2(*(places[k] - centroid)[1::-1]) for k in ring}
     order = sorted(ring, key=bearings.__getitem__)

@@ -75,12 +75,12 @@ def hunt(predators: Any, start: dict[str, np.ndarray], **changes: Any) -> Trajec
 @dimensions
 @pytest.mark.parametrize("agents", [1, 3, 30])
 def test_packs_follow_the_plain_model(pack: str, dimension: int, agents: int) -> None:
-    """Rounding grows along a run: near 1e-10 m at its end, and less than that wherever an agent is chosen."""
+    """Rounding is of the order of 1e-12 m, but grows to 1e-7 m where a predator passes closely by its aim."""
     starts, start = drawn(dimension, agents + dimension, agents)
     run = hunt(PACKS[pack](starts), start)
     state = reference.flock_start(run.scenario, run.positions[0], run.velocities[0], run.seed)
     for t in range(STEPS + 1):
-        close = {"rtol": 0, "atol": 1e-7, "err_msg": f"step {t}"}
+        close = {"rtol": 0, "atol": 1e-6, "err_msg": f"step {t}"}
         np.testing.assert_allclose(run.predator_positions[t], state.predator_positions, **close)
         np.testing.assert_allclose(run.positions[t], state.positions, **close)
         distances = reference.predator_distances(state.positions, state.predator_positions)
@@ -91,7 +91,7 @@ def test_packs_follow_the_plain_model(pack: str, dimension: int, agents: int) ->
 @pytest.mark.parametrize("pack", [pack for pack in PACKS if pack not in {"wandering", "all at once"}])
 @dimensions
 def test_the_world_has_no_place_and_no_direction(pack: str, dimension: int) -> None:
-    """Shifted and turned, about the vertical where a circle is horizontal; random sides alone know directions."""
+    """Shifted and turned, about the vertical where a circle is horizontal; only what is drawn knows axes."""
     rng = np.random.default_rng(dimension)
     starts, start = drawn(dimension, 3)
     turn = np.eye(dimension)
@@ -112,7 +112,7 @@ def test_the_world_has_no_place_and_no_direction(pack: str, dimension: int) -> N
 @pytest.mark.parametrize("order", list(itertools.permutations(range(3)))[1:])
 @pytest.mark.parametrize("pack", ["assigned", "encircle", "closing in", "nearest and herd"])
 def test_the_order_of_predators_does_not_matter(pack: str, order: tuple[int, ...]) -> None:
-    """Bit for bit, where no forces are added up; a herding predator's partner keeps its index by its place."""
+    """Bit for bit, where no forces are added up; the partner of a herding predator moves in the list, too."""
     starts, start = drawn(2, 8)
     make = PACKS | {"nearest and herd": lambda s: [PurePursuit(*s[0]), PurePursuit(*s[1]), Herd(*s[2])]}
     predators = make[pack](starts[:3])
