@@ -34,17 +34,11 @@ from flockesc_env.initial import (
 )
 from flockesc_env.neighbors import Metric, NeighborRule, Topological, Voronoi
 from flockesc_env.options import EnvOptions, LineOptions
+from flockesc_env.predators import ConstantVelocity, Encircle, Herd, Intercept, PurePursuit, Wandering
 from flockesc_env.presets import PRESETS, preset
 from flockesc_env.render import RenderOptions
 from flockesc_env.rollout import Episodes, record, rollout
-from flockesc_env.scenario import (
-    ConstantVelocity,
-    FlockScenario,
-    Intercept,
-    LineScenario,
-    PurePursuit,
-    Wandering,
-)
+from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.seeds import episode_seed
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
 from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
@@ -57,6 +51,7 @@ __all__ = [
     "Clusters",
     "ConstantVelocity",
     "Disc",
+    "Encircle",
     "EnvOptions",
     "EpisodeError",
     "Episodes",
@@ -67,6 +62,7 @@ __all__ = [
     "FlockVectorEnv",
     "FlockescError",
     "Gaussian",
+    "Herd",
     "Intercept",
     "LineEscapeEnv",
     "LineOptions",

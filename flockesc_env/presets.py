@@ -9,15 +9,8 @@ from typing import Final, NamedTuple, TypeVar
 from flockesc_env.approach import approach
 from flockesc_env.errors import ScenarioError
 from flockesc_env.initial import AlignedHeadings, Clusters, Disc
-from flockesc_env.scenario import (
-    ConstantVelocity,
-    FlockScenario,
-    Intercept,
-    LineScenario,
-    PurePursuit,
-    Scenario,
-    Wandering,
-)
+from flockesc_env.predators import ConstantVelocity, Intercept, PurePursuit, Wandering
+from flockesc_env.scenario import FlockScenario, LineScenario, Scenario
 
 _T = TypeVar("_T", bound=Scenario)
 

@@ -15,84 +15,10 @@ from flockesc_env import _core
 from flockesc_env.errors import ScenarioError
 from flockesc_env.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
 from flockesc_env.neighbors import Metric, NeighborRule
+from flockesc_env.predators import ConstantVelocity, Predator
 
 EscapeForce = Literal["constant", "linear", "linear_as_printed"]
-Target = Literal["nearest", "centroid", "most_isolated"]
 
-
-@dataclass(frozen=True)
-class ConstantVelocity:
-    """A predator that flies straight on, as in the paper.
-
-    Attributes:
-        position: r_p(0) in m, 2 numbers or as many as the scenario's dimension (a missing z is 0).
-        velocity: v_p in m/s, likewise.
-    """
-
-    kind: ClassVar[str] = "constant_velocity"
-    position: tuple[float, ...] = (-30.0, -30.0)
-    velocity: tuple[float, ...] = (10.0, 10.0)
-
-
-@dataclass(frozen=True)
-class PurePursuit:
-    """A predator that turns toward its target at constant speed.
-
-    Attributes:
-        position: r_p(0) in m, 2 numbers or as many as the scenario's dimension (a missing z is 0).
-        velocity: v_p(0) in m/s, likewise; its norm is the speed at all times.
-        max_turn_rate: largest turn rate in rad/s.
-        target: ``"nearest"``: the agent nearest to the predator; ``"centroid"``: the mean position of all
-            agents; ``"most_isolated"``: the agent whose nearest other agent is farthest.
-        confusion_rate: how often each further agent in sight draws it off the agent that it is after, in
-            1/s; 0: it always turns toward its target.
-        sight: how far it sees for that, in m.
-    """
-
-    kind: ClassVar[str] = "pure_pursuit"
-    position: tuple[float, ...] = (-30.0, -30.0)
-    velocity: tuple[float, ...] = (10.0, 10.0)
-    max_turn_rate: float = 1.0
-    target: Target = "nearest"
-    confusion_rate: float = 0.0
-    sight: float = 30.0
-
-
-@dataclass(frozen=True)
-class Intercept:
-    """A predator that flies by proportional navigation toward the nearest agent, at constant speed.
-
-    Attributes:
-        position: r_p(0) in m, 2 numbers or as many as the scenario's dimension (a missing z is 0).
-        velocity: v_p(0) in m/s, likewise; its norm is the speed at all times.
-        max_turn_rate: largest turn rate in rad/s.
-        navigation_constant: turn rate over the rate at which the line of sight turns, N; has no unit.
-    """
-
-    kind: ClassVar[str] = "intercept"
-    position: tuple[float, ...] = (-30.0, -30.0)
-    velocity: tuple[float, ...] = (10.0, 10.0)
-    max_turn_rate: float = 1.0
-    navigation_constant: float = 3.0
-
-
-@dataclass(frozen=True)
-class Wandering:
-    """A predator whose heading does a random walk, at constant speed and without regard to the flock.
-
-    Attributes:
-        position: r_p(0) in m, 2 numbers or as many as the scenario's dimension (a missing z is 0).
-        velocity: v_p(0) in m/s, likewise; its norm is the speed at all times.
-        angular_diffusion: rotational diffusion coefficient of the heading in rad^2/s.
-    """
-
-    kind: ClassVar[str] = "wandering"
-    position: tuple[float, ...] = (-30.0, -30.0)
-    velocity: tuple[float, ...] = (10.0, 10.0)
-    angular_diffusion: float = 0.1
-
-
-Predator = ConstantVelocity | PurePursuit | Intercept | Wandering
 Part = Predator | NeighborRule | InitialPositions | InitialHeadings
 
 _T = TypeVar("_T")
@@ -124,8 +50,7 @@ class _Document:
 
     def to_toml(self) -> str:
         """Return the scenario as TOML; numbers keep every bit, and ``None`` is the text "None"."""
-        fields = json.loads(self.to_json())
-        return tomli_w.dumps({name: "None" if value is None else value for name, value in fields.items()})
+        return tomli_w.dumps(_replaced(json.loads(self.to_json()), None, "None"))
 
     @classmethod
     def from_toml(cls, document: str) -> Self:
@@ -138,9 +63,8 @@ class _Document:
             fields = tomllib.loads(document)
         except tomllib.TOMLDecodeError as error:
             raise ScenarioError("document", "valid TOML", error) from None
-        fields = {name: None if value == "None" else value for name, value in fields.items()}
         # Through JSON, so that a date, which only TOML has, is a text of which the core names the field.
-        return cls.from_json(json.dumps(fields, default=str))
+        return cls.from_json(json.dumps(_replaced(fields, "None", None), default=str))
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some fields changed.
@@ -178,7 +102,7 @@ class FlockScenario(_Document):
         repulsion_strength: strength s of the flight.
         constant_speed: whether agents keep speed v0 (step 4 of docs/model.md); ``False`` is the literal law.
         predators: any number of any kinds (``ConstantVelocity``, ``PurePursuit``, ``Intercept``,
-            ``Wandering``), also none.
+            ``Wandering``, ``Encircle``, ``Herd``), also none.
         neighbor_rule: who is a neighbor: ``Metric()``, ``Topological()`` or ``Voronoi()``.
         blind_angle: full angle in rad of the sector behind an agent in which it sees no neighbor, from 0 to
             2 pi.
@@ -263,6 +187,15 @@ def _plain(value: Any, annotation: Any = None) -> Any:
         # What is too large for a float stays an integer, which the document then refuses by its field.
         return float(value) if abs(value) < _INTEGER_LIMIT else value
     return value
+
+
+def _replaced(value: Any, old: Any, new: Any) -> Any:
+    """Return a document of lists and objects with another value in every place of one."""
+    if isinstance(value, dict):
+        return {name: _replaced(entry, old, new) for name, entry in value.items()}
+    if isinstance(value, list):
+        return [_replaced(entry, old, new) for entry in value]
+    return new if value == old else value
 
 
 def _to_document(value: Any, path: str) -> Any:

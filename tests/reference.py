@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import chacha
 import numpy as np
+import predator_reference
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from flockesc_env import FlockScenario, Intercept, LineScenario, PurePursuit
+from flockesc_env import FlockScenario, LineScenario
 
 Floats = NDArray[np.float64]
 
@@ -21,10 +23,11 @@ class FlockState:
     velocities: Floats
     predator_positions: Floats
     predator_velocities: Floats
+    minds: predator_reference.Minds
 
 
-def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats) -> FlockState:
-    """Return the state at t = 0; predators given in the plane get z = 0."""
+def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats, seed: int = 0) -> FlockState:
+    """Return the state at t = 0; predators given in the plane get z = 0, and draw under ``seed``."""
 
     def rows(vectors: list[tuple[float, ...]]) -> Floats:
         padded = [[*vector, *[0.0] * (scenario.dimension - len(vector))] for vector in vectors]
@@ -35,6 +38,7 @@ def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats) 
         velocities,
         rows([predator.position for predator in scenario.predators]),
         rows([predator.velocity for predator in scenario.predators]),
+        predator_reference.Minds(chacha.Stream(seed, chacha.PREDATORS)),
     )
 
 
@@ -57,66 +61,11 @@ def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> Fl
         for i in range(len(r)):
             new_v[i] = scenario.speed * new_v[i] / np.linalg.norm(new_v[i]) if new_v[i].any() else v[i]
     new_predators = state.predator_positions + scenario.time_step * state.predator_velocities
-    new_predator_v = state.predator_velocities.copy()
-    for k, predator in enumerate(scenario.predators):
-        nearest = np.argmin(np.linalg.norm(new_r - new_predators[k], axis=1))
-        if isinstance(predator, PurePursuit):
-            targets = {
-                "nearest": new_r[nearest],
-                "centroid": new_r.mean(axis=0),
-                "most_isolated": new_r[most_isolated(new_r)],
-            }
-            limit = predator.max_turn_rate * scenario.time_step
-            sight = targets[predator.target] - new_predators[k]
-            new_predator_v[k] = turned(new_predator_v[k], sight, limit)
-        if isinstance(predator, Intercept):
-            offset = new_r[nearest] - new_predators[k]
-            rate = sight_rate(offset, new_v[nearest] - new_predator_v[k])
-            gain = predator.navigation_constant * scenario.time_step
-            limit = predator.max_turn_rate * scenario.time_step
-            new_predator_v[k] = navigated(new_predator_v[k], rate, gain, limit)
-    return FlockState(new_r, new_v, new_predators, new_predator_v)
-
-
-def turned(velocity: Floats, sight: Floats, limit: float) -> Floats:
-    """Turn ``velocity`` toward ``sight`` by at most ``limit`` rad, along the great circle between them."""
-    speed, distance = np.linalg.norm(velocity), np.linalg.norm(sight)
-    if speed == 0 or distance == 0:
-        return velocity
-    heading, aim = velocity / speed, sight / distance
-    angle = 2 * np.arctan2(np.linalg.norm(heading - aim), np.linalg.norm(heading + aim))
-    if angle <= limit:
-        return speed * aim
-    part = limit / angle
-    return speed * (np.sin((1 - part) * angle) * heading + np.sin(part * angle) * aim) / np.sin(angle)
-
-
-def most_isolated(positions: Floats) -> int:
-    """Return the first of the agents whose nearest other agent is farthest."""
-    distances = np.linalg.norm(positions[:, None] - positions[None, :], axis=-1)
-    np.fill_diagonal(distances, np.inf)
-    return int(distances.min(axis=1).argmax())
-
-
-def sight_rate(offset: Floats, relative_velocity: Floats) -> Floats:
-    """Return the angular velocity of a line of sight in rad/s, a vector in space."""
-    squared = offset @ offset
-    return np.cross(in_space(offset), in_space(relative_velocity)) / squared if squared else np.zeros(3)
-
-
-def navigated(velocity: Floats, rate: Floats, gain: float, limit: float) -> Floats:
-    """Turn ``velocity`` along ``rate`` x velocity by ``gain`` times the angle, at most ``limit`` rad."""
-    speed = np.linalg.norm(velocity)
-    across = np.cross(rate, in_space(velocity))[: len(velocity)]
-    if not across.any():
-        return velocity
-    angle = min(gain * np.linalg.norm(across) / speed, limit)
-    return np.cos(angle) * velocity + np.sin(angle) * speed * across / np.linalg.norm(across)
-
-
-def in_space(vector: Floats) -> Floats:
-    """Return a vector of the plane or of space with three coordinates."""
-    return np.append(vector, np.zeros(3 - len(vector)))
+    minds = state.minds
+    steered = predator_reference.steered(
+        scenario, new_r, new_v, new_predators, state.predator_velocities, minds
+    )
+    return FlockState(new_r, new_v, new_predators, steered, minds)
 
 
 def directed_graph(positions: Floats, ranges: Floats) -> NDArray[np.bool]:

@@ -14,10 +14,12 @@ from flockesc_env import (
     Clusters,
     ConstantVelocity,
     Disc,
+    Encircle,
     EnvOptions,
     FlockEscapeEnv,
     FlockScenario,
     Gaussian,
+    Herd,
     Intercept,
     LineEscapeEnv,
     LineOptions,
@@ -126,6 +128,26 @@ def test_line_field(field: str, value: Any) -> None:
         (2, Intercept(navigation_constant=-1e-9), "intercept.navigation_constant"),
         (2, Intercept(navigation_constant=np.inf), "intercept.navigation_constant"),
         (2, Intercept(navigation_constant="3"), "intercept.navigation_constant"),
+        *(
+            (2, make(max_speed=bad), f"{make.kind}.max_speed")
+            for make in (PurePursuit, Intercept, Encircle, Herd)
+            for bad in (14.1, -1.0, "fast", True, *NOT_FINITE)
+        ),
+        *(
+            (2, make(max_speed=20.0, acceleration=bad), f"{make.kind}.acceleration")
+            for make in (PurePursuit, Intercept, Encircle, Herd)
+            for bad in (-1.0, *NO_NUMBER, *NOT_FINITE)
+        ),
+        (2, PurePursuit(acceleration=1.0), "pure_pursuit.acceleration"),
+        (2, PurePursuit(target="assigned", confusion_rate=1.0), "pure_pursuit.confusion_rate"),
+        (2, Encircle((1.0, 2.0, 3.0)), "encircle.position"),
+        (2, Encircle(max_turn_rate=-1.0), "encircle.max_turn_rate"),
+        *((2, Encircle(radius=bad), "encircle.radius") for bad in (-1.0, *NO_NUMBER, *NOT_FINITE)),
+        *((2, Encircle(closing_speed=bad), "encircle.closing_speed") for bad in (-1.0, None, *NOT_FINITE)),
+        (3, Herd(velocity=(1.0,)), "herd.velocity"),
+        (2, Herd(max_turn_rate=np.inf), "herd.max_turn_rate"),
+        *((2, Herd(distance=bad), "herd.distance") for bad in (-1.0, *NO_NUMBER, *NOT_FINITE)),
+        *((2, Herd(partner=bad), "herd.partner") for bad in (1, 2, -1, 0.0, 10**30, *NO_NUMBER)),
         (2, Wandering((1.0,)), "wandering.position"),
         (2, Wandering(angular_diffusion=-0.1), "wandering.angular_diffusion"),
         (2, Wandering(angular_diffusion=np.nan), "wandering.angular_diffusion"),
@@ -135,7 +157,16 @@ def test_line_field(field: str, value: Any) -> None:
 def test_predators(dimension: int, predator: Any, field: str) -> None:
     with pytest.raises(ScenarioError) as caught:
         FlockScenario(dimension=dimension, predators=(ConstantVelocity(), predator))
-    assert caught.value.field == f"predators[1].{field}"
+    # What is no number at all is named together with its own place.
+    assert caught.value.field.startswith(f"predators[1].{field}")
+
+
+def test_too_many_predators_share_out_agents() -> None:
+    pack = (PurePursuit(target="assigned"),) * 64
+    with pytest.raises(ScenarioError) as caught:
+        FlockScenario(predators=(*pack, PurePursuit(), PurePursuit(target="assigned")))
+    assert caught.value.field == "predators"
+    assert len(FlockScenario(predators=(*pack, PurePursuit())).predators) == 65
 
 
 @pytest.mark.parametrize(

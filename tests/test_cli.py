@@ -14,7 +14,9 @@ from cli_runs import SMALL, SMALL_FLAGS, Ran, sweep_flags
 from flockesc_env import (
     AlignedHeadings,
     ConstantVelocity,
+    Encircle,
     FlockScenario,
+    Herd,
     Intercept,
     LineScenario,
     PurePursuit,
@@ -95,6 +97,18 @@ CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
     "targets": (
         ["--predators", "pure_pursuit", "target=centroid", "intercept", "navigation_constant=4"],
         SMALL.replace(predators=(PurePursuit(target="centroid"), Intercept(navigation_constant=4.0))),
+    ),
+    "pack": (
+        [
+            "--predators",
+            "pure_pursuit",
+            "target=assigned",
+            "max_speed=None",
+            "herd",
+            "max_speed=20",
+            "encircle",
+        ],
+        SMALL.replace(predators=(PurePursuit(target="assigned"), Herd(max_speed=20.0), Encircle())),
     ),
     "in space": (
         ["--dimension", "3", "--predators", "constant_velocity", "position=-30,-30,1e1"],

@@ -67,7 +67,7 @@ BAD = {
     ),
     "kind": (
         ["simulate", "--interaction-range", "1", "--predators", "owl"],
-        "constant_velocity or pure_pursuit or intercept or wandering",
+        "constant_velocity or pure_pursuit or intercept or wandering or encircle or herd",
     ),
     "part": (
         ["simulate", "--interaction-range", "1", "--predators", "pure_pursuit", "mass=1"],

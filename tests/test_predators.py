@@ -9,7 +9,9 @@ import pytest
 
 from flockesc_env import (
     ConstantVelocity,
+    Encircle,
     FlockScenario,
+    Herd,
     Intercept,
     PurePursuit,
     Trajectory,
@@ -24,6 +26,7 @@ STEERED = {
     "pursuit of the nearest": lambda *start: PurePursuit(*start),
     "pursuit of the centroid": lambda *start: PurePursuit(*start, target="centroid"),
     "pursuit of the most isolated": lambda *start: PurePursuit(*start, target="most_isolated"),
+    "pursuit of an agent of its own": lambda *start: PurePursuit(*start, target="assigned"),
     "intercept": lambda *start: Intercept(*start),
 }
 
@@ -204,6 +207,7 @@ def test_hunts_through_a_large_flock_do_not_depend_on_threads(dimension: int) ->
     start = ((-30.0, -30.0), (10.0, 10.0))
     hunters = [make(*start) for make in STEERED.values()]
     hunters += [Wandering(*start), PurePursuit(*start, confusion_rate=1.0, sight=200.0)]
+    hunters += [PurePursuit(*start, target="assigned"), Encircle(*start), Encircle(*start), Herd(*start)]
     scenario = FlockScenario(num_agents=5000, dimension=dimension, num_steps=4, predators=tuple(hunters))
     first, second = (simulate(scenario, 10.0, seed=3, num_threads=threads) for threads in (1, 2))
     np.testing.assert_array_equal(first.predator_positions, second.predator_positions)

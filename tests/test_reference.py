@@ -12,19 +12,23 @@ from hypothesis import strategies as st
 
 from flockesc_env import (
     ConstantVelocity,
+    Encircle,
     FlockScenario,
+    Herd,
     Intercept,
     LineScenario,
     PurePursuit,
     Trajectory,
+    Wandering,
     simulate,
     simulate_line,
 )
-from flockesc_env.scenario import Predator, Target
+from flockesc_env.predators import Predator, Target
 
 SIDE = 40.0
 HUGE = 1e200  # its square is not a finite number
 STEPS = 5
+KINDS = ("straight", "wandering", "pursuit", "confused", "intercept", "encircle", "herd")
 LINE_STEPS = 8
 
 seeds = st.integers(0, 2**32 - 1)
@@ -34,18 +38,30 @@ seeds = st.integers(0, 2**32 - 1)
 def predators(draw: st.DrawFn, dimension: int) -> tuple[Any, ...]:
     rng = np.random.default_rng([draw(seeds), 1])
 
-    def predator(kind: str) -> Predator:
+    def predator(index: int, kind: str) -> Predator:
         axes = draw(st.sampled_from([2, dimension]))
         position, velocity = rng.uniform(0, SIDE, axes), rng.normal(0, 12, axes)
         if kind == "straight":
             return ConstantVelocity(position, velocity)
+        if kind == "wandering":
+            return Wandering(position, velocity, draw(st.sampled_from([0.0, 2.0])))
         turn_rate = draw(st.sampled_from([0.0, 1.0, 1e3]))
-        if kind == "intercept":
-            return Intercept(position, velocity, turn_rate, draw(st.sampled_from([0.0, 1.0, 3.0])))
-        return PurePursuit(position, velocity, turn_rate, draw(st.sampled_from(get_args(Target))))
+        limits = draw(st.sampled_from([{}, {"max_speed": 1e3}, {"max_speed": 60.0, "acceleration": 30.0}]))
+        steering = {"position": position, "velocity": velocity, "max_turn_rate": turn_rate, **limits}
+        match kind:
+            case "intercept":
+                return Intercept(**steering, navigation_constant=draw(st.sampled_from([0.0, 1.0, 3.0])))
+            case "encircle":
+                return Encircle(**steering, radius=30.0, closing_speed=draw(st.sampled_from([0.0, 200.0])))
+            case "herd":
+                others = [other for other in range(len(kinds)) if other != index]
+                return Herd(**steering, partner=draw(st.sampled_from(others)))
+            case "confused":
+                return PurePursuit(**steering, confusion_rate=draw(st.sampled_from([0.2, 5.0])))
+        return PurePursuit(**steering, target=draw(st.sampled_from(get_args(Target))))
 
-    kinds = draw(st.lists(st.sampled_from(["straight", "pursuit", "intercept"]), max_size=3))
-    return tuple(predator(kind) for kind in kinds)
+    kinds = draw(st.lists(st.sampled_from(KINDS), max_size=4).filter(lambda kinds: kinds != ["herd"]))
+    return tuple(predator(index, kind) for index, kind in enumerate(kinds))
 
 
 @st.composite
@@ -94,7 +110,7 @@ def random_start(scenario: FlockScenario, rng: np.random.Generator) -> tuple[np.
 def assert_follows_reference(run: Trajectory, schedule: np.ndarray) -> None:
     """Compare a whole run with the plain model under a schedule of shape (T, n)."""
     scenario = run.scenario
-    state = reference.flock_start(scenario, run.positions[0].copy(), run.velocities[0].copy())
+    state = reference.flock_start(scenario, run.positions[0].copy(), run.velocities[0].copy(), run.seed)
     for t in range(scenario.num_steps + 1):
         close = {"rtol": 1e-12, "atol": 1e-9, "err_msg": f"step {t}"}
         np.testing.assert_allclose(run.positions[t], state.positions, **close)

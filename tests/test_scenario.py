@@ -19,10 +19,12 @@ from flockesc_env import (
     Clusters,
     ConstantVelocity,
     Disc,
+    Encircle,
     EnvOptions,
     FlockEscapeEnv,
     FlockScenario,
     Gaussian,
+    Intercept,
     LineOptions,
     LineScenario,
     Metric,
@@ -31,10 +33,11 @@ from flockesc_env import (
     Ring,
     Segment,
     Square,
+    Wandering,
     simulate,
 )
 from flockesc_env.initial import InitialHeadings, InitialPositions
-from flockesc_env.scenario import Predator
+from flockesc_env.predators import Predator
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 not_negative = st.floats(0, allow_infinity=False)
@@ -49,8 +52,19 @@ def points(
 
 def predators(dimension: int) -> st.SearchStrategy[Predator]:
     vectors = points(dimension)
-    return st.builds(ConstantVelocity, vectors, vectors) | st.builds(
-        PurePursuit, vectors, vectors, not_negative
+    steering = {"position": vectors, "velocity": vectors, "max_turn_rate": not_negative}
+    speeds = points(dimension, st.floats(-1e100, 1e100))
+    faster = steering | {
+        "velocity": speeds,
+        "max_speed": st.floats(1e101, allow_infinity=False),
+        "acceleration": not_negative,
+    }
+    return st.one_of(
+        st.builds(ConstantVelocity, vectors, vectors),
+        st.builds(Wandering, vectors, vectors, not_negative),
+        st.builds(PurePursuit, **steering),
+        st.builds(Intercept, **faster, navigation_constant=not_negative),
+        st.builds(Encircle, **steering, radius=not_negative, closing_speed=not_negative),
     )
 
 
@@ -212,7 +226,7 @@ def assert_plain(value: Any) -> None:
         for entry in value:
             assert_plain(entry)
     else:
-        assert type(value) in {int, float, str, bool}
+        assert type(value) in {int, float, str, bool, type(None)}
 
 
 def test_numpy_and_integer_inputs_become_plain() -> None:

@@ -10,7 +10,8 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from tyro.constructors import PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 from flockesc_env.initial import InitialHeadings, InitialPositions
-from flockesc_env.scenario import NeighborRule, Predator
+from flockesc_env.predators import Predator
+from flockesc_env.scenario import NeighborRule
 
 
 def part_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
@@ -50,6 +51,8 @@ def part_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
 def _value(kind: Any, name: str, text: str) -> Any:
     if get_origin(get_type_hints(kind).get(name)) is Literal:
         return text
+    if text == "None":
+        return None
     try:
         values = json.loads(f"[{text}]")
     except json.JSONDecodeError:
@@ -72,7 +75,7 @@ def _spell(part: Any) -> list[str]:
 
 
 def _spell_value(value: Any) -> str:
-    if isinstance(value, str):
-        return value
+    if isinstance(value, str | None):
+        return str(value)
     values = value if isinstance(value, tuple) else [value]
     return json.dumps(values, separators=(",", ":"))[1:-1]

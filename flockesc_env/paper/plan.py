@@ -11,7 +11,8 @@ from flockesc_env._checks import as_count
 from flockesc_env.approach import approach
 from flockesc_env.errors import ArgumentError
 from flockesc_env.paper.jobs import Arrays, Cache, Job
-from flockesc_env.scenario import ConstantVelocity, EscapeForce, FlockScenario, LineScenario
+from flockesc_env.predators import ConstantVelocity
+from flockesc_env.scenario import EscapeForce, FlockScenario, LineScenario
 from flockesc_env.sweep import Progress
 
 FLOCK: Final = FlockScenario()

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::flock::{InitialHeadings, InitialPositions, Space};
 use crate::line::EscapeForce;
 use crate::neighbor::{NeighborOptions, NeighborRule, Sight, Torus};
-use crate::predator::PredatorConfig;
+use crate::predator::{self, PredatorConfig};
 use crate::reward::Reward;
 
 /// Largest flock or line that a scenario may name; guards against allocations no machine has.
@@ -140,9 +140,7 @@ impl FlockConfig {
         config.initial_headings.check(&space)?;
         not_negative("predator_range", config.predator_range)?;
         not_negative("repulsion_strength", config.repulsion_strength)?;
-        for (index, predator) in config.predators.iter().enumerate() {
-            predator.check(&format!("predators[{index}]"), config.dimension)?;
-        }
+        predator::check(&config.predators, config.dimension)?;
         config.check_neighbors()?;
         Ok(config)
     }
@@ -352,7 +350,8 @@ mod tests {
     #[test]
     fn errors_name_the_field() {
         let predator = json!({"pure_pursuit": {"position": [0.0, 0.0], "velocity": [1.0, 0.0],
-                                               "max_turn_rate": -1.0, "target": "nearest", "confusion_rate": 0.0,
+                                               "max_turn_rate": -1.0, "max_speed": null,
+                                               "acceleration": 0.0, "target": "nearest", "confusion_rate": 0.0,
                                                "sight": 30.0}});
         for (pointer, value, field) in [
             ("/num_agents", json!(0), "num_agents"),

@@ -58,7 +58,8 @@ pub use metrics::PredatorDistance;
 pub use neighbor::{NeighborRule, Ranges};
 pub use observation::{Entry, entries};
 pub use predator::{
-    ConstantVelocity, Intercept, Predator, PredatorConfig, PurePursuit, Target, Wandering,
+    ConstantVelocity, Encircle, Herd, Intercept, Predator, PredatorConfig, PurePursuit, Target,
+    Wandering,
 };
 pub use reward::Reward;
 pub use rng::episode_seed;

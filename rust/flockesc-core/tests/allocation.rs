@@ -8,7 +8,9 @@ use std::sync::Arc;
 
 use allocation_counter::measure;
 use common::scenario;
-use flockesc_core::{EscapeForce, InitialState, Line, LineConfig, Ranges, World};
+use flockesc_core::{
+    EscapeForce, FlockConfig, InitialState, Line, LineConfig, PredatorConfig, Ranges, Target, World,
+};
 
 const AGENTS: usize = 300;
 /// Long enough for the flock to spread far, and for its agents to be arranged anew several times.
@@ -21,8 +23,14 @@ fn range(step: usize) -> f64 {
 }
 
 fn assert_steps_allocate_nothing<const D: usize>(is_shared: bool) {
-    let config = Arc::new(scenario(AGENTS, D, STEPS, 100.0));
-    let mut world = World::<D>::new(config, &InitialState::seeded(0));
+    assert_steps_of_a_scenario_allocate_nothing::<D>(scenario(AGENTS, D, STEPS, 100.0), is_shared);
+}
+
+fn assert_steps_of_a_scenario_allocate_nothing<const D: usize>(
+    config: FlockConfig,
+    is_shared: bool,
+) {
+    let mut world = World::<D>::new(Arc::new(config), &InitialState::seeded(0));
     let mut own = vec![0.0; AGENTS];
     let mut step = |step: usize| {
         if is_shared {
@@ -57,6 +65,18 @@ fn a_flock_in_space_under_one_range() {
 #[test]
 fn a_flock_in_space_under_ranges_of_its_agents() {
     assert_steps_allocate_nothing::<3>(false);
+}
+
+/// Two that share out agents, or encircle the flock, make small lists of who and where.
+#[test]
+fn a_lone_predator_that_would_share_out_agents() {
+    let mut config = scenario(AGENTS, 2, STEPS, 100.0);
+    for predator in &mut config.predators {
+        if let PredatorConfig::PurePursuit(hunter) = predator {
+            hunter.target = Target::Assigned;
+        }
+    }
+    assert_steps_of_a_scenario_allocate_nothing::<2>(config, true);
 }
 
 /// A line has room for all from the start.

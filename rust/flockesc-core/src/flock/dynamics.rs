@@ -11,7 +11,7 @@ use crate::agents::Agents;
 use crate::config::FlockConfig;
 use crate::metrics::{PredatorDistance, distances};
 use crate::neighbor::{Neighborhood, Ranges};
-use crate::predator::{Predator, Prey};
+use crate::predator::{self, Predator, Prey};
 use crate::rng::{self, Stream};
 use crate::threads;
 
@@ -80,9 +80,12 @@ impl<const D: usize> World<D> {
             agents: &self.agents,
             neighborhood: &self.neighborhood,
         };
-        for predator in &mut self.predators {
-            predator.steer(self.config.time_step, prey, &mut self.rng);
-        }
+        predator::steer(
+            &mut self.predators,
+            self.config.time_step,
+            prey,
+            &mut self.rng,
+        );
         self.predator_distance = PredatorDistance::of(&self.agents.groups, self.agents.len());
     }
 

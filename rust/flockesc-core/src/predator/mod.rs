@@ -1,6 +1,10 @@
 //! Predators: one strategy per file, each the rule by which the next velocity is set (step 5).
 
+mod assignment;
 mod constant_velocity;
+mod encircle;
+mod flight;
+mod herd;
 mod intercept;
 mod prey;
 mod pure_pursuit;
@@ -12,13 +16,18 @@ use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
 pub use constant_velocity::ConstantVelocity;
+pub use encircle::Encircle;
+pub use herd::Herd;
 pub use intercept::Intercept;
 pub(crate) use prey::Prey;
 pub use pure_pursuit::{PurePursuit, Target};
 pub use wandering::Wandering;
 
+use assignment::MAX_SHARING;
+use flight::Limits;
+
 use crate::config;
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// A predator as a scenario names it.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -32,6 +41,10 @@ pub enum PredatorConfig {
     Intercept(Intercept),
     /// Turns at random.
     Wandering(Wandering),
+    /// Turns toward a station on a circle around the flock.
+    Encircle(Encircle),
+    /// Turns toward a place behind the flock.
+    Herd(Herd),
 }
 
 impl PredatorConfig {
@@ -42,27 +55,52 @@ impl PredatorConfig {
             Self::PurePursuit(strategy) => (&strategy.position, &strategy.velocity),
             Self::Intercept(strategy) => (&strategy.position, &strategy.velocity),
             Self::Wandering(strategy) => (&strategy.position, &strategy.velocity),
+            Self::Encircle(strategy) => (&strategy.position, &strategy.velocity),
+            Self::Herd(strategy) => (&strategy.position, &strategy.velocity),
         }
     }
 
-    pub(crate) fn check(&self, path: &str, dimension: usize) -> Result<()> {
+    /// Checks the predator with this `index` among `count`.
+    fn check(&self, index: usize, count: usize, dimension: usize) -> Result<()> {
         let kind = match self {
             Self::ConstantVelocity(_) => "constant_velocity",
             Self::PurePursuit(_) => "pure_pursuit",
             Self::Intercept(_) => "intercept",
             Self::Wandering(_) => "wandering",
+            Self::Encircle(_) => "encircle",
+            Self::Herd(_) => "herd",
         };
+        let path = format!("predators[{index}].{kind}");
         let (position, velocity) = self.start();
         for (name, entries) in [("position", position), ("velocity", velocity)] {
-            config::vector(&format!("{path}.{kind}.{name}"), entries, dimension)?;
+            config::vector(&format!("{path}.{name}"), entries, dimension)?;
         }
         match self {
             Self::ConstantVelocity(_) => Ok(()),
-            Self::PurePursuit(strategy) => strategy.check(&format!("{path}.{kind}")),
-            Self::Intercept(strategy) => strategy.check(&format!("{path}.{kind}")),
-            Self::Wandering(strategy) => strategy.check(&format!("{path}.{kind}")),
+            Self::PurePursuit(strategy) => strategy.check(&path),
+            Self::Intercept(strategy) => strategy.check(&path),
+            Self::Wandering(strategy) => strategy.check(&path),
+            Self::Encircle(strategy) => strategy.check(&path),
+            Self::Herd(strategy) => strategy.check(&path, index, count),
         }
     }
+
+    fn shares_targets(&self) -> bool {
+        matches!(self, Self::PurePursuit(strategy) if strategy.target == Target::Assigned)
+    }
+}
+
+/// Checks all predators of a scenario.
+pub(crate) fn check(predators: &[PredatorConfig], dimension: usize) -> Result<()> {
+    for (index, predator) in predators.iter().enumerate() {
+        predator.check(index, predators.len(), dimension)?;
+    }
+    let sharing = predators.iter().filter(|p| p.shares_targets()).count();
+    if sharing > MAX_SHARING {
+        let expected = format!("at most {MAX_SHARING} with assigned targets");
+        return Err(Error::config("predators", expected, sharing));
+    }
+    Ok(())
 }
 
 /// A predator in flight.
@@ -75,6 +113,10 @@ pub struct Predator<const D: usize> {
     strategy: PredatorConfig,
     /// Name of the agent that it is after, where it keeps to one.
     kept: Option<usize>,
+    /// Where it aims as agreed with others, in m.
+    agreed: Option<SVector<f64, D>>,
+    /// Steps for which it has encircled the flock.
+    steps: usize,
 }
 
 impl<const D: usize> Predator<D> {
@@ -88,24 +130,64 @@ impl<const D: usize> Predator<D> {
             velocity: embed(velocity),
             strategy: config.clone(),
             kept: None,
+            agreed: None,
+            steps: 0,
         }
     }
 
-    /// Sets the next velocity, seeing the agents where they now are; what is random comes from `rng`.
-    pub(crate) fn steer(&mut self, time_step: f64, prey: Prey<'_, D>, rng: &mut ChaCha8Rng) {
-        match &self.strategy {
-            PredatorConfig::ConstantVelocity(_) => {}
+    fn shares_targets(&self) -> bool {
+        self.strategy.shares_targets()
+    }
+
+    fn steer(&mut self, time_step: f64, prey: Prey<'_, D>, rng: &mut ChaCha8Rng) {
+        let (position, velocity, agreed) = (&self.position, &self.velocity, self.agreed);
+        let heading_toward = |aim: Option<SVector<f64, D>>, limits: &Limits| {
+            aim.and_then(|aim| {
+                let limit = limits.max_turn_rate * time_step;
+                steering::heading_toward(velocity, &(aim - position), limit)
+            })
+        };
+        let (heading, limits) = match &self.strategy {
+            PredatorConfig::ConstantVelocity(_) => return,
+            PredatorConfig::Wandering(strategy) => {
+                self.velocity = strategy.steer(velocity, time_step, rng);
+                return;
+            }
             PredatorConfig::PurePursuit(strategy) => {
-                let (position, velocity) = (&self.position, &self.velocity);
-                let kept = &mut self.kept;
-                self.velocity = strategy.steer(position, velocity, time_step, prey, kept, rng);
+                let (limits, kept) = (strategy.limits(), &mut self.kept);
+                let aim = strategy.aim(position, time_step, prey, agreed, kept, rng);
+                (heading_toward(aim, &limits), limits)
             }
             PredatorConfig::Intercept(strategy) => {
-                self.velocity = strategy.steer(&self.position, &self.velocity, time_step, prey);
+                let heading = strategy.heading(position, velocity, time_step, prey);
+                (heading, strategy.limits())
             }
-            PredatorConfig::Wandering(strategy) => {
-                self.velocity = strategy.steer(&self.velocity, time_step, rng);
+            PredatorConfig::Encircle(strategy) => {
+                let limits = strategy.limits();
+                (heading_toward(agreed, &limits), limits)
             }
-        }
+            PredatorConfig::Herd(strategy) => {
+                let limits = strategy.limits();
+                (heading_toward(agreed, &limits), limits)
+            }
+        };
+        self.velocity = limits.next(velocity, heading, time_step);
+    }
+}
+
+/// Sets the next velocities of all predators, which see each other and the agents where they now are; what is random
+/// comes from `rng`.
+pub(crate) fn steer<const D: usize>(
+    predators: &mut [Predator<D>],
+    time_step: f64,
+    prey: Prey<'_, D>,
+    rng: &mut ChaCha8Rng,
+) {
+    // First all agree on where to fly, then everybody turns.
+    assignment::share_out(predators, prey);
+    encircle::take_stations(predators, time_step, prey);
+    herd::take_posts(predators, prey);
+    for predator in predators {
+        predator.steer(time_step, prey, rng);
     }
 }

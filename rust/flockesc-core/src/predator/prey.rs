@@ -37,6 +37,22 @@ impl<const D: usize> Prey<'_, D> {
         best.2
     }
 
+    /// The `count` agents nearest to `place`, or all, nearest first; lower names first among equals.
+    pub(super) fn nearest_few(&self, place: &SVector<f64, D>, count: usize) -> Vec<Quarry<D>> {
+        let mut few: Vec<(f64, Quarry<D>)> = Vec::with_capacity(count + 1);
+        for quarry in self.all() {
+            let squared = (quarry.position - place).norm_squared();
+            let is_before =
+                |(other, q): &(f64, Quarry<D>)| (*other, q.name) < (squared, quarry.name);
+            let rank = few.partition_point(is_before);
+            if rank < count {
+                few.insert(rank, (squared, quarry));
+                few.truncate(count);
+            }
+        }
+        few.into_iter().map(|(_, quarry)| quarry).collect()
+    }
+
     /// The agents within `sight` m of `place`, boundary included, in no order that means anything.
     pub(super) fn within(
         &self,

@@ -1,32 +1,25 @@
-//! Pure pursuit: the velocity turns toward a target, no faster than a given rate, at constant speed.
+//! Pure pursuit: the velocity turns toward a target, no faster than a given rate.
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
+use super::flight::steering;
 use super::prey::{Prey, Quarry};
-use super::steering::turn_toward;
 use crate::config::not_negative;
 use crate::error::{Error, Result};
 use crate::rng;
-use crate::vector::unit;
 
-/// Turns toward its target where that is at the time.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PurePursuit {
-    /// r_p(0) in m.
-    pub position: Vec<f64>,
-    /// v_p(0) in m/s; its norm is the speed at all times.
-    pub velocity: Vec<f64>,
-    /// Largest turn rate in rad/s, at least 0.
-    pub max_turn_rate: f64,
-    /// What is pursued.
-    pub target: Target,
-    /// How often every further agent in sight draws the predator off its target, in 1/s, at least 0.
-    pub confusion_rate: f64,
-    /// How far a predator that can be confused sees, in m, at least 0.
-    pub sight: f64,
+steering! {
+    /// Turns toward its target where that is at the time.
+    PurePursuit {
+        /// What is pursued.
+        target: Target,
+        /// How often every further agent in sight draws the predator off its target, in 1/s, at least 0.
+        confusion_rate: f64,
+        /// How far a predator that can be confused sees, in m, at least 0.
+        sight: f64,
+    }
 }
 
 /// What a predator pursues; among equal agents the one with the lowest index.
@@ -39,11 +32,13 @@ pub enum Target {
     Centroid,
     /// The agent whose nearest other agent is farthest.
     MostIsolated,
+    /// An agent of its own, where predators with this target share them out.
+    Assigned,
 }
 
 impl PurePursuit {
     pub(super) fn check(&self, path: &str) -> Result<()> {
-        not_negative(&format!("{path}.max_turn_rate"), self.max_turn_rate)?;
+        self.limits().check(path, &self.velocity)?;
         not_negative(&format!("{path}.confusion_rate"), self.confusion_rate)?;
         not_negative(&format!("{path}.sight"), self.sight)?;
         if self.can_be_confused() && self.target != Target::Nearest {
@@ -60,17 +55,17 @@ impl PurePursuit {
         self.confusion_rate > 0.0
     }
 
-    /// The next velocity; `kept` is the name of the agent that a predator who can be confused is after.
-    pub(super) fn steer<const D: usize>(
+    /// Where it aims, in m; `kept` is the name of the agent that a predator who can be confused is after.
+    pub(super) fn aim<const D: usize>(
         &self,
         position: &SVector<f64, D>,
-        velocity: &SVector<f64, D>,
         time_step: f64,
         prey: Prey<'_, D>,
+        agreed: Option<SVector<f64, D>>,
         kept: &mut Option<usize>,
         rng: &mut ChaCha8Rng,
-    ) -> SVector<f64, D> {
-        let target = match self.target {
+    ) -> Option<SVector<f64, D>> {
+        match self.target {
             Target::Nearest if self.can_be_confused() => {
                 let quarry = self.choose(position, time_step, prey, *kept, rng);
                 *kept = quarry.map(|quarry| quarry.name);
@@ -79,13 +74,7 @@ impl PurePursuit {
             Target::Nearest => prey.nearest(position).map(|quarry| quarry.position),
             Target::Centroid => Some(prey.centroid()),
             Target::MostIsolated => Some(prey.most_isolated()),
-        };
-        let sight = target.and_then(|target| unit(&(target - position)));
-        match (unit(velocity), sight) {
-            (Some(heading), Some(sight)) => {
-                turn_toward(&heading, &sight, self.max_turn_rate * time_step) * velocity.norm()
-            }
-            _ => *velocity,
+            Target::Assigned => agreed,
         }
     }
 
@@ -119,11 +108,13 @@ mod tests {
     use nalgebra::vector;
 
     #[test]
-    fn hunts_the_nearest_and_flies_on_over_a_caught_agent() {
+    fn hunts_the_nearest() {
         let hunter = PurePursuit {
             position: vec![],
             velocity: vec![],
             max_turn_rate: 1e3,
+            max_speed: None,
+            acceleration: 0.0,
             target: Target::Nearest,
             confusion_rate: 0.0,
             sight: 0.0,
@@ -134,13 +125,8 @@ mod tests {
             agents: &agents,
             neighborhood: &Neighborhood::silent(NeighborOptions::METRIC, &agents),
         };
-        let velocity = vector![3.0, 0.0];
         let mut rng = rng::stream(0, rng::Stream::Predators);
-        let mut steered = |place: &SVector<f64, 2>| {
-            hunter.steer(place, &velocity, 0.05, prey, &mut None, &mut rng)
-        };
-        let next = steered(&vector![0.0, 0.0]);
-        assert!((next - vector![-3.0, 0.0]).norm() < 1e-12);
-        assert_eq!(steered(&positions[0]), velocity);
+        let aim = hunter.aim(&vector![0.0, 0.0], 0.05, prey, None, &mut None, &mut rng);
+        assert_eq!(aim, Some(positions[1]));
     }
 }

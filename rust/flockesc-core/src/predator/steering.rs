@@ -24,7 +24,7 @@ pub(super) fn side_of<const D: usize>(
 }
 
 /// The unit vector `heading` turned toward the unit vector `sight` by at most `limit` rad, in their plane.
-pub(super) fn turn_toward<const D: usize>(
+fn turn_toward<const D: usize>(
     heading: &SVector<f64, D>,
     sight: &SVector<f64, D>,
     limit: f64,
@@ -36,6 +36,18 @@ pub(super) fn turn_toward<const D: usize>(
     // Straight behind, every side is as good: the axis least along the heading settles it.
     let side = side_of(heading, sight).or_else(|| side_of(heading, &least_aligned_axis(heading)));
     side.map_or(*heading, |side| turn(heading, &side, limit))
+}
+
+/// The next heading of a predator that turns by at most `limit` rad toward a place at `offset`; `None` where it is there.
+/// From rest it sets off straight toward it.
+pub(super) fn heading_toward<const D: usize>(
+    velocity: &SVector<f64, D>,
+    offset: &SVector<f64, D>,
+    limit: f64,
+) -> Option<SVector<f64, D>> {
+    let sight = unit(offset)?;
+    let turned = unit(velocity).map(|heading| turn_toward(&heading, &sight, limit));
+    Some(turned.unwrap_or(sight))
 }
 
 #[cfg(test)]
@@ -71,5 +83,12 @@ mod tests {
         let turned = turn_toward(&vector![1.0, 0.0, 0.0], &vector![-1.0, 0.0, 0.0], 0.1);
         assert!((turned.norm() - 1.0).abs() < 1e-15);
         assert!((turned.x - libm::cos(0.1)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn flies_on_over_its_aim_and_sets_off_from_rest() {
+        let (up, none) = (vector![0.0, 2.0], vector![0.0, 0.0]);
+        assert_eq!(heading_toward(&up, &none, 1.0), None);
+        assert_eq!(heading_toward(&none, &up, 0.0), Some(vector![0.0, 1.0]));
     }
 }

@@ -35,6 +35,8 @@ pub(crate) fn scenario(
                 position: vec![initial_side / 2.0, 0.0],
                 velocity: vec![0.0, 8.0],
                 max_turn_rate: 1.0,
+                max_speed: None,
+                acceleration: 0.0,
                 target: Target::Nearest,
                 confusion_rate: 0.0,
                 sight: 30.0,

@@ -1,0 +1,121 @@
+//! What all predators that steer have in common: where they start, how fast they turn and how fast they get.
+
+use nalgebra::SVector;
+
+use crate::config::not_negative;
+use crate::error::{Error, Result};
+use crate::vector::unit;
+
+/// Relative error that the norm of a velocity may have where it was made to be `max_speed`.
+const ROUNDING: f64 = 1e-12;
+
+/// Declares a strategy with the fields that all that steer have, and its own.
+macro_rules! steering {
+    ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $field:ident: $kind:ty,)* }) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct $name {
+            /// r_p(0) in m.
+            pub position: Vec<f64>,
+            /// v_p(0) in m/s.
+            pub velocity: Vec<f64>,
+            /// Largest turn rate in rad/s, at least 0.
+            pub max_turn_rate: f64,
+            /// Speed in m/s up to which it accelerates, at least ||v_p(0)||; `None`: it keeps its speed.
+            pub max_speed: Option<f64>,
+            /// How fast the speed grows, in m/s^2, at least 0.
+            pub acceleration: f64,
+            $($(#[$doc])* pub $field: $kind,)*
+        }
+
+        impl $name {
+            pub(super) fn limits(&self) -> $crate::predator::flight::Limits {
+                $crate::predator::flight::Limits {
+                    max_turn_rate: self.max_turn_rate,
+                    max_speed: self.max_speed,
+                    acceleration: self.acceleration,
+                }
+            }
+        }
+    };
+}
+pub(super) use steering;
+
+/// How fast a predator may turn and get.
+pub(super) struct Limits {
+    pub(super) max_turn_rate: f64,
+    pub(super) max_speed: Option<f64>,
+    pub(super) acceleration: f64,
+}
+
+impl Limits {
+    /// Checks them for a predator that starts with `velocity`.
+    pub(super) fn check(&self, path: &str, velocity: &[f64]) -> Result<()> {
+        not_negative(&format!("{path}.max_turn_rate"), self.max_turn_rate)?;
+        not_negative(&format!("{path}.acceleration"), self.acceleration)?;
+        let speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+        match self.max_speed {
+            Some(fastest) if !(fastest.is_finite() && fastest >= speed * (1.0 - ROUNDING)) => {
+                let expected = format!("a finite number of at least the initial speed, {speed}");
+                Err(Error::config(
+                    format!("{path}.max_speed"),
+                    expected,
+                    fastest,
+                ))
+            }
+            None if self.acceleration > 0.0 => Err(Error::config(
+                format!("{path}.acceleration"),
+                "0 where there is no max_speed",
+                self.acceleration,
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// The velocity after `velocity` along `heading`, a unit vector, or straight on where there is none.
+    pub(super) fn next<const D: usize>(
+        &self,
+        velocity: &SVector<f64, D>,
+        heading: Option<SVector<f64, D>>,
+        time_step: f64,
+    ) -> SVector<f64, D> {
+        let speed = velocity.norm();
+        let grown = match self.max_speed {
+            Some(fastest) if speed < fastest => {
+                (speed + self.acceleration * time_step).min(fastest)
+            }
+            _ => speed,
+        };
+        match heading {
+            Some(heading) => heading * grown,
+            // As it is, bit for bit.
+            None if grown <= speed => *velocity,
+            None => unit(velocity).map_or(*velocity, |heading| heading * grown),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::vector;
+
+    #[test]
+    fn the_speed_grows_to_its_limit_and_never_falls() {
+        let limits = |max_speed| Limits {
+            max_turn_rate: 1.0,
+            max_speed,
+            acceleration: 4.0,
+        };
+        let next = |max_speed, velocity, heading| limits(max_speed).next(&velocity, heading, 0.5);
+        let (up, still) = (Some(vector![0.0, 1.0]), vector![0.0, 0.0]);
+        assert_eq!(next(Some(9.0), vector![3.0, 0.0], up), vector![0.0, 5.0]);
+        assert_eq!(next(Some(4.5), vector![3.0, 0.0], up), vector![0.0, 4.5]);
+        assert_eq!(next(Some(2.0), vector![3.0, 0.0], up), vector![0.0, 3.0]);
+        assert_eq!(next(None, vector![3.0, 0.0], up), vector![0.0, 3.0]);
+        assert_eq!(next(Some(9.0), vector![3.0, 0.0], None), vector![5.0, 0.0]);
+        assert_eq!(next(Some(9.0), still, up), vector![0.0, 2.0]);
+        assert_eq!(next(Some(9.0), still, None), still);
+    }
+}

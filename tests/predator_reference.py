@@ -1,0 +1,154 @@
+"""Step 5 of the flock in plain NumPy: how every strategy of docs/model.md sets the next velocity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import chacha
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from flockesc_env import (
+    ConstantVelocity,
+    Encircle,
+    FlockScenario,
+    Herd,
+    Intercept,
+    PurePursuit,
+    Wandering,
+)
+
+Floats = NDArray[np.float64]
+
+
+@dataclass
+class Minds:
+    """What predators carry from step to step besides where they are."""
+
+    draws: chacha.Stream
+    steps: int = 0
+    kept: dict[int, int] = field(default_factory=dict)
+
+
+def steered(
+    scenario: FlockScenario, r: Floats, v: Floats, places: Floats, velocities: Floats, minds: Minds
+) -> Floats:
+    """Return the next velocities of the predators at ``places``; agents are at ``r`` and fly at ``v``."""
+    dt, pack = scenario.time_step, scenario.predators
+    minds.steps += 1
+    centroid = r.mean(axis=0)
+    assigned, stations = assignment(pack, r, places), encirclement(pack, centroid, places)
+    new = velocities.copy()
+    for k, predator in enumerate(pack):
+        own, nearest = velocities[k], int(np.argmin(np.linalg.norm(r - places[k], axis=1)))
+        match predator:
+            case ConstantVelocity():
+                continue
+            case Wandering():
+                new[k] = wandered(own, predator.angular_diffusion * dt, minds.draws)
+                continue
+            case Intercept():
+                rate = sight_rate(r[nearest] - places[k], v[nearest] - own)
+                gain, limit = predator.navigation_constant * dt, predator.max_turn_rate * dt
+                turned_own = navigated(own, rate, gain, limit)
+            case PurePursuit():
+                aims = {"nearest": nearest, "most_isolated": most_isolated(r), "assigned": assigned.get(k)}
+                if predator.confusion_rate:
+                    aims["nearest"] = minds.kept[k] = confused(predator, r, places[k], dt, k, minds)
+                aim = centroid if predator.target == "centroid" else r[aims[predator.target]]
+                turned_own = turned(own, aim - places[k], predator.max_turn_rate * dt)
+            case Encircle():
+                radius = max(predator.radius - predator.closing_speed * minds.steps * dt, 0)
+                aim = centroid.copy()
+                aim[:2] += radius * np.array([np.cos(stations[k]), np.sin(stations[k])])
+                turned_own = turned(own, aim - places[k], predator.max_turn_rate * dt)
+            case Herd():
+                away = centroid - places[predator.partner]
+                aim = centroid + predator.distance * away / np.linalg.norm(away)
+                turned_own = turned(own, aim - places[k], predator.max_turn_rate * dt)
+        speed = np.linalg.norm(own)
+        if predator.max_speed is not None and 0 < speed < predator.max_speed:
+            turned_own = turned_own / speed * min(speed + predator.acceleration * dt, predator.max_speed)
+        new[k] = turned_own
+    return new
+
+
+def assignment(pack: tuple, r: Floats, places: Floats) -> dict[int, int]:
+    """Return the agent of each predator that shares out its target: all agents at once, no shortlist."""
+    hunters = [k for k, p in enumerate(pack) if isinstance(p, PurePursuit) and p.target == "assigned"]
+    distances = np.linalg.norm(places[hunters, None] - r[None], axis=-1)
+    agents = {k: int(row.argmin()) for k, row in zip(hunters, distances, strict=True)}
+    rows, columns = linear_sum_assignment(distances)
+    return agents | {hunters[row]: int(column) for row, column in zip(rows, columns, strict=True)}
+
+
+def encirclement(pack: tuple, centroid: Floats, places: Floats) -> dict[int, float]:
+    """Return the angle of every encircling predator's station: evenly spaced, the nearest on average."""
+    ring = [k for k, p in enumerate(pack) if isinstance(p, Encircle)]
+    bearings = {k: np.arctan2(*(places[k] - centroid)[1::-1]) for k in ring}
+    order = sorted(ring, key=bearings.__getitem__)
+    spaced = 2 * np.pi * np.arange(len(ring)) / max(len(ring), 1)
+    first = np.mean([bearings[k] for k in order] - spaced) if ring else 0.0
+    return {k: first + angle for k, angle in zip(order, spaced, strict=True)}
+
+
+def confused(predator: PurePursuit, r: Floats, place: Floats, dt: float, k: int, minds: Minds) -> int:
+    """Return the agent that a predator turns to that is drawn off its prey by others in sight."""
+    distances = np.linalg.norm(r - place, axis=1)
+    seen = np.flatnonzero(distances <= predator.sight)
+    others = max(len(seen) - 1, 0)
+    if minds.draws.uniform() < 1 - np.exp(-predator.confusion_rate * others * dt):
+        return int(seen[int(minds.draws.uniform(len(seen)))])
+    return minds.kept[k] if minds.kept.get(k) in seen else int(distances.argmin())
+
+
+def wandered(velocity: Floats, diffused: float, draws: chacha.Stream) -> Floats:
+    """Turn ``velocity`` by a random angle with variance 2 ``diffused`` along every axis across it."""
+    drawn = np.array([draws.normal() for _ in velocity])
+    speed = np.linalg.norm(velocity)
+    across = drawn - velocity * (velocity @ drawn) / speed**2
+    size = np.linalg.norm(across)
+    angle = size * np.sqrt(2 * diffused)
+    return np.cos(angle) * velocity + np.sin(angle) * speed * across / size
+
+
+def turned(velocity: Floats, sight: Floats, limit: float) -> Floats:
+    """Turn ``velocity`` toward ``sight`` by at most ``limit`` rad, along the great circle between them."""
+    speed, distance = np.linalg.norm(velocity), np.linalg.norm(sight)
+    if speed == 0 or distance == 0:
+        return velocity
+    heading, aim = velocity / speed, sight / distance
+    angle = 2 * np.arctan2(np.linalg.norm(heading - aim), np.linalg.norm(heading + aim))
+    if angle <= limit:
+        return speed * aim
+    part = limit / angle
+    return speed * (np.sin((1 - part) * angle) * heading + np.sin(part * angle) * aim) / np.sin(angle)
+
+
+def most_isolated(positions: Floats) -> int:
+    """Return the first of the agents whose nearest other agent is farthest."""
+    distances = np.linalg.norm(positions[:, None] - positions[None, :], axis=-1)
+    np.fill_diagonal(distances, np.inf)
+    return int(distances.min(axis=1).argmax())
+
+
+def sight_rate(offset: Floats, relative_velocity: Floats) -> Floats:
+    """Return the angular velocity of a line of sight in rad/s, a vector in space."""
+    squared = offset @ offset
+    return np.cross(in_space(offset), in_space(relative_velocity)) / squared if squared else np.zeros(3)
+
+
+def navigated(velocity: Floats, rate: Floats, gain: float, limit: float) -> Floats:
+    """Turn ``velocity`` along ``rate`` x velocity by ``gain`` times the angle, at most ``limit`` rad."""
+    speed = np.linalg.norm(velocity)
+    across = np.cross(rate, in_space(velocity))[: len(velocity)]
+    if not across.any():
+        return velocity
+    angle = min(gain * np.linalg.norm(across) / speed, limit)
+    return np.cos(angle) * velocity + np.sin(angle) * speed * across / np.linalg.norm(across)
+
+
+def in_space(vector: Floats) -> Floats:
+    """Return a vector of the plane or of space with three coordinates."""
+    return np.append(vector, np.zeros(3 - len(vector)))

@@ -1,0 +1,247 @@
+"""Predators that hunt together: against the plain model over many steps, and what users expect of them."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+import reference
+from scipy.optimize import linear_sum_assignment
+
+from flockesc_env import (
+    ConstantVelocity,
+    Encircle,
+    FlockScenario,
+    FlockVectorEnv,
+    Herd,
+    Intercept,
+    PurePursuit,
+    Trajectory,
+    Wandering,
+    simulate,
+)
+
+STEPS = 60
+FAST = {"max_speed": 30.0, "acceleration": 8.0}
+
+Starts = list[tuple[np.ndarray, np.ndarray]]
+
+PACKS: dict[str, Any] = {
+    "straight": lambda s: [ConstantVelocity(*s[0])],
+    "nearest": lambda s: [PurePursuit(*s[0]), PurePursuit(*s[1], 0.4, **FAST)],
+    "centroid": lambda s: [PurePursuit(*s[0], target="centroid", **FAST)],
+    "most isolated": lambda s: [PurePursuit(*s[0], target="most_isolated", **FAST)],
+    "assigned": lambda s: [PurePursuit(*start, 2.0, "assigned", **FAST) for start in s],
+    "intercept": lambda s: [Intercept(*s[0]), Intercept(*s[1], 2.0, 4.0, **FAST)],
+    "confused": lambda s: [PurePursuit(*start, confusion_rate=0.5) for start in s],
+    "wandering": lambda s: [Wandering(*start, 1.0) for start in s],
+    "encircle": lambda s: [Encircle(*start, radius=25.0, **FAST) for start in s],
+    "closing in": lambda s: [Encircle(*start, radius=25.0, closing_speed=12.0) for start in s],
+    "herd": lambda s: [PurePursuit(*s[0]), Herd(*s[1], distance=20.0, **FAST), Herd(*s[2], partner=1)],
+    "all at once": lambda s: [
+        Wandering(*s[0], 1.0),
+        PurePursuit(*s[1], target="assigned"),
+        Herd(*s[2], partner=1, **FAST),
+        PurePursuit(*s[3], confusion_rate=0.5),
+        PurePursuit(*s[4], target="assigned", **FAST),
+        Encircle(*s[5], radius=10.0),
+        Encircle(*s[6], radius=20.0),
+    ],
+}
+every_pack = pytest.mark.parametrize("pack", PACKS)
+dimensions = pytest.mark.parametrize("dimension", [2, 3])
+
+
+def drawn(dimension: int, seed: int, agents: int = 30) -> tuple[Starts, dict[str, np.ndarray]]:
+    """Draw predators and a flock in the same place, so that they are felt from the first step on."""
+    rng = np.random.default_rng(seed)
+    starts = [(rng.normal(0, 25, dimension), rng.normal(0, 6, dimension)) for _ in range(7)]
+    start = {
+        "initial_positions": rng.normal(0, 20, (agents, dimension)),
+        "initial_velocities": rng.normal(0, 6, (agents, dimension)),
+    }
+    return starts, start
+
+
+def hunt(predators: Any, start: dict[str, np.ndarray], **changes: Any) -> Trajectory:
+    agents, dimension = start["initial_positions"].shape
+    fields = {"num_agents": agents, "dimension": dimension, "num_steps": STEPS, "predators": tuple(predators)}
+    return simulate(FlockScenario(**{**fields, **changes}), 7.3, seed=5, **start)
+
+
+@every_pack
+@dimensions
+@pytest.mark.parametrize("agents", [1, 3, 30])
+def test_packs_follow_the_plain_model(pack: str, dimension: int, agents: int) -> None:
+    """Rounding is of the order of 1e-12 m, but grows to 1e-7 m where a predator passes closely by its aim."""
+    starts, start = drawn(dimension, agents + dimension, agents)
+    run = hunt(PACKS[pack](starts), start)
+    state = reference.flock_start(run.scenario, run.positions[0], run.velocities[0], run.seed)
+    for t in range(STEPS + 1):
+        close = {"rtol": 0, "atol": 1e-6, "err_msg": f"step {t}"}
+        np.testing.assert_allclose(run.predator_positions[t], state.predator_positions, **close)
+        np.testing.assert_allclose(run.positions[t], state.positions, **close)
+        distances = reference.predator_distances(state.positions, state.predator_positions)
+        np.testing.assert_allclose(run.mean_distance[t], distances.mean(), **close)
+        state = reference.flock_step(run.scenario, state, np.full(agents, 7.3))
+
+
+@pytest.mark.parametrize("pack", [pack for pack in PACKS if pack not in {"wandering", "all at once"}])
+@dimensions
+def test_the_world_has_no_place_and_no_direction(pack: str, dimension: int) -> None:
+    """Shifted and turned, about the vertical where a circle is horizontal; only what is drawn knows axes."""
+    rng = np.random.default_rng(dimension)
+    starts, start = drawn(dimension, 3)
+    turn = np.eye(dimension)
+    turned = 2 if pack in {"encircle", "closing in"} else dimension
+    turn[:turned, :turned] = np.linalg.qr(rng.normal(size=(turned, turned)))[0]
+    turn[:, 0] *= np.linalg.det(turn)
+    shift = rng.normal(0, 100, dimension)
+    moved = [(turn @ place + shift, turn @ velocity) for place, velocity in starts]
+    elsewhere = {
+        "initial_positions": start["initial_positions"] @ turn.T + shift,
+        "initial_velocities": start["initial_velocities"] @ turn.T,
+    }
+    still = hunt(PACKS[pack](starts), start).predator_positions
+    away = hunt(PACKS[pack](moved), elsewhere).predator_positions
+    np.testing.assert_allclose(away, still @ turn.T + shift, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(range(3)))[1:])
+@pytest.mark.parametrize("pack", ["assigned", "encircle", "closing in", "nearest and herd"])
+def test_the_order_of_predators_does_not_matter(pack: str, order: tuple[int, ...]) -> None:
+    """Bit for bit, where no forces are added up; the partner of a herding predator moves in the list, too."""
+    starts, start = drawn(2, 8)
+    make = PACKS | {"nearest and herd": lambda s: [PurePursuit(*s[0]), PurePursuit(*s[1]), Herd(*s[2])]}
+    predators = make[pack](starts[:3])
+    listed = [predators[k] for k in order]
+    if pack == "nearest and herd":
+        listed[order.index(2)] = Herd(*starts[2], partner=order.index(0))
+    first, second = (hunt(p, start, predator_range=0.0).predator_positions for p in (predators, listed))
+    np.testing.assert_array_equal(second, first[:, order])
+
+
+@pytest.mark.parametrize("agents", [2, 3, 40])
+@pytest.mark.parametrize("hunters", [2, 5])
+@dimensions
+def test_assigned_targets_are_distinct_and_near(hunters: int, agents: int, dimension: int) -> None:
+    """Every hunter heads exactly for its agent; all together are as near to them as can be."""
+    starts, start = drawn(dimension, 11, agents)
+    pack = [PurePursuit(*begin, 1e9, "assigned") for begin in starts[:hunters]]
+    run = hunt(pack, start)
+    flown = np.diff(run.predator_positions, axis=0)[1:]
+    sights = run.positions[1:-1, None] - run.predator_positions[1:-1, :, None]
+    distances = np.linalg.norm(sights, axis=-1)
+    cosines = np.einsum("tpd,tpnd->tpn", flown, sights) / distances
+    targets = cosines.argmax(axis=2)
+    for chosen, apart in zip(targets, distances, strict=True):
+        rows, columns = linear_sum_assignment(apart)
+        assert len(set(chosen.tolist())) == min(hunters, agents)
+        assert apart[rows, chosen[rows]].sum() == pytest.approx(apart[rows, columns].sum(), rel=1e-12)
+        idle = np.setdiff1d(np.arange(hunters), rows)
+        np.testing.assert_array_equal(chosen[idle], apart[idle].argmin(axis=1))
+
+
+def still_flock(**changes: Any) -> FlockScenario:
+    """Return a flock about (0, 0) that neither flees nor flies away."""
+    fields = {"num_agents": 40, "num_steps": 1200, "speed": 1e-6, "predator_range": 0.0}
+    return FlockScenario(**{**fields, **changes})
+
+
+def around_a_still_flock(*predators: Any, **changes: Any) -> np.ndarray:
+    """Return where predators are in the last 20 s, seen from a flock that stays, shape (400, P, D)."""
+    scenario = still_flock(predators=predators, **changes)
+    positions = np.random.default_rng(0).normal(0, 20, (40, scenario.dimension))
+    run = simulate(scenario, 0.0, seed=0, initial_positions=positions)
+    return (run.predator_positions - run.positions.mean(axis=1)[:, None])[-400:]
+
+
+@dimensions
+@pytest.mark.parametrize("count", [1, 2, 3, 5])
+def test_encirclers_spread_evenly(count: int, dimension: int) -> None:
+    """From one corner they come to their stations; there they circle, a turning radius of 2.5 m."""
+    pack = [Encircle((-90.0 + k, -90.0), (3.0, 4.0), 2.0, radius=40.0) for k in range(count)]
+    around = around_a_still_flock(*pack, dimension=dimension)
+    np.testing.assert_allclose(np.linalg.norm(around, axis=2), 40.0, atol=6.0)
+    bearings = np.sort(np.arctan2(around[..., 1], around[..., 0]), axis=1)
+    gaps = np.diff(bearings, axis=1, append=bearings[:, :1] + 2 * np.pi)
+    np.testing.assert_allclose(gaps, 2 * np.pi / count, atol=0.3)
+    if dimension == 3:
+        np.testing.assert_allclose(around[..., 2], 0, atol=6.0)
+
+
+def test_a_closing_circle_ends_in_the_midst() -> None:
+    pack = [Encircle((-90.0, -90.0 + k), (3.0, 4.0), 2.0, radius=80.0, closing_speed=4.0) for k in range(3)]
+    around = around_a_still_flock(*pack)
+    assert np.linalg.norm(around, axis=2).max() < 6.0
+
+
+@dimensions
+def test_a_herder_ends_behind_the_flock(dimension: int) -> None:
+    """It comes from its partner's side."""
+    pack = [
+        ConstantVelocity((120.0, 50.0), (0.0, 0.0)),
+        Herd((120.0, 40.0), (3.0, 4.0), 2.0, distance=30.0),
+    ]
+    around = around_a_still_flock(*pack, dimension=dimension)
+    partner, herder = around[:, 0], around[:, 1]
+    distances = np.linalg.norm(herder, axis=1)
+    np.testing.assert_allclose(distances, 30.0, atol=6.0)
+    cosines = (partner * herder).sum(axis=1) / np.linalg.norm(partner, axis=1) / distances
+    assert cosines.max() < -0.95
+
+
+def test_a_herder_drives_the_flock_to_its_partner() -> None:
+    waiting = ConstantVelocity((130.0, 130.0), (0.0, 0.0))
+    ends = []
+    for pack in ((waiting,), (waiting, Herd())):
+        scenario = FlockScenario(predators=pack)
+        runs = [simulate(scenario, 10.0, seed=seed) for seed in range(20)]
+        ends.append([np.linalg.norm(run.positions[-1].mean(axis=0) - 130.0) for run in runs])
+    alone, driven = np.array(ends)
+    assert (driven < alone).mean() >= 0.9
+
+
+LIMITED = {
+    "nearest": lambda start, **limits: [PurePursuit(*start, **limits)],
+    "confused": lambda start, **limits: [PurePursuit(*start, confusion_rate=1.0, **limits)],
+    "intercept": lambda start, **limits: [Intercept(*start, **limits)],
+    "encircle": lambda start, **limits: [Encircle(*start, **limits)],
+    "herd": lambda start, **limits: [Herd(*start, partner=1, **limits), ConstantVelocity()],
+}
+
+
+@pytest.mark.parametrize("strategy", LIMITED)
+@pytest.mark.parametrize("velocity", [(3.0, -4.0), (0.0, 0.0)], ids=["flying", "at rest"])
+@dimensions
+def test_speed_grows_to_its_limit(strategy: str, velocity: tuple[float, float], dimension: int) -> None:
+    _, start = drawn(dimension, 6)
+    limits = {"max_speed": 17.0, "acceleration": 6.0}
+    run = hunt(LIMITED[strategy](((-30.0, 5.0), velocity), **limits), start)
+    speeds = np.linalg.norm(np.diff(run.predator_positions[:, 0], axis=0), axis=1) / 0.05
+    expected = np.minimum(np.linalg.norm(velocity) + 6.0 * 0.05 * np.arange(STEPS), 17.0)
+    np.testing.assert_allclose(speeds, expected, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("strategy", LIMITED)
+def test_a_limit_without_acceleration_changes_nothing(strategy: str) -> None:
+    _, start = drawn(2, 6)
+    begin = ((-30.0, 5.0), (3.0, -4.0))
+    plain = hunt(LIMITED[strategy](begin), start)
+    limited = hunt(LIMITED[strategy](begin, max_speed=50.0), start)
+    np.testing.assert_array_equal(limited.predator_positions, plain.predator_positions)
+
+
+@every_pack
+@pytest.mark.parametrize("threads", [1, 3])
+def test_packs_do_not_depend_on_the_batch(pack: str, threads: int) -> None:
+    starts, _ = drawn(2, 2)
+    scenario = FlockScenario(num_agents=30, num_steps=20, predators=tuple(PACKS[pack](starts)))
+    env = FlockVectorEnv(4, scenario, action_mode="range", num_threads=threads)
+    env.reset(seed=[9, 2, 7, 2])
+    runs = [simulate(scenario, 9.0, seed=seed) for seed in (9, 2, 7, 2)]
+    for t in range(1, 20):
+        infos = env.step(np.full((4, 1), 9.0, np.float32))[4]
+        np.testing.assert_array_equal(infos["mean_distance"], [run.mean_distance[t] for run in runs])
