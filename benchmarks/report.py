@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
@@ -24,6 +26,7 @@ class Layout:
         case: the entries that the case of a record must have.
         columns: which of them runs along the columns.
         value: the figure to show.
+        only: entries with values that the case must have.
     """
 
     title: str
@@ -31,6 +34,15 @@ class Layout:
     case: set[str]
     columns: str
     value: Callable[[Record], float]
+    only: Mapping[str, Any] = MappingProxyType({})
+
+    def has(self, record: Record) -> bool:
+        """Whether a record belongs into the table."""
+        return (
+            record.section == self.section
+            and set(record.case) == self.case
+            and self.only.items() <= record.case.items()
+        )
 
 
 LAYOUTS = (
@@ -69,6 +81,17 @@ LAYOUTS = (
         "rho",
         lambda record: 1e6 * record.median,
     ),
+    *(
+        Layout(
+            f"Flock of 300, {name} neighbors: us per step, against {columns} (one core)",
+            "rules",
+            {"rule", "rho"},
+            "rho",
+            lambda record: 1e6 * record.median,
+            {"rule": name},
+        )
+        for name, columns in {"topological": "their number", "voronoi": "the range in m"}.items()
+    ),
     Layout(
         "Grid search: s on the wall, against threads",
         "grid",
@@ -83,7 +106,7 @@ def show(records: list[Record]) -> None:
     """Print a table per section that was measured, and the targets."""
     console = Console(width=132)
     for layout in LAYOUTS:
-        chosen = [r for r in records if r.section == layout.section and set(r.case) == layout.case]
+        chosen = [record for record in records if layout.has(record)]
         if chosen:
             console.print(f"\n{layout.title}", _table(layout, chosen))
     environments = [record for record in records if record.section == "environments"]

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import PROJECT, kernel, line, measure, peers, plots, size
+from benchmarks import PROJECT, kernel, line, measure, peers, plots, rules, size
 from benchmarks.measure import Contender, Record
 from benchmarks.peers.model import Flocks, Outcome, Peer
 from benchmarks.targets import TARGETS, Medians
@@ -21,6 +21,11 @@ from benchmarks.targets import TARGETS, Medians
 @pytest.mark.parametrize("module", ["numpy_all_pairs", "numpy_tuned", "ckdtree"])
 def test_peers_agree_with_this_project(module: str) -> None:
     peers.check(list(import_module(f"benchmarks.peers.{module}").PEERS))
+
+
+@pytest.mark.parametrize("rule", rules.RULES.values(), ids=rules.RULES)
+def test_scipy_agrees_on_other_rules(rule: rules.Rule) -> None:
+    peers.check([rule.peer], rule.ranges, rule.rule)
 
 
 def test_a_peer_that_computes_something_else_is_refused() -> None:

@@ -7,7 +7,7 @@ from importlib import import_module
 import numpy as np
 
 from benchmarks.peers.model import Flocks, Peer
-from flockesc_env import ConstantVelocity, FlockScenario, simulate
+from flockesc_env import ConstantVelocity, FlockScenario, Metric, NeighborRule, simulate
 
 _MODULES = ("numpy_all_pairs", "numpy_tuned", "ckdtree", "numba_cells", "jax_all_pairs", "plain_rust")
 
@@ -30,13 +30,18 @@ def installed() -> list[Peer]:
     return peers
 
 
-def check(peers: list[Peer], ranges: tuple[float, ...] = (0.0, 5.0, 10.0, 30.0, 100.0)) -> None:
+def check(
+    peers: list[Peer],
+    ranges: tuple[float, ...] = (0.0, 5.0, 10.0, 30.0, 100.0),
+    rule: NeighborRule = Metric(),  # noqa: B008, frozen
+) -> None:
     """Compare positions and J_mean after ten steps, with the predator amid the flock.
 
     Raises:
-        DisagreementError: naming the peer, the range in m and the difference in m.
+        DisagreementError: naming the peer, the range and the difference in m.
     """
-    scenario = FlockScenario(num_steps=10, predators=(ConstantVelocity(position=(20.0, 20.0)),))
+    predator = ConstantVelocity(position=(20.0, 20.0))
+    scenario = FlockScenario(num_steps=10, predators=(predator,), neighbor_rule=rule)
     flocks = Flocks.seeded(scenario, range(2))
     for interaction_range in ranges:
         runs = [simulate(scenario, interaction_range, seed=seed) for seed in flocks.seeds]
@@ -49,4 +54,6 @@ def check(peers: list[Peer], ranges: tuple[float, ...] = (0.0, 5.0, 10.0, 30.0, 
                 np.abs(outcome.min_mean_distance - objective).max(),
             )
             if not difference <= TOLERANCE:
-                raise DisagreementError(f"{peer.name} at {interaction_range} m: off by {difference:.3g} m")
+                raise DisagreementError(
+                    f"{peer.name} at {interaction_range} {rule.unit}: off by {difference:.3g} m"
+                )
