@@ -27,7 +27,7 @@ class Topological:
 
 @dataclass(frozen=True)
 class Voronoi:
-    """The agents within the interaction range whose Voronoi cells share an edge with the own one; in the plane."""
+    """In the plane, the agents within the interaction range whose Voronoi cells share an edge with its."""
 
     kind: ClassVar[str] = "voronoi"
     unit: ClassVar[str] = "m"

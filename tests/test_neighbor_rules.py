@@ -209,7 +209,7 @@ def test_rules_that_do_not_fit(changes: dict[str, object], field: str) -> None:
 
 
 def test_a_blind_angle_needs_velocities() -> None:
-    with pytest.raises(ArgumentError, match="^velocities"):
+    with pytest.raises(ArgumentError, match=r"^velocities"):
         neighbor_pairs(np.zeros((4, 2)), 1.0, scenario=FlockScenario(blind_angle=1.0))
-    with pytest.raises(ArgumentError, match="^positions"):
+    with pytest.raises(ArgumentError, match=r"^positions"):
         neighbor_pairs(np.zeros((4, 2)), 1.0, scenario=FlockScenario(dimension=3))
