@@ -7,7 +7,7 @@ import json
 import math
 import tomllib
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, Self, TypeVar, get_args
+from typing import Any, Literal, Self, TypeVar, get_args
 
 import tomli_w
 
