@@ -1,4 +1,4 @@
-"""The paper's flock under other neighbor rules, beside SciPy: 300 agents, everybody on the same initial states."""
+"""The paper's flock under other neighbor rules, beside SciPy: 300 agents, the same initial states for both."""
 
 from __future__ import annotations
 

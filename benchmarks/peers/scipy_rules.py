@@ -1,4 +1,4 @@
-"""Neighbors by other rules than the range, from SciPy: the k nearest of a k-d tree, and those of a triangulation."""
+"""Neighbors by other rules than the range, from SciPy: a k-d tree's k nearest, and a triangulation's."""
 
 import numpy as np
 from scipy.spatial import Delaunay, cKDTree
