@@ -22,8 +22,8 @@ Columns = dict[str, NDArray[Any]]
 """``info`` of several flocks without ``interaction_range``: an array per key, with an entry per flock."""
 
 Step = tuple[Observations, FloatArray, NDArray[np.bool], FloatArray, Columns]
-"""Observations (num_flocks * rows, entries), rewards (num_flocks * rows,), whether each flock has reached its
-horizon (num_flocks,), ranges in m (num_flocks * rows,), and columns of ``info``."""
+"""Observations (num_flocks * rows, entries), rewards (num_flocks * rows,), whether the episode of each flock has
+ended (num_flocks,), ranges in m (num_flocks * rows,), and columns of ``info``."""
 
 STARTS: Final = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
 """Keys of the ``options`` of a reset."""
@@ -131,17 +131,18 @@ class FlockBatch:
         Args:
             actions: shape (num_flocks * rows, 1) or, where discrete, (num_flocks * rows,).
             label: names an action in an error.
-            restart: whether a slot at its horizon ignores its action, starts the next episode of its schedule
-                and is paid 0, instead of being refused.
+            restart: whether a slot whose episode has ended ignores its action, starts the next one of its
+                schedule and is paid 0, instead of being refused.
             out: arrays for the observations and rewards; ``None``: new ones.
 
         Raises:
-            ActionError: for a wrong dtype or shape, or an action outside of the action space.
-            EpisodeError: if a slot was never reset or, without ``restart``, has reached its horizon.
+            ActionError: for a wrong dtype or shape, or an action outside of the action space, save those of
+                agents that were caught before.
+            EpisodeError: if a slot was never reset or, without ``restart``, its episode has ended.
         """
         step = self._core.step(actions, restart, out)
         if step is None:
-            ignored = np.repeat(self._core.ended(), self.rows) if restart else None
+            ignored = self._core.ignored(restart)
             count = self.num_flocks * self.rows
             plain = self.control.actions.plain(actions, count, label, ignored)
             step = self._core.step(plain, restart, out)
@@ -152,7 +153,7 @@ class FlockBatch:
         """Do as ``step`` for the only action of a batch of one row.
 
         Returns:
-            Observation (entries,), reward, whether the flock has reached its horizon, and ``info``.
+            Observation (entries,), reward, whether the episode has ended, and ``info``.
 
         Raises:
             ActionError: naming ``action``, as ``step``.
@@ -176,9 +177,18 @@ class FlockBatch:
         """Return the connected components under the ranges of the last action, shape (num_flocks,)."""
         return self._core.num_components()
 
+    def caught(self) -> NDArray[np.bool]:
+        """Return which agents were caught, shape (num_flocks, n)."""
+        return self._core.caught()
+
     def state(self, slot: int) -> dict[str, Any]:
         """Return a copy of everything that moves in one slot, with ``step`` and ``interaction_range``."""
         return self._core.state(slot)
+
+
+def is_over(columns: Mapping[str, Any]) -> Any:
+    """Return whether nobody is left, so that an episode terminates instead of being truncated: one per flock."""
+    return columns["fraction_surviving"] == 0.0
 
 
 def infos(columns: Columns) -> list[dict[str, Any]]:

@@ -27,13 +27,16 @@ class Episodes:
         seeds: shape (seeds,).
         min_mean_distance: J_mean in m (Eq. 12), shape (seeds,).
         min_min_distance: J_min in m (Eq. 13), shape (seeds,).
+        fraction_surviving: share of the agents that were not caught by the end, shape (seeds,).
         num_components: connected components at the end, shape (seeds,).
-        mean_return: sum of the rewards, averaged over agents, shape (seeds,).
+        mean_return: sum of the rewards, averaged over agents, shape (seeds,). An agent that was caught is paid
+            no more.
     """
 
     seeds: NDArray[np.uint64]
     min_mean_distance: FloatArray
     min_min_distance: FloatArray
+    fraction_surviving: FloatArray
     num_components: IntArray
     mean_return: FloatArray
 
@@ -86,7 +89,7 @@ def rollout(
         finished += len(chunk)
         if progress is not None:
             progress(finished, len(checked))
-    names = ("min_mean_distance", "min_min_distance", "num_components", "mean_return")
+    names = ("min_mean_distance", "min_min_distance", "fraction_surviving", "num_components", "mean_return")
     columns = {name: np.concatenate([part[name] for part in parts]) for name in names}
     return Episodes(seeds=np.array(checked, np.uint64), **columns)
 

@@ -143,7 +143,7 @@ impl<const D: usize> Batch<D> {
     /// writes rewards (as many) and observations (`row_length()` entries for each).
     ///
     /// # Errors
-    /// [`Error::Episode`] if a slot was never reset or has reached its horizon; [`Error::Argument`] for a
+    /// [`Error::Episode`] if a slot was never reset or its episode has ended; [`Error::Argument`] for a
     /// range that is negative or not finite or an array of the wrong length. Nothing has changed then.
     pub fn step(
         &mut self,
@@ -156,7 +156,7 @@ impl<const D: usize> Batch<D> {
     }
 
     /// As [`Self::step`], and returns what `measure` finds in every slot after it, in the same pass over the
-    /// threads. With `restart` a slot that has reached its horizon is not refused: it starts its next
+    /// threads. With `restart` a slot whose episode has ended is not refused: it starts its next
     /// episode in place of moving, and is paid nothing.
     ///
     /// # Errors
@@ -257,7 +257,7 @@ impl<const D: usize> Batch<D> {
             if self.episode(slot)?.has_ended() && !restart {
                 return Err(Error::episode(
                     "step",
-                    format!("a reset: the episode in slot {slot} has reached its horizon"),
+                    format!("a reset: the episode in slot {slot} has ended"),
                     "a step",
                 ));
             }

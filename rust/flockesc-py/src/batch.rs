@@ -27,7 +27,7 @@ macro_rules! on_batch {
     };
 }
 
-/// Observations, rewards, whether each slot has reached its horizon, ranges, metrics.
+/// Observations, rewards, whether the episode in each slot has ended, ranges, metrics.
 type Step<'py> = (
     Bound<'py, PyAny>,
     Bound<'py, PyArray1<f64>>,
@@ -36,7 +36,7 @@ type Step<'py> = (
     Bound<'py, PyDict>,
 );
 
-/// Observation, reward, whether the horizon is reached, `info`.
+/// Observation, reward, whether the episode has ended, `info`.
 type StepOne<'py> = (Bound<'py, PyArray1<f32>>, f64, bool, Bound<'py, PyDict>);
 
 /// Arrays that observations and rewards are written into.
@@ -144,11 +144,9 @@ impl FlockBatch {
         let Some(mut ranges) = self.actions.ranges(actions, rows) else {
             return Ok(None);
         };
-        if restart {
-            for (slot, ranges) in ranges.chunks_exact_mut(self.rows).enumerate() {
-                if self.has_ended(slot)? {
-                    ranges.fill(0.0);
-                }
+        for (range, is_ignored) in ranges.iter_mut().zip(self.is_ignored(restart)?) {
+            if is_ignored {
+                *range = 0.0;
             }
         }
         if ranges.iter().any(|range| range.is_nan()) {
@@ -254,12 +252,29 @@ impl FlockBatch {
         Ok(dict)
     }
 
+    /// Which rows have an action that does not matter: of agents that were caught and, with `restart`, of slots whose
+    /// episode has ended.
+    fn ignored<'py>(
+        &self,
+        py: Python<'py>,
+        restart: bool,
+    ) -> Result<Bound<'py, PyArray1<bool>>, CoreError> {
+        Ok(self.is_ignored(restart)?.into_pyarray(py))
+    }
+
+    /// Which agents of every slot were caught, one slot after the other.
+    fn caught<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let caught = self.is_caught()?;
+        let agents = caught.len() / self.num_flocks;
+        shaped(py, caught, [self.num_flocks, agents])
+    }
+
     /// An equal batch that goes its own way.
     fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
         self.clone()
     }
 
-    /// Whether each slot has reached its horizon.
+    /// Whether the episode in each slot has ended.
     fn ended<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<bool>>, CoreError> {
         let ended: Vec<bool> = (0..self.num_flocks)
             .map(|slot| self.has_ended(slot))
@@ -269,6 +284,35 @@ impl FlockBatch {
 }
 
 impl FlockBatch {
+    fn is_ignored(&self, restart: bool) -> Result<Vec<bool>, CoreError> {
+        let mut ignored = if self.rows > 1 {
+            self.is_caught()?
+        } else {
+            vec![false; self.num_flocks]
+        };
+        if restart {
+            for (slot, rows) in ignored.chunks_exact_mut(self.rows).enumerate() {
+                if self.has_ended(slot)? {
+                    rows.fill(true);
+                }
+            }
+        }
+        Ok(ignored)
+    }
+
+    fn is_caught(&self) -> Result<Vec<bool>, CoreError> {
+        on_batch!(&self.inner, batch => {
+            let mut all = Vec::new();
+            for slot in 0..self.num_flocks {
+                let world = batch.episode(slot)?.world();
+                let first = all.len();
+                all.resize(first + world.config().num_agents, false);
+                world.caught().for_each(|agent| all[first + agent] = true);
+            }
+            Ok(all)
+        })
+    }
+
     fn has_ended(&self, slot: usize) -> Result<bool, CoreError> {
         Ok(on_batch!(&self.inner, batch => batch.episode(slot)?.has_ended()))
     }
