@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,8 @@ Columns = dict[str, NDArray[Any]]
 Step = tuple[Observations, FloatArray, NDArray[np.bool], FloatArray, Columns]
 """Observations (num_flocks * rows, entries), rewards (num_flocks * rows,), whether the episode of each flock has
 ended (num_flocks,), ranges in m (num_flocks * rows,), and columns of ``info``."""
+
+AtEnd = Literal["refuse", "restart", "stay"]
 
 STARTS: Final = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
 """Keys of the ``options`` of a reset."""
@@ -123,7 +125,7 @@ class FlockBatch:
         actions: Any,
         *,
         label: Label = STACKED,
-        restart: bool = False,
+        at_end: AtEnd = "refuse",
         out: tuple[Observations, FloatArray] | None = None,
     ) -> Step:
         """Hold the ranges that actions set for one action in every slot.
@@ -131,21 +133,21 @@ class FlockBatch:
         Args:
             actions: shape (num_flocks * rows, 1) or, where discrete, (num_flocks * rows,).
             label: names an action in an error.
-            restart: whether a slot whose episode has ended ignores its action, starts the next one of its
-                schedule and is paid 0, instead of being refused.
+            at_end: what a slot does whose episode has ended: it refuses to step or ignores its action, is paid 0
+                and starts the next episode of its schedule (``"restart"``) or stays as it is (``"stay"``).
             out: arrays for the observations and rewards; ``None``: new ones.
 
         Raises:
             ActionError: for a wrong dtype or shape, or an action outside of the action space, save those of
                 agents that were caught before.
-            EpisodeError: if a slot was never reset or, without ``restart``, its episode has ended.
+            EpisodeError: if a slot was never reset or its episode has ended and that is refused.
         """
-        step = self._core.step(actions, restart, out)
+        step = self._core.step(actions, at_end, out)
         if step is None:
-            ignored = self._core.ignored(restart)
+            ignored = self._core.ignored(at_end)
             count = self.num_flocks * self.rows
             plain = self.control.actions.plain(actions, count, label, ignored)
-            step = self._core.step(plain, restart, out)
+            step = self._core.step(plain, at_end, out)
             assert step is not None  # noqa: S101, what `plain` returns is what the core takes
         return step
 

@@ -120,13 +120,15 @@ def record(
     batch = FlockBatch(scenario, env_options, per_agent=per_agent)
     actions = np.array([ranges for ranges, _ in episode_steps(batch, policy, [as_seed(seed)])])
     schedule = np.repeat(actions, env_options.steps_per_action, axis=0)[: scenario.num_steps]
+    rest = scenario.num_steps - len(schedule)  # nobody is left to listen
+    schedule = np.pad(schedule, ((0, rest), (0, 0)), mode="edge")
     return simulate(scenario, schedule, seed=seed)
 
 
 def episode_steps(
     batch: FlockBatch, policy: Policy, seeds: Sequence[int]
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Step the flocks of ``seeds``, one per slot, under a policy to the horizon.
+    """Step the flocks of ``seeds``, one per slot, under a policy to the horizon, or until nobody is left.
 
     Yields:
         After every action: ranges in m and rewards, both of shape (num_flocks * rows,).
@@ -135,6 +137,6 @@ def episode_steps(
     has_ended = False
     while not has_ended:
         actions = policy.act(observations, batch.control)
-        observations, rewards, ended, ranges, _ = batch.step(actions)
+        observations, rewards, ended, ranges, _ = batch.step(actions, at_end="stay")
         has_ended = bool(ended.all())
         yield ranges, rewards

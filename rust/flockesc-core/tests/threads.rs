@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use common::scenario;
 use flockesc_core::{
-    Batch, EpisodeConfig, FlockConfig, InitialState, Objective, Progress, Reward, Schedule,
+    AtEnd, Batch, EpisodeConfig, FlockConfig, InitialState, Objective, Progress, Reward, Schedule,
     Trajectory, View, simulate_flock,
 };
 
@@ -179,10 +179,16 @@ fn play<const D: usize>(
     let mut steps = Vec::new();
     while !batch.episode(0).expect("an episode").has_ended() {
         let metrics = batch
-            .step_measured(&ranges, false, &mut rewards, &mut observations, |episode| {
-                let distance = episode.world().predator_distance();
-                [distance.mean.to_bits(), distance.minimum.to_bits()]
-            })
+            .step_measured(
+                &ranges,
+                AtEnd::Refuse,
+                &mut rewards,
+                &mut observations,
+                |episode| {
+                    let distance = episode.world().predator_distance();
+                    [distance.mean.to_bits(), distance.minimum.to_bits()]
+                },
+            )
             .expect("good ranges");
         let rewards = rewards.chunks_exact(rows);
         let observations = observations.chunks_exact(rows * batch.row_length());

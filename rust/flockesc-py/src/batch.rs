@@ -1,6 +1,6 @@
 //! `FlockBatch`: the batch of either dimension behind one Python class.
 
-use flockesc_core::{Batch, EpisodeConfig, FlockConfig, InitialState, View, entries};
+use flockesc_core::{AtEnd, Batch, EpisodeConfig, Error, FlockConfig, InitialState, View, entries};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -130,21 +130,23 @@ impl FlockBatch {
     /// Holds the ranges of stacked actions for one action; `None`, with nothing changed, if one lies outside
     /// of the space or they are not in plain form.
     ///
-    /// With `restart` a slot at its horizon ignores its action and starts its next episode. With `out` the
+    /// A slot whose episode has ended is refused or, as `at_end` says, starts the next one ("restart") or stays as it
+    /// is ("stay"); its action does not matter then, nor that of an agent that was caught. With `out` the
     /// observations and rewards are written into those two arrays.
-    #[pyo3(signature = (actions, restart=false, out=None))]
+    #[pyo3(signature = (actions, at_end="refuse", out=None))]
     fn step<'py>(
         &mut self,
         py: Python<'py>,
         actions: &Bound<'py, PyAny>,
-        restart: bool,
+        at_end: &str,
         out: Option<Out<'py>>,
     ) -> PyResult<Option<Step<'py>>> {
+        let at_end = parsed(at_end)?;
         let rows = self.num_flocks * self.rows;
         let Some(mut ranges) = self.actions.ranges(actions, rows) else {
             return Ok(None);
         };
-        for (range, is_ignored) in ranges.iter_mut().zip(self.is_ignored(restart)?) {
+        for (range, is_ignored) in ranges.iter_mut().zip(self.is_ignored(at_end)?) {
             if is_ignored {
                 *range = 0.0;
             }
@@ -157,7 +159,7 @@ impl FlockBatch {
             _ => (vec![0.0; rows * self.row_length], vec![0.0; rows]),
         };
         let measured = self
-            .advance(py, &ranges, restart, &mut rewards, &mut observations)
+            .advance(py, &ranges, at_end, &mut rewards, &mut observations)
             .map_err(CoreError::from)?;
         let (observations, rewards) = match out {
             Some((kept_observations, kept_rewards)) => {
@@ -192,7 +194,7 @@ impl FlockBatch {
         let mut reward = [0.0];
         let mut observation = vec![0.0; self.row_length];
         let measured = self
-            .advance(py, &[range], false, &mut reward, &mut observation)
+            .advance(py, &[range], AtEnd::Refuse, &mut reward, &mut observation)
             .map_err(CoreError::from)?;
         let info = match measured.first() {
             Some(measured) => numbers(py, measured)?,
@@ -252,14 +254,14 @@ impl FlockBatch {
         Ok(dict)
     }
 
-    /// Which rows have an action that does not matter: of agents that were caught and, with `restart`, of slots whose
-    /// episode has ended.
+    /// Which rows have an action that does not matter: of agents that were caught and, unless that is refused, of slots
+    /// whose episode has ended.
     fn ignored<'py>(
         &self,
         py: Python<'py>,
-        restart: bool,
+        at_end: &str,
     ) -> Result<Bound<'py, PyArray1<bool>>, CoreError> {
-        Ok(self.is_ignored(restart)?.into_pyarray(py))
+        Ok(self.is_ignored(parsed(at_end)?)?.into_pyarray(py))
     }
 
     /// Which agents of every slot were caught, one slot after the other.
@@ -284,13 +286,13 @@ impl FlockBatch {
 }
 
 impl FlockBatch {
-    fn is_ignored(&self, restart: bool) -> Result<Vec<bool>, CoreError> {
+    fn is_ignored(&self, at_end: AtEnd) -> Result<Vec<bool>, CoreError> {
         let mut ignored = if self.rows > 1 {
             self.is_caught()?
         } else {
             vec![false; self.num_flocks]
         };
-        if restart {
+        if at_end != AtEnd::Refuse {
             for (slot, rows) in ignored.chunks_exact_mut(self.rows).enumerate() {
                 if self.has_ended(slot)? {
                     rows.fill(true);
@@ -321,18 +323,27 @@ impl FlockBatch {
         &mut self,
         py: Python<'_>,
         ranges: &[f64],
-        restart: bool,
+        at_end: AtEnd,
         rewards: &mut [f64],
         observations: &mut [f32],
     ) -> flockesc_core::Result<Vec<Measured>> {
         let (inner, count_components) = (&mut self.inner, self.count_components);
         py.detach(|| {
             on_batch!(inner, batch => {
-                batch.step_measured(ranges, restart, rewards, observations, |episode| {
+                batch.step_measured(ranges, at_end, rewards, observations, |episode| {
                     Measured::of(episode, count_components)
                 })
             })
         })
+    }
+}
+
+fn parsed(at_end: &str) -> Result<AtEnd, CoreError> {
+    match at_end {
+        "refuse" => Ok(AtEnd::Refuse),
+        "restart" => Ok(AtEnd::Restart),
+        "stay" => Ok(AtEnd::Stay),
+        other => Err(Error::argument("at_end", "refuse, restart or stay", other).into()),
     }
 }
 
