@@ -27,8 +27,8 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
     """A flock under attack; the action of every agent is its own interaction range.
 
     Observations, rewards and ``info`` are described in docs/model.md. Team rewards pay every agent the
-    same. The horizon truncates all agents at once. An agent that is caught terminates: it gets the reward of the
-    step that caught it and an observation of zeros, and is no agent any more.
+    same. The horizon truncates all agents at once. An agent that is caught terminates: it gets the reward of
+    the step that caught it and an observation of zeros, and is no agent any more.
 
     Args:
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
@@ -105,7 +105,8 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
             ArgumentError: naming a bad seed or option; the running episode goes on.
         """
         rows, columns = self._reset(seed, options)
-        return dict(zip(self.agents, rows, strict=True)), self._infos(self.agents, columns, np.zeros(len(rows)))
+        infos = self._infos(self.agents, columns, np.zeros(len(rows)))
+        return dict(zip(self.agents, rows, strict=True)), infos
 
     def reset_array(
         self, seed: int | None = None, options: dict[str, Any] | None = None

@@ -65,9 +65,7 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
         "lowRange": _column(np.maximum(mean - deviation, ranges.min(axis=1))),
         "highRange": _column(np.minimum(mean + deviation, ranges.max(axis=1))),
         "numComponents": _column(trajectory.num_components, "<u4"),
-        "survivors": _column(
-            np.rint(trajectory.fraction_surviving * trajectory.scenario.num_agents), "<u4"
-        ),
+        "survivors": _column(np.rint(trajectory.fraction_surviving * trajectory.scenario.num_agents), "<u4"),
         # Who is not caught is so at a time that does not come.
         "caughtAt": _column(np.where(trajectory.caught_at < 0, 2**32 - 1, trajectory.caught_at), "<u4"),
     }
