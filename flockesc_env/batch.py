@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +22,10 @@ Columns = dict[str, NDArray[Any]]
 """``info`` of several flocks without ``interaction_range``: an array per key, with an entry per flock."""
 
 Step = tuple[Observations, FloatArray, NDArray[np.bool], FloatArray, Columns]
-"""Observations (num_flocks * rows, entries), rewards (num_flocks * rows,), whether each flock has reached its
-horizon (num_flocks,), ranges in m (num_flocks * rows,), and columns of ``info``."""
+"""Observations (num_flocks * rows, entries), rewards (num_flocks * rows,), whether each flock's episode has
+ended (num_flocks,), ranges in m (num_flocks * rows,), and columns of ``info``."""
+
+AtEnd = Literal["refuse", "restart", "stay"]
 
 STARTS: Final = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
 """Keys of the ``options`` of a reset."""
@@ -123,7 +125,7 @@ class FlockBatch:
         actions: Any,
         *,
         label: Label = STACKED,
-        restart: bool = False,
+        at_end: AtEnd = "refuse",
         out: tuple[Observations, FloatArray] | None = None,
     ) -> Step:
         """Hold the ranges that actions set for one action in every slot.
@@ -131,20 +133,21 @@ class FlockBatch:
         Args:
             actions: shape (num_flocks * rows, 1) or, where discrete, (num_flocks * rows,).
             label: names an action in an error.
-            restart: whether a slot at its horizon ignores its action, starts the next episode of its schedule
-                and is paid 0, instead of being refused.
+            at_end: what a slot does at its end: it refuses to step or ignores its action, is paid
+                0 and starts the next episode of its schedule (``"restart"``) or stays as it is (``"stay"``).
             out: arrays for the observations and rewards; ``None``: new ones.
 
         Raises:
-            ActionError: for a wrong dtype or shape, or an action outside of the action space.
-            EpisodeError: if a slot was never reset or, without ``restart``, has reached its horizon.
+            ActionError: for a wrong dtype or shape, or an action outside of the action space, save those of
+                agents that were caught before.
+            EpisodeError: if a slot was never reset or its episode has ended and that is refused.
         """
-        step = self._core.step(actions, restart, out)
+        step = self._core.step(actions, at_end, out)
         if step is None:
-            ignored = np.repeat(self._core.ended(), self.rows) if restart else None
+            ignored = self._core.ignored(at_end)
             count = self.num_flocks * self.rows
             plain = self.control.actions.plain(actions, count, label, ignored)
-            step = self._core.step(plain, restart, out)
+            step = self._core.step(plain, at_end, out)
             assert step is not None  # noqa: S101, what `plain` returns is what the core takes
         return step
 
@@ -152,7 +155,7 @@ class FlockBatch:
         """Do as ``step`` for the only action of a batch of one row.
 
         Returns:
-            Observation (entries,), reward, whether the flock has reached its horizon, and ``info``.
+            Observation (entries,), reward, whether the episode has ended, and ``info``.
 
         Raises:
             ActionError: naming ``action``, as ``step``.
@@ -176,9 +179,18 @@ class FlockBatch:
         """Return the connected components under the ranges of the last action, shape (num_flocks,)."""
         return self._core.num_components()
 
+    def caught(self) -> NDArray[np.bool]:
+        """Return which agents were caught, shape (num_flocks, n)."""
+        return self._core.caught()
+
     def state(self, slot: int) -> dict[str, Any]:
         """Return a copy of everything that moves in one slot, with ``step`` and ``interaction_range``."""
         return self._core.state(slot)
+
+
+def is_over(columns: Mapping[str, Any]) -> Any:
+    """Return whether nobody is left in each flock: its episode terminates, others are truncated."""
+    return columns["fraction_surviving"] == 0.0
 
 
 def infos(columns: Columns) -> list[dict[str, Any]]:

@@ -27,13 +27,15 @@ class Episodes:
         seeds: shape (seeds,).
         min_mean_distance: J_mean in m (Eq. 12), shape (seeds,).
         min_min_distance: J_min in m (Eq. 13), shape (seeds,).
+        fraction_surviving: share of the agents that were not caught by the end, shape (seeds,).
         num_components: connected components at the end, shape (seeds,).
-        mean_return: sum of the rewards, averaged over agents, shape (seeds,).
+        mean_return: sum of the rewards, averaged over agents, shape (seeds,); who was caught is paid no more.
     """
 
     seeds: NDArray[np.uint64]
     min_mean_distance: FloatArray
     min_min_distance: FloatArray
+    fraction_surviving: FloatArray
     num_components: IntArray
     mean_return: FloatArray
 
@@ -86,7 +88,7 @@ def rollout(
         finished += len(chunk)
         if progress is not None:
             progress(finished, len(checked))
-    names = ("min_mean_distance", "min_min_distance", "num_components", "mean_return")
+    names = ("min_mean_distance", "min_min_distance", "fraction_surviving", "num_components", "mean_return")
     columns = {name: np.concatenate([part[name] for part in parts]) for name in names}
     return Episodes(seeds=np.array(checked, np.uint64), **columns)
 
@@ -117,13 +119,15 @@ def record(
     batch = FlockBatch(scenario, env_options, per_agent=per_agent)
     actions = np.array([ranges for ranges, _ in episode_steps(batch, policy, [as_seed(seed)])])
     schedule = np.repeat(actions, env_options.steps_per_action, axis=0)[: scenario.num_steps]
+    rest = scenario.num_steps - len(schedule)  # nobody is left to listen
+    schedule = np.pad(schedule, ((0, rest), (0, 0)), mode="edge")
     return simulate(scenario, schedule, seed=seed)
 
 
 def episode_steps(
     batch: FlockBatch, policy: Policy, seeds: Sequence[int]
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Step the flocks of ``seeds``, one per slot, under a policy to the horizon.
+    """Step the flocks of ``seeds``, one per slot, under a policy to the horizon, or until nobody is left.
 
     Yields:
         After every action: ranges in m and rewards, both of shape (num_flocks * rows,).
@@ -132,6 +136,6 @@ def episode_steps(
     has_ended = False
     while not has_ended:
         actions = policy.act(observations, batch.control)
-        observations, rewards, ended, ranges, _ = batch.step(actions)
+        observations, rewards, ended, ranges, _ = batch.step(actions, at_end="stay")
         has_ended = bool(ended.all())
         yield ranges, rewards

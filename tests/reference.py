@@ -24,6 +24,8 @@ class FlockState:
     predator_positions: Floats
     predator_velocities: Floats
     minds: predator_reference.Minds
+    names: NDArray[np.int64] | None = None
+    """Indices at t = 0 of the agents that are left; ``None``: all are."""
 
 
 def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats, seed: int = 0) -> FlockState:
@@ -43,7 +45,7 @@ def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats, 
 
 
 def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> FlockState:
-    """Advance one step; ``ranges`` has one entry per agent."""
+    """Advance one step; ``ranges`` has one entry per agent that is left."""
     r, v = state.positions, state.velocities
     neighbors = directed_graph(r, ranges)
     force = np.zeros_like(v)
@@ -61,11 +63,16 @@ def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> Fl
         for i in range(len(r)):
             new_v[i] = scenario.speed * new_v[i] / np.linalg.norm(new_v[i]) if new_v[i].any() else v[i]
     new_predators = state.predator_positions + scenario.time_step * state.predator_velocities
-    minds = state.minds
-    steered = predator_reference.steered(
-        scenario, new_r, new_v, new_predators, state.predator_velocities, minds
-    )
-    return FlockState(new_r, new_v, new_predators, steered, minds)
+    names = np.arange(len(r)) if state.names is None else state.names
+    if scenario.capture_radius is not None:
+        escapes = predator_distances(new_r, new_predators) > scenario.capture_radius
+        new_r, new_v, names = new_r[escapes], new_v[escapes], names[escapes]
+    steered = state.predator_velocities
+    if len(new_r):
+        steered = predator_reference.steered(
+            scenario, new_r, new_v, new_predators, state.predator_velocities, state.minds
+        )
+    return FlockState(new_r, new_v, new_predators, steered, state.minds, names)
 
 
 def directed_graph(positions: Floats, ranges: Floats) -> NDArray[np.bool]:

@@ -54,10 +54,10 @@ def run(
         range, arg(help="seeds of the initial states, STOP left out; every range sees the same ones")
     ] = range(40),
     objective: Annotated[
-        Literal["mean", "minimum", "escape_distance"] | None,
+        Literal["mean", "minimum", "survival", "escape_distance"] | None,
         *optional(
-            "what is to be large: the minimum over time of the mean or the minimum predator distance, in m;"
-            " on the line the escape distance",
+            "what is to be large: the minimum over time of the mean or the minimum predator distance, in m,"
+            " or the share of agents that are not caught; on the line the escape distance",
             "mean, on the line escape_distance",
         ),
     ] = None,
@@ -246,12 +246,13 @@ def _show_table(document: dict[str, Any], range_unit: str) -> None:
         ]
         for row in document["ranges"]
     ]
-    heads = [_in("range", range_unit), _in(document["objective"], length), "95 % interval", "components"]
+    goal_unit = "" if document["objective"] == "survival" else length
+    heads = [_in("range", range_unit), _in(document["objective"], goal_unit), "95 % interval", "components"]
     show(table(heads, rows))
     if document["best_range"] is not None:
         show(
             f"best fixed range: {_of(document['best_range'], '.4g', range_unit)};"
-            f" with the best range of every single seed: {_of(document['hindsight_oracle'], '.4f', length)}"
+            f" with the best range of every single seed: {_of(document['hindsight_oracle'], '.4f', goal_unit)}"
         )
 
 

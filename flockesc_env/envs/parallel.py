@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import compress
 from typing import Any
 
 import gymnasium
@@ -26,7 +27,8 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
     """A flock under attack; the action of every agent is its own interaction range.
 
     Observations, rewards and ``info`` are described in docs/model.md. Team rewards pay every agent the
-    same. The horizon truncates all agents at once; nothing terminates.
+    same. The horizon truncates all agents at once. An agent that is caught terminates: it gets the reward of
+    the step that caught it and an observation of zeros, and is no agent any more.
 
     Args:
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
@@ -74,8 +76,7 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         count = self.scenario.num_agents
         self.possible_agents = [f"agent_{i:0{len(str(count - 1))}d}" for i in range(count)]
         self.agents: list[str] = []
-        self._no = dict.fromkeys(self.possible_agents, False)
-        self._yes = dict.fromkeys(self.possible_agents, True)
+        self._caught = np.zeros(count, np.bool)
         self.observation_spaces = {agent: self.control.layout.space() for agent in self.possible_agents}
         self.action_spaces = {agent: self.control.actions.space() for agent in self.possible_agents}
         size = 2 * self.scenario.dimension * (count + len(self.scenario.predators)) + 3
@@ -104,7 +105,8 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
             ArgumentError: naming a bad seed or option; the running episode goes on.
         """
         rows, columns = self._reset(seed, options)
-        return dict(zip(self.agents, rows, strict=True)), self._infos(columns, np.zeros(len(rows)))
+        infos = self._infos(self.agents, columns, np.zeros(len(rows)))
+        return dict(zip(self.agents, rows, strict=True)), infos
 
     def reset_array(
         self, seed: int | None = None, options: dict[str, Any] | None = None
@@ -126,19 +128,25 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
 
         Raises:
             ActionError: naming an agent that is unknown, missing or whose action is outside of its space.
-            EpisodeError: before ``reset``, or after the horizon.
+            EpisodeError: before ``reset``, or after the end.
         """
-        agents = self._acting()
+        self._check_running()
+        agents, acting = self.agents, ~self._caught
         stacked = self.control.actions.core.stack(actions, agents)
         if stacked is None:
             stacked = self._stack(actions)
+        if len(agents) < len(acting):
+            stacked = _spread(stacked, acting)
         rows, rewards, ended, ranges, columns = self._step(stacked, self._label)
+        if len(agents) < len(acting):
+            rows, rewards, ranges = rows[acting], rewards[acting], ranges[acting]
+        caught = self._caught[acting]
         return (
             dict(zip(agents, rows, strict=True)),
             dict(zip(agents, rewards.tolist(), strict=True)),
-            self._no.copy(),
-            (self._yes if ended[0] else self._no).copy(),
-            self._infos(columns, ranges),
+            dict(zip(agents, caught.tolist(), strict=True)),
+            dict(zip(agents, (ended[0] & ~caught).tolist(), strict=True)),
+            self._infos(agents, columns, ranges),
         )
 
     def step_array(
@@ -147,20 +155,20 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         """Do as ``step``, without dicts per agent; entries and rows are in the order of ``possible_agents``.
 
         Args:
-            actions: shape (n, 1) or, where discrete, (n,).
+            actions: shape (n, 1) or, where discrete, (n,); those of agents that were caught are ignored.
 
         Returns:
             New arrays: observations (n, entries), rewards (n,), terminations (n,), truncations (n,); and an
-            ``info`` of plain numbers, save for ``interaction_range`` of shape (n,).
+            ``info`` of plain numbers, save for ``interaction_range`` of shape (n,). An agent that was caught
+            keeps its row: zeros, with a termination of True.
 
         Raises:
             ActionError: for a wrong dtype or shape, or an action outside of the action space.
-            EpisodeError: before ``reset``, or after the horizon.
+            EpisodeError: before ``reset``, or after the end.
         """
-        count = len(self._acting())
+        self._check_running()
         rows, rewards, ended, ranges, columns = self._step(actions, STACKED)
-        truncations = np.full(count, ended[0])
-        return rows, rewards, np.zeros(count, np.bool), truncations, _info(columns, ranges)
+        return rows, rewards, self._caught.copy(), ended[0] & ~self._caught, _info(columns, ranges)
 
     def state(self) -> NDArray[np.float32]:
         """Return time, running minima, positions and velocities of agents, then of predators, flat."""
@@ -189,19 +197,23 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         start = self._batch.start(known)
         started = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
         self.agents = self.possible_agents.copy()
+        self._caught = np.zeros(len(self.agents), np.bool)
         if self._viewer is not None:
             self._viewer.update()
         return started
 
-    def _acting(self) -> list[str]:
+    def _check_running(self) -> None:
         if not self.agents:
             raise EpisodeError("step", "a reset first", "no agents")
-        return self.possible_agents
 
     def _step(self, actions: Any, label: Label) -> Step:
         step = self._batch.step(actions, label=label)
         if step[2][0]:
             self.agents = []
+        if self.scenario.capture_radius is not None:
+            self._caught = self._batch.caught()[0]
+            if self.agents:
+                self.agents = list(compress(self.possible_agents, ~self._caught))
         if self._viewer is not None:
             self._viewer.update()
         return step
@@ -211,23 +223,33 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         for agent in actions:
             if agent not in self.action_spaces:
                 raise ActionError(f"action of {agent!r}", "an agent of this flock", "an unknown agent")
-        for place, agent in enumerate(self.possible_agents):
+            if agent not in self.agents:
+                raise ActionError(f"action of {agent!r}", "none", "one of an agent that was caught")
+        for agent in self.agents:
             if agent not in actions:
-                raise ActionError(self._label(place), "an action", "none")
+                raise ActionError(f"action of {agent!r}", "an action", "none")
         one = self.control.actions.one
-        given = [one(actions[agent], self._label(place)) for place, agent in enumerate(self.possible_agents)]
-        return np.stack(given)
+        return np.stack([one(actions[agent], f"action of {agent!r}") for agent in self.agents])
 
-    def _infos(self, columns: Columns, ranges: NDArray[np.float64]) -> dict[str, dict[str, Any]]:
+    def _infos(
+        self, agents: list[str], columns: Columns, ranges: NDArray[np.float64]
+    ) -> dict[str, dict[str, Any]]:
         shared = {**infos(columns)[0], "interaction_range": 0.0}
         own: dict[str, dict[str, Any]] = {}
-        for agent, rho in zip(self.possible_agents, ranges.tolist(), strict=True):
+        for agent, rho in zip(agents, ranges.tolist(), strict=True):
             own[agent] = info = shared.copy()  # cheaper than a display with one more key
             info["interaction_range"] = rho
         return own
 
     def _label(self, place: int) -> str:
         return f"action of {self.possible_agents[place]!r}"
+
+
+def _spread(stacked: NDArray[Any], acting: NDArray[np.bool]) -> NDArray[Any]:
+    """Return actions with a row for every agent, of which those that do not act mean nothing."""
+    full = np.zeros((len(acting), *stacked.shape[1:]), stacked.dtype)
+    full[acting] = stacked
+    return full
 
 
 def _info(columns: Columns, ranges: NDArray[np.float64]) -> dict[str, Any]:

@@ -49,16 +49,8 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     in_force = trajectory.interaction_ranges
     ranges = np.concatenate([in_force, in_force[-1:]])
     per_time = ranges[:, 0] if ranges.shape[1] == 1 else ranges
-    scenario = trajectory.scenario
-    states = zip(trajectory.positions, per_time, trajectory.velocities, strict=True)
-    labels = np.array(
-        [
-            component_labels(positions, rho, scenario=scenario, velocities=velocities)
-            for positions, rho, velocities in states
-        ]
-    )
-    if scenario.frozen_graph:
-        labels[:] = labels[0]
+    graphs = per_time[:1].repeat(len(per_time), axis=0) if trajectory.scenario.frozen_graph else per_time
+    labels = np.array([_labels(trajectory, step, rho) for step, rho in enumerate(graphs)])
     mean, deviation = ranges.mean(axis=1), ranges.std(axis=1)
     columns = {
         "times": _column(trajectory.times),
@@ -74,6 +66,9 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
         "lowRange": _column(np.maximum(mean - deviation, ranges.min(axis=1))),
         "highRange": _column(np.minimum(mean + deviation, ranges.max(axis=1))),
         "numComponents": _column(trajectory.num_components, "<u4"),
+        "survivors": _column(np.rint(trajectory.fraction_surviving * trajectory.scenario.num_agents), "<u4"),
+        # Who is not caught is so at a time that does not come.
+        "caughtAt": _column(np.where(trajectory.caught_at < 0, 2**32 - 1, trajectory.caught_at), "<u4"),
     }
     return {
         "name": name,
@@ -82,6 +77,21 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
         "scenario": json.loads(trajectory.scenario.to_json()),
         "columns": columns,
     }
+
+
+def _labels(trajectory: Trajectory, step: int, ranges: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the component of every agent, one of its own for each that was caught."""
+    caught = (trajectory.caught_at >= 0) & (trajectory.caught_at <= step)
+    labels = len(caught) + np.arange(len(caught))
+    if not caught.all():
+        at = 0 if trajectory.scenario.frozen_graph else step
+        labels[~caught] = component_labels(
+            trajectory.positions[at][~caught],
+            np.broadcast_to(ranges, caught.shape)[~caught],
+            scenario=trajectory.scenario,
+            velocities=trajectory.velocities[at][~caught],
+        )
+    return labels
 
 
 def _headings(velocities: NDArray[np.float64]) -> dict[str, Any]:

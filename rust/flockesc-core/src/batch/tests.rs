@@ -28,6 +28,7 @@ fn batch(num_flocks: usize, num_threads: usize) -> Batch<2> {
         repulsion_strength: 10.0,
         constant_speed: true,
         predators: vec![PredatorConfig::ConstantVelocity(predator)],
+        capture_radius: None,
         neighbor_rule: NeighborRule::Metric {},
         blind_angle: 0.0,
         mutual: false,
@@ -126,7 +127,7 @@ fn slots_restart_at_their_own_horizon() {
             crowd
                 .step_measured(
                     &vec![4.0; rows],
-                    true,
+                    AtEnd::Restart,
                     &mut rewards,
                     &mut observations,
                     |_| (),

@@ -71,7 +71,7 @@ impl Forest {
             let root = self.find(place);
             lowest[root] = lowest[root].min(name);
         }
-        let mut labels = vec![0; agents.len()];
+        let mut labels = vec![0; agents.num_names()];
         for (place, &name) in names().enumerate() {
             labels[name as usize] = lowest[self.find(place)];
         }

@@ -12,6 +12,9 @@ use super::SAMPLE;
 use crate::agents::{Agents, Column, GROUP};
 use crate::threads;
 
+/// The place of an agent that was caught.
+pub(super) const NOWHERE: u32 = u32::MAX;
+
 /// How far agents reach, and who is listed for whom.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Links {
@@ -59,7 +62,8 @@ impl Links {
             }
         }
         if options.is_frozen {
-            self.lists = Lists::new(agents.len(), self.pairs(options, agents, tree).by_name());
+            let pairs = self.pairs(options, agents, tree).by_name();
+            self.lists = Lists::new(agents.num_names(), pairs);
             self.places = places(agents);
             self.is_frozen = true;
         }
@@ -125,9 +129,9 @@ fn square<const D: usize>(agents: &Agents<D>, ranges: Ranges<'_>, squares: &mut 
     }
 }
 
-/// Where the agent of every name is.
+/// Where the agent of every name is; [`NOWHERE`] if it was caught.
 fn places<const D: usize>(agents: &Agents<D>) -> Vec<u32> {
-    let mut places = vec![0; agents.len()];
+    let mut places = vec![NOWHERE; agents.num_names()];
     for group in 0..agents.groups.len() {
         for (place, &name) in (group * GROUP..).zip(agents.names_of(group)) {
             places[name as usize] = place as u32;

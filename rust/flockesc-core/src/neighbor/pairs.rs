@@ -1,5 +1,6 @@
 //! Every agent and every neighbor of it, one after the other, under any rule.
 
+use super::links::NOWHERE;
 use super::lists::Lists;
 use super::rule::NeighborOptions;
 use super::sight::Torus;
@@ -62,8 +63,11 @@ impl<const D: usize> Pairs<'_, D> {
             Candidates::Frozen(lists, places) => {
                 for (lane, &name) in self.agents.names_of(group).iter().enumerate() {
                     visit(lane, group * GROUP + lane);
-                    for &other in lists.of(name as usize) {
-                        visit(lane, places[other as usize] as usize);
+                    let others = lists.of(name as usize).iter();
+                    for place in others.map(|&other| places[other as usize]) {
+                        if place != NOWHERE {
+                            visit(lane, place as usize);
+                        }
                     }
                 }
                 0

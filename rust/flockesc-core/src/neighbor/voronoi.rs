@@ -32,7 +32,6 @@ impl HasPosition for Site {
 pub(super) fn voronoi_neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
     let mut points: Vec<(Point2<f64>, u32)> = agents
         .iter()
-        .filter(|(_, position, _)| !position[0].is_nan())
         .map(|(name, position, _)| (rounded(&position), name as u32))
         .collect();
     points.sort_unstable_by(|(a, one), (b, other)| {
@@ -56,7 +55,7 @@ pub(super) fn voronoi_neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
         link(other, one);
     }
     pairs.retain(|(name, other)| name != other);
-    Lists::new(agents.len(), pairs)
+    Lists::new(agents.num_names(), pairs)
 }
 
 /// The position as the triangulation takes it: tiny coordinates are 0, and there is one 0 only.

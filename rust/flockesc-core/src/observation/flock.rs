@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::agent::nearest;
-use super::{Writer, squash};
+use super::{Writer, running_minimum, squash};
 use crate::episode::Episode;
 use crate::vector::heading;
 
@@ -38,7 +38,7 @@ pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
 
     let mut writer = Writer::new(out);
     writer.push(episode.step_count() as f64 / scenario.num_steps as f64);
-    writer.push(squash(episode.objective().minimum, length));
+    writer.push(running_minimum(episode));
     writer.push(episode.ranges()[0] / options.max_range);
     writer.push(squash(flock.speed, scenario.speed));
     writer.push(flock.polarization);
@@ -48,9 +48,10 @@ pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
 
     let centroid = SVector::from(flock.centroid);
     let (mean, minimum) = (episode.mean_distance().now, episode.min_distance().now);
-    let is_sensed = options
-        .predator_sensing_range
-        .is_none_or(|range| minimum <= range);
+    let is_sensed = episode.fraction_surviving().now > 0.0
+        && options
+            .predator_sensing_range
+            .is_none_or(|range| minimum <= range);
     let Some((predator, centroid_distance)) =
         nearest(&centroid, episode.world().predators()).filter(|_| is_sensed)
     else {

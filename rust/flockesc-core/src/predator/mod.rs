@@ -176,13 +176,16 @@ impl<const D: usize> Predator<D> {
 }
 
 /// Sets the next velocities of all predators, which see each other and the agents where they now are; what is random
-/// comes from `rng`.
+/// comes from `rng`. Where no agent is left, all fly straight on.
 pub(crate) fn steer<const D: usize>(
     predators: &mut [Predator<D>],
     time_step: f64,
     prey: Prey<'_, D>,
     rng: &mut ChaCha8Rng,
 ) {
+    if prey.agents.len() == 0 {
+        return;
+    }
     // First all agree on where to fly, then everybody turns.
     assignment::share_out(predators, prey);
     encircle::take_stations(predators, time_step, prey);

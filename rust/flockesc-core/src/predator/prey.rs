@@ -6,7 +6,7 @@ use crate::agents::Agents;
 use crate::metrics::centroid;
 use crate::neighbor::Neighborhood;
 
-/// The agents at the end of a step.
+/// The agents at the end of a step, at least one.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Prey<'a, const D: usize> {
     pub(crate) agents: &'a Agents<D>,
@@ -71,7 +71,7 @@ impl<const D: usize> Prey<'_, D> {
         rank: usize,
     ) -> Option<Quarry<D>> {
         // Places say nothing of names: halve the names, counting, until one is left.
-        let (mut low, mut high) = (0, self.agents.len());
+        let (mut low, mut high) = (0, self.agents.num_names());
         while high - low > 1 {
             let middle = low.midpoint(high);
             let before = self

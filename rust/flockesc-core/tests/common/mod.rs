@@ -42,6 +42,7 @@ pub(crate) fn scenario(
                 sight: 30.0,
             }),
         ],
+        capture_radius: None,
         neighbor_rule: NeighborRule::Metric {},
         blind_angle: 0.0,
         mutual: false,
