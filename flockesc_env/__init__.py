@@ -32,6 +32,7 @@ from flockesc_env.initial import (
     Segment,
     Square,
 )
+from flockesc_env.motion import Inertial, Vicsek
 from flockesc_env.options import EnvOptions, LineOptions
 from flockesc_env.presets import PRESETS, preset
 from flockesc_env.render import RenderOptions
@@ -67,6 +68,7 @@ __all__ = [
     "FlockVectorEnv",
     "FlockescError",
     "Gaussian",
+    "Inertial",
     "Intercept",
     "LineEscapeEnv",
     "LineOptions",
@@ -84,6 +86,7 @@ __all__ = [
     "Square",
     "SweepResult",
     "Trajectory",
+    "Vicsek",
     "Wandering",
     "__version__",
     "approach",

@@ -88,6 +88,16 @@ impl<const D: usize> Agents<D> {
         &self.names[group * GROUP..self.len().min((group + 1) * GROUP)]
     }
 
+    /// The groups and the names of the agents in their places, for changes to the groups.
+    pub(crate) fn groups_and_names(&mut self) -> (&mut [Group<D>], &[u32]) {
+        (&mut self.groups, &self.names)
+    }
+
+    /// Names of all agents, in the order of places.
+    pub(crate) fn names(&self) -> &[u32] {
+        &self.names
+    }
+
     /// Name of the agent in a place.
     pub(crate) fn name(&self, place: usize) -> usize {
         self.names[place] as usize

@@ -4,7 +4,7 @@ mod constant_velocity;
 mod intercept;
 mod prey;
 mod pure_pursuit;
-mod steering;
+pub(crate) mod steering;
 mod wandering;
 
 use nalgebra::SVector;
