@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from flockesc_env import FlockScenario, Intercept, LineScenario, PurePursuit
+from flockesc_env import FlockScenario, Intercept, LineScenario, PurePursuit, Vicsek
 
 Floats = NDArray[np.float64]
 
@@ -21,6 +21,7 @@ class FlockState:
     velocities: Floats
     predator_positions: Floats
     predator_velocities: Floats
+    consensus: list[Floats] = field(default_factory=list)  # forces of all steps so far, without delay
 
 
 def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats) -> FlockState:
@@ -41,21 +42,27 @@ def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats) 
 def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> FlockState:
     """Advance one step; ``ranges`` has one entry per agent."""
     r, v = state.positions, state.velocities
+    mass, speed = per_agent(scenario, "mass"), per_agent(scenario, "speed")
+    alignment, repulsion = per_agent(scenario, "alignment_strength"), per_agent(scenario, "repulsion_strength")
     neighbors = directed_graph(r, ranges)
-    force = np.zeros_like(v)
+    heard = np.zeros_like(v)
     for i in range(len(r)):
         mean = v[neighbors[i]].mean(axis=0)
         if mean.any():
-            force[i] += scenario.speed * mean / np.linalg.norm(mean)
+            heard[i] = alignment[i] * speed[i] * mean / np.linalg.norm(mean)
+    consensus = [*state.consensus, heard]
+    force = consensus[max(0, len(consensus) - 1 - scenario.sensing_delay)].copy()
+    for i in range(len(r)):
         for predator in state.predator_positions:
             distance = np.linalg.norm(r[i] - predator)
             if 0 < distance <= scenario.predator_range:
-                force[i] += scenario.repulsion_strength * (r[i] - predator) / distance
+                force[i] += repulsion[i] * (r[i] - predator) / distance
     new_r = r + scenario.time_step * v
-    new_v = v + scenario.time_step / scenario.mass * force
+    is_vicsek = isinstance(scenario.motion, Vicsek)
+    new_v = force if is_vicsek else v + scenario.time_step / mass[:, None] * force
     if scenario.constant_speed:
         for i in range(len(r)):
-            new_v[i] = scenario.speed * new_v[i] / np.linalg.norm(new_v[i]) if new_v[i].any() else v[i]
+            new_v[i] = speed[i] * new_v[i] / np.linalg.norm(new_v[i]) if new_v[i].any() else v[i]
     new_predators = state.predator_positions + scenario.time_step * state.predator_velocities
     new_predator_v = state.predator_velocities.copy()
     for k, predator in enumerate(scenario.predators):
@@ -75,7 +82,12 @@ def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> Fl
             gain = predator.navigation_constant * scenario.time_step
             limit = predator.max_turn_rate * scenario.time_step
             new_predator_v[k] = navigated(new_predator_v[k], rate, gain, limit)
-    return FlockState(new_r, new_v, new_predators, new_predator_v)
+    return FlockState(new_r, new_v, new_predators, new_predator_v, consensus)
+
+
+def per_agent(scenario: FlockScenario, name: str) -> Floats:
+    """Return a parameter of every agent, shape (n,)."""
+    return np.broadcast_to(np.array(getattr(scenario, name), dtype=float), scenario.num_agents)
 
 
 def turned(velocity: Floats, sight: Floats, limit: float) -> Floats:

@@ -33,6 +33,9 @@ impl<const D: usize> Noise<D> {
         self.sensing.clear();
         self.turns.clear();
         let (rng, eta) = (&mut self.rng, config.angular_noise);
+        if config.sensing_noise <= 0.0 && eta <= 0.0 {
+            return;
+        }
         for _ in 0..config.num_agents {
             if config.sensing_noise > 0.0 {
                 self.sensing.push(rng::direction(D, rng));
