@@ -175,7 +175,7 @@ class FlockScenario(_Document):
         num_steps: steps of an episode; its horizon is ``num_steps * time_step`` seconds.
         time_step: length dt of a step in s.
         mass: mass m in kg, one number for all agents or one per agent.
-        speed: speed v0 in m/s, likewise.
+        speed: speed v0 in m/s, one number for all agents or one per agent.
         initial_side: side in m of the initial region [0, side]^D, around whose center agents start; also the
             length scale of observations.
         initial_positions: where agents start: ``Square()``, ``Disc(radius)``, ``Ring(radius, width)``,
@@ -183,8 +183,10 @@ class FlockScenario(_Document):
         initial_headings: where they head: ``RandomHeadings()`` or ``AlignedHeadings(direction, spread)``.
         initial_plane: whether a flock in space starts in the plane z = 0, positions and headings.
         predator_range: distance rho_p in m up to which agents flee from a predator.
-        repulsion_strength: strength s of the flight, likewise; 0: agents do not flee.
-        alignment_strength: weight a of the consensus with neighbors, likewise; 0: agents follow nobody.
+        repulsion_strength: strength s of the flight, one number for all agents or one per agent; 0: they do
+            not flee.
+        alignment_strength: weight a of the consensus with neighbors, one number for all agents or one per
+            agent; 0: they follow nobody.
         motion: how forces set velocities: ``Inertial()`` or ``Vicsek()``.
         angular_noise: width eta in rad of the error in the new heading, from 0 to 2 pi.
         sensing_noise: error in the mean velocity heard, over v0.
