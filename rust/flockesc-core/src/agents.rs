@@ -143,6 +143,21 @@ impl<const D: usize> Agents<D> {
         }
     }
 
+    /// Puts agents that have left [0, `side`) along an axis back in on the other side.
+    pub(crate) fn wrap(&mut self, side: f64) {
+        for column in self.groups.iter_mut().flat_map(|group| &mut group.position) {
+            for coordinate in column {
+                let wrapped = coordinate.rem_euclid(side);
+                // Of a tiny negative number the remainder rounds up to the side itself.
+                *coordinate = if wrapped < side {
+                    wrapped
+                } else {
+                    wrapped - side
+                };
+            }
+        }
+    }
+
     /// Gives every agent a new place, such that the agents of every tile, group and node are close together.
     pub(crate) fn arrange(&mut self) {
         self.scratch.clear();

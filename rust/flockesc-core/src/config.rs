@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use crate::error::{Error, Result};
 use crate::flock::{InitialHeadings, InitialPositions, Motion, Space};
 use crate::line::EscapeForce;
-use crate::neighbor::NeighborRule;
+use crate::neighbor::{NeighborOptions, NeighborRule, Sight, Torus};
 use crate::per_agent::PerAgent;
 use crate::predator::PredatorConfig;
 use crate::reward::Reward;
@@ -64,6 +64,14 @@ pub struct FlockConfig {
     pub predators: Vec<PredatorConfig>,
     /// Who is a neighbor.
     pub neighbor_rule: NeighborRule,
+    /// Full angle in rad of the sector behind an agent in which it sees no neighbor, from 0 to 2 pi.
+    pub blind_angle: f64,
+    /// Whether only agents that would both listen to each other are neighbors.
+    pub mutual: bool,
+    /// Whether the neighbor graph of the first step stays.
+    pub frozen_graph: bool,
+    /// Side in m of a world without border, above 0; `None`: the open world.
+    pub periodic_side: Option<f64>,
 }
 
 /// The line model's parameters (docs/model.md). Every field is required: defaults live in Python.
@@ -155,7 +163,44 @@ impl FlockConfig {
         for (index, predator) in config.predators.iter().enumerate() {
             predator.check(&format!("predators[{index}]"), config.dimension)?;
         }
+        config.check_neighbors()?;
         Ok(config)
+    }
+
+    fn check_neighbors(&self) -> Result<()> {
+        within_bounds("blind_angle", self.blind_angle, 0.0, TAU)?;
+        let is_voronoi = match self.neighbor_rule {
+            NeighborRule::Metric {} | NeighborRule::Topological {} => false,
+            NeighborRule::Voronoi {} => true,
+        };
+        if is_voronoi && self.dimension != 2 {
+            let expected = "metric or topological, where the dimension is not 2";
+            return Err(Error::config("neighbor_rule", expected, "voronoi"));
+        }
+        if let Some(side) = self.periodic_side {
+            within_bounds("periodic_side", side, f64::MIN_POSITIVE, MAX_LENGTH)?;
+            let reason = if is_voronoi {
+                "None with neighbor_rule voronoi"
+            } else if !self.predators.is_empty() {
+                "None with predators, which come from outside"
+            } else {
+                return Ok(());
+            };
+            return Err(Error::config("periodic_side", reason, side));
+        }
+        Ok(())
+    }
+
+    /// What this says of the neighbor graph.
+    pub(crate) fn neighbor_options(&self) -> NeighborOptions {
+        NeighborOptions {
+            rule: self.neighbor_rule,
+            sight: Sight::new(self.blind_angle),
+            torus: Torus::new(self.periodic_side),
+            is_mutual: self.mutual,
+            is_frozen: self.frozen_graph,
+            visits: matches!(self.motion, Motion::Reynolds(_)),
+        }
     }
 }
 
@@ -301,7 +346,8 @@ mod tests {
             "motion": {"inertial": {}}, "angular_noise": 0.0, "sensing_noise": 0.0, "sensing_delay": 0,
             "constant_speed": true,
             "predators": [{"constant_velocity": {"position": [-30.0, -30.0], "velocity": [10.0, 10.0]}}],
-            "neighbor_rule": {"metric": {}}
+            "neighbor_rule": {"metric": {}}, "blind_angle": 0.0, "mutual": false, "frozen_graph": false,
+            "periodic_side": null
         })
     }
 
@@ -345,6 +391,11 @@ mod tests {
                 json!({"vicsek": {"noise": 1.0}}),
                 "motion.vicsek.noise",
             ),
+            (
+                "/motion",
+                json!({"reynolds": {"separation_strength": 1.0, "cohesion_strength": 1.0, "separation_range": -1.0}}),
+                "motion.reynolds.separation_range",
+            ),
             ("/angular_noise", json!(6.3), "angular_noise"),
             ("/sensing_noise", json!(-0.1), "sensing_noise"),
             ("/sensing_delay", json!(1.5), "sensing_delay"),
@@ -366,6 +417,10 @@ mod tests {
                 json!({"metric": {"k": 3}}),
                 "neighbor_rule.metric.k",
             ),
+            ("/blind_angle", json!(6.3), "blind_angle"),
+            ("/mutual", json!(1), "mutual"),
+            ("/periodic_side", json!(0.0), "periodic_side"),
+            ("/periodic_side", json!(100.0), "periodic_side"),
             (
                 "/predators/0",
                 predator,

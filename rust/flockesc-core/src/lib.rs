@@ -48,10 +48,10 @@ pub use episode::{Episode, Metrics, Running};
 pub use error::{Error, Result};
 pub use flock::{
     AlignedHeadings, Clusters, Disc, Gaussian, Inertial, InitialHeadings, InitialPositions,
-    InitialState, Motion, RandomHeadings, Ring, Schedule, Segment, Square, Trajectory, Vicsek,
-    World, simulate_flock,
+    InitialState, Motion, RandomHeadings, Reynolds, Ring, Schedule, Segment, Square, Trajectory,
+    Vicsek, World, simulate_flock,
 };
-pub use graph::{component_labels, laplacian, perron_matrix};
+pub use graph::{NeighborGraph, laplacian, perron_matrix};
 pub use line::{
     EscapeForce, Line, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory, line_entries,
     simulate_line,

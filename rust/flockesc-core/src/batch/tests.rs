@@ -35,6 +35,10 @@ fn batch(num_flocks: usize, num_threads: usize) -> Batch<2> {
         constant_speed: true,
         predators: vec![PredatorConfig::ConstantVelocity(predator)],
         neighbor_rule: NeighborRule::Metric {},
+        blind_angle: 0.0,
+        mutual: false,
+        frozen_graph: false,
+        periodic_side: None,
     };
     let config = EpisodeConfig {
         view: View::Agent,

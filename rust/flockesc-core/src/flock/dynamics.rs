@@ -38,12 +38,15 @@ impl<const D: usize> World<D> {
         let mut agents = Agents::new(&start.positions(&config), &start.velocities(&config));
         let predators: Vec<Predator<D>> = start.predators(&config);
         let after: Vec<[f64; D]> = predators.iter().map(|p| p.position.into()).collect();
+        if let Some(side) = config.periodic_side {
+            agents.wrap(side);
+        }
         for group in &mut agents.groups {
             group.distance = distances(&group.position, &after);
         }
         Self {
             predator_distance: PredatorDistance::of(&agents.groups, agents.len()),
-            neighborhood: Neighborhood::silent(config.neighbor_rule, &agents),
+            neighborhood: Neighborhood::silent(config.neighbor_options(), &agents),
             rng: rng::stream(start.seed, Stream::Predators),
             response: Response::new(start.seed),
             before: after.clone(),
@@ -66,9 +69,11 @@ impl<const D: usize> World<D> {
             before: &self.before,
             after: &self.after,
         };
-        let (config, unit) = (&*self.config, self.neighborhood.scale());
+        let config = &*self.config;
+        let response = self
+            .response
+            .find(config, &self.agents, &mut self.neighborhood);
         let heard = self.neighborhood.heard_mut();
-        let response = self.response.find(config, &self.agents, heard, unit);
         let (groups, names) = self.agents.groups_and_names();
         threads::for_each_chunk(groups, heard, |first, groups, heard| {
             let names = &names[first * GROUP..];
@@ -77,6 +82,9 @@ impl<const D: usize> World<D> {
         });
         self.agents.clear_empty_places();
         self.response.err(&mut self.agents);
+        if let Some(side) = self.config.periodic_side {
+            self.agents.wrap(side);
+        }
         self.neighborhood.follow(&self.agents);
         let prey = Prey {
             agents: &self.agents,
@@ -132,6 +140,12 @@ impl<const D: usize> World<D> {
     #[must_use]
     pub fn num_components(&self, ranges: Ranges<'_>) -> usize {
         self.neighborhood.num_components(&self.agents, ranges)
+    }
+
+    /// Pairs (listener, neighbor) of different agents of the graph of the first step, where that stays; by name.
+    #[must_use]
+    pub fn frozen_pairs(&self) -> Option<Vec<(u32, u32)>> {
+        self.neighborhood.frozen_pairs(&self.agents)
     }
 
     /// Norm of the mean heading, in [0, 1].

@@ -1,7 +1,7 @@
-//! The neighbor graph, for analysis: components of a flock, matrices of a line.
+//! The neighbor graph, for analysis: neighbors and components of a flock, matrices of a line.
 
-mod components;
 mod matrices;
+mod neighbors;
 
-pub use components::component_labels;
 pub use matrices::{laplacian, perron_matrix};
+pub use neighbors::NeighborGraph;

@@ -2,59 +2,42 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::Ranges;
+use super::pairs::Pairs;
+use super::ranges::Reaches;
 use super::reach::{Reach, bits, squared_norm};
 use super::tree::Tree;
 use crate::agents::{Agents, Column, FAN, GROUP, TILE};
 
-/// Number of components of the graph in which two agents are linked if either listens to the other.
-pub(super) fn num_components<const D: usize>(
+/// The components of the graph in which two agents are linked if either listens to the other.
+pub(super) fn connect_pairs<const D: usize>(pairs: &Pairs<'_, D>) -> Forest {
+    let mut forest = Forest::new(pairs.agents, pairs.tree);
+    let mut tiles = Vec::new();
+    for group in 0..pairs.agents.groups.len() {
+        pairs.visit(group, &mut tiles, |lane, place| {
+            forest.union(group * GROUP + lane, place);
+        });
+    }
+    forest
+}
+
+/// The same where how far agents reach says it all.
+pub(super) fn connect<const D: usize>(
     agents: &Agents<D>,
     tree: &Tree<D>,
-    ranges: Ranges<'_>,
-) -> usize {
-    connect(agents, tree, ranges).count
-}
-
-/// The component of every agent in that graph, named by the lowest name in it; in the order of names.
-pub(crate) fn component_labels<const D: usize>(agents: &Agents<D>, ranges: Ranges<'_>) -> Vec<u32> {
-    let mut tree = Tree::new(agents.groups.len());
-    tree.refresh(agents);
-    let mut forest = connect(agents, &tree, ranges);
-    let names = || (0..agents.groups.len()).flat_map(|group| agents.names_of(group));
-    let mut lowest = vec![u32::MAX; agents.len()];
-    for (place, &name) in names().enumerate() {
-        let root = forest.find(place);
-        lowest[root] = lowest[root].min(name);
-    }
-    let mut labels = vec![0; agents.len()];
-    for (place, &name) in names().enumerate() {
-        labels[name as usize] = lowest[forest.find(place)];
-    }
-    labels
-}
-
-fn connect<const D: usize>(agents: &Agents<D>, tree: &Tree<D>, ranges: Ranges<'_>) -> Forest {
-    let mut forest = Forest {
-        parents: (0..agents.len() as u32).collect(),
-        count: agents.len(),
-        united: tree
-            .levels
-            .iter()
-            .map(|level| vec![0; level.len()])
-            .collect(),
-    };
+    reaches: Reaches<'_>,
+) -> Forest {
+    let mut forest = Forest::new(agents, tree);
     Arch::new().dispatch(Connect {
         agents,
         tree,
-        ranges,
+        reaches,
         forest: &mut forest,
     });
     forest
 }
 
 /// Sets of places, and what is known of the sets of whole nodes.
-struct Forest {
+pub(super) struct Forest {
     parents: Vec<u32>,
     count: usize,
     /// For every block of the tree one bit per child: whether all of its agents are in one set.
@@ -62,6 +45,39 @@ struct Forest {
 }
 
 impl Forest {
+    /// Every agent on its own.
+    fn new<const D: usize>(agents: &Agents<D>, tree: &Tree<D>) -> Self {
+        Self {
+            parents: (0..agents.len() as u32).collect(),
+            count: agents.len(),
+            united: tree
+                .levels
+                .iter()
+                .map(|level| vec![0; level.len()])
+                .collect(),
+        }
+    }
+
+    /// Number of sets.
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The set of every agent, named by the lowest name in it; in the order of names.
+    pub(super) fn labels<const D: usize>(mut self, agents: &Agents<D>) -> Vec<u32> {
+        let names = || (0..agents.groups.len()).flat_map(|group| agents.names_of(group));
+        let mut lowest = vec![u32::MAX; agents.len()];
+        for (place, &name) in names().enumerate() {
+            let root = self.find(place);
+            lowest[root] = lowest[root].min(name);
+        }
+        let mut labels = vec![0; agents.len()];
+        for (place, &name) in names().enumerate() {
+            labels[name as usize] = lowest[self.find(place)];
+        }
+        labels
+    }
+
     fn find(&mut self, place: usize) -> usize {
         let mut place = place as u32;
         loop {
@@ -94,7 +110,7 @@ impl Forest {
 struct Connect<'a, const D: usize> {
     agents: &'a Agents<D>,
     tree: &'a Tree<D>,
-    ranges: Ranges<'a>,
+    reaches: Reaches<'a>,
     forest: &'a mut Forest,
 }
 
@@ -106,19 +122,19 @@ impl<const D: usize> WithSimd for Connect<'_, D> {
         let Self {
             agents,
             tree,
-            ranges,
+            reaches,
             forest,
         } = self;
         let mut squared = [0.0; GROUP];
         let mut nodes = Vec::new();
         for group in 0..agents.groups.len() {
             let names = agents.names_of(group);
-            ranges.square(names, &mut squared);
+            reaches.square(group, names, &mut squared);
             for (tile, names) in names.chunks(TILE).enumerate() {
                 let lanes = tile * TILE..tile * TILE + names.len();
                 let reach = Reach::new(
                     tree.levels[0][group].bounds_of(tile),
-                    ranges,
+                    reaches,
                     &squared[lanes.clone()],
                 );
                 let listeners = Listeners {
@@ -146,7 +162,7 @@ impl<const D: usize> WithSimd for Connect<'_, D> {
                         across &= across - 1;
                         let (first, last) = places(child);
                         let is_later = last > listeners.first;
-                        let is_needed = is_later || matches!(ranges, Ranges::PerAgent(_));
+                        let is_needed = is_later || !reaches.are_equal();
                         let is_united = forest.united[level][index] & 1 << child != 0;
                         if !is_needed || (is_united && listeners.are_united_with(forest, first)) {
                             continue;

@@ -6,8 +6,10 @@
 use bytemuck::{NoUninit, cast_ref, cast_slice};
 use pulp::{Arch, Simd, WithSimd};
 
-use super::Ranges;
+use super::pairs::Pairs;
+use super::ranges::Reaches;
 use super::reach::{Reach, bits, squared_norm};
+use super::topological;
 use super::tree::{Siblings, Speaker, Speakers, Tree};
 use crate::agents::{Agents, Column, FAN, GROUP, TILE};
 use crate::metrics;
@@ -48,13 +50,14 @@ pub(super) struct Scratch {
     tiles: Vec<u32>,
     /// How many of those there were in the last step, over all listening tiles.
     pub(super) tests: usize,
+    pub(super) topological: topological::Scratch,
 }
 
 /// Fills `heard` for the groups from `first` on.
 pub(super) fn listen<const D: usize>(
     agents: &Agents<D>,
     tree: &Tree<D>,
-    ranges: Ranges<'_>,
+    reaches: Reaches<'_>,
     first: usize,
     heard: &mut [Heard<D>],
     scratch: &mut Scratch,
@@ -62,11 +65,34 @@ pub(super) fn listen<const D: usize>(
     Arch::new().dispatch(Listen {
         agents,
         tree,
-        ranges,
+        reaches,
         first,
         heard,
         scratch,
     });
+}
+
+/// The same, one neighbor after the other.
+pub(super) fn listen_to_pairs<const D: usize>(
+    pairs: Pairs<'_, D>,
+    first: usize,
+    heard: &mut [Heard<D>],
+    scratch: &mut Scratch,
+) {
+    scratch.tests = 0;
+    for (group, heard) in (first..).zip(heard) {
+        heard.count.fill(0);
+        for sum in &mut heard.sum {
+            sum.fill(0);
+        }
+        scratch.tests += pairs.visit(group, &mut scratch.tiles, |lane, place| {
+            let speaker = &pairs.tree.speakers[place / GROUP].0[place % GROUP];
+            for axis in 0..D {
+                heard.sum[axis][lane] += speaker.signal[axis];
+            }
+            heard.count[lane] += 1;
+        });
+    }
 }
 
 /// Sums over nodes that lie wholly within reach.
@@ -93,7 +119,7 @@ impl<const D: usize> Whole<D> {
 pub(super) struct Listen<'a, const D: usize> {
     pub(super) agents: &'a Agents<D>,
     pub(super) tree: &'a Tree<D>,
-    pub(super) ranges: Ranges<'a>,
+    pub(super) reaches: Reaches<'a>,
     pub(super) first: usize,
     pub(super) heard: &'a mut [Heard<D>],
     pub(super) scratch: &'a mut Scratch,
@@ -107,7 +133,7 @@ impl<const D: usize> WithSimd for Listen<'_, D> {
         let Self {
             agents,
             tree,
-            ranges,
+            reaches,
             first,
             heard,
             scratch,
@@ -116,13 +142,13 @@ impl<const D: usize> WithSimd for Listen<'_, D> {
         let mut squared = [0.0; GROUP];
         for (group, heard) in (first..).zip(heard) {
             let names = agents.names_of(group);
-            ranges.square(names, &mut squared);
+            reaches.square(group, names, &mut squared);
             let tiles = &tree.levels[0][group];
-            let reach = Reach::new(tiles.bounds(), ranges, &squared[..names.len()]);
+            let reach = Reach::new(tiles.bounds(), reaches, &squared[..names.len()]);
             let heard_by_all = find_groups(simd, tree, &reach, scratch);
             for (tile, names) in names.chunks(TILE).enumerate() {
                 let lanes = tile * TILE..tile * TILE + names.len();
-                let reach = Reach::new(tiles.bounds_of(tile), ranges, &squared[lanes]);
+                let reach = Reach::new(tiles.bounds_of(tile), reaches, &squared[lanes]);
                 let (whole, found) = find_tiles(simd, tree, &reach, heard_by_all, scratch);
                 scratch.tests += found;
                 for start in (tile * TILE..(tile + 1) * TILE).step_by(S::F64_LANES) {

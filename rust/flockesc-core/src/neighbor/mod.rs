@@ -2,68 +2,33 @@
 
 mod components;
 mod isolation;
+mod links;
 mod listen;
+mod lists;
+mod pairs;
+mod ranges;
 mod reach;
+mod rule;
+mod sight;
 #[cfg(test)]
 mod tests;
+mod topological;
 mod tree;
+mod voronoi;
 
-use serde::Deserialize;
-
-use crate::agents::{Agents, Column};
+use crate::agents::Agents;
 use crate::exact::Scale;
 use crate::threads;
-pub(crate) use components::component_labels;
-use components::num_components;
+use components::{Forest, connect, connect_pairs};
+use links::Links;
 pub(crate) use listen::Heard;
-use listen::{Scratch, listen};
+use listen::{Scratch, listen, listen_to_pairs};
+pub(crate) use pairs::Pairs;
+pub use ranges::Ranges;
+pub(crate) use rule::NeighborOptions;
+pub use rule::NeighborRule;
+pub(crate) use sight::{Sight, Torus};
 use tree::Tree;
-
-/// The rule that makes agents neighbors.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum NeighborRule {
-    /// All agents within the interaction range, boundary and self included.
-    Metric {},
-}
-
-/// Interaction ranges rho in m: one for the flock, or one per agent.
-#[derive(Debug, Clone, Copy)]
-pub enum Ranges<'a> {
-    /// The same range for every agent.
-    Shared(f64),
-    /// Entry i is the range of agent i; the neighbor graph is then directed.
-    PerAgent(&'a [f64]),
-}
-
-impl Ranges<'_> {
-    /// Squares of the ranges of the agents named, in m^2.
-    #[inline(always)]
-    fn square(self, names: &[u32], out: &mut Column<f64>) {
-        // Finite, so that nobody hears the boxes at infinity that stand for no agent.
-        let square = |range: f64| (range * range).min(f64::MAX);
-        match self {
-            Self::Shared(range) => out.fill(square(range)),
-            Self::PerAgent(ranges) => {
-                for (squared, &name) in out.iter_mut().zip(names) {
-                    *squared = square(ranges[name as usize]);
-                }
-            }
-        }
-    }
-
-    /// Mean over a sample of the agents, in m.
-    fn typical(self) -> f64 {
-        match self {
-            Self::Shared(range) => range,
-            Self::PerAgent(ranges) => {
-                let sample = ranges.iter().step_by(ranges.len().div_ceil(SAMPLE));
-                let count = sample.len() as f64;
-                sample.sum::<f64>() / count
-            }
-        }
-    }
-}
 
 /// Agents or groups looked at to tell whether it pays to arrange all of them.
 const SAMPLE: usize = 64;
@@ -74,8 +39,9 @@ const ARRANGING: f64 = 0.4;
 /// Who heard what: <v>_i and |N_i|, found by the rule.
 #[derive(Debug, Clone)]
 pub(crate) struct Neighborhood<const D: usize> {
-    rule: NeighborRule,
+    options: NeighborOptions,
     tree: Tree<D>,
+    links: Links,
     heard: Vec<Heard<D>>,
     /// Unit in m/s of the sums heard.
     scale: Scale,
@@ -88,11 +54,12 @@ pub(crate) struct Neighborhood<const D: usize> {
 
 impl<const D: usize> Neighborhood<D> {
     /// What agents have heard before their first step: themselves alone.
-    pub(crate) fn silent(rule: NeighborRule, agents: &Agents<D>) -> Self {
+    pub(crate) fn silent(options: NeighborOptions, agents: &Agents<D>) -> Self {
         let mut tree = Tree::new(agents.groups.len());
         tree.refresh(agents);
         Self {
-            rule,
+            options,
+            links: Links::default(),
             heard: tree.speakers.iter().map(Heard::alone).collect(),
             scale: tree.scale,
             scratch: vec![Scratch::default(); threads::num_chunks(agents.groups.len())],
@@ -104,23 +71,28 @@ impl<const D: usize> Neighborhood<D> {
 
     /// Finds every agent's neighbors and sums their velocities (Eq. 11). May give the agents new places.
     pub(crate) fn listen(&mut self, agents: &mut Agents<D>, ranges: Ranges<'_>) {
-        match self.rule {
-            NeighborRule::Metric {} => {
-                self.arrange_if_it_pays(agents, ranges);
-                let tree = &self.tree;
-                threads::for_each_chunk_with(
-                    &mut self.heard,
-                    &mut self.scratch,
-                    |first, heard, scratch| listen(agents, tree, ranges, first, heard, scratch),
-                );
-                self.scale = tree.scale;
-            }
-        }
+        self.arrange_if_it_pays(agents, ranges);
+        let (options, tree) = (&self.options, &self.tree);
+        self.links
+            .update(options, agents, tree, ranges, &mut self.scratch);
+        let links = &self.links;
+        threads::for_each_chunk_with(
+            &mut self.heard,
+            &mut self.scratch,
+            |first, heard, scratch| match links.reaches(options, ranges) {
+                Some(reaches) => listen(agents, tree, reaches, first, heard, scratch),
+                None => {
+                    let pairs = links.pairs(options, agents, tree);
+                    listen_to_pairs(pairs, first, heard, scratch);
+                }
+            },
+        );
+        self.scale = tree.scale;
     }
 
     /// Arranges the agents anew as soon as the tests that loose tiles have cost would have paid for it.
     fn arrange_if_it_pays(&mut self, agents: &mut Agents<D>, ranges: Ranges<'_>) {
-        let reach = 2.0 * ranges.typical();
+        let reach = 2.0 * self.links.typical(&self.options, ranges);
         let loose = self.tree.mean_extent();
         let spared = 1.0 - ((self.tight + reach) / (loose + reach)).powi(D as i32);
         self.excess += spared * self.tests() as f64;
@@ -146,6 +118,11 @@ impl<const D: usize> Neighborhood<D> {
     /// The same, for the step to be made of it.
     pub(crate) fn heard_mut(&mut self) -> &mut [Heard<D>] {
         &mut self.heard
+    }
+
+    /// Who is whose neighbor in the step that is being made; for options that [visit](NeighborOptions::visits).
+    pub(crate) fn pairs<'a>(&'a self, agents: &'a Agents<D>) -> Pairs<'a, D> {
+        self.links.pairs(&self.options, agents, &self.tree)
     }
 
     /// The unit in m/s of the sums in [`Neighborhood::heard`].
@@ -175,11 +152,55 @@ impl<const D: usize> Neighborhood<D> {
         isolation::most_isolated(agents, &self.tree)
     }
 
-    /// Number of weakly connected components of the neighbor graph.
+    /// Pairs of an agent and a neighbor other than itself where the agents are now, by name.
+    pub(crate) fn pairs_by_name(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> Vec<(u32, u32)> {
+        let options = NeighborOptions {
+            visits: true,
+            ..self.options
+        };
+        let links = self.links_now(&options, agents, ranges);
+        links.pairs(&options, agents, &self.tree).by_name()
+    }
+
+    /// The same of the graph of the first step, where that stays.
+    pub(crate) fn frozen_pairs(&self, agents: &Agents<D>) -> Option<Vec<(u32, u32)>> {
+        let pairs = || self.links.pairs(&self.options, agents, &self.tree);
+        self.links.is_frozen().then(|| pairs().by_name())
+    }
+
+    /// Number of weakly connected components of the neighbor graph where the agents are now.
     pub(crate) fn num_components(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> usize {
-        match self.rule {
-            NeighborRule::Metric {} => num_components(agents, &self.tree, ranges),
+        self.components(agents, ranges).count()
+    }
+
+    /// The component of every agent in that graph, named by the lowest name in it; in the order of names.
+    pub(crate) fn component_labels(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> Vec<u32> {
+        self.components(agents, ranges).labels(agents)
+    }
+
+    fn components(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> Forest {
+        let links = self.links_now(&self.options, agents, ranges);
+        match links.reaches(&self.options, ranges) {
+            Some(reaches) => connect(agents, &self.tree, reaches),
+            None => connect_pairs(&links.pairs(&self.options, agents, &self.tree)),
         }
+    }
+
+    /// Who is whose neighbor where the agents are now.
+    fn links_now(
+        &self,
+        options: &NeighborOptions,
+        agents: &Agents<D>,
+        ranges: Ranges<'_>,
+    ) -> Links {
+        let mut links = if self.links.is_frozen() {
+            self.links.clone()
+        } else {
+            Links::default()
+        };
+        let mut scratch = self.scratch.clone();
+        links.update(options, agents, &self.tree, ranges, &mut scratch);
+        links
     }
 
     /// Pairs of tiles that the last step tested agent by agent.

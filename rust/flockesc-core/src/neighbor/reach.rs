@@ -6,7 +6,7 @@
 use bytemuck::{bytes_of, cast_slice};
 use pulp::Simd;
 
-use super::Ranges;
+use super::ranges::Reaches;
 use super::tree::{Bounds, Siblings};
 use crate::agents::FAN;
 use crate::metrics::{larger, smaller};
@@ -25,14 +25,14 @@ pub(super) struct Reach<const D: usize> {
 impl<const D: usize> Reach<D> {
     /// Listeners inside of `bounds` with these squared ranges.
     #[inline(always)]
-    pub(super) fn new(bounds: Bounds<D>, ranges: Ranges<'_>, squared: &[f64]) -> Self {
-        let (shortest, longest) = match ranges {
-            Ranges::Shared(_) => (squared[0], squared[0]),
-            Ranges::PerAgent(_) => squared
-                .iter()
-                .fold((f64::INFINITY, 0.0), |(low, high), &squared| {
-                    (smaller(low, squared), larger(high, squared))
-                }),
+    pub(super) fn new(bounds: Bounds<D>, reaches: Reaches<'_>, squared: &[f64]) -> Self {
+        let (shortest, longest) = if reaches.are_equal() {
+            (squared[0], squared[0])
+        } else {
+            let extremes = (f64::INFINITY, 0.0);
+            squared.iter().fold(extremes, |(low, high), &squared| {
+                (smaller(low, squared), larger(high, squared))
+            })
         };
         let mut diagonal = 0.0;
         for axis in 0..D {

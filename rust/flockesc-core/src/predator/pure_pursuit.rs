@@ -115,7 +115,7 @@ impl PurePursuit {
 mod tests {
     use super::*;
     use crate::agents::Agents;
-    use crate::neighbor::{NeighborRule, Neighborhood};
+    use crate::neighbor::{NeighborOptions, Neighborhood};
     use nalgebra::vector;
 
     #[test]
@@ -132,7 +132,7 @@ mod tests {
         let agents = Agents::new(&positions, &positions);
         let prey = Prey {
             agents: &agents,
-            neighborhood: &Neighborhood::silent(NeighborRule::Metric {}, &agents),
+            neighborhood: &Neighborhood::silent(NeighborOptions::METRIC, &agents),
         };
         let velocity = vector![3.0, 0.0];
         let mut rng = rng::stream(0, rng::Stream::Predators);

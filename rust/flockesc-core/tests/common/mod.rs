@@ -46,5 +46,9 @@ pub(crate) fn scenario(
             }),
         ],
         neighbor_rule: NeighborRule::Metric {},
+        blind_angle: 0.0,
+        mutual: false,
+        frozen_graph: false,
+        periodic_side: None,
     }
 }

@@ -4,6 +4,7 @@ mod forces;
 mod inertial;
 mod noise;
 mod response;
+mod reynolds;
 mod traits;
 mod vicsek;
 
@@ -11,6 +12,7 @@ use multiversion::multiversion;
 use serde::Deserialize;
 
 pub use inertial::Inertial;
+pub use reynolds::Reynolds;
 pub use vicsek::Vicsek;
 
 pub(super) use response::Response;
@@ -31,6 +33,8 @@ pub enum Motion {
     Inertial(Inertial),
     /// Forces are the new headings.
     Vicsek(Vicsek),
+    /// Forces change velocities, and neighbors attract and repel each other, too.
+    Reynolds(Reynolds),
 }
 
 impl Motion {
@@ -42,6 +46,7 @@ impl Motion {
                 constant_speed,
             )),
             Self::Inertial(_) | Self::Vicsek(_) => Ok(()),
+            Self::Reynolds(law) => law.check(),
         }
     }
 }
@@ -85,7 +90,9 @@ pub(super) fn advance<const D: usize>(
             }
         }
         match config.motion {
-            Motion::Inertial(_) => inertial::integrate(config, &traits, &force, group),
+            Motion::Inertial(_) | Motion::Reynolds(_) => {
+                inertial::integrate(config, &traits, &force, group);
+            }
             Motion::Vicsek(_) => vicsek::integrate(config, &traits, &force, group),
         }
         group.distance = distances(&group.position, predators.after);

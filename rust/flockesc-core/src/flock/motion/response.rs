@@ -1,18 +1,20 @@
-//! What agents do about what they hear, where that is more than to follow it at once: they may mishear it, act on it
-//! later, and head elsewhere than they mean to.
+//! What agents do about what they hear, where that is more than to follow it at once: they may mishear it, keep
+//! together and apart, act later, and head elsewhere than they mean to.
 
 use std::collections::VecDeque;
 
 use nalgebra::SVector;
 
-use super::Force;
 use super::forces::consensus_force;
 use super::noise::Noise;
+use super::reynolds::{Lists, Reynolds};
 use super::traits::Traits;
+use super::{Force, Motion};
 use crate::agents::{Agents, GROUP};
 use crate::config::FlockConfig;
 use crate::exact::Scale;
-use crate::neighbor::Heard;
+use crate::neighbor::{Heard, Neighborhood};
+use crate::threads;
 use crate::vector::heading;
 
 #[derive(Debug, Clone)]
@@ -22,6 +24,7 @@ pub(crate) struct Response<const D: usize> {
     forces: Vec<Force<D>>,
     /// The same by names in the steps before, the oldest one that still counts first.
     past: VecDeque<Vec<SVector<f64, D>>>,
+    lists: Vec<Lists<D>>,
 }
 
 impl<const D: usize> Response<D> {
@@ -30,6 +33,7 @@ impl<const D: usize> Response<D> {
             noise: Noise::new(seed),
             forces: Vec::new(),
             past: VecDeque::new(),
+            lists: Vec::new(),
         }
     }
 
@@ -38,17 +42,38 @@ impl<const D: usize> Response<D> {
         &mut self,
         config: &FlockConfig,
         agents: &Agents<D>,
-        heard: &mut [Heard<D>],
-        unit: Scale,
+        neighborhood: &mut Neighborhood<D>,
     ) -> Option<&[Force<D>]> {
         self.noise.draw(config);
-        if config.sensing_noise <= 0.0 && config.sensing_delay == 0 {
+        let flocking = match &config.motion {
+            Motion::Reynolds(law) => Some(law),
+            Motion::Inertial(_) | Motion::Vicsek(_) => None,
+        };
+        if config.sensing_noise <= 0.0 && config.sensing_delay == 0 && flocking.is_none() {
             return None;
         }
-        let names = agents.names();
+        self.agree(config, agents, neighborhood);
+        if let Some(law) = flocking {
+            self.flock(config, law, agents, neighborhood);
+        }
+        if config.sensing_delay > 0 {
+            self.delay(config, agents.names());
+        }
+        Some(&self.forces)
+    }
+
+    /// Finds the consensus forces.
+    fn agree(
+        &mut self,
+        config: &FlockConfig,
+        agents: &Agents<D>,
+        neighborhood: &mut Neighborhood<D>,
+    ) {
+        let unit = neighborhood.scale();
         self.forces.clear();
         let mut traits = Traits::of_first(config);
-        for (heard, names) in heard.iter_mut().zip(names.chunks(GROUP)) {
+        let names = agents.names().chunks(GROUP);
+        for (heard, names) in neighborhood.heard_mut().iter_mut().zip(names) {
             traits.follow(config, names);
             let mut force = consensus_force(&traits, heard);
             if config.sensing_noise > 0.0 {
@@ -56,10 +81,26 @@ impl<const D: usize> Response<D> {
             }
             self.forces.push(force);
         }
-        if config.sensing_delay > 0 {
-            self.delay(config, names);
-        }
-        Some(&self.forces)
+    }
+
+    /// Adds the forces of separation and cohesion.
+    fn flock(
+        &mut self,
+        config: &FlockConfig,
+        law: &Reynolds,
+        agents: &Agents<D>,
+        neighborhood: &Neighborhood<D>,
+    ) {
+        let pairs = neighborhood.pairs(agents);
+        let chunks = threads::num_chunks(self.forces.len());
+        self.lists.resize_with(chunks, Lists::new);
+        threads::for_each_chunk_with(&mut self.forces, &mut self.lists, |first, forces, lists| {
+            let mut traits = Traits::of_first(config);
+            for (group, force) in (first..).zip(forces) {
+                traits.follow(config, agents.names_of(group));
+                law.add_forces(&pairs, group, &traits, lists, force);
+            }
+        });
     }
 
     /// The consensus force of a mean velocity that was heard with an error.

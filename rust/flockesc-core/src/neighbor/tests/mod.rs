@@ -1,14 +1,17 @@
 //! The tree against all pairs, one at a time: the same neighbors and the same sums, bit for bit, on every
 //! instruction set.
 
+mod rules;
+
 use nalgebra::SVector;
 use proptest::prelude::*;
 use pulp::{Scalar, Simd};
 
-use super::components::{component_labels, num_components};
+use super::components::connect;
 use super::listen::{Listen, Scratch};
+use super::ranges::Reaches;
 use super::tree::Tree;
-use super::{Heard, NeighborRule, Neighborhood, Ranges};
+use super::{Heard, NeighborOptions, Neighborhood, Ranges};
 use crate::agents::{Agents, GROUP};
 use crate::exact::Scale;
 use crate::rng::{self, Stream};
@@ -84,7 +87,7 @@ fn kernel<S: Simd, const D: usize>(
     simd.vectorize(Listen {
         agents,
         tree,
-        ranges,
+        reaches: Reaches::Ranges(ranges),
         first: 0,
         heard: &mut groups,
         scratch: &mut Scratch::default(),
@@ -121,11 +124,12 @@ fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
         }
         let labels = reference_labels(case, ranges);
         let first = |&(name, label): &(usize, &u32)| name == *label as usize;
+        let forest = connect(&agents, &tree, Reaches::Ranges(ranges));
         prop_assert_eq!(
-            num_components(&agents, &tree, ranges),
+            forest.count(),
             labels.iter().enumerate().filter(first).count()
         );
-        prop_assert_eq!(component_labels(&agents, ranges), labels);
+        prop_assert_eq!(forest.labels(&agents), labels);
     }
     Ok(())
 }
@@ -219,7 +223,7 @@ fn a_crowd_equals_all_pairs_wherever_its_agents_stand() {
     };
     check(&case).expect("equal");
     let mut agents = Agents::new(&case.positions, &case.velocities);
-    let mut neighborhood = Neighborhood::silent(NeighborRule::Metric {}, &agents);
+    let mut neighborhood = Neighborhood::silent(NeighborOptions::METRIC, &agents);
     neighborhood.listen(&mut agents, Ranges::Shared(7.0));
     let by_name = |neighborhood: &Neighborhood<2>, agents: &Agents<2>| {
         let mut counts = vec![0; agents.len()];
@@ -233,7 +237,7 @@ fn a_crowd_equals_all_pairs_wherever_its_agents_stand() {
     case.positions.reverse();
     case.velocities.reverse();
     let mut agents = Agents::new(&case.positions, &case.velocities);
-    let mut neighborhood = Neighborhood::silent(NeighborRule::Metric {}, &agents);
+    let mut neighborhood = Neighborhood::silent(NeighborOptions::METRIC, &agents);
     neighborhood.listen(&mut agents, Ranges::Shared(7.0));
     let mut reversed = by_name(&neighborhood, &agents);
     reversed.reverse();

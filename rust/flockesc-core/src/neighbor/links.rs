@@ -1,0 +1,137 @@
+//! What is found anew in every step where ranges alone do not say who is a neighbor.
+
+use super::SAMPLE;
+use super::listen::Scratch;
+use super::lists::Lists;
+use super::pairs::{Candidates, Pairs};
+use super::ranges::{Ranges, Reaches};
+use super::rule::{NeighborOptions, NeighborRule};
+use super::topological::reach_nearest;
+use super::tree::Tree;
+use super::voronoi::voronoi_neighbors;
+use crate::agents::{Agents, Column, GROUP};
+use crate::threads;
+
+/// How far agents reach, and who is listed for whom.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Links {
+    /// Squared reach in m^2 of the agents of every group; empty where ranges say it all.
+    squares: Vec<Column<f64>>,
+    lists: Lists,
+    /// Where the agent of every name is; empty without lists.
+    places: Vec<u32>,
+    /// Whether the lists are the graph of the first step, which stays.
+    is_frozen: bool,
+}
+
+impl Links {
+    /// Brings all up to date with where the agents are.
+    pub(super) fn update<const D: usize>(
+        &mut self,
+        options: &NeighborOptions,
+        agents: &Agents<D>,
+        tree: &Tree<D>,
+        ranges: Ranges<'_>,
+        scratch: &mut [Scratch],
+    ) {
+        if self.is_frozen {
+            self.places = places(agents);
+            return;
+        }
+        if options.rule == (NeighborRule::Metric {}) && options.is_by_reach() && !options.visits {
+            return;
+        }
+        self.squares.resize(agents.groups.len(), [0.0; GROUP]);
+        match options.rule {
+            NeighborRule::Metric {} => square(agents, ranges, &mut self.squares),
+            NeighborRule::Topological {} => threads::for_each_chunk_with(
+                &mut self.squares,
+                scratch,
+                |first, squares, scratch| {
+                    let scratch = &mut scratch.topological;
+                    reach_nearest(agents, tree, options, ranges, first, squares, scratch);
+                },
+            ),
+            NeighborRule::Voronoi {} => {
+                square(agents, ranges, &mut self.squares);
+                self.places = places(agents);
+                self.lists = voronoi_neighbors(agents);
+            }
+        }
+        if options.is_frozen {
+            self.lists = Lists::new(agents.len(), self.pairs(options, agents, tree).by_name());
+            self.places = places(agents);
+            self.is_frozen = true;
+        }
+    }
+
+    /// How far agents reach, if that says it all.
+    pub(super) fn reaches<'a>(
+        &'a self,
+        options: &NeighborOptions,
+        ranges: Ranges<'a>,
+    ) -> Option<Reaches<'a>> {
+        options.is_by_reach().then_some(match options.rule {
+            NeighborRule::Metric {} => Reaches::Ranges(ranges),
+            NeighborRule::Topological {} | NeighborRule::Voronoi {} => {
+                Reaches::Squares(&self.squares)
+            }
+        })
+    }
+
+    /// The neighbor graph of the last update.
+    pub(super) fn pairs<'a, const D: usize>(
+        &'a self,
+        options: &'a NeighborOptions,
+        agents: &'a Agents<D>,
+        tree: &'a Tree<D>,
+    ) -> Pairs<'a, D> {
+        Pairs {
+            agents,
+            tree,
+            options,
+            squares: &self.squares,
+            candidates: match options.rule {
+                _ if self.is_frozen => Candidates::Frozen(&self.lists, &self.places),
+                NeighborRule::Voronoi {} => Candidates::Listed(&self.lists, &self.places),
+                NeighborRule::Metric {} | NeighborRule::Topological {} => Candidates::All,
+            },
+        }
+    }
+
+    /// Whether the graph of the first step has been found, and stays.
+    pub(super) fn is_frozen(&self) -> bool {
+        self.is_frozen
+    }
+
+    /// Mean reach over a sample of the agents, in m.
+    pub(super) fn typical(&self, options: &NeighborOptions, ranges: Ranges<'_>) -> f64 {
+        match options.rule {
+            NeighborRule::Metric {} | NeighborRule::Voronoi {} => ranges.typical(),
+            NeighborRule::Topological {} => {
+                let first = self.squares.iter().map(|squares| squares[0].sqrt());
+                let sample = first.step_by(self.squares.len().div_ceil(SAMPLE).max(1));
+                let (sum, count) =
+                    sample.fold((0.0, 1e-300), |(sum, count), r| (sum + r, count + 1.0));
+                sum / count
+            }
+        }
+    }
+}
+
+fn square<const D: usize>(agents: &Agents<D>, ranges: Ranges<'_>, squares: &mut [Column<f64>]) {
+    for (group, squares) in squares.iter_mut().enumerate() {
+        ranges.square(agents.names_of(group), squares);
+    }
+}
+
+/// Where the agent of every name is.
+fn places<const D: usize>(agents: &Agents<D>) -> Vec<u32> {
+    let mut places = vec![0; agents.len()];
+    for group in 0..agents.groups.len() {
+        for (place, &name) in (group * GROUP..).zip(agents.names_of(group)) {
+            places[name as usize] = place as u32;
+        }
+    }
+    places
+}

@@ -1,0 +1,33 @@
+//! A neighbor graph as lists, in the order of names.
+
+/// For every agent some others, by name.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Lists {
+    /// Where the list of each agent begins in `others`, and where the last one ends.
+    starts: Vec<usize>,
+    others: Vec<u32>,
+}
+
+impl Lists {
+    /// The lists of `num_agents` agents, from pairs (whose list, who is in it).
+    pub(super) fn new(num_agents: usize, mut pairs: Vec<(u32, u32)>) -> Self {
+        pairs.sort_unstable();
+        pairs.dedup();
+        let mut starts = vec![0; num_agents + 1];
+        for &(name, _) in &pairs {
+            starts[name as usize + 1] += 1;
+        }
+        for name in 0..num_agents {
+            starts[name + 1] += starts[name];
+        }
+        Self {
+            starts,
+            others: pairs.into_iter().map(|(_, other)| other).collect(),
+        }
+    }
+
+    /// The names in the list of one agent, in order.
+    pub(super) fn of(&self, name: usize) -> &[u32] {
+        &self.others[self.starts[name]..self.starts[name + 1]]
+    }
+}

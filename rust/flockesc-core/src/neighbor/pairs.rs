@@ -1,0 +1,205 @@
+//! Every agent and every neighbor of it, one after the other, under any rule.
+
+use super::lists::Lists;
+use super::rule::NeighborOptions;
+use super::sight::Torus;
+use super::tree::{Bounds, Tree};
+use crate::agents::{Agents, Column, FAN, GROUP, TILE};
+use crate::metrics::{larger, squared_norm};
+
+/// The neighbor graph of one moment.
+#[derive(Clone, Copy)]
+pub(crate) struct Pairs<'a, const D: usize> {
+    pub(super) agents: &'a Agents<D>,
+    pub(super) tree: &'a Tree<D>,
+    pub(super) options: &'a NeighborOptions,
+    /// Squared reach in m^2 of the agents of every group.
+    pub(super) squares: &'a [Column<f64>],
+    pub(super) candidates: Candidates<'a>,
+}
+
+/// Among whom an agent's neighbors are.
+#[derive(Clone, Copy)]
+pub(super) enum Candidates<'a> {
+    /// All agents.
+    All,
+    /// Those in its list, as far as it reaches and sees.
+    Listed(&'a Lists, &'a [u32]),
+    /// Those in its list are its neighbors; the places of all names.
+    Frozen(&'a Lists, &'a [u32]),
+}
+
+impl<const D: usize> Pairs<'_, D> {
+    /// Calls `visit(lane, place of a neighbor)` for the agents of one group and all of their neighbors, of which each agent
+    /// is its own first; tells how many tiles were tested against others. `tiles` is room for a list.
+    pub(crate) fn visit(
+        &self,
+        group: usize,
+        tiles: &mut Vec<u32>,
+        mut visit: impl FnMut(usize, usize),
+    ) -> usize {
+        let lanes = self.agents.names_of(group).len();
+        match self.candidates {
+            Candidates::All => {
+                let mut tests = 0;
+                for tile in 0..lanes.div_ceil(TILE) {
+                    tests += self.visit_tile(group, tile, tiles, &mut visit);
+                }
+                tests
+            }
+            Candidates::Listed(lists, places) => {
+                for (lane, &name) in self.agents.names_of(group).iter().enumerate() {
+                    visit(lane, group * GROUP + lane);
+                    for &other in lists.of(name as usize) {
+                        let place = places[other as usize] as usize;
+                        if self.is_neighbor(group, lane, place) {
+                            visit(lane, place);
+                        }
+                    }
+                }
+                0
+            }
+            Candidates::Frozen(lists, places) => {
+                for (lane, &name) in self.agents.names_of(group).iter().enumerate() {
+                    visit(lane, group * GROUP + lane);
+                    for &other in lists.of(name as usize) {
+                        visit(lane, places[other as usize] as usize);
+                    }
+                }
+                0
+            }
+        }
+    }
+
+    /// All pairs of an agent and a neighbor other than itself, by name.
+    pub(crate) fn by_name(&self) -> Vec<(u32, u32)> {
+        let mut pairs = Vec::new();
+        let mut tiles = Vec::new();
+        for group in 0..self.agents.groups.len() {
+            self.visit(group, &mut tiles, |lane, place| {
+                if place != group * GROUP + lane {
+                    let name = self.agents.names_of(group)[lane];
+                    pairs.push((name, self.agents.name(place) as u32));
+                }
+            });
+        }
+        pairs
+    }
+
+    fn visit_tile(
+        &self,
+        group: usize,
+        tile: usize,
+        tiles: &mut Vec<u32>,
+        visit: &mut impl FnMut(usize, usize),
+    ) -> usize {
+        let lanes = tile * TILE..self.agents.names_of(group).len().min((tile + 1) * TILE);
+        let squares = &self.squares[group];
+        let longest = squares[lanes.clone()].iter().copied().fold(0.0, larger);
+        let bounds = self.tree.levels[0][group].bounds_of(tile);
+        tiles.clear();
+        self.tree.near(&bounds, longest, self.options.torus, tiles);
+        for lane in lanes {
+            visit(lane, group * GROUP + lane);
+            for &tile in tiles.iter() {
+                let first = tile as usize * TILE;
+                let mut near = self.near(group, lane, tile as usize);
+                while near != 0 {
+                    let place = first + near.trailing_zeros() as usize;
+                    near &= near - 1;
+                    if place != group * GROUP + lane && self.is_linked(group, lane, place) {
+                        visit(lane, place);
+                    }
+                }
+            }
+        }
+        tiles.len()
+    }
+
+    /// Which agents of a tile are within reach of an agent: one bit per agent.
+    #[inline(always)]
+    fn near(&self, group: usize, lane: usize, tile: usize) -> u8 {
+        let (one, other) = (&self.agents.groups[group], &self.agents.groups[tile / FAN]);
+        let first = tile % FAN * TILE;
+        let mut squared = [0.0; TILE];
+        for axis in 0..D {
+            let own = one.position[axis][lane];
+            let column = &other.position[axis][first..first + TILE];
+            for (squared, &place) in squared.iter_mut().zip(column) {
+                let offset = self.options.torus.offset(own, place);
+                *squared += offset * offset;
+            }
+        }
+        let reach = self.squares[group][lane];
+        (0..TILE).fold(0, |bits, k| bits | u8::from(squared[k] <= reach) << k)
+    }
+
+    /// Whether the agent in `place` is within reach and seen, and the other way round where that counts.
+    fn is_neighbor(&self, group: usize, lane: usize, place: usize) -> bool {
+        let (_, squared) = self.offset(group, lane, place);
+        squared <= self.squares[group][lane] && self.is_linked(group, lane, place)
+    }
+
+    /// Whether the agent in `place`, which is within reach, is seen, and reaches and sees back where that counts.
+    fn is_linked(&self, group: usize, lane: usize, place: usize) -> bool {
+        let NeighborOptions {
+            sight, is_mutual, ..
+        } = *self.options;
+        let (offset, squared) = self.offset(group, lane, place);
+        let (other_group, other_lane) = (place / GROUP, place % GROUP);
+        let velocity = |group: usize, lane: usize| {
+            let columns = &self.agents.groups[group].velocity;
+            std::array::from_fn(|axis| columns[axis][lane])
+        };
+        if !sight.sees::<D>(&velocity(group, lane), &offset, squared) {
+            return false;
+        }
+        !is_mutual
+            || squared <= self.squares[other_group][other_lane]
+                && sight.sees(
+                    &velocity(other_group, other_lane),
+                    &offset.map(|x| -x),
+                    squared,
+                )
+    }
+
+    /// From an agent to the one in `place` in m, and the square of the distance.
+    #[inline(always)]
+    pub(crate) fn offset(&self, group: usize, lane: usize, place: usize) -> ([f64; D], f64) {
+        let one = &self.agents.groups[group].position;
+        let other = &self.agents.groups[place / GROUP].position;
+        let offset: [f64; D] = std::array::from_fn(|axis| {
+            let (own, place) = (one[axis][lane], other[axis][place % GROUP]);
+            self.options.torus.offset(own, place)
+        });
+        (offset, squared_norm(&offset))
+    }
+}
+
+impl<const D: usize> Tree<D> {
+    /// Lists the tiles of which some agent may be within `square` m^2 of some place in `bounds`.
+    pub(super) fn near(&self, bounds: &Bounds<D>, square: f64, torus: Torus, tiles: &mut Vec<u32>) {
+        self.descend(self.levels.len() - 1, 0, tiles, &|node| {
+            torus.squared_gap(bounds, node) <= square
+        });
+    }
+
+    fn descend(
+        &self,
+        level: usize,
+        block: usize,
+        tiles: &mut Vec<u32>,
+        is_near: &impl Fn(&Bounds<D>) -> bool,
+    ) {
+        let nodes = &self.levels[level][block];
+        for child in (0..FAN).filter(|&child| nodes.count[child] > 0) {
+            if is_near(&nodes.bounds_of(child)) {
+                let node = block * FAN + child;
+                match level.checked_sub(1) {
+                    Some(below) => self.descend(below, node, tiles, is_near),
+                    None => tiles.push(node as u32),
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! How the neighbor graph is made: the rule, and what holds on top of any rule.
+
+use serde::Deserialize;
+
+use super::sight::{Sight, Torus};
+
+/// The rule that makes agents neighbors; an agent is always its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum NeighborRule {
+    /// All agents within the interaction range, boundary included.
+    Metric {},
+    /// The k nearest of the agents that are seen, and whoever is as near as the last of them; an action sets k.
+    Topological {},
+    /// The agents within the interaction range whose Voronoi cells share an edge with the own one; in the plane only.
+    Voronoi {},
+}
+
+/// All that a scenario says of the neighbor graph.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct NeighborOptions {
+    pub(crate) rule: NeighborRule,
+    pub(crate) sight: Sight,
+    pub(crate) torus: Torus,
+    /// Whether only agents that would both listen to each other are neighbors.
+    pub(crate) is_mutual: bool,
+    /// Whether the graph of the first step stays.
+    pub(crate) is_frozen: bool,
+    /// Whether [`Neighborhood::pairs`](super::Neighborhood::pairs) is asked for.
+    pub(crate) visits: bool,
+}
+
+impl NeighborOptions {
+    /// The paper's: all agents within range.
+    pub(crate) const METRIC: Self = Self {
+        rule: NeighborRule::Metric {},
+        sight: Sight::ALL_ROUND,
+        torus: Torus::NONE,
+        is_mutual: false,
+        is_frozen: false,
+        visits: false,
+    };
+
+    /// Whether squared ranges alone decide who is a neighbor, so that whole nodes of the tree can be taken at once.
+    pub(super) fn is_by_reach(&self) -> bool {
+        let is_rule_by_reach = match self.rule {
+            NeighborRule::Metric {} | NeighborRule::Topological {} => true,
+            NeighborRule::Voronoi {} => false,
+        };
+        is_rule_by_reach
+            && self.sight == Sight::ALL_ROUND
+            && self.torus == Torus::NONE
+            && !self.is_mutual
+            && !self.is_frozen
+    }
+}

@@ -1,0 +1,256 @@
+//! Every rule, with all that may hold on top of it, against its definition.
+
+use std::f64::consts::PI;
+
+use nalgebra::SVector;
+use proptest::prelude::*;
+
+use super::{Case, cases, range_of};
+use crate::agents::{Agents, GROUP};
+use crate::neighbor::{NeighborOptions, NeighborRule, Neighborhood, Ranges, Sight, Torus};
+
+/// What holds for a case, in plain words.
+#[derive(Debug, Clone, Copy)]
+struct Options {
+    rule: NeighborRule,
+    blind_angle: f64,
+    side: Option<f64>,
+    is_mutual: bool,
+}
+
+impl Options {
+    fn internal(self, is_frozen: bool) -> NeighborOptions {
+        NeighborOptions {
+            rule: self.rule,
+            sight: Sight::new(self.blind_angle),
+            torus: Torus::new(self.side),
+            is_mutual: self.is_mutual,
+            is_frozen,
+            visits: true,
+        }
+    }
+}
+
+fn options() -> impl Strategy<Value = Options> {
+    let rule = prop_oneof![
+        Just(NeighborRule::Metric {}),
+        Just(NeighborRule::Topological {})
+    ];
+    let blind_angle = prop_oneof![Just(0.0), 0.0..2.0 * PI];
+    let side = prop_oneof![Just(None), (10.0..80.0_f64).prop_map(Some)];
+    (rule, blind_angle, side, any::<bool>()).prop_map(|(rule, blind_angle, side, is_mutual)| {
+        Options {
+            rule,
+            blind_angle,
+            side,
+            is_mutual,
+        }
+    })
+}
+
+fn offset<const D: usize>(case: &Case<D>, options: Options, i: usize, j: usize) -> [f64; D] {
+    std::array::from_fn(|axis| {
+        let offset = case.positions[j][axis] - case.positions[i][axis];
+        match options.side {
+            Some(side) if offset > side / 2.0 => offset - side,
+            Some(side) if offset < -side / 2.0 => offset + side,
+            _ => offset,
+        }
+    })
+}
+
+fn squared(offset: &[f64]) -> f64 {
+    offset.iter().map(|x| x * x).sum()
+}
+
+/// Whether agent i sees agent j, by definition.
+fn sees<const D: usize>(case: &Case<D>, options: Options, i: usize, j: usize) -> bool {
+    let (offset, velocity) = (offset(case, options, i, j), case.velocities[i]);
+    let along: f64 = (0..D).map(|axis| velocity[axis] * offset[axis]).sum();
+    let speed = squared(velocity.as_slice()).sqrt();
+    let edge = libm::cos(PI - options.blind_angle / 2.0);
+    options.blind_angle == 0.0 || along >= edge * (speed * squared(&offset).sqrt())
+}
+
+/// All pairs (listener, neighbor) of different agents, by definition.
+fn reference<const D: usize>(
+    case: &Case<D>,
+    ranges: Ranges<'_>,
+    options: Options,
+) -> Vec<(u32, u32)> {
+    let n = case.positions.len();
+    let distance = |i, j| squared(&offset(case, options, i, j));
+    let reach = |i: usize| {
+        let range = range_of(ranges, i);
+        match options.rule {
+            NeighborRule::Metric {} | NeighborRule::Voronoi {} => (range * range).min(f64::MAX),
+            NeighborRule::Topological {} => {
+                let others = (0..n).filter(|&j| j != i && sees(case, options, i, j));
+                let mut distances: Vec<f64> = others.map(|j| distance(i, j)).collect();
+                distances.sort_by(f64::total_cmp);
+                match (range + 0.5) as usize {
+                    0 => 0.0,
+                    k => distances.get(k - 1).copied().unwrap_or(f64::MAX),
+                }
+            }
+        }
+    };
+    let reaches: Vec<f64> = (0..n).map(reach).collect();
+    let hears = |i: usize, j: usize| distance(i, j) <= reaches[i] && sees(case, options, i, j);
+    let pairs = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+    pairs
+        .filter(|&(i, j)| i != j && hears(i, j) && (!options.is_mutual || hears(j, i)))
+        .map(|(i, j)| (i as u32, j as u32))
+        .collect()
+}
+
+/// Pairs that the engine finds, in order, and what is heard by them, agent after agent.
+fn check<const D: usize>(
+    case: &Case<D>,
+    ranges: Ranges<'_>,
+    options: NeighborOptions,
+    expected: &[(u32, u32)],
+) -> Result<(), TestCaseError> {
+    let mut agents = Agents::new(&case.positions, &case.velocities);
+    let mut neighborhood = Neighborhood::silent(options, &agents);
+    if !options.is_frozen {
+        let mut pairs = neighborhood.pairs_by_name(&agents, ranges);
+        pairs.sort_unstable();
+        prop_assert_eq!(&pairs[..], expected);
+    }
+    neighborhood.listen(&mut agents, ranges);
+    // A second time, guided by the first; or from the graph that stays, whatever the range.
+    let again = if options.is_frozen {
+        Ranges::Shared(0.0)
+    } else {
+        ranges
+    };
+    for ranges in [ranges, again] {
+        neighborhood.listen(&mut agents, ranges);
+        let scale = neighborhood.scale();
+        let mut sums: Vec<([i64; D], i64)> = case
+            .velocities
+            .iter()
+            .map(|velocity| {
+                (
+                    std::array::from_fn(|axis| scale.quantize(velocity[axis])),
+                    1,
+                )
+            })
+            .collect();
+        for &(i, j) in expected {
+            for axis in 0..D {
+                sums[i as usize].0[axis] += scale.quantize(case.velocities[j as usize][axis]);
+            }
+            sums[i as usize].1 += 1;
+        }
+        for (place, (name, ..)) in agents.iter().enumerate() {
+            let (heard, lane) = (&neighborhood.heard()[place / GROUP], place % GROUP);
+            let sum: [i64; D] = std::array::from_fn(|axis| heard.sum[axis][lane]);
+            prop_assert_eq!((sum, heard.count[lane]), sums[name]);
+        }
+        let mut labels: Vec<u32> = (0..agents.len() as u32).collect();
+        for _ in 0..agents.len() {
+            for &(i, j) in expected {
+                let lowest = labels[i as usize].min(labels[j as usize]);
+                (labels[i as usize], labels[j as usize]) = (lowest, lowest);
+            }
+        }
+        prop_assert_eq!(&neighborhood.component_labels(&agents, ranges), &labels);
+    }
+    Ok(())
+}
+
+/// The engine against the definition, with one range for all and with one for each.
+fn check_all<const D: usize>(case: &Case<D>, options: Options) -> Result<(), TestCaseError> {
+    let mut case = case.clone();
+    if let Some(side) = options.side {
+        for coordinate in case.positions.iter_mut().flat_map(|r| r.iter_mut()) {
+            *coordinate = coordinate.rem_euclid(side);
+            *coordinate = if *coordinate < side { *coordinate } else { 0.0 };
+        }
+    }
+    for ranges in [
+        Ranges::Shared(case.ranges[0]),
+        Ranges::PerAgent(&case.ranges),
+    ] {
+        let expected = reference(&case, ranges, options);
+        for is_frozen in [false, true] {
+            check(&case, ranges, options.internal(is_frozen), &expected)?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether the Voronoi cells of two points share an edge of positive length: in whole numbers, so exactly.
+fn share_an_edge(points: &[[i128; 2]], i: usize, j: usize) -> bool {
+    let dot = |a: [i128; 2], b: [i128; 2]| a[0] * b[0] + a[1] * b[1];
+    let minus = |a: [i128; 2], b: [i128; 2]| [a[0] - b[0], a[1] - b[1]];
+    let (a, b) = (points[i], points[j]);
+    if a == b {
+        return true;
+    }
+    // On the bisector, at (a + b) / 2 + t across, point k is no nearer than a where p + t q >= 0.
+    let across = [a[1] - b[1], b[0] - a[0]];
+    let (mut low, mut high) = ((-1, 0), (1, 0)); // t as fractions with denominators of at least 0
+    for &k in points {
+        let p = dot([a[0] + b[0], a[1] + b[1]], minus(a, k)) + dot(k, k) - dot(a, a);
+        let q = 2 * dot(across, minus(a, k));
+        if q == 0 && p < 0 {
+            return false;
+        }
+        let is_above = |x: (i128, i128), y: (i128, i128)| x.0 * y.1 > y.0 * x.1;
+        if q > 0 && (low.1 == 0 || is_above((-p, q), low)) {
+            low = (-p, q);
+        }
+        if q < 0 && (high.1 == 0 || is_above(high, (p, -q))) {
+            high = (p, -q);
+        }
+    }
+    low.1 == 0 || high.1 == 0 || low.0 * high.1 < high.0 * low.1
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(600))]
+
+    #[test]
+    fn plane_equals_the_definition(case in cases::<2>(), options in options()) {
+        check_all(&case, options)?;
+    }
+
+    #[test]
+    fn space_equals_the_definition(case in cases::<3>(), options in options()) {
+        check_all(&case, options)?;
+    }
+
+    /// Lattices: points on a common line or circle, and many in the same place.
+    #[test]
+    fn voronoi_cells_share_edges(
+        points in prop_oneof![
+            prop::collection::vec((0..5_i32, 0..5_i32), 1..40),
+            prop::collection::vec((0..9_i32, Just(0)), 1..20),
+            prop::collection::vec((-1000..1000_i32, -1000..1000_i32), 1..70),
+        ],
+        range in prop_oneof![Just(0.0), 0.0..5.0_f64, Just(1e9)],
+        headings in prop::collection::vec(0.0..2.0 * PI, 70),
+        blind_angle in prop_oneof![Just(0.0), 0.0..2.0 * PI],
+        is_mutual in any::<bool>(),
+    ) {
+        let case = Case {
+            positions: points.iter().map(|&(x, y)| SVector::from([f64::from(x), f64::from(y)])).collect(),
+            velocities: headings[..points.len()]
+                .iter()
+                .map(|angle| SVector::from([angle.cos(), angle.sin()]))
+                .collect(),
+            ranges: vec![range],
+        };
+        let whole: Vec<[i128; 2]> = points.iter().map(|&(x, y)| [x.into(), y.into()]).collect();
+        let options = Options { rule: NeighborRule::Voronoi {}, blind_angle, side: None, is_mutual };
+        let ranges = Ranges::Shared(range);
+        let mut expected = reference(&case, ranges, options);
+        expected.retain(|&(i, j)| share_an_edge(&whole, i as usize, j as usize));
+        for is_frozen in [false, true] {
+            check(&case, ranges, options.internal(is_frozen), &expected)?;
+        }
+    }
+}
