@@ -32,7 +32,7 @@ from flockesc_env.initial import (
     Segment,
     Square,
 )
-from flockesc_env.motion import Inertial, Vicsek
+from flockesc_env.motion import Inertial, Reynolds, Vicsek
 from flockesc_env.options import EnvOptions, LineOptions
 from flockesc_env.presets import PRESETS, preset
 from flockesc_env.render import RenderOptions
@@ -80,6 +80,7 @@ __all__ = [
     "RandomHeadings",
     "RecordError",
     "RenderOptions",
+    "Reynolds",
     "Ring",
     "ScenarioError",
     "Segment",

@@ -20,4 +20,20 @@ class Vicsek:
     kind: ClassVar[str] = "vicsek"
 
 
-Motion = Inertial | Vicsek
+@dataclass(frozen=True)
+class Reynolds:
+    """Forces change velocities, and neighbors keep together and apart: boids.
+
+    Attributes:
+        separation_strength: weight of the force away from close neighbors; has no unit.
+        cohesion_strength: weight of the force toward the center of the neighbors; has no unit.
+        separation_range: distance in m up to which a neighbor is close.
+    """
+
+    kind: ClassVar[str] = "reynolds"
+    separation_strength: float = 1.0
+    cohesion_strength: float = 1.0
+    separation_range: float = 5.0
+
+
+Motion = Inertial | Vicsek | Reynolds

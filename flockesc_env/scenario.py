@@ -187,7 +187,8 @@ class FlockScenario(_Document):
             not flee.
         alignment_strength: weight a of the consensus with neighbors, one number for all agents or one per
             agent; 0: they follow nobody.
-        motion: how forces set velocities: ``Inertial()`` or ``Vicsek()``.
+        motion: how forces set velocities: ``Inertial()``, ``Vicsek()`` or
+            ``Reynolds(separation_strength, cohesion_strength, separation_range)``.
         angular_noise: width eta in rad of the error in the new heading, from 0 to 2 pi.
         sensing_noise: error in the mean velocity heard, over v0.
         sensing_delay: steps that pass between hearing neighbors and acting on it.
@@ -220,6 +221,10 @@ class FlockScenario(_Document):
     constant_speed: bool = True
     predators: tuple[Predator, ...] = (ConstantVelocity(),)
     neighbor_rule: NeighborRule = Metric()
+    blind_angle: float = 0.0
+    mutual: bool = False
+    frozen_graph: bool = False
+    periodic_side: float | None = None
 
     def __post_init__(self) -> None:
         self._normalize()

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from flockesc_env import FlockScenario, Intercept, LineScenario, PurePursuit, Vicsek
+from flockesc_env import FlockScenario, Intercept, LineScenario, PurePursuit, Reynolds, Vicsek
 
 Floats = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ class FlockState:
     velocities: Floats
     predator_positions: Floats
     predator_velocities: Floats
-    consensus: list[Floats] = field(default_factory=list)  # forces of all steps so far, without delay
+    heard: list[Floats] = field(default_factory=list)  # forces of neighbors in all steps so far
 
 
 def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats) -> FlockState:
@@ -43,15 +43,20 @@ def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> Fl
     """Advance one step; ``ranges`` has one entry per agent."""
     r, v = state.positions, state.velocities
     mass, speed = per_agent(scenario, "mass"), per_agent(scenario, "speed")
-    alignment, repulsion = per_agent(scenario, "alignment_strength"), per_agent(scenario, "repulsion_strength")
+    alignment, repulsion = (
+        per_agent(scenario, "alignment_strength"),
+        per_agent(scenario, "repulsion_strength"),
+    )
     neighbors = directed_graph(r, ranges)
     heard = np.zeros_like(v)
     for i in range(len(r)):
         mean = v[neighbors[i]].mean(axis=0)
         if mean.any():
             heard[i] = alignment[i] * speed[i] * mean / np.linalg.norm(mean)
-    consensus = [*state.consensus, heard]
-    force = consensus[max(0, len(consensus) - 1 - scenario.sensing_delay)].copy()
+        if isinstance(scenario.motion, Reynolds):
+            heard[i] += speed[i] * flocking_force(scenario.motion, r[i], r[neighbors[i]])
+    forces = [*state.heard, heard]
+    force = forces[max(0, len(forces) - 1 - scenario.sensing_delay)].copy()
     for i in range(len(r)):
         for predator in state.predator_positions:
             distance = np.linalg.norm(r[i] - predator)
@@ -82,7 +87,21 @@ def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> Fl
             gain = predator.navigation_constant * scenario.time_step
             limit = predator.max_turn_rate * scenario.time_step
             new_predator_v[k] = navigated(new_predator_v[k], rate, gain, limit)
-    return FlockState(new_r, new_v, new_predators, new_predator_v, consensus)
+    return FlockState(new_r, new_v, new_predators, new_predator_v, forces)
+
+
+def flocking_force(law: Reynolds, own: Floats, neighbors: Floats) -> Floats:
+    """Return cohesion and separation of an agent at ``own`` over v0; it may be among its ``neighbors``."""
+    distances = np.linalg.norm(own - neighbors, axis=1)
+    close = (distances > 0) & (distances <= law.separation_range)
+    center = neighbors.mean(axis=0) - own if (distances > 0).any() else np.zeros_like(own)
+    apart = ((own - neighbors[close]) / distances[close, None] ** 2).sum(axis=0)
+    return law.cohesion_strength * unit(center) + law.separation_strength * unit(apart)
+
+
+def unit(vector: Floats) -> Floats:
+    """Return the direction of a vector; 0 for 0."""
+    return vector / np.linalg.norm(vector) if vector.any() else vector
 
 
 def per_agent(scenario: FlockScenario, name: str) -> Floats:

@@ -25,6 +25,7 @@ from flockesc_env import (
     Metric,
     PurePursuit,
     RandomHeadings,
+    Reynolds,
     Ring,
     Segment,
     Square,
@@ -378,6 +379,14 @@ def test_one_number_per_agent(field: str, values: Any, where: str, expected: str
         FlockScenario(num_agents=3, **{field: values})
     assert caught.value.field == field + where
     assert expected in {None, caught.value.expected}
+
+
+@pytest.mark.parametrize("field", ["separation_strength", "cohesion_strength", "separation_range"])
+@pytest.mark.parametrize("value", [-1e-9, *NO_NUMBER, *NOT_FINITE])
+def test_boids(field: str, value: Any) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        FlockScenario(motion=Reynolds(**{field: value}))
+    assert caught.value.field.startswith(f"motion.reynolds.{field}")
 
 
 def test_vicseks_agents_keep_their_speed() -> None:

@@ -13,13 +13,16 @@ from flockesc_env import (
     FlockEscapeEnv,
     FlockScenario,
     FlockVectorEnv,
+    Inertial,
     LineScenario,
+    Reynolds,
     parallel_env,
     rollout,
     simulate,
     sweep,
 )
 from flockesc_env.batch import FlockBatch
+from flockesc_env.motion import Motion
 from flockesc_env.policies import FixedRange, StubbornLeaders
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
@@ -152,11 +155,13 @@ def test_threads_of_one_large_flock(played: Any, dimension: int) -> None:
 
 
 @dimensions
-def test_threads_of_one_large_flock_of_unlike_agents(dimension: int) -> None:
+@pytest.mark.parametrize("motion", [Inertial(), Reynolds()])
+def test_threads_of_one_large_flock_of_unlike_agents(motion: Motion, dimension: int) -> None:
     names = ("mass", "speed", "repulsion_strength", "alignment_strength")
     rng = np.random.default_rng(0)
     traits = {name: rng.uniform(0.5, 2, 5000) * getattr(FlockScenario(), name) for name in names}
-    scenario = large_flock(dimension, angular_noise=0.5, sensing_noise=0.5, sensing_delay=2, **traits)
+    noisy = {"angular_noise": 0.5, "sensing_noise": 0.5, "sensing_delay": 2}
+    scenario = large_flock(dimension, motion=motion, **noisy, **traits)
     serial = simulated(scenario, 1)
     for threads in (2, 7):
         np.testing.assert_equal(simulated(scenario, threads), serial)

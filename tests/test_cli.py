@@ -18,6 +18,7 @@ from flockesc_env import (
     Intercept,
     LineScenario,
     PurePursuit,
+    Reynolds,
     Ring,
     Vicsek,
     simulate,
@@ -112,12 +113,16 @@ CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
         ),
     ),
     "unlike agents": (
-        ["--mass", "0.2", "--speed", *"1 2 3 4 5 6 7 8 9 10 11 12".split()],
+        ["--mass", "0.2", "--speed", *map(str, range(1, 13))],
         SMALL.replace(mass=0.2, speed=tuple(range(1, 13))),
     ),
     "motion": (
         ["--motion", "vicsek", "--angular-noise", "0.5", "--sensing-delay", "2"],
         SMALL.replace(motion=Vicsek(), angular_noise=0.5, sensing_delay=2),
+    ),
+    "boids": (
+        ["--motion", "reynolds", "separation_range=3"],
+        SMALL.replace(motion=Reynolds(separation_range=3.0)),
     ),
     "neighbor rule": (["--neighbor-rule", "metric"], SMALL),
     "line": (
@@ -140,8 +145,14 @@ def test_a_scenario_comes_from_a_file_and_flags_override_it(
     suffix: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     path = tmp_path / f"storm{suffix}"
-    toml = "num_agents = 3\nnum_steps = 30\nmass = [0.1, 1, 2]\n[[predators]]\npure_pursuit = { velocity = [12, 0] }\n"
-    document = '{"num_agents": 3, "num_steps": 30, "mass": [0.1, 1, 2], "predators": [{"pure_pursuit": {"velocity": [12, 0]}}]}'
+    toml = (
+        "num_agents = 3\nnum_steps = 30\nmass = [0.1, 1, 2]\n"
+        "[[predators]]\npure_pursuit = { velocity = [12, 0] }\n"
+    )
+    document = (
+        '{"num_agents": 3, "num_steps": 30, "mass": [0.1, 1, 2], '
+        '"predators": [{"pure_pursuit": {"velocity": [12, 0]}}]}'
+    )
     path.write_text(toml if suffix == ".toml" else document)
     ran = Ran(
         capsys,

@@ -9,7 +9,7 @@ import pytest
 from option_table import DIMENSIONS, UNLIKE, small_flock
 from scipy import stats
 
-from flockesc_env import FlockEscapeEnv, FlockScenario, Trajectory, Vicsek, parallel_env, simulate
+from flockesc_env import FlockEscapeEnv, FlockScenario, Reynolds, Trajectory, Vicsek, parallel_env, simulate
 
 EVERYWHERE = 1e9  # m; everybody hears everybody
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
@@ -177,6 +177,44 @@ def test_a_delay_as_long_as_the_episode_repeats_the_first_answer(
         gain = scenario.time_step / 0.1 * 10.0
         pushed = 10.0 * headings(run.velocities[:-1] + gain * force)
         np.testing.assert_allclose(run.velocities[1:], pushed, atol=1e-9)
+
+
+@dimensions
+def test_boids_without_weights_are_the_papers_agents(dimension: int) -> None:
+    paper = small_flock(dimension, num_agents=100)
+    boids = paper.replace(motion=Reynolds(0.0, 0.0, 10.0))
+    assert_same_run(simulate(boids, 8.0, seed=1), simulate(paper, 8.0, seed=1))
+
+
+@dimensions
+def test_two_boids_keep_apart(dimension: int) -> None:
+    """Cohesion and separation of two agents at rest are along the line between them."""
+    law = Reynolds(separation_strength=3.0, cohesion_strength=1.0, separation_range=5.0)
+    scenario = small_flock(dimension, num_agents=2, num_steps=1, predators=(), motion=law)
+    for distance, expected in [(4.9, -2.0), (5.0, -2.0), (5.1, 1.0), (9.0, 0.0)]:
+        positions = np.zeros((2, dimension))
+        positions[1, 1] = distance
+        run = simulate(
+            scenario.replace(constant_speed=False),
+            8.0,
+            initial_positions=positions,
+            initial_velocities=np.zeros((2, dimension)),
+        )
+        pushed = scenario.time_step / 0.1 * expected * 10.0
+        np.testing.assert_allclose(run.velocities[1, :, 1], [pushed, -pushed], atol=1e-12)
+        assert (np.delete(run.velocities[1], 1, axis=1) == 0).all()
+
+
+@dimensions
+def test_cohesion_holds_a_flock_together_and_separation_spreads_it(dimension: int) -> None:
+    scenario = FlockScenario(num_agents=60, dimension=dimension, initial_side=30.0, predators=())
+
+    def spread(motion: Reynolds) -> float:
+        end = simulate(scenario.replace(motion=motion), 15.0, seed=2).positions[-1]
+        return float(np.sqrt(((end - end.mean(axis=0)) ** 2).sum(axis=1).mean()))
+
+    apart, plain, together = (spread(Reynolds(s, c, 15.0)) for s, c in [(1.0, 0.0), (0.0, 0.0), (0.0, 1.0)])
+    assert together < plain < apart
 
 
 @dimensions

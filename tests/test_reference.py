@@ -17,6 +17,7 @@ from flockesc_env import (
     Intercept,
     LineScenario,
     PurePursuit,
+    Reynolds,
     Trajectory,
     Vicsek,
     simulate,
@@ -61,7 +62,11 @@ def per_agent(draw: st.DrawFn, agents: int, values: tuple[float, ...]) -> float 
 def flock_scenarios(draw: st.DrawFn) -> FlockScenario:
     dimension = draw(st.sampled_from([2, 3]))
     agents = draw(st.integers(1, 70))
-    motion = draw(st.sampled_from([Inertial(), Vicsek()]))
+    motion = draw(
+        st.sampled_from(
+            [Inertial(), Vicsek(), Reynolds(), Reynolds(2.0, 0.5, 12.0), Reynolds(3.0, 0.0, HUGE)]
+        )
+    )
     return FlockScenario(
         num_agents=agents,
         dimension=dimension,

@@ -29,6 +29,7 @@ from flockesc_env import (
     Metric,
     PurePursuit,
     RandomHeadings,
+    Reynolds,
     Ring,
     Segment,
     Square,
@@ -74,9 +75,7 @@ def initial_headings(dimension: int, *, plane: bool) -> st.SearchStrategy[Initia
     return st.just(RandomHeadings()) | st.builds(AlignedHeadings, directions, st.floats(0, math.pi))
 
 
-def per_agent(
-    agents: int, numbers: st.SearchStrategy[float]
-) -> st.SearchStrategy[float | tuple[float, ...]]:
+def per_agent(agents: int, numbers: st.SearchStrategy[float]) -> st.SearchStrategy[float | tuple[float, ...]]:
     return numbers if agents > 10 else numbers | st.tuples(*[numbers] * agents)
 
 
@@ -85,7 +84,10 @@ def flocks(draw: st.DrawFn) -> FlockScenario:
     dimension = draw(st.sampled_from([2, 3]))
     plane = draw(st.booleans())
     agents = draw(st.integers(1, 10) | st.integers(1, 10**7))
-    motion = draw(st.sampled_from([Inertial(), Vicsek()]))
+    motion = draw(
+        st.sampled_from([Inertial(), Vicsek()])
+        | st.builds(Reynolds, not_negative, not_negative, not_negative)
+    )
     return FlockScenario(
         num_agents=agents,
         dimension=dimension,

@@ -19,6 +19,7 @@ from flockesc_env import (
     Intercept,
     LineScenario,
     PurePursuit,
+    Reynolds,
     Trajectory,
     Vicsek,
     parallel_env,
@@ -46,7 +47,7 @@ def random_flock(dimension: int, rng: np.random.Generator) -> tuple[FlockScenari
         dimension,
         num_agents=N,
         num_steps=STEPS,
-        motion=(Inertial(), Vicsek())[rng.integers(2)],
+        motion=(Inertial(), Vicsek(), Reynolds(separation_range=4.1))[rng.integers(3)],
         sensing_delay=int(rng.integers(3)),
         **{name: rng.uniform(0.5, 2, N) * getattr(FlockScenario(), name) for name in PER_AGENT},
         predators=(
