@@ -33,6 +33,7 @@ from flockesc_env.initial import (
     Square,
 )
 from flockesc_env.motion import Inertial, Reynolds, Vicsek
+from flockesc_env.neighbors import Metric, NeighborRule, Topological, Voronoi
 from flockesc_env.options import EnvOptions, LineOptions
 from flockesc_env.presets import PRESETS, preset
 from flockesc_env.render import RenderOptions
@@ -42,7 +43,6 @@ from flockesc_env.scenario import (
     FlockScenario,
     Intercept,
     LineScenario,
-    Metric,
     PurePursuit,
     Wandering,
 )
@@ -76,6 +76,7 @@ __all__ = [
     "LineSweepResult",
     "LineTrajectory",
     "Metric",
+    "NeighborRule",
     "PurePursuit",
     "RandomHeadings",
     "RecordError",
@@ -86,8 +87,10 @@ __all__ = [
     "Segment",
     "Square",
     "SweepResult",
+    "Topological",
     "Trajectory",
     "Vicsek",
+    "Voronoi",
     "Wandering",
     "__version__",
     "approach",

@@ -15,6 +15,7 @@ __all__ = [
     "episode_seed",
     "laplacian",
     "line_observation_entries",
+    "neighbor_pairs",
     "observation_entries",
     "perron_matrix",
     "simulate_flock",
@@ -130,7 +131,18 @@ def sweep_line(
     report: Callable[[int], None] | None,
 ) -> dict[str, NDArray[Any]]: ...
 def episode_seed(seed: int, episode: int) -> int: ...
-def component_labels(positions: NDArray[np.float64], ranges: NDArray[np.float64]) -> NDArray[np.int64]: ...
+def component_labels(
+    scenario: str | None,
+    positions: NDArray[np.float64],
+    velocities: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+) -> NDArray[np.int64]: ...
+def neighbor_pairs(
+    scenario: str | None,
+    positions: NDArray[np.float64],
+    velocities: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+) -> NDArray[np.int64]: ...
 def perron_matrix(states: NDArray[np.float64], interaction_range: float) -> NDArray[np.float64]: ...
 def laplacian(states: NDArray[np.float64], interaction_range: float) -> NDArray[np.float64]: ...
 def observation_entries(per_agent: bool, dimension: int) -> list[tuple[str, float, float]]: ...

@@ -1,4 +1,4 @@
-"""The neighbor graph: components of a flock; matrices of a line (paper, Section II)."""
+"""The neighbor graph: pairs and components of a flock; matrices of a line (paper, Section II)."""
 
 from __future__ import annotations
 
@@ -8,30 +8,75 @@ from numpy.typing import ArrayLike, NDArray
 from flockesc_env import _core
 from flockesc_env._checks import FloatArray, as_floats
 from flockesc_env.errors import ArgumentError
+from flockesc_env.scenario import FlockScenario
 
 
-def component_labels(positions: ArrayLike, interaction_range: ArrayLike) -> NDArray[np.int64]:
+def component_labels(
+    positions: ArrayLike,
+    interaction_range: ArrayLike,
+    *,
+    scenario: FlockScenario | None = None,
+    velocities: ArrayLike | None = None,
+) -> NDArray[np.int64]:
     """Return the connected component of every agent, named by the lowest index in it, shape (n,).
 
-    Agents within each other's range are neighbors; with one range per agent it is enough that one listens to
-    the other (weak components).
+    It is enough that one of two agents listens to the other (weak components).
 
     Args:
         positions: r_i in m, shape (n, 2) or (n, 3).
-        interaction_range: rho in m, a scalar or shape (n,).
+        interaction_range: rho in m, or what the neighbor rule makes of it, a scalar or shape (n,).
+        scenario: whose neighbor rule holds; ``None``: agents within range are neighbors. A frozen graph is
+            that of these positions.
+        velocities: v_i in m/s, as ``positions``; needed where the scenario has a blind angle.
 
     Raises:
         ArgumentError: for a wrong shape, an entry that is not finite, or a negative range.
     """
+    return _core.component_labels(*_moment(positions, interaction_range, scenario, velocities))
+
+
+def neighbor_pairs(
+    positions: ArrayLike,
+    interaction_range: ArrayLike,
+    *,
+    scenario: FlockScenario | None = None,
+    velocities: ArrayLike | None = None,
+) -> NDArray[np.int64]:
+    """Return all pairs (i, j) of different agents such that i listens to j, in order, shape (m, 2).
+
+    Args:
+        positions: as ``component_labels``, and likewise the others.
+        interaction_range: likewise.
+        scenario: likewise.
+        velocities: likewise.
+
+    Raises:
+        ArgumentError: as ``component_labels``.
+    """
+    return _core.neighbor_pairs(*_moment(positions, interaction_range, scenario, velocities))
+
+
+def _moment(
+    positions: ArrayLike,
+    interaction_range: ArrayLike,
+    scenario: FlockScenario | None,
+    velocities: ArrayLike | None,
+) -> tuple[str | None, FloatArray, FloatArray, FloatArray]:
     points = as_floats(positions, "positions")
     if points.ndim != 2 or points.shape[1] not in {2, 3} or not len(points):
         raise ArgumentError("positions", "shape (n, 2) or (n, 3) with n >= 1", f"shape {points.shape}")
+    if scenario is not None and points.shape[1] != scenario.dimension:
+        expected = f"shape (n, {scenario.dimension}), as the scenario's dimension"
+        raise ArgumentError("positions", expected, f"shape {points.shape}")
+    if velocities is None and scenario is not None and scenario.blind_angle > 0:
+        raise ArgumentError("velocities", f"shape {points.shape}, as there is a blind angle", None)
+    moves = np.zeros_like(points) if velocities is None else as_floats(velocities, "velocities", points.shape)
     ranges = as_floats(interaction_range, "interaction_range")
     if ranges.shape not in {(), (len(points),)}:
-        raise ArgumentError(
-            "interaction_range", f"a scalar or shape ({len(points)},)", f"shape {ranges.shape}"
-        )
-    return _core.component_labels(points, np.atleast_1d(ranges))
+        expected = f"a scalar or shape ({len(points)},)"
+        raise ArgumentError("interaction_range", expected, f"shape {ranges.shape}")
+    document = None if scenario is None else scenario.to_json()
+    return document, points, moves, np.atleast_1d(ranges)
 
 
 def perron_matrix(states: ArrayLike, interaction_range: float) -> FloatArray:

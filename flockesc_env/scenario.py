@@ -15,6 +15,7 @@ from flockesc_env import _core
 from flockesc_env.errors import ScenarioError
 from flockesc_env.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
 from flockesc_env.motion import Inertial, Motion
+from flockesc_env.neighbors import Metric, NeighborRule
 
 EscapeForce = Literal["constant", "linear", "linear_as_printed"]
 Target = Literal["nearest", "centroid", "most_isolated"]
@@ -77,13 +78,6 @@ class Intercept:
 
 
 @dataclass(frozen=True)
-class Metric:
-    """All agents within the interaction range are neighbors, boundary and self included."""
-
-    kind: ClassVar[str] = "metric"
-
-
-@dataclass(frozen=True)
 class Wandering:
     """A predator whose heading does a random walk, at constant speed and without regard to the flock.
 
@@ -100,7 +94,6 @@ class Wandering:
 
 
 Predator = ConstantVelocity | PurePursuit | Intercept | Wandering
-NeighborRule = Metric
 Part = Predator | NeighborRule | InitialPositions | InitialHeadings | Motion
 
 _T = TypeVar("_T")
@@ -195,7 +188,13 @@ class FlockScenario(_Document):
         constant_speed: whether agents keep speed v0 (step 4 of docs/model.md); ``False`` is the literal law.
         predators: any number of any kinds (``ConstantVelocity``, ``PurePursuit``, ``Intercept``,
             ``Wandering``), also none.
-        neighbor_rule: who is a neighbor.
+        neighbor_rule: who is a neighbor: ``Metric()``, ``Topological()`` or ``Voronoi()``.
+        blind_angle: full angle in rad of the sector behind an agent in which it sees no neighbor, from 0 to
+            2 pi.
+        mutual: whether only agents that would both listen to each other are neighbors.
+        frozen_graph: whether the neighbor graph of the first step stays, whatever the range.
+        periodic_side: side in m of a world without border, a torus, which has no predators; ``None``: the
+            open world.
 
     Raises:
         ScenarioError: naming a field of a wrong type or out of bounds.
@@ -220,7 +219,7 @@ class FlockScenario(_Document):
     sensing_delay: int = 0
     constant_speed: bool = True
     predators: tuple[Predator, ...] = (ConstantVelocity(),)
-    neighbor_rule: NeighborRule = Metric()
+    neighbor_rule: NeighborRule = Metric()  # noqa: RUF009, frozen
     blind_angle: float = 0.0
     mutual: bool = False
     frozen_graph: bool = False

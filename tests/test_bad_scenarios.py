@@ -63,6 +63,10 @@ BAD_FLOCK: dict[str, tuple[Any, ...]] = {
     "constant_speed": (1, 0.0, "yes", None),
     "predators": (None, 5, "pure_pursuit", ConstantVelocity()),
     "neighbor_rule": (None, "metric", 5, ConstantVelocity()),
+    "blind_angle": (-0.1, 6.3, *NO_NUMBER, *NOT_FINITE),
+    "mutual": (1, 0.0, "yes", None),
+    "frozen_graph": (1, 0.0, "yes", None),
+    "periodic_side": (0.0, -1.0, "1", True, [1.0], {}, *NOT_FINITE),
 }
 
 BAD_LINE: dict[str, tuple[Any, ...]] = {
@@ -239,7 +243,7 @@ def test_integers_beyond_all_floats(fields: dict[str, Any], name: str) -> None:
         ({"predators": [{"metric": {}}]}, "predators[0]"),
         ({"predators": [{"pure_pursuit": 5}]}, "predators[0].pure_pursuit"),
         ({"neighbor_rule": {"metric": {"k": 5}}}, "neighbor_rule.metric.k"),
-        ({"neighbor_rule": {"topological": {}}}, "neighbor_rule"),
+        ({"neighbor_rule": {"topological": {"k": 7}}}, "neighbor_rule.topological.k"),
         ({"neighbor_rule": {"pure_pursuit": {}}}, "neighbor_rule"),
         ({"initial_positions": {"ring": {"side": 5}}}, "initial_positions.ring.side"),
         ({"initial_positions": {"torus": {}}}, "initial_positions"),

@@ -117,7 +117,7 @@ def run(
     if json:
         show_json(document)
     else:
-        _show_table(document)
+        _show_table(document, chosen.neighbor_rule.unit if isinstance(chosen, FlockScenario) else "")
     return code
 
 
@@ -235,8 +235,8 @@ def _outcome(
     }
 
 
-def _show_table(document: dict[str, Any]) -> None:
-    unit, in_unit = (" m", " (m)") if document["model"] == "flock" else ("", "")
+def _show_table(document: dict[str, Any], range_unit: str) -> None:
+    length = "m" if document["model"] == "flock" else ""
     rows = [
         [
             f"{row['interaction_range']:.4g}",
@@ -246,9 +246,18 @@ def _show_table(document: dict[str, Any]) -> None:
         ]
         for row in document["ranges"]
     ]
-    show(table([f"range{in_unit}", f"{document['objective']}{in_unit}", "95 % interval", "components"], rows))
+    heads = [_in("range", range_unit), _in(document["objective"], length), "95 % interval", "components"]
+    show(table(heads, rows))
     if document["best_range"] is not None:
         show(
-            f"best fixed range: {document['best_range']:.4g}{unit};"
-            f" with the best range of every single seed: {document['hindsight_oracle']:.4f}{unit}"
+            f"best fixed range: {_of(document['best_range'], '.4g', range_unit)};"
+            f" with the best range of every single seed: {_of(document['hindsight_oracle'], '.4f', length)}"
         )
+
+
+def _in(name: str, unit: str) -> str:
+    return f"{name} ({unit})" if unit else name
+
+
+def _of(value: float, form: str, unit: str) -> str:
+    return f"{value:{form}} {unit}".rstrip()

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TypedDict
+
 import numpy as np
 
 from flockesc_env._checks import FloatArray
-from flockesc_env.graph import component_labels
+from flockesc_env.graph import component_labels, neighbor_pairs
 from flockesc_env.render.camera import VIEW_ASPECT, Camera, Rect, camera
 from flockesc_env.render.canvas import Canvas, Image
 from flockesc_env.render.colors import FRAME, PREDATOR, TEXT, Colors, component_colors, faded
@@ -13,6 +15,7 @@ from flockesc_env.render.frame import FlockFrame
 from flockesc_env.render.ground import draw_ground
 from flockesc_env.render.options import RenderOptions
 from flockesc_env.render.strip import draw_strip
+from flockesc_env.scenario import FlockScenario
 
 _DART = np.array([(1.0, 0.0), (-0.8, 0.66), (-0.42, 0.0), (-0.8, -0.66)])
 """Corners of a mark, ahead and left, over its length ahead."""
@@ -21,22 +24,26 @@ _HAZE = 0.55
 """How far the color of the farthest agent in space is on its way to the paper's."""
 
 
+class _Rule(TypedDict):
+    scenario: FlockScenario
+    velocities: FloatArray
+
+
 def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Image:
     """Return the picture of a moment, shape (size, size, 3); equal frames give equal pictures."""
     size = options.size
     canvas, rect = Canvas(size), Rect(0, 0, size, size / VIEW_ASPECT)
     eye = camera(frame.view, rect)
-    ranges = np.broadcast_to(frame.moment.interaction_range, len(frame.moment.positions))
-    labels = component_labels(frame.moment.positions, ranges)
+    labels = component_labels(*_listening(frame), **_rule(frame))
     colors = component_colors(labels)
     canvas.clip(rect)
     draw_ground(canvas, eye, frame.view, rect)
     if frame.view.shape[1] == 3:
         _shadows(canvas, eye, frame)
     _predator_ranges(canvas, eye, frame)
-    if options.show == "discs":
+    if options.show == "discs" and frame.scenario.neighbor_rule.unit == "m":
         _interaction_discs(canvas, eye, frame, options, colors)
-    elif options.show == "edges":
+    elif options.show != "none":
         _edges(canvas, eye, frame, options, colors)
     _trails(canvas, eye, frame, options)
     _marks(canvas, eye, frame, colors)
@@ -86,21 +93,24 @@ def _interaction_discs(
 
 def _edges(canvas: Canvas, eye: Camera, frame: FlockFrame, options: RenderOptions, colors: Colors) -> None:
     """Draw a line between two agents of whom one has heard the other in the last step, or both."""
-    positions = frame.moment.positions
-    count, dimension = positions.shape
-    chosen = options.selected(count)
-    ranges = np.broadcast_to(frame.moment.interaction_range, count)
-    reach = np.maximum(ranges[chosen, np.newaxis], ranges)
-    squares = sum(
-        (positions[chosen, np.newaxis, axis] - positions[:, axis]) ** 2 for axis in range(dimension)
-    )
-    rows, others = np.nonzero(squares <= reach**2)
-    ones = chosen[rows]
-    is_chosen = np.isin(np.arange(count), chosen)
-    kept = np.where(is_chosen[others], ones < others, True)  # once, where both are chosen; none to itself
-    pixels, _ = eye.project(positions)
-    ends = np.stack([pixels[ones[kept]], pixels[others[kept]]], axis=1)
-    canvas.segments(ends, faded(colors, 0.55)[ones[kept]].tolist())
+    count = len(frame.moment.positions)
+    pairs = neighbor_pairs(*_listening(frame), **_rule(frame))
+    chosen = np.isin(np.arange(count), options.selected(count))
+    pairs = np.sort(pairs[chosen[pairs].any(axis=1)], axis=1)
+    ones, others = np.divmod(np.unique(pairs[:, 0] * count + pairs[:, 1]), count)  # every pair once
+    pixels, _ = eye.project(frame.moment.positions)
+    ends = np.stack([pixels[ones], pixels[others]], axis=1)
+    canvas.segments(ends, faded(colors, 0.55)[ones].tolist())
+
+
+def _listening(frame: FlockFrame) -> tuple[FloatArray, FloatArray]:
+    """Return where agents are as their neighbor graph is made, and the ranges of it."""
+    listening = frame.listening
+    return listening.positions, np.broadcast_to(listening.interaction_range, len(listening.positions))
+
+
+def _rule(frame: FlockFrame) -> _Rule:
+    return {"scenario": frame.scenario, "velocities": frame.listening.velocities}
 
 
 def _trails(canvas: Canvas, eye: Camera, frame: FlockFrame, options: RenderOptions) -> None:

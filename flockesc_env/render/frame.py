@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -50,6 +50,8 @@ class FlockFrame:
     Attributes:
         scenario: the flock model's parameters.
         moment: the last moment.
+        listening: the moment of whose positions and velocities, under the ranges of the last step, the
+            neighbor graph is made: the last one, and with a frozen graph the first.
         view: lowest and highest corner of a box around all agents and predators of all moments, which never
             shrinks, shape (2, D).
         times: shape (k,), one entry per moment.
@@ -61,6 +63,7 @@ class FlockFrame:
 
     scenario: FlockScenario
     moment: FlockMoment
+    listening: FlockMoment
     view: FloatArray
     times: FloatArray
     mean_distance: FloatArray
@@ -86,6 +89,7 @@ class FlockHistory:
         self._rows: list[tuple[float, float, float, float]] = []
         self._trails: list[FloatArray] = []
         self._last: FlockMoment | None = None
+        self._frozen: FlockMoment | None = None
 
     def add(self, moment: FlockMoment) -> None:
         """Take the next moment; one of step 0 starts an episode."""
@@ -99,6 +103,8 @@ class FlockHistory:
         time = moment.step * self._scenario.time_step
         self._rows.append((time, moment.mean_distance, moment.min_distance, moment.objective))
         self._trails.append(moment.predator_positions)
+        if self._scenario.frozen_graph and self._frozen is None and self._last is not None:
+            self._frozen = replace(self._last, interaction_range=moment.interaction_range)
         self._last = moment
 
     def frame(self) -> FlockFrame | None:
@@ -109,6 +115,7 @@ class FlockHistory:
         return FlockFrame(
             scenario=self._scenario,
             moment=self._last,
+            listening=self._frozen or self._last,
             view=self._view,
             times=times,
             mean_distance=mean_distance,

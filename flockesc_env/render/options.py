@@ -25,8 +25,8 @@ class RenderOptions:
 
     Attributes:
         size: width and height in pixels, an even number of at least 160.
-        show: ``"discs"``: the interaction range of agents as a disc; ``"edges"``: the edges of the neighbor
-            graph, from whoever listens to whoever is heard.
+        show: ``"edges"``: the edges of the neighbor graph, from whoever listens to whoever is heard;
+            ``"discs"``: the interaction range of agents as a disc, or edges where it is no length.
         agents: indices of the agents whose discs or edges are drawn; ``None``: all.
         trail: length of a predator's trail in s.
 

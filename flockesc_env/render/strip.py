@@ -20,7 +20,7 @@ def draw_strip(canvas: Canvas, frame: FlockFrame, rect: Rect, *, num_components:
     one = "" if num_components == 1 else "s"
     words = [
         f"t = {frame.times[-1]:.2f} s",
-        f"range {range_text(moment.interaction_range)} m",
+        f"range {range_text(moment.interaction_range)} {frame.scenario.neighbor_rule.unit}",
         f"{num_components} component{one}",
         f"J = {moment.objective:.1f} m" if np.isfinite(moment.objective) else "no predator",
     ]

@@ -49,9 +49,16 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     in_force = trajectory.interaction_ranges
     ranges = np.concatenate([in_force, in_force[-1:]])
     per_time = ranges[:, 0] if ranges.shape[1] == 1 else ranges
+    scenario = trajectory.scenario
+    states = zip(trajectory.positions, per_time, trajectory.velocities, strict=True)
     labels = np.array(
-        [component_labels(*state) for state in zip(trajectory.positions, per_time, strict=True)]
+        [
+            component_labels(positions, rho, scenario=scenario, velocities=velocities)
+            for positions, rho, velocities in states
+        ]
     )
+    if scenario.frozen_graph:
+        labels[:] = labels[0]
     mean, deviation = ranges.mean(axis=1), ranges.std(axis=1)
     columns = {
         "times": _column(trajectory.times),

@@ -23,6 +23,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(models::sweep_flock, module)?)?;
     module.add_function(wrap_pyfunction!(models::sweep_line, module)?)?;
     module.add_function(wrap_pyfunction!(models::component_labels, module)?)?;
+    module.add_function(wrap_pyfunction!(models::neighbor_pairs, module)?)?;
     module.add_function(wrap_pyfunction!(models::laplacian, module)?)?;
     module.add_function(wrap_pyfunction!(models::perron_matrix, module)?)?;
     module.add_function(wrap_pyfunction!(batch::episode_seed, module)?)?;

@@ -142,12 +142,6 @@ impl<const D: usize> World<D> {
         self.neighborhood.num_components(&self.agents, ranges)
     }
 
-    /// Pairs (listener, neighbor) of different agents of the graph of the first step, where that stays; by name.
-    #[must_use]
-    pub fn frozen_pairs(&self) -> Option<Vec<(u32, u32)>> {
-        self.neighborhood.frozen_pairs(&self.agents)
-    }
-
     /// Norm of the mean heading, in [0, 1].
     #[must_use]
     pub fn polarization(&self) -> f64 {

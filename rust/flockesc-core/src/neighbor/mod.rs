@@ -162,12 +162,6 @@ impl<const D: usize> Neighborhood<D> {
         links.pairs(&options, agents, &self.tree).by_name()
     }
 
-    /// The same of the graph of the first step, where that stays.
-    pub(crate) fn frozen_pairs(&self, agents: &Agents<D>) -> Option<Vec<(u32, u32)>> {
-        let pairs = || self.links.pairs(&self.options, agents, &self.tree);
-        self.links.is_frozen().then(|| pairs().by_name())
-    }
-
     /// Number of weakly connected components of the neighbor graph where the agents are now.
     pub(crate) fn num_components(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> usize {
         self.components(agents, ranges).count()

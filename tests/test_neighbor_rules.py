@@ -1,0 +1,215 @@
+"""Neighbor rules: scipy's trees, triangulations and components, and runs that all-pairs NumPy repeats."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import Delaunay, KDTree
+
+from flockesc_env import (
+    FlockScenario,
+    Metric,
+    NeighborRule,
+    Topological,
+    Voronoi,
+    simulate,
+    sweep,
+)
+from flockesc_env.errors import ArgumentError, ScenarioError
+from flockesc_env.graph import component_labels, neighbor_pairs
+
+Floats = NDArray[np.float64]
+Graph = NDArray[np.bool]
+
+
+def matrix(pairs: NDArray[np.int64], count: int) -> Graph:
+    graph = np.eye(count, dtype=bool)
+    graph[tuple(pairs.T)] = True
+    return graph
+
+
+def offsets(scenario: FlockScenario, r: Floats) -> Floats:
+    """Entry (i, j) leads from agent i to agent j, around the torus where that is shorter."""
+    d = r[np.newaxis] - r[:, np.newaxis]
+    side = scenario.periodic_side
+    return d if side is None else d - side * np.round(d / side)
+
+
+def seen(scenario: FlockScenario, d: Floats, v: Floats) -> Graph:
+    along = np.einsum("id,ijd->ij", v, d)
+    norms = np.linalg.norm(v, axis=1)[:, np.newaxis] * np.linalg.norm(d, axis=-1)
+    return (along >= np.cos(np.pi - scenario.blind_angle / 2) * norms) | (scenario.blind_angle == 0)
+
+
+def reference_graph(scenario: FlockScenario, r: Floats, v: Floats, ranges: Floats) -> Graph:
+    """Entry (i, j): whether agent i listens to agent j, by docs/model.md."""
+    d = offsets(scenario, r)
+    distances = np.linalg.norm(d, axis=-1)
+    graph = seen(scenario, d, v)
+    if isinstance(scenario.neighbor_rule, Topological):
+        others = np.where(graph & ~np.eye(len(r), dtype=bool), distances, np.inf)
+        farthest = np.sort(np.hstack([np.zeros((len(r), 1)), others]), axis=1)
+        k = np.minimum(np.floor(ranges + 0.5).astype(int), len(r))
+        graph &= distances <= farthest[np.arange(len(r)), k, np.newaxis] * (1 + 1e-12)
+    else:
+        graph &= distances <= ranges[:, np.newaxis]
+    if isinstance(scenario.neighbor_rule, Voronoi):
+        shared = np.zeros_like(graph)
+        for triangle in Delaunay(r).simplices:
+            shared[np.ix_(triangle, triangle)] = True
+        graph &= shared
+    graph |= np.eye(len(r), dtype=bool)
+    return graph & graph.T if scenario.mutual else graph
+
+
+VARIANTS = [
+    FlockScenario(num_agents=40, dimension=dimension, initial_side=40.0, neighbor_rule=rule, **on_top)
+    for dimension, rule in [
+        (2, Metric()),
+        (2, Topological()),
+        (2, Voronoi()),
+        (3, Metric()),
+        (3, Topological()),
+    ]
+    for on_top in (
+        {},
+        {"blind_angle": 2.0},
+        {"mutual": True},
+        {"blind_angle": 1.0, "mutual": True},
+        {"periodic_side": 40.0, "predators": ()},
+        {"periodic_side": 40.0, "predators": (), "blind_angle": 4.0, "mutual": True},
+    )
+    if not (rule == Voronoi() and "periodic_side" in on_top)
+]
+
+
+def name_of(scenario: FlockScenario) -> str:
+    on_top = [f"{scenario.dimension}d", scenario.neighbor_rule.kind]
+    on_top += ["blind"] * (scenario.blind_angle > 0) + ["mutual"] * scenario.mutual
+    return "-".join(on_top + ["torus"] * (scenario.periodic_side is not None))
+
+
+@pytest.mark.parametrize("scenario", VARIANTS, ids=name_of)
+def test_graph_is_that_of_all_pairs(scenario: FlockScenario) -> None:
+    rng = np.random.default_rng(3)
+    for count in (1, 7, 40, 150):
+        if count < 4 and isinstance(scenario.neighbor_rule, Voronoi):
+            continue  # no triangulation for scipy
+        r = rng.uniform(0, 40, (count, scenario.dimension))
+        v = rng.normal(size=(count, scenario.dimension))
+        for rho in (0.0, 7.0, 300.0, rng.uniform(0, 12, count)):
+            graph = reference_graph(scenario, r, v, np.broadcast_to(rho, count))
+            pairs = neighbor_pairs(r, rho, scenario=scenario, velocities=v)
+            np.testing.assert_array_equal(matrix(pairs, count), graph)
+            labels = component_labels(r, rho, scenario=scenario, velocities=v)
+            expected, numbers = connected_components(graph, directed=True, connection="weak")
+            lowest = np.array([np.flatnonzero(numbers == number)[0] for number in range(expected)])
+            np.testing.assert_array_equal(labels, lowest[numbers])
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("k", [1, 7, 30])
+def test_topological_neighbors_are_those_of_a_kd_tree(dimension: int, k: int) -> None:
+    r = np.random.default_rng(0).uniform(0, 100, (300, dimension))
+    _, neighbors = KDTree(r).query(r, k + 1)
+    pairs = neighbor_pairs(r, k, scenario=FlockScenario(dimension=dimension, neighbor_rule=Topological()))
+    graph = np.eye(300, dtype=bool)
+    graph[np.arange(300)[:, np.newaxis], neighbors] = True
+    np.testing.assert_array_equal(matrix(pairs, 300), graph)
+
+
+@pytest.mark.parametrize("scenario", VARIANTS, ids=name_of)
+@pytest.mark.parametrize("is_frozen", [False, True])
+def test_runs_follow_the_graph(scenario: FlockScenario, is_frozen: bool) -> None:
+    """The paper's law with the graph of every step, or of the first one."""
+    scenario = scenario.replace(num_steps=15, frozen_graph=is_frozen)
+    rng = np.random.default_rng(1)
+    top = 9.0 if isinstance(scenario.neighbor_rule, Topological) else 15.0
+    schedule = rng.uniform(0, top, (15, 40))
+    run = simulate(scenario, schedule, seed=5)
+    r, v = run.positions[0], run.velocities[0]
+    first = reference_graph(scenario, r, v, schedule[0])
+    for t in range(15):
+        graph = first if is_frozen else reference_graph(scenario, r, v, schedule[t])
+        count, _ = connected_components(graph, directed=True, connection="weak")
+        assert run.num_components[t] == count
+        mean = np.array([v[row].mean(axis=0) for row in graph])
+        force = scenario.speed * mean / np.linalg.norm(mean, axis=1, keepdims=True)
+        for predator in run.predator_positions[t]:
+            away = r - predator
+            distance = np.linalg.norm(away, axis=1, keepdims=True)
+            is_felt = distance <= scenario.predator_range
+            force += np.where(is_felt, scenario.repulsion_strength * away / distance, 0)
+        r = r + scenario.time_step * v
+        if scenario.periodic_side is not None:
+            r %= scenario.periodic_side
+        v = v + scenario.time_step / scenario.mass * force
+        v *= scenario.speed / np.linalg.norm(v, axis=1, keepdims=True)
+        np.testing.assert_allclose(run.positions[t + 1], r, atol=1e-9)
+        np.testing.assert_allclose(run.velocities[t + 1], v, atol=1e-9)
+        r, v = run.positions[t + 1], run.velocities[t + 1]
+
+
+def test_a_frozen_graph_knows_no_later_range() -> None:
+    scenario = FlockScenario(num_agents=50, num_steps=30, frozen_graph=True)
+    constant = simulate(scenario, 12.0, seed=0)
+    schedule = np.full((30, 1), 80.0)
+    schedule[0] = 12.0
+    changed = simulate(scenario, schedule, seed=0)
+    np.testing.assert_array_equal(constant.velocities, changed.velocities)
+    assert len(set(constant.num_components.tolist())) == 1
+
+
+@pytest.mark.parametrize("rule", [Metric(), Topological(), Voronoi()])
+def test_all_blind_is_nobody_heard(rule: NeighborRule) -> None:
+    """Who sees ahead only, in no angle at all, hears itself: the range is nothing to it."""
+    blind = FlockScenario(num_steps=40, blind_angle=2 * np.pi, neighbor_rule=rule)
+    paper = FlockScenario(num_steps=40)
+    seeing, alone = simulate(blind, 30.0, seed=1), simulate(paper, 0.0, seed=1)
+    np.testing.assert_array_equal(seeing.positions, alone.positions)
+
+
+def test_as_many_as_there_are_is_everyone() -> None:
+    topological = simulate(FlockScenario(num_steps=40, neighbor_rule=Topological()), 299, seed=1)
+    metric = simulate(FlockScenario(num_steps=40), 1000.0, seed=1)
+    np.testing.assert_array_equal(topological.positions, metric.positions)
+
+
+def test_equal_ranges_are_mutual() -> None:
+    mutual = simulate(FlockScenario(num_steps=40, mutual=True), 12.0, seed=1)
+    np.testing.assert_array_equal(
+        mutual.positions, simulate(FlockScenario(num_steps=40), 12.0, seed=1).positions
+    )
+
+
+@pytest.mark.parametrize("rule", [Metric(), Topological(), Voronoi()])
+def test_sweeps_and_runs_agree(rule: NeighborRule) -> None:
+    scenario = FlockScenario(num_agents=60, num_steps=50, neighbor_rule=rule, blind_angle=1.5, mutual=True)
+    result = sweep(scenario, [0.0, 6.0, 20.0], seeds=range(4))
+    for row, rho in enumerate([0.0, 6.0, 20.0]):
+        for column in range(4):
+            run = simulate(scenario, rho, seed=column)
+            assert result.min_mean_distance[row, column] == run.mean_distance.min()
+            assert result.num_components[row, column] == run.num_components[-1]
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"neighbor_rule": Voronoi(), "dimension": 3}, "neighbor_rule"),
+        ({"periodic_side": 100.0}, "periodic_side"),
+        ({"periodic_side": 100.0, "predators": (), "neighbor_rule": Voronoi()}, "periodic_side"),
+    ],
+)
+def test_rules_that_do_not_fit(changes: dict[str, object], field: str) -> None:
+    with pytest.raises(ScenarioError, match=f"^{field}"):
+        FlockScenario().replace(**changes)
+
+
+def test_a_blind_angle_needs_velocities() -> None:
+    with pytest.raises(ArgumentError, match="^velocities"):
+        neighbor_pairs(np.zeros((4, 2)), 1.0, scenario=FlockScenario(blind_angle=1.0))
+    with pytest.raises(ArgumentError, match="^positions"):
+        neighbor_pairs(np.zeros((4, 2)), 1.0, scenario=FlockScenario(dimension=3))
