@@ -205,6 +205,18 @@ def test_two_boids_keep_apart(dimension: int) -> None:
         assert (np.delete(run.velocities[1], 1, axis=1) == 0).all()
 
 
+def test_boids_attract_each_other_across_the_border() -> None:
+    law = Reynolds(separation_strength=0.0)
+    scenario = small_flock(num_agents=2, num_steps=1, predators=(), motion=law, periodic_side=20.0)
+    run = simulate(
+        scenario.replace(constant_speed=False),
+        8.0,
+        initial_positions=[[1.0, 5.0], [19.0, 5.0]],
+        initial_velocities=np.zeros((2, 2)),
+    )
+    np.testing.assert_allclose(run.velocities[1], [[-5.0, 0.0], [5.0, 0.0]], atol=1e-12)
+
+
 @dimensions
 def test_cohesion_holds_a_flock_together_and_separation_spreads_it(dimension: int) -> None:
     scenario = FlockScenario(num_agents=60, dimension=dimension, initial_side=30.0, predators=())

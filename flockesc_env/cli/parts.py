@@ -11,7 +11,8 @@ from tyro.constructors import PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 from flockesc_env.initial import InitialHeadings, InitialPositions
 from flockesc_env.motion import Motion
-from flockesc_env.scenario import NeighborRule, Predator
+from flockesc_env.neighbors import NeighborRule
+from flockesc_env.scenario import Predator
 
 
 def part_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
