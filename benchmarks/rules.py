@@ -1,4 +1,4 @@
-"""The paper's flock under other neighbor rules, beside SciPy: 300 agents, the same initial states for both."""
+"""The paper's flock under other neighbor rules, beside SciPy: 300 agents, equal initial states."""
 
 from __future__ import annotations
 

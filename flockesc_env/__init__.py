@@ -32,6 +32,7 @@ from flockesc_env.initial import (
     Segment,
     Square,
 )
+from flockesc_env.motion import Inertial, Reynolds, Vicsek
 from flockesc_env.neighbors import Metric, NeighborRule, Topological, Voronoi
 from flockesc_env.options import EnvOptions, LineOptions
 from flockesc_env.predators import ConstantVelocity, Encircle, Herd, Intercept, PurePursuit, Wandering
@@ -63,6 +64,7 @@ __all__ = [
     "FlockescError",
     "Gaussian",
     "Herd",
+    "Inertial",
     "Intercept",
     "LineEscapeEnv",
     "LineOptions",
@@ -75,6 +77,7 @@ __all__ = [
     "RandomHeadings",
     "RecordError",
     "RenderOptions",
+    "Reynolds",
     "Ring",
     "ScenarioError",
     "Segment",
@@ -82,6 +85,7 @@ __all__ = [
     "SweepResult",
     "Topological",
     "Trajectory",
+    "Vicsek",
     "Voronoi",
     "Wandering",
     "__version__",

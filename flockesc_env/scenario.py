@@ -14,12 +14,13 @@ import tomli_w
 from flockesc_env import _core
 from flockesc_env.errors import ScenarioError
 from flockesc_env.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
+from flockesc_env.motion import Inertial, Motion
 from flockesc_env.neighbors import Metric, NeighborRule
 from flockesc_env.predators import ConstantVelocity, Predator
 
 EscapeForce = Literal["constant", "linear", "linear_as_printed"]
 
-Part = Predator | NeighborRule | InitialPositions | InitialHeadings
+Part = Predator | NeighborRule | InitialPositions | InitialHeadings | Motion
 
 _T = TypeVar("_T")
 
@@ -90,8 +91,8 @@ class FlockScenario(_Document):
         dimension: dimension D of space, 2 or 3.
         num_steps: steps of an episode; its horizon is ``num_steps * time_step`` seconds.
         time_step: length dt of a step in s.
-        mass: mass m of an agent in kg.
-        speed: speed v0 of the agents in m/s.
+        mass: mass m in kg, one number for all agents or one per agent.
+        speed: speed v0 in m/s, one number for all agents or one per agent.
         initial_side: side in m of the initial region [0, side]^D, around whose center agents start; also the
             length scale of observations.
         initial_positions: where agents start: ``Square()``, ``Disc(radius)``, ``Ring(radius, width)``,
@@ -99,7 +100,15 @@ class FlockScenario(_Document):
         initial_headings: where they head: ``RandomHeadings()`` or ``AlignedHeadings(direction, spread)``.
         initial_plane: whether a flock in space starts in the plane z = 0, positions and headings.
         predator_range: distance rho_p in m up to which agents flee from a predator.
-        repulsion_strength: strength s of the flight.
+        repulsion_strength: strength s of the flight, one number for all agents or one per agent; 0: they do
+            not flee.
+        alignment_strength: weight a of the consensus with neighbors, one number for all agents or one per
+            agent; 0: they follow nobody.
+        motion: how forces set velocities: ``Inertial()``, ``Vicsek()`` or
+            ``Reynolds(separation_strength, cohesion_strength, separation_range)``.
+        angular_noise: width eta in rad of the error in the new heading, from 0 to 2 pi.
+        sensing_noise: error in the mean velocity heard, over v0.
+        sensing_delay: steps that pass between hearing neighbors and acting on it.
         constant_speed: whether agents keep speed v0 (step 4 of docs/model.md); ``False`` is the literal law.
         capture_radius: distance in m to the nearest predator up to which an agent is caught at the end of a
             step and leaves the flock for good; ``None``: nobody is caught.
@@ -121,14 +130,19 @@ class FlockScenario(_Document):
     dimension: int = 2
     num_steps: int = 240
     time_step: float = 0.05
-    mass: float = 0.1
-    speed: float = 10.0
+    mass: float | tuple[float, ...] = 0.1
+    speed: float | tuple[float, ...] = 10.0
     initial_side: float = 100.0
     initial_positions: InitialPositions = Square()  # noqa: RUF009, frozen
     initial_headings: InitialHeadings = RandomHeadings()  # noqa: RUF009, frozen
     initial_plane: bool = False
     predator_range: float = 30.0
-    repulsion_strength: float = 10.0
+    repulsion_strength: float | tuple[float, ...] = 10.0
+    alignment_strength: float | tuple[float, ...] = 1.0
+    motion: Motion = Inertial()  # noqa: RUF009, frozen
+    angular_noise: float = 0.0
+    sensing_noise: float = 0.0
+    sensing_delay: int = 0
     constant_speed: bool = True
     capture_radius: float | None = None
     predators: tuple[Predator, ...] = (ConstantVelocity(),)
@@ -183,10 +197,10 @@ def _plain(value: Any, annotation: Any = None) -> Any:
         return type(value)(**parts)
     if hasattr(value, "tolist"):  # numpy scalars and arrays
         value = value.tolist()
+    of_numbers = "float" in str(annotation)
     if isinstance(value, list | tuple):
-        of_numbers = "float" in str(annotation)
         return tuple(_plain(entry, "float" if of_numbers else None) for entry in value)
-    if isinstance(value, int) and not isinstance(value, bool) and "float" in str(annotation):
+    if isinstance(value, int) and not isinstance(value, bool) and of_numbers:
         # What is too large for a float stays an integer, which the document then refuses by its field.
         return float(value) if abs(value) < _INTEGER_LIMIT else value
     return value

@@ -19,6 +19,18 @@ DIMENSIONS = (2, 3)
 NAMES = ("action_mode", "objective", "reward", "predator_sensing_range", "steps_per_action")
 
 
+# Five agents of their own kind, whose motion is random and late.
+UNLIKE: dict[str, Any] = {
+    "mass": (0.1, 0.2, 0.3, 0.4, 0.5),
+    "speed": (10.0, 8.0, 6.0, 4.0, 2.0),
+    "repulsion_strength": (10.0, 0.0, 10.0, 5.0, 20.0),
+    "alignment_strength": (0.0, 1.0, 1.0, 0.5, 2.0),
+    "angular_noise": 1.0,
+    "sensing_noise": 0.5,
+    "sensing_delay": 2,
+}
+
+
 def _table(rewards: tuple[str, ...]) -> list[dict[str, Any]]:
     combinations = product(ACTION_MODES, OBJECTIVES, rewards, SENSING_RANGES, STEPS_PER_ACTION)
     return [dict(zip(NAMES, combination, strict=True)) for combination in combinations]

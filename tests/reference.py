@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import chacha
 import numpy as np
@@ -10,7 +10,7 @@ import predator_reference
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from flockesc_env import FlockScenario, LineScenario
+from flockesc_env import FlockScenario, LineScenario, Reynolds, Vicsek
 
 Floats = NDArray[np.float64]
 
@@ -26,6 +26,8 @@ class FlockState:
     minds: predator_reference.Minds
     names: NDArray[np.int64] | None = None
     """Indices at t = 0 of the agents that are left; ``None``: all are."""
+    heard: list[Floats] = field(default_factory=list)
+    """Forces of neighbors in all steps so far."""
 
 
 def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats, seed: int = 0) -> FlockState:
@@ -47,32 +49,62 @@ def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats, 
 def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> FlockState:
     """Advance one step; ``ranges`` has one entry per agent that is left."""
     r, v = state.positions, state.velocities
+    names = np.arange(len(r)) if state.names is None else state.names
+    mass, speed, alignment, repulsion = (
+        per_agent(scenario, name)[names]
+        for name in ("mass", "speed", "alignment_strength", "repulsion_strength")
+    )
     neighbors = directed_graph(r, ranges)
-    force = np.zeros_like(v)
+    heard = np.zeros_like(v)
     for i in range(len(r)):
         mean = v[neighbors[i]].mean(axis=0)
         if mean.any():
-            force[i] += scenario.speed * mean / np.linalg.norm(mean)
+            heard[i] = alignment[i] * speed[i] * mean / np.linalg.norm(mean)
+        if isinstance(scenario.motion, Reynolds):
+            heard[i] += speed[i] * flocking_force(scenario.motion, r[i], r[neighbors[i]])
+    forces = [*state.heard, heard]
+    force = forces[max(0, len(forces) - 1 - scenario.sensing_delay)].copy()
+    for i in range(len(r)):
         for predator in state.predator_positions:
             distance = np.linalg.norm(r[i] - predator)
             if 0 < distance <= scenario.predator_range:
-                force[i] += scenario.repulsion_strength * (r[i] - predator) / distance
+                force[i] += repulsion[i] * (r[i] - predator) / distance
     new_r = r + scenario.time_step * v
-    new_v = v + scenario.time_step / scenario.mass * force
+    is_vicsek = isinstance(scenario.motion, Vicsek)
+    new_v = force if is_vicsek else v + scenario.time_step / mass[:, None] * force
     if scenario.constant_speed:
         for i in range(len(r)):
-            new_v[i] = scenario.speed * new_v[i] / np.linalg.norm(new_v[i]) if new_v[i].any() else v[i]
+            new_v[i] = speed[i] * new_v[i] / np.linalg.norm(new_v[i]) if new_v[i].any() else v[i]
     new_predators = state.predator_positions + scenario.time_step * state.predator_velocities
-    names = np.arange(len(r)) if state.names is None else state.names
     if scenario.capture_radius is not None:
         escapes = predator_distances(new_r, new_predators) > scenario.capture_radius
         new_r, new_v, names = new_r[escapes], new_v[escapes], names[escapes]
+        forces = [force[escapes] for force in forces]
     steered = state.predator_velocities
     if len(new_r):
         steered = predator_reference.steered(
             scenario, new_r, new_v, new_predators, state.predator_velocities, state.minds
         )
-    return FlockState(new_r, new_v, new_predators, steered, state.minds, names)
+    return FlockState(new_r, new_v, new_predators, steered, state.minds, names, forces)
+
+
+def flocking_force(law: Reynolds, own: Floats, neighbors: Floats) -> Floats:
+    """Return cohesion and separation of an agent at ``own`` over v0; it may be among its ``neighbors``."""
+    distances = np.linalg.norm(own - neighbors, axis=1)
+    close = (distances > 0) & (distances <= law.separation_range)
+    center = neighbors.mean(axis=0) - own if (distances > 0).any() else np.zeros_like(own)
+    apart = ((own - neighbors[close]) / distances[close, None] ** 2).sum(axis=0)
+    return law.cohesion_strength * unit(center) + law.separation_strength * unit(apart)
+
+
+def unit(vector: Floats) -> Floats:
+    """Return the direction of a vector; 0 for 0."""
+    return vector / np.linalg.norm(vector) if vector.any() else vector
+
+
+def per_agent(scenario: FlockScenario, name: str) -> Floats:
+    """Return a parameter of every agent, shape (n,)."""
+    return np.broadcast_to(np.array(getattr(scenario, name), dtype=float), scenario.num_agents)
 
 
 def directed_graph(positions: Floats, ranges: Floats) -> NDArray[np.bool]:

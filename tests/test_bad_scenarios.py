@@ -27,9 +27,11 @@ from flockesc_env import (
     Metric,
     PurePursuit,
     RandomHeadings,
+    Reynolds,
     Ring,
     Segment,
     Square,
+    Vicsek,
     Wandering,
     parallel_env,
     rollout,
@@ -55,6 +57,11 @@ BAD_FLOCK: dict[str, tuple[Any, ...]] = {
     "initial_plane": (1, 0.0, "yes", None),
     "predator_range": (-1e-9, *NO_NUMBER, *NOT_FINITE),
     "repulsion_strength": (-1e-9, *NO_NUMBER, *NOT_FINITE),
+    "alignment_strength": (-1e-9, *NO_NUMBER, *NOT_FINITE),
+    "motion": (None, "vicsek", 5, [Vicsek()], Metric()),
+    "angular_noise": (-1e-9, 6.3, *NO_NUMBER, *NOT_FINITE),
+    "sensing_noise": (-1e-9, *NO_NUMBER, *NOT_FINITE),
+    "sensing_delay": (-1, 0.5, 10**30, *NO_NUMBER, *NOT_FINITE),
     "constant_speed": (1, 0.0, "yes", None),
     "predators": (None, 5, "pure_pursuit", ConstantVelocity()),
     "neighbor_rule": (None, "metric", 5, ConstantVelocity()),
@@ -275,6 +282,8 @@ def test_integers_beyond_all_floats(fields: dict[str, Any], name: str) -> None:
         ({"initial_headings": {"ring": {}}}, "initial_headings"),
         ({"speed": {"metric": {}}}, "speed"),
         ({"speed": [10.0]}, "speed"),
+        ({"motion": {"vicsek": {"noise": 1.0}}}, "motion.vicsek.noise"),
+        ({"motion": {"metric": {}}}, "motion"),
         ([], "document"),
         (None, "document"),
         ("flock", "document"),
@@ -386,11 +395,47 @@ def test_line_environment_needs_a_predator() -> None:
     assert caught.value.field == "predator_position"
 
 
+@pytest.mark.parametrize("field", ["mass", "speed", "repulsion_strength", "alignment_strength"])
+@pytest.mark.parametrize(
+    ("values", "where", "expected"),
+    [
+        ((1.0, 2.0), "", "a number or 3 numbers"),
+        ((1.0,) * 4, "", "a number or 3 numbers"),
+        ((), "", "a number or 3 numbers"),
+        ((1.0, 2.0, -1.0), "[2]", None),
+        ((1.0, np.nan, 1.0), "[1]", None),
+        ((1.0, "2", 1.0), "[1]", "a number"),
+        ((1.0, None, 1.0), "[1]", "a number"),
+        (((1.0,), (1.0,), (1.0,)), "[0]", "a number"),
+    ],
+)
+def test_one_number_per_agent(field: str, values: Any, where: str, expected: str | None) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        FlockScenario(num_agents=3, **{field: values})
+    assert caught.value.field == field + where
+    assert expected in {None, caught.value.expected}
+
+
+@pytest.mark.parametrize("field", ["separation_strength", "cohesion_strength", "separation_range"])
+@pytest.mark.parametrize("value", [-1e-9, *NO_NUMBER, *NOT_FINITE])
+def test_boids(field: str, value: Any) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        FlockScenario(motion=Reynolds(**{field: value}))
+    assert caught.value.field.startswith(f"motion.reynolds.{field}")
+
+
+def test_vicseks_agents_keep_their_speed() -> None:
+    with pytest.raises(ScenarioError) as caught:
+        FlockScenario(motion=Vicsek(), constant_speed=False)
+    assert caught.value.field == "constant_speed"
+
+
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [
         ({"num_agents": 3.5}, "an integer of at least 0"),
-        ({"mass": "heavy"}, "a number"),
+        ({"time_step": "long"}, "a number"),
+        ({"mass": "heavy"}, "a number, or a list of one per agent"),
         ({"predators": 3}, "a list"),
         ({"constant_speed": 1}, "true or false"),
     ],

@@ -13,13 +13,16 @@ from flockesc_env import (
     FlockEscapeEnv,
     FlockScenario,
     FlockVectorEnv,
+    Inertial,
     LineScenario,
+    Reynolds,
     parallel_env,
     rollout,
     simulate,
     sweep,
 )
 from flockesc_env.batch import FlockBatch
+from flockesc_env.motion import Motion
 from flockesc_env.policies import FixedRange, StubbornLeaders
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
@@ -92,7 +95,7 @@ def observed(batch: FlockBatch, slot: int, steps: list[tuple[np.ndarray, np.ndar
 @pytest.mark.parametrize("per_agent", [False, True])
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_place_in_the_batch(dimension: int, per_agent: bool, threads: int) -> None:
-    scenario = small_flock(dimension, num_agents=30)
+    scenario = small_flock(dimension, num_agents=30, angular_noise=0.5, sensing_noise=0.5, sensing_delay=2)
     options = EnvOptions(action_mode="range")
     alone = FlockBatch(scenario, options, per_agent=per_agent)
     crowd = FlockBatch(scenario, options, num_flocks=6, per_agent=per_agent, num_threads=threads)
@@ -110,10 +113,10 @@ def test_place_in_the_batch(dimension: int, per_agent: bool, threads: int) -> No
         assert crowd.num_components()[slot] == alone.num_components()[0]
 
 
-def large_flock(dimension: int) -> FlockScenario:
+def large_flock(dimension: int, **changes: Any) -> FlockScenario:
     """Return a flock that is itself spread over threads, 0.03 agents per m^D."""
     side = (5000 / 0.03) ** (1 / dimension)
-    return FlockScenario(num_agents=5000, num_steps=8, dimension=dimension, initial_side=side)
+    return FlockScenario(num_agents=5000, num_steps=8, dimension=dimension, initial_side=side, **changes)
 
 
 def simulated(scenario: FlockScenario, num_threads: int | None) -> list[Any]:
@@ -149,6 +152,19 @@ def test_threads_of_one_large_flock(played: Any, dimension: int) -> None:
     serial = played(scenario, 1)
     for threads in (2, 4, 7):
         np.testing.assert_equal(played(scenario, threads), serial)
+
+
+@dimensions
+@pytest.mark.parametrize("motion", [Inertial(), Reynolds()])
+def test_threads_of_one_large_flock_of_unlike_agents(motion: Motion, dimension: int) -> None:
+    names = ("mass", "speed", "repulsion_strength", "alignment_strength")
+    rng = np.random.default_rng(0)
+    traits = {name: rng.uniform(0.5, 2, 5000) * getattr(FlockScenario(), name) for name in names}
+    noisy = {"angular_noise": 0.5, "sensing_noise": 0.5, "sensing_delay": 2}
+    scenario = large_flock(dimension, motion=motion, **noisy, **traits)
+    serial = simulated(scenario, 1)
+    for threads in (2, 7):
+        np.testing.assert_equal(simulated(scenario, threads), serial)
 
 
 @pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])

@@ -20,7 +20,9 @@ from flockesc_env import (
     Intercept,
     LineScenario,
     PurePursuit,
+    Reynolds,
     Ring,
+    Vicsek,
     simulate,
     simulate_line,
     sweep,
@@ -124,6 +126,18 @@ CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
             initial_headings=AlignedHeadings(direction=(0.0, -1.0)),
         ),
     ),
+    "unlike agents": (
+        ["--mass", "0.2", "--speed", *map(str, range(1, 13))],
+        SMALL.replace(mass=0.2, speed=tuple(range(1, 13))),
+    ),
+    "motion": (
+        ["--motion", "vicsek", "--angular-noise", "0.5", "--sensing-delay", "2"],
+        SMALL.replace(motion=Vicsek(), angular_noise=0.5, sensing_delay=2),
+    ),
+    "boids": (
+        ["--motion", "reynolds", "separation_range=3"],
+        SMALL.replace(motion=Reynolds(separation_range=3.0)),
+    ),
     "neighbor rule": (["--neighbor-rule", "metric"], SMALL),
     "line": (
         ["--model", "line", "--predator-position", "None", "--escape-force", "constant"],
@@ -145,8 +159,14 @@ def test_a_scenario_comes_from_a_file_and_flags_override_it(
     suffix: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     path = tmp_path / f"storm{suffix}"
-    toml = "num_agents = 12\nnum_steps = 30\n[[predators]]\npure_pursuit = { velocity = [12, 0] }\n"
-    document = '{"num_agents": 12, "num_steps": 30, "predators": [{"pure_pursuit": {"velocity": [12, 0]}}]}'
+    toml = (
+        "num_agents = 3\nnum_steps = 30\nmass = [0.1, 1, 2]\n"
+        "[[predators]]\npure_pursuit = { velocity = [12, 0] }\n"
+    )
+    document = (
+        '{"num_agents": 3, "num_steps": 30, "mass": [0.1, 1, 2], '
+        '"predators": [{"pure_pursuit": {"velocity": [12, 0]}}]}'
+    )
     path.write_text(toml if suffix == ".toml" else document)
     ran = Ran(
         capsys,
@@ -161,7 +181,8 @@ def test_a_scenario_comes_from_a_file_and_flags_override_it(
         "--seed",
         1,
     )
-    scenario = SMALL.replace(predators=(PurePursuit(velocity=(12.0, 0.0)),))
+    pursuer = PurePursuit(velocity=(12.0, 0.0))
+    scenario = SMALL.replace(num_agents=3, mass=(0.1, 1.0, 2.0), predators=(pursuer,))
     assert FlockScenario.from_json(json.dumps(ran.json()["scenario"])) == scenario
     help_ = Ran(capsys, "simulate", "--scenario", path, "--help").out
     assert "(default: 30)" in help_

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from option_table import small_flock
+from option_table import UNLIKE, small_flock
 
 from flockesc_env import FlockEscapeEnv, LineEscapeEnv, LineScenario, parallel_env
 
@@ -17,6 +17,7 @@ OTHER_ACTION = np.array([0.9], np.float32)
 
 MAKERS = {
     "gymnasium": lambda: FlockEscapeEnv(small_flock()),
+    "unlike agents that err and lag": lambda: FlockEscapeEnv(small_flock(**UNLIKE)),
     "line": lambda: LineEscapeEnv(LineScenario(num_agents=30, escape_force="linear_as_printed")),
     "parallel": lambda: parallel_env(small_flock(3), reward="own_distance"),
     "gymnasium in a window": lambda: FlockEscapeEnv(small_flock(), render_mode="human"),

@@ -15,10 +15,13 @@ from flockesc_env import (
     Encircle,
     FlockScenario,
     Herd,
+    Inertial,
     Intercept,
     LineScenario,
     PurePursuit,
+    Reynolds,
     Trajectory,
+    Vicsek,
     Wandering,
     simulate,
     simulate_line,
@@ -65,18 +68,34 @@ def predators(draw: st.DrawFn, dimension: int) -> tuple[Any, ...]:
 
 
 @st.composite
+def per_agent(draw: st.DrawFn, agents: int, values: tuple[float, ...]) -> float | np.ndarray:
+    """Draw one of some values for all agents, or for every one."""
+    shape = draw(st.sampled_from([None, agents]))
+    return np.random.default_rng([draw(seeds), 3]).choice(values, shape)
+
+
+@st.composite
 def flock_scenarios(draw: st.DrawFn) -> FlockScenario:
     dimension = draw(st.sampled_from([2, 3]))
+    agents = draw(st.integers(1, 70))
+    motion = draw(
+        st.sampled_from(
+            [Inertial(), Vicsek(), Reynolds(), Reynolds(2.0, 0.5, 12.0), Reynolds(3.0, 0.0, HUGE)]
+        )
+    )
     return FlockScenario(
-        num_agents=draw(st.integers(1, 70)),
+        num_agents=agents,
         dimension=dimension,
         num_steps=STEPS,
         time_step=draw(st.sampled_from([0.05, 0.3])),
-        mass=draw(st.sampled_from([0.1, 2.0])),
-        speed=draw(st.sampled_from([0.5, 10.0])),
+        mass=draw(per_agent(agents, (0.1, 2.0))),
+        speed=draw(per_agent(agents, (0.5, 10.0))),
         predator_range=draw(st.sampled_from([0.0, 15.0, HUGE])),
-        repulsion_strength=draw(st.sampled_from([0.0, 10.0])),
-        constant_speed=draw(st.booleans()),
+        repulsion_strength=draw(per_agent(agents, (0.0, 10.0))),
+        alignment_strength=draw(per_agent(agents, (0.0, 0.7, 1.0))),
+        motion=motion,
+        sensing_delay=draw(st.sampled_from([0, 1, 3, STEPS])),
+        constant_speed=motion == Vicsek() or draw(st.booleans()),
         predators=draw(predators(dimension)),
     )
 
@@ -94,7 +113,7 @@ def ranges(draw: st.DrawFn, agents: int, special: tuple[float, ...], largest: fl
 def random_start(scenario: FlockScenario, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Draw a flock, with agents at one place, on the first predator, and at rest."""
     shape = (scenario.num_agents, scenario.dimension)
-    positions, velocities = rng.uniform(0, SIDE, shape), rng.normal(0, scenario.speed, shape)
+    positions, velocities = rng.uniform(0, SIDE, shape), rng.normal(0, np.max(scenario.speed), shape)
     start = reference.flock_start(scenario, positions, velocities)
     resting, at_start, on_predator = rng.integers(0, scenario.num_agents, 3)
     if rng.random() < 0.5:

@@ -24,15 +24,18 @@ from flockesc_env import (
     FlockEscapeEnv,
     FlockScenario,
     Gaussian,
+    Inertial,
     Intercept,
     LineOptions,
     LineScenario,
     Metric,
     PurePursuit,
     RandomHeadings,
+    Reynolds,
     Ring,
     Segment,
     Square,
+    Vicsek,
     Wandering,
     simulate,
 )
@@ -86,24 +89,38 @@ def initial_headings(dimension: int, *, plane: bool) -> st.SearchStrategy[Initia
     return st.just(RandomHeadings()) | st.builds(AlignedHeadings, directions, st.floats(0, math.pi))
 
 
+def per_agent(agents: int, numbers: st.SearchStrategy[float]) -> st.SearchStrategy[float | tuple[float, ...]]:
+    return numbers if agents > 10 else numbers | st.tuples(*[numbers] * agents)
+
+
 @st.composite
 def flocks(draw: st.DrawFn) -> FlockScenario:
     dimension = draw(st.sampled_from([2, 3]))
     plane = draw(st.booleans())
+    agents = draw(st.integers(1, 10) | st.integers(1, 10**7))
+    motion = draw(
+        st.sampled_from([Inertial(), Vicsek()])
+        | st.builds(Reynolds, not_negative, not_negative, not_negative)
+    )
     return FlockScenario(
-        num_agents=draw(st.integers(1, 10**7)),
+        num_agents=agents,
         dimension=dimension,
         num_steps=draw(st.integers(1, 10**9)),
         time_step=draw(positive),
-        mass=draw(positive),
-        speed=draw(positive),
+        mass=draw(per_agent(agents, positive)),
+        speed=draw(per_agent(agents, positive)),
         initial_side=draw(positive),
         initial_positions=draw(initial_positions(dimension, plane=plane)),
         initial_headings=draw(initial_headings(dimension, plane=plane)),
         initial_plane=plane,
         predator_range=draw(not_negative),
-        repulsion_strength=draw(not_negative),
-        constant_speed=draw(st.booleans()),
+        repulsion_strength=draw(per_agent(agents, not_negative)),
+        alignment_strength=draw(per_agent(agents, not_negative)),
+        motion=motion,
+        angular_noise=draw(st.floats(0, 2 * math.pi)),
+        sensing_noise=draw(not_negative),
+        sensing_delay=draw(st.integers(0, 10**9)),
+        constant_speed=motion == Vicsek() or draw(st.booleans()),
         predators=tuple(draw(st.lists(predators(dimension), max_size=3))),
     )
 
@@ -160,6 +177,11 @@ def test_flock_defaults_are_the_papers_setting() -> None:
         "initial_plane": False,
         "predator_range": 30.0,
         "repulsion_strength": 10.0,
+        "alignment_strength": 1.0,
+        "motion": {},
+        "angular_noise": 0.0,
+        "sensing_noise": 0.0,
+        "sensing_delay": 0,
         "constant_speed": True,
         "capture_radius": None,
         "predators": ({"position": (-30.0, -30.0), "velocity": (10.0, 10.0)},),

@@ -15,16 +15,20 @@ from flockesc_env import (
     ConstantVelocity,
     FlockEscapeEnv,
     FlockScenario,
+    Inertial,
     Intercept,
     LineScenario,
     PurePursuit,
+    Reynolds,
     Trajectory,
+    Vicsek,
     parallel_env,
     simulate,
     simulate_line,
 )
 
 N, STEPS = 12, 6
+PER_AGENT = ("mass", "speed", "repulsion_strength", "alignment_strength")
 seeds = st.integers(0, 2**32 - 1)
 dimensions = st.sampled_from([2, 3])
 
@@ -34,7 +38,7 @@ OWN_RHO = np.linspace(1.7, 13.1, N)
 
 
 def random_flock(dimension: int, rng: np.random.Generator) -> tuple[FlockScenario, np.ndarray, np.ndarray]:
-    """Draw a flock with predators in its midst whose aim does not depend on names."""
+    """Draw a flock of unlike agents, with predators in its midst whose aim does not depend on names."""
 
     def vector(scale: float) -> np.ndarray:
         return rng.normal(0, scale, dimension)
@@ -43,6 +47,9 @@ def random_flock(dimension: int, rng: np.random.Generator) -> tuple[FlockScenari
         dimension,
         num_agents=N,
         num_steps=STEPS,
+        motion=(Inertial(), Vicsek(), Reynolds(separation_range=4.1))[rng.integers(3)],
+        sensing_delay=int(rng.integers(3)),
+        **{name: rng.uniform(0.5, 2, N) * getattr(FlockScenario(), name) for name in PER_AGENT},
         predators=(
             ConstantVelocity(vector(10), vector(10)),
             PurePursuit(vector(20), vector(10)),
@@ -62,6 +69,11 @@ def moved(scenario: FlockScenario, turn: np.ndarray, shift: np.ndarray) -> Flock
         for p in scenario.predators
     )
     return scenario.replace(predators=predators)
+
+
+def renamed(scenario: FlockScenario, order: np.ndarray) -> FlockScenario:
+    """Return the scenario with its agents in another order."""
+    return scenario.replace(**{name: np.array(getattr(scenario, name))[order] for name in PER_AGENT})
 
 
 def random_motion(dimension: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -104,9 +116,9 @@ def test_renaming_agents(seed: int, dimension: int) -> None:
     rng = np.random.default_rng(seed)
     scenario, positions, velocities = random_flock(dimension, rng)
     order = rng.permutation(N)
-    for rho, renamed in ((RHO, RHO), (OWN_RHO, OWN_RHO[order])):
+    for rho, own_rho in ((RHO, RHO), (OWN_RHO, OWN_RHO[order])):
         first = run(scenario, rho, positions, velocities)
-        second = run(scenario, renamed, positions[order], velocities[order])
+        second = run(renamed(scenario, order), own_rho, positions[order], velocities[order])
         np.testing.assert_allclose(second.positions, first.positions[:, order], atol=1e-6)
         np.testing.assert_allclose(second.velocities, first.velocities[:, order], atol=1e-6)
         assert_same_metrics(first, second)
@@ -162,10 +174,11 @@ def test_observations_follow_the_names(seed: int, dimension: int) -> None:
     scenario, positions, velocities = random_flock(dimension, rng)
     order = rng.permutation(N)
     start = {"initial_positions": positions, "initial_velocities": velocities}
-    renamed = {"initial_positions": positions[order], "initial_velocities": velocities[order]}
-    assert_close(flock_episode(scenario, start), flock_episode(scenario, renamed))
+    other = renamed(scenario, order)
+    elsewhere = {"initial_positions": positions[order], "initial_velocities": velocities[order]}
+    assert_close(flock_episode(scenario, start), flock_episode(other, elsewhere))
     first = agent_episode(scenario, start, OWN_RHO, reward="own_distance")
-    second = agent_episode(scenario, renamed, OWN_RHO[order], reward="own_distance")
+    second = agent_episode(other, elsewhere, OWN_RHO[order], reward="own_distance")
     assert_close([part[order] for part in first], second)
 
 
@@ -174,10 +187,11 @@ def test_observations_follow_the_names(seed: int, dimension: int) -> None:
 def test_speed_is_constant(seed: int, dimension: int, rho: float) -> None:
     scenario, positions, velocities = random_flock(dimension, np.random.default_rng(seed))
     drawn = simulate(scenario, rho, seed=seed)
-    np.testing.assert_allclose(np.linalg.norm(drawn.velocities, axis=2), scenario.speed, rtol=1e-12)
+    expected = np.broadcast_to(scenario.speed, (STEPS + 1, N))
+    np.testing.assert_allclose(np.linalg.norm(drawn.velocities, axis=2), expected, rtol=1e-12)
     given_start = run(scenario, rho, positions, velocities)
     speeds = np.linalg.norm(given_start.velocities[1:], axis=2)
-    np.testing.assert_allclose(speeds, scenario.speed, rtol=1e-12)
+    np.testing.assert_allclose(speeds, expected[1:], rtol=1e-12)
 
 
 @given(seeds, dimensions, st.sampled_from([0.0, RHO, 11.0, 1e3]))

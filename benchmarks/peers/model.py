@@ -43,16 +43,22 @@ class Flocks:
         (predator,) = scenario.predators
         model = Model(
             scenario.time_step,
-            scenario.mass,
-            scenario.speed,
+            _shared(scenario.mass),
+            _shared(scenario.speed),
             scenario.predator_range,
-            scenario.repulsion_strength,
+            _shared(scenario.repulsion_strength),
             (predator.position[0], predator.position[1]),
             (predator.velocity[0], predator.velocity[1]),
         )
         positions = np.stack([run.positions[0] for run in runs])
         velocities = np.stack([run.velocities[0] for run in runs])
         return cls(scenario, tuple(seeds), model, positions, velocities)
+
+
+def _shared(value: float | tuple[float, ...]) -> float:
+    if isinstance(value, tuple):
+        raise TypeError("peers take one number for all agents")
+    return value
 
 
 class Outcome(NamedTuple):

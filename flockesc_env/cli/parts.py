@@ -10,15 +10,16 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from tyro.constructors import PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 from flockesc_env.initial import InitialHeadings, InitialPositions
+from flockesc_env.motion import Motion
+from flockesc_env.neighbors import NeighborRule
 from flockesc_env.predators import Predator
-from flockesc_env.scenario import NeighborRule
 
 
 def part_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
     """Tell tyro how to spell one part, or a tuple of them: ``kind field=value ..``, one after the other."""
     is_tuple = get_origin(info.type) is tuple
     part = get_args(info.type)[0] if is_tuple else info.type
-    if part not in (Predator, NeighborRule, InitialPositions, InitialHeadings):
+    if part not in (Predator, NeighborRule, InitialPositions, InitialHeadings, Motion):
         return None
     kinds = {kind.kind: kind for kind in get_args(part) or (part,)}
 

@@ -250,10 +250,9 @@ def _show_table(document: dict[str, Any], range_unit: str) -> None:
     heads = [_in("range", range_unit), _in(document["objective"], goal_unit), "95 % interval", "components"]
     show(table(heads, rows))
     if document["best_range"] is not None:
-        show(
-            f"best fixed range: {_of(document['best_range'], '.4g', range_unit)};"
-            f" with the best range of every single seed: {_of(document['hindsight_oracle'], '.4f', goal_unit)}"
-        )
+        best = _of(document["best_range"], ".4g", range_unit)
+        oracle = _of(document["hindsight_oracle"], ".4f", goal_unit)
+        show(f"best fixed range: {best}; with the best range of every single seed: {oracle}")
 
 
 def _in(name: str, unit: str) -> str:

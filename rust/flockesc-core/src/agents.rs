@@ -122,6 +122,16 @@ impl<const D: usize> Agents<D> {
         &self.names[group * GROUP..self.len().min((group + 1) * GROUP)]
     }
 
+    /// The groups and the names of the agents in their places, for changes to the groups.
+    pub(crate) fn groups_and_names(&mut self) -> (&mut [Group<D>], &[u32]) {
+        (&mut self.groups, &self.names)
+    }
+
+    /// Names of all agents, in the order of places.
+    pub(crate) fn names(&self) -> &[u32] {
+        &self.names
+    }
+
     /// Name of the agent in a place.
     pub(crate) fn name(&self, place: usize) -> usize {
         self.names[place] as usize
@@ -174,7 +184,11 @@ impl<const D: usize> Agents<D> {
             for coordinate in column {
                 let wrapped = coordinate.rem_euclid(side);
                 // Of a tiny negative number the remainder rounds up to the side itself.
-                *coordinate = if wrapped < side { wrapped } else { wrapped - side };
+                *coordinate = if wrapped < side {
+                    wrapped
+                } else {
+                    wrapped - side
+                };
             }
         }
     }

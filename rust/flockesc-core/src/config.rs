@@ -6,9 +6,10 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use crate::error::{Error, Result};
-use crate::flock::{InitialHeadings, InitialPositions, Space};
+use crate::flock::{InitialHeadings, InitialPositions, Motion, Space};
 use crate::line::EscapeForce;
 use crate::neighbor::{NeighborOptions, NeighborRule, Sight, Torus};
+use crate::per_agent::PerAgent;
 use crate::predator::{self, PredatorConfig};
 use crate::reward::Reward;
 
@@ -32,9 +33,9 @@ pub struct FlockConfig {
     /// dt in s, above 0.
     pub time_step: f64,
     /// m in kg, above 0.
-    pub mass: f64,
+    pub mass: PerAgent,
     /// v0 in m/s, above 0.
-    pub speed: f64,
+    pub speed: PerAgent,
     /// Side in m of the initial region `[0, side]^D`, above 0; also the length scale of observations.
     pub initial_side: f64,
     /// Where agents start.
@@ -46,7 +47,17 @@ pub struct FlockConfig {
     /// rho_p in m, at least 0.
     pub predator_range: f64,
     /// s, at least 0.
-    pub repulsion_strength: f64,
+    pub repulsion_strength: PerAgent,
+    /// Weight a of the consensus force, at least 0.
+    pub alignment_strength: PerAgent,
+    /// How forces set velocities.
+    pub motion: Motion,
+    /// eta in rad, from 0 to 2 pi: the width of the error in the new heading.
+    pub angular_noise: f64,
+    /// Error in the mean velocity heard, over v0, at least 0.
+    pub sensing_noise: f64,
+    /// Steps that pass between hearing neighbors and acting on it.
+    pub sensing_delay: usize,
     /// Whether step 4 (constant speed) is applied; `false` is the literal law of the paper.
     pub constant_speed: bool,
     /// Distance in m to the nearest predator up to which an agent is caught, at least 0; `None`: nobody is.
@@ -136,14 +147,23 @@ impl FlockConfig {
         within("dimension", config.dimension, 2, 3)?;
         within("num_steps", config.num_steps, 1, MAX_STEPS)?;
         positive("time_step", config.time_step)?;
-        positive("mass", config.mass)?;
-        positive("speed", config.speed)?;
+        config.mass.check("mass", config.num_agents, positive)?;
+        config.speed.check("speed", config.num_agents, positive)?;
         positive("initial_side", config.initial_side)?;
         let space = Space::of(&config);
         config.initial_positions.check(&space)?;
         config.initial_headings.check(&space)?;
         not_negative("predator_range", config.predator_range)?;
-        not_negative("repulsion_strength", config.repulsion_strength)?;
+        for (field, strength) in [
+            ("repulsion_strength", &config.repulsion_strength),
+            ("alignment_strength", &config.alignment_strength),
+        ] {
+            strength.check(field, config.num_agents, not_negative)?;
+        }
+        config.motion.check(config.constant_speed)?;
+        within_bounds("angular_noise", config.angular_noise, 0.0, TAU)?;
+        not_negative("sensing_noise", config.sensing_noise)?;
+        within("sensing_delay", config.sensing_delay, 0, MAX_STEPS)?;
         if let Some(radius) = config.capture_radius {
             not_negative("capture_radius", radius)?;
         }
@@ -184,7 +204,7 @@ impl FlockConfig {
             torus: Torus::new(self.periodic_side),
             is_mutual: self.mutual,
             is_frozen: self.frozen_graph,
-            visits: false,
+            visits: matches!(self.motion, Motion::Reynolds(_)),
         }
     }
 }
@@ -327,8 +347,9 @@ mod tests {
             "num_agents": 300, "dimension": 2, "num_steps": 240, "time_step": 0.05, "mass": 0.1,
             "speed": 10.0, "initial_side": 100.0, "predator_range": 30.0,
             "initial_positions": {"square": {}}, "initial_headings": {"random": {}},
-            "initial_plane": false, "repulsion_strength": 10.0, "constant_speed": true,
-            "capture_radius": null,
+            "initial_plane": false, "repulsion_strength": 10.0, "alignment_strength": 1.0,
+            "motion": {"inertial": {}}, "angular_noise": 0.0, "sensing_noise": 0.0, "sensing_delay": 0,
+            "constant_speed": true, "capture_radius": null,
             "predators": [{"constant_velocity": {"position": [-30.0, -30.0], "velocity": [10.0, 10.0]}}],
             "neighbor_rule": {"metric": {}}, "blind_angle": 0.0, "mutual": false, "frozen_graph": false,
             "periodic_side": null
@@ -368,6 +389,22 @@ mod tests {
             ("/dimension", json!(4), "dimension"),
             ("/time_step", json!(0.0), "time_step"),
             ("/mass", json!("heavy"), "mass"),
+            ("/mass", json!([0.1, 0.2]), "mass"),
+            ("/speed", json!(vec![0.0; 300]), "speed[0]"),
+            ("/alignment_strength", json!(-1.0), "alignment_strength"),
+            (
+                "/motion",
+                json!({"vicsek": {"noise": 1.0}}),
+                "motion.vicsek.noise",
+            ),
+            (
+                "/motion",
+                json!({"reynolds": {"separation_strength": 1.0, "cohesion_strength": 1.0, "separation_range": -1.0}}),
+                "motion.reynolds.separation_range",
+            ),
+            ("/angular_noise", json!(6.3), "angular_noise"),
+            ("/sensing_noise", json!(-0.1), "sensing_noise"),
+            ("/sensing_delay", json!(1.5), "sensing_delay"),
             ("/predator_range", json!(-1.0), "predator_range"),
             ("/capture_radius", json!(-1.0), "capture_radius"),
             ("/capture_radius", json!("near"), "capture_radius"),

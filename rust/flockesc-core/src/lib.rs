@@ -33,6 +33,7 @@ mod line;
 mod metrics;
 mod neighbor;
 mod observation;
+mod per_agent;
 mod predator;
 mod reward;
 mod rng;
@@ -46,8 +47,9 @@ pub use config::{EpisodeConfig, FlockConfig, LineConfig, MAX_AGENTS, MAX_STEPS, 
 pub use episode::{Episode, Metrics, Running};
 pub use error::{Error, Result};
 pub use flock::{
-    AlignedHeadings, Clusters, Disc, Gaussian, InitialHeadings, InitialPositions, InitialState,
-    RandomHeadings, Ring, Schedule, Segment, Square, Trajectory, World, simulate_flock,
+    AlignedHeadings, Clusters, Disc, Gaussian, Inertial, InitialHeadings, InitialPositions,
+    InitialState, Motion, RandomHeadings, Reynolds, Ring, Schedule, Segment, Square, Trajectory,
+    Vicsek, World, simulate_flock,
 };
 pub use graph::{NeighborGraph, laplacian, perron_matrix};
 pub use line::{
@@ -57,6 +59,7 @@ pub use line::{
 pub use metrics::PredatorDistance;
 pub use neighbor::{NeighborRule, Ranges};
 pub use observation::{Entry, entries};
+pub use per_agent::PerAgent;
 pub use predator::{
     ConstantVelocity, Encircle, Herd, Intercept, Predator, PredatorConfig, PurePursuit, Target,
     Wandering,

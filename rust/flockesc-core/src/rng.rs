@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use nalgebra::SVector;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -13,6 +14,7 @@ pub(crate) enum Stream {
     LineState = 2,
     Episodes = 3,
     Predators = 4,
+    Motion = 5,
 }
 
 /// The generator for `purpose` under `seed`.
@@ -50,6 +52,19 @@ pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     radius * libm::cos(uniform(rng, TAU))
 }
 
+/// A unit vector, uniform over all directions in space, or where `axes` is 2 in the plane z = 0.
+pub(crate) fn direction<const D: usize>(axes: usize, rng: &mut ChaCha8Rng) -> SVector<f64, D> {
+    let angle = uniform(rng, TAU);
+    let height = match axes {
+        3 => 2.0 * uniform(rng, 1.0) - 1.0,
+        _ => 0.0,
+    };
+    let radius = (1.0 - height * height).sqrt();
+    // libm, not the platform's sin and cos: a seed means the same flock on every machine.
+    let entries = [radius * libm::cos(angle), radius * libm::sin(angle), height];
+    SVector::from_fn(|axis, _| entries[axis])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -64,6 +79,7 @@ mod tests {
             first(0, Stream::LineState),
             first(1, Stream::Positions),
             first(0, Stream::Predators),
+            first(0, Stream::Motion),
         ];
         let expected = [
             0.7090754154265618,
@@ -71,6 +87,7 @@ mod tests {
             0.3322203532055784,
             0.40248566366484806,
             0.8559481151591954,
+            0.17798116242481665,
         ];
         assert_eq!(draws, expected);
     }

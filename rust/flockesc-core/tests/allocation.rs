@@ -9,7 +9,8 @@ use std::sync::Arc;
 use allocation_counter::measure;
 use common::scenario;
 use flockesc_core::{
-    EscapeForce, FlockConfig, InitialState, Line, LineConfig, PredatorConfig, Ranges, Target, World,
+    EscapeForce, FlockConfig, InitialState, Line, LineConfig, Motion, PredatorConfig, Ranges,
+    Reynolds, Target, World,
 };
 
 const AGENTS: usize = 300;
@@ -77,6 +78,24 @@ fn a_lone_predator_that_would_share_out_agents() {
         }
     }
     assert_steps_of_a_scenario_allocate_nothing::<2>(config, true);
+}
+
+#[test]
+fn a_flock_of_boids_that_err_and_lag() {
+    let mut config = scenario(AGENTS, 2, STEPS, 100.0);
+    config.motion = Motion::Reynolds(Reynolds {
+        separation_strength: 1.0,
+        cohesion_strength: 1.0,
+        separation_range: 5.0,
+    });
+    config.angular_noise = 0.5;
+    config.sensing_noise = 0.5;
+    config.sensing_delay = 3;
+    let mut world = World::<2>::new(Arc::new(config), &InitialState::seeded(0));
+    // Everybody's neighbors first: that is as long as lists get.
+    (0..10).for_each(|_| world.step(Ranges::Shared(1e6)));
+    let after = measure(|| (0..STEPS).for_each(|step| world.step(Ranges::Shared(range(step)))));
+    assert_eq!(after.count_total, 0);
 }
 
 /// A line has room for all from the start.

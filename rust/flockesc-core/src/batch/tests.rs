@@ -1,7 +1,8 @@
 use super::*;
 use crate::config::{Objective, View};
-use crate::flock::{InitialHeadings, InitialPositions, RandomHeadings, Square};
+use crate::flock::{Inertial, InitialHeadings, InitialPositions, Motion, RandomHeadings, Square};
 use crate::neighbor::NeighborRule;
+use crate::per_agent::PerAgent;
 use crate::predator::{ConstantVelocity, PredatorConfig};
 use crate::reward::Reward;
 
@@ -18,14 +19,19 @@ fn batch(num_flocks: usize, num_threads: usize) -> Batch<2> {
         dimension: 2,
         num_steps: 20,
         time_step: 0.05,
-        mass: 0.1,
-        speed: 10.0,
+        mass: PerAgent::Shared(0.1),
+        speed: PerAgent::Shared(10.0),
         initial_side: 30.0,
         initial_positions: InitialPositions::Square(Square {}),
         initial_headings: InitialHeadings::Random(RandomHeadings {}),
         initial_plane: false,
         predator_range: 20.0,
-        repulsion_strength: 10.0,
+        repulsion_strength: PerAgent::Shared(10.0),
+        alignment_strength: PerAgent::Shared(1.0),
+        motion: Motion::Inertial(Inertial {}),
+        angular_noise: 0.0,
+        sensing_noise: 0.0,
+        sensing_delay: 0,
         constant_speed: true,
         predators: vec![PredatorConfig::ConstantVelocity(predator)],
         capture_radius: None,

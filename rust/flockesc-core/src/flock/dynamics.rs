@@ -5,9 +5,9 @@ use std::sync::Arc;
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 
-use super::motion::{self, Predators};
+use super::motion::{self, Predators, Response};
 use super::{InitialState, Summary};
-use crate::agents::Agents;
+use crate::agents::{Agents, GROUP};
 use crate::config::FlockConfig;
 use crate::metrics::{PredatorDistance, distances};
 use crate::neighbor::{Neighborhood, Ranges};
@@ -24,6 +24,7 @@ pub struct World<const D: usize> {
     /// What is random about the predators.
     rng: ChaCha8Rng,
     neighborhood: Neighborhood<D>,
+    response: Response<D>,
     predator_distance: PredatorDistance,
     /// Positions of the predators before and after the step being made.
     before: Vec<[f64; D]>,
@@ -47,6 +48,7 @@ impl<const D: usize> World<D> {
             predator_distance: PredatorDistance::of(&agents.groups, agents.len()),
             neighborhood: Neighborhood::silent(config.neighbor_options(), &agents),
             rng: rng::stream(start.seed, Stream::Predators),
+            response: Response::new(start.seed),
             before: after.clone(),
             after,
             predators,
@@ -69,11 +71,19 @@ impl<const D: usize> World<D> {
             before: &self.before,
             after: &self.after,
         };
-        let (config, heard) = (&self.config, self.neighborhood.heard_mut());
-        threads::for_each_chunk(&mut self.agents.groups, heard, |_, groups, heard| {
-            motion::advance(config, &predators, groups, heard);
+        let config = &*self.config;
+        let response = self
+            .response
+            .find(config, &self.agents, &mut self.neighborhood);
+        let heard = self.neighborhood.heard_mut();
+        let (groups, names) = self.agents.groups_and_names();
+        threads::for_each_chunk(groups, heard, |first, groups, heard| {
+            let names = &names[first * GROUP..];
+            let response = response.map(|forces| &forces[first..]);
+            motion::advance(config, &predators, names, groups, heard, response);
         });
         self.agents.clear_empty_places();
+        self.response.err(&mut self.agents);
         if let Some(side) = self.config.periodic_side {
             self.agents.wrap(side);
         }

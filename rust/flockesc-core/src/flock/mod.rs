@@ -12,6 +12,7 @@ pub use initial::{
     AlignedHeadings, Clusters, Disc, Gaussian, InitialHeadings, InitialPositions, InitialState,
     RandomHeadings, Ring, Segment, Square,
 };
+pub use motion::{Inertial, Motion, Reynolds, Vicsek};
 pub(crate) use simulate::check_ranges;
 pub use simulate::{Schedule, Trajectory, simulate_flock};
 pub(crate) use summary::{HALF_COUNT, Summary};

@@ -98,7 +98,7 @@ impl<const D: usize> Summary<D> {
             heard: world.neighborhood().heard(),
             predators: world.predator_positions(),
             heard_scale: world.neighborhood().scale(),
-            speed: config.speed,
+            speed: config.speed.largest(),
             predator_range: config.predator_range,
         };
         let sums = add_up(&flock, &scales);

@@ -1,5 +1,6 @@
 //! What is found anew in every step where ranges alone do not say who is a neighbor.
 
+use super::SAMPLE;
 use super::listen::Scratch;
 use super::lists::Lists;
 use super::pairs::{Candidates, Pairs};
@@ -8,7 +9,6 @@ use super::rule::{NeighborOptions, NeighborRule};
 use super::topological::reach_nearest;
 use super::tree::Tree;
 use super::voronoi::voronoi_neighbors;
-use super::SAMPLE;
 use crate::agents::{Agents, Column, GROUP};
 use crate::threads;
 

@@ -25,8 +25,8 @@ pub(crate) use listen::Heard;
 use listen::{Scratch, listen, listen_to_pairs};
 pub(crate) use pairs::Pairs;
 pub use ranges::Ranges;
-pub use rule::NeighborRule;
 pub(crate) use rule::NeighborOptions;
+pub use rule::NeighborRule;
 pub(crate) use sight::{Sight, Torus};
 use tree::Tree;
 
@@ -73,7 +73,8 @@ impl<const D: usize> Neighborhood<D> {
     pub(crate) fn listen(&mut self, agents: &mut Agents<D>, ranges: Ranges<'_>) {
         self.arrange_if_it_pays(agents, ranges);
         let (options, tree) = (&self.options, &self.tree);
-        self.links.update(options, agents, tree, ranges, &mut self.scratch);
+        self.links
+            .update(options, agents, tree, ranges, &mut self.scratch);
         let links = &self.links;
         threads::for_each_chunk_with(
             &mut self.heard,

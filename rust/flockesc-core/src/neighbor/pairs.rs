@@ -182,13 +182,7 @@ impl<const D: usize> Pairs<'_, D> {
 
 impl<const D: usize> Tree<D> {
     /// Lists the tiles of which some agent may be within `square` m^2 of some place in `bounds`.
-    pub(super) fn near(
-        &self,
-        bounds: &Bounds<D>,
-        square: f64,
-        torus: Torus,
-        tiles: &mut Vec<u32>,
-    ) {
+    pub(super) fn near(&self, bounds: &Bounds<D>, square: f64, torus: Torus, tiles: &mut Vec<u32>) {
         self.descend(self.levels.len() - 1, 0, tiles, &|node| {
             torus.squared_gap(bounds, node) <= square
         });

@@ -49,7 +49,6 @@ impl Ranges<'_> {
     }
 }
 
-
 /// How far agents reach, squared: by their ranges, or found otherwise.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Reaches<'a> {

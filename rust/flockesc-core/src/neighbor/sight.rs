@@ -41,7 +41,11 @@ impl Torus {
             let direct = larger(above, below);
             let around = smaller(above, below) + self.0; // past the border; infinite in the open world
             let shortest = if around < direct { around } else { direct };
-            let margin = if self.0.is_finite() { MARGIN * self.0 } else { 0.0 };
+            let margin = if self.0.is_finite() {
+                MARGIN * self.0
+            } else {
+                0.0
+            };
             larger(shortest - margin, 0.0)
         });
         squared_norm(&gap)

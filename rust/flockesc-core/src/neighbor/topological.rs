@@ -72,7 +72,8 @@ impl<const D: usize> Search<'_, D> {
         let mut next = 0;
         while next < numbers.len() {
             scratch.tiles.clear();
-            self.tree.near(&bounds, square, self.options.torus, &mut scratch.tiles);
+            self.tree
+                .near(&bounds, square, self.options.torus, &mut scratch.tiles);
             while next < numbers.len() {
                 match self.reach(next, numbers[next], square, scratch) {
                     Some(reach) => squares[next] = reach,
@@ -83,7 +84,11 @@ impl<const D: usize> Search<'_, D> {
             }
             let is_all = scratch.tiles.len() == self.agents.len().div_ceil(TILE);
             let wider = (WIDER * square).min(f64::MAX);
-            square = if is_all || wider <= 0.0 { f64::MAX } else { wider };
+            square = if is_all || wider <= 0.0 {
+                f64::MAX
+            } else {
+                wider
+            };
         }
     }
 
@@ -108,9 +113,8 @@ impl<const D: usize> Search<'_, D> {
         for &tile in tiles.iter() {
             let other = &agents.groups[tile as usize / FAN].position;
             for place in (tile as usize % FAN * TILE..).take(TILE) {
-                let offset: [f64; D] = std::array::from_fn(|axis| {
-                    options.torus.offset(own[axis], other[axis][place])
-                });
+                let offset: [f64; D] =
+                    std::array::from_fn(|axis| options.torus.offset(own[axis], other[axis][place]));
                 let squared = squared_norm(&offset);
                 let is_seen = squared <= square && options.sight.sees(&velocity, &offset, squared);
                 distances[found] = squared;

@@ -7,7 +7,8 @@
 use nalgebra::SVector;
 use robust::{Coord, incircle};
 use spade::{
-    DelaunayTriangulation, HasPosition, MAX_ALLOWED_VALUE, Point2, Triangulation, mitigate_underflow,
+    DelaunayTriangulation, HasPosition, MAX_ALLOWED_VALUE, Point2, Triangulation,
+    mitigate_underflow,
 };
 
 use super::lists::Lists;
@@ -82,7 +83,10 @@ fn shared_edges(sites: &[&[(Point2<f64>, u32)]]) -> Vec<(usize, usize)> {
         .undirected_edges()
         .filter_map(|edge| {
             let directed = edge.as_directed();
-            let apexes = (directed.opposite_position(), directed.rev().opposite_position());
+            let apexes = (
+                directed.opposite_position(),
+                directed.rev().opposite_position(),
+            );
             let is_point = matches!(apexes, (Some(left), Some(right)) if {
                 let [a, b] = edge.positions();
                 incircle(coord(a), coord(b), coord(left), coord(right)) == 0.0

@@ -38,6 +38,7 @@ pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
     let world = episode.world();
     let scenario = world.config();
     let options = episode.config();
+    let speed = scenario.speed.largest();
     let (heard, scale) = (world.neighborhood().heard(), world.neighborhood().scale());
     let time = episode.step_count() as f64 / scenario.num_steps as f64;
     let running_minimum = running_minimum(episode);
@@ -62,14 +63,13 @@ pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
         let approach: SVector<f64, D> =
             sensed.map_or_else(SVector::zeros, |(predator, _)| predator.velocity - velocity);
         let frame = Frame::new(&velocity, &[sight, heard_velocity, approach]);
-        let scaled = |vector: &SVector<f64, D>| {
-            frame.coordinates(&(vector / (vector.norm() + scenario.speed)))
-        };
+        let scaled =
+            |vector: &SVector<f64, D>| frame.coordinates(&(vector / (vector.norm() + speed)));
 
         writer.push(time);
         writer.push(running_minimum);
         writer.push(episode.ranges()[agent] / options.max_range);
-        writer.push(squash(velocity.norm(), scenario.speed));
+        writer.push(squash(velocity.norm(), speed));
         writer.push(squash(count - 1.0, HALF_COUNT));
         writer.extend(&scaled(&heard_velocity));
         writer.push(f64::from(sensed.is_some()));

@@ -35,12 +35,13 @@ pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
     let options = episode.config();
     let flock = episode.summary();
     let length = scenario.initial_side;
+    let speed = scenario.speed.largest();
 
     let mut writer = Writer::new(out);
     writer.push(episode.step_count() as f64 / scenario.num_steps as f64);
     writer.push(running_minimum(episode));
     writer.push(episode.ranges()[0] / options.max_range);
-    writer.push(squash(flock.speed, scenario.speed));
+    writer.push(squash(flock.speed, speed));
     writer.push(flock.polarization);
     writer.push(squash(flock.spread, length));
     writer.push(flock.neighbor_count);
@@ -67,7 +68,7 @@ pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
     writer.push(flock.fraction_in_range);
     writer.push(flock.heading_away);
     writer.push(flock.heading_away_in_range);
-    writer.push(velocity.dot(&away) / (velocity.norm() + scenario.speed));
-    writer.push(squash(predator.velocity.norm(), scenario.speed));
+    writer.push(velocity.dot(&away) / (velocity.norm() + speed));
+    writer.push(squash(predator.velocity.norm(), speed));
     writer.push(heading(&predator.velocity).dot(&away));
 }

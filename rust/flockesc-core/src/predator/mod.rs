@@ -8,7 +8,7 @@ mod herd;
 mod intercept;
 mod prey;
 mod pure_pursuit;
-mod steering;
+pub(crate) mod steering;
 mod wandering;
 
 use nalgebra::SVector;

@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use crate::vector::{least_aligned_axis, unit};
 
 /// The unit vector `heading` turned by `angle` rad toward `side`, a unit vector across it.
-pub(super) fn turn<const D: usize>(
+pub(crate) fn turn<const D: usize>(
     heading: &SVector<f64, D>,
     side: &SVector<f64, D>,
     angle: f64,
@@ -14,7 +14,7 @@ pub(super) fn turn<const D: usize>(
 }
 
 /// The unit vector across the unit vector `heading` toward `aim`; `None` where that is straight ahead or behind.
-pub(super) fn side_of<const D: usize>(
+pub(crate) fn side_of<const D: usize>(
     heading: &SVector<f64, D>,
     aim: &SVector<f64, D>,
 ) -> Option<SVector<f64, D>> {

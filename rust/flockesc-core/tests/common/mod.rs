@@ -1,8 +1,8 @@
 //! Flocks that the tests share.
 
 use flockesc_core::{
-    ConstantVelocity, FlockConfig, InitialHeadings, InitialPositions, NeighborRule, PredatorConfig,
-    PurePursuit, RandomHeadings, Square, Target,
+    ConstantVelocity, FlockConfig, Inertial, InitialHeadings, InitialPositions, Motion,
+    NeighborRule, PerAgent, PredatorConfig, PurePursuit, RandomHeadings, Square, Target,
 };
 
 /// A flock in a square (D = 3: cube) of `side` m, chased by one predator that flies straight on and one that pursues.
@@ -17,14 +17,19 @@ pub(crate) fn scenario(
         dimension,
         num_steps,
         time_step: 0.05,
-        mass: 0.1,
-        speed: 10.0,
+        mass: PerAgent::Shared(0.1),
+        speed: PerAgent::Shared(10.0),
         initial_side,
         initial_positions: InitialPositions::Square(Square {}),
         initial_headings: InitialHeadings::Random(RandomHeadings {}),
         initial_plane: false,
         predator_range: 30.0,
-        repulsion_strength: 10.0,
+        repulsion_strength: PerAgent::Shared(10.0),
+        alignment_strength: PerAgent::Shared(1.0),
+        motion: Motion::Inertial(Inertial {}),
+        angular_noise: 0.0,
+        sensing_noise: 0.0,
+        sensing_delay: 0,
         constant_speed: true,
         predators: vec![
             PredatorConfig::ConstantVelocity(ConstantVelocity {

@@ -73,9 +73,9 @@ impl InitialState {
         let mut rng = rng::stream(self.seed, Stream::Headings);
         let space = Space::of(config);
         (0..config.num_agents)
-            .map(|_| {
+            .map(|name| {
                 let heading = config.initial_headings.draw(&space, &mut rng);
-                unit(&heading).unwrap_or(heading) * config.speed
+                unit(&heading).unwrap_or(heading) * config.speed.of(name)
             })
             .collect()
     }

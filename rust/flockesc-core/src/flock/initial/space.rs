@@ -1,7 +1,5 @@
 //! Where a flock may start: the plane z = 0 or all of R^D, with what shapes are drawn from.
 
-use std::f64::consts::TAU;
-
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 
@@ -67,14 +65,7 @@ impl Space {
 
     /// A unit vector, uniform over all directions.
     pub(super) fn direction<const D: usize>(&self, rng: &mut ChaCha8Rng) -> SVector<f64, D> {
-        let angle = rng::uniform(rng, TAU);
-        let height = match self.axes {
-            3 => 2.0 * rng::uniform(rng, 1.0) - 1.0,
-            _ => 0.0,
-        };
-        let radius = (1.0 - height * height).sqrt();
-        // libm, not the platform's sin and cos: a seed means the same flock on every machine.
-        embed(&[radius * libm::cos(angle), radius * libm::sin(angle), height])
+        rng::direction(self.axes, rng)
     }
 
     /// Uniform between two spheres (in the plane: circles) around the center of the initial region.

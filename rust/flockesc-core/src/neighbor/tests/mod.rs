@@ -9,8 +9,8 @@ use pulp::{Scalar, Simd};
 
 use super::components::connect;
 use super::listen::{Listen, Scratch};
-use super::tree::Tree;
 use super::ranges::Reaches;
+use super::tree::Tree;
 use super::{Heard, NeighborOptions, Neighborhood, Ranges};
 use crate::agents::{Agents, GROUP};
 use crate::exact::Scale;

@@ -38,11 +38,13 @@ fn options() -> impl Strategy<Value = Options> {
     ];
     let blind_angle = prop_oneof![Just(0.0), 0.0..2.0 * PI];
     let side = prop_oneof![Just(None), (10.0..80.0_f64).prop_map(Some)];
-    (rule, blind_angle, side, any::<bool>()).prop_map(|(rule, blind_angle, side, is_mutual)| Options {
-        rule,
-        blind_angle,
-        side,
-        is_mutual,
+    (rule, blind_angle, side, any::<bool>()).prop_map(|(rule, blind_angle, side, is_mutual)| {
+        Options {
+            rule,
+            blind_angle,
+            side,
+            is_mutual,
+        }
     })
 }
 
@@ -118,14 +120,23 @@ fn check<const D: usize>(
     }
     neighborhood.listen(&mut agents, ranges);
     // A second time, guided by the first; or from the graph that stays, whatever the range.
-    let again = if options.is_frozen { Ranges::Shared(0.0) } else { ranges };
+    let again = if options.is_frozen {
+        Ranges::Shared(0.0)
+    } else {
+        ranges
+    };
     for ranges in [ranges, again] {
         neighborhood.listen(&mut agents, ranges);
         let scale = neighborhood.scale();
         let mut sums: Vec<([i64; D], i64)> = case
             .velocities
             .iter()
-            .map(|velocity| (std::array::from_fn(|axis| scale.quantize(velocity[axis])), 1))
+            .map(|velocity| {
+                (
+                    std::array::from_fn(|axis| scale.quantize(velocity[axis])),
+                    1,
+                )
+            })
             .collect();
         for &(i, j) in expected {
             for axis in 0..D {
@@ -162,7 +173,10 @@ fn check_all<const D: usize>(case: &Case<D>, options: Options) -> Result<(), Tes
             *coordinate = if *coordinate < side { *coordinate } else { 0.0 };
         }
     }
-    for ranges in [Ranges::Shared(case.ranges[0]), Ranges::PerAgent(&case.ranges)] {
+    for ranges in [
+        Ranges::Shared(case.ranges[0]),
+        Ranges::PerAgent(&case.ranges),
+    ] {
         let expected = reference(&case, ranges, options);
         for is_frozen in [false, true] {
             check(&case, ranges, options.internal(is_frozen), &expected)?;
