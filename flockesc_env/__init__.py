@@ -27,6 +27,8 @@ from flockesc_env.initial import (
     Clusters,
     Disc,
     Gaussian,
+    GivenHeadings,
+    GivenPositions,
     RandomHeadings,
     Ring,
     Segment,
@@ -34,6 +36,7 @@ from flockesc_env.initial import (
 )
 from flockesc_env.options import EnvOptions, LineOptions
 from flockesc_env.presets import PRESETS, preset
+from flockesc_env.randomization import Choice, LogUniform, Uniform
 from flockesc_env.render import RenderOptions
 from flockesc_env.rollout import Episodes, record, rollout
 from flockesc_env.scenario import (
@@ -54,6 +57,7 @@ __all__ = [
     "ActionError",
     "AlignedHeadings",
     "ArgumentError",
+    "Choice",
     "Clusters",
     "ConstantVelocity",
     "Disc",
@@ -67,12 +71,15 @@ __all__ = [
     "FlockVectorEnv",
     "FlockescError",
     "Gaussian",
+    "GivenHeadings",
+    "GivenPositions",
     "Intercept",
     "LineEscapeEnv",
     "LineOptions",
     "LineScenario",
     "LineSweepResult",
     "LineTrajectory",
+    "LogUniform",
     "Metric",
     "PurePursuit",
     "RandomHeadings",
@@ -84,6 +91,7 @@ __all__ = [
     "Square",
     "SweepResult",
     "Trajectory",
+    "Uniform",
     "Wandering",
     "__version__",
     "approach",

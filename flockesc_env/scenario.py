@@ -12,8 +12,10 @@ from typing import Any, ClassVar, Literal, Self, TypeVar, get_args
 import tomli_w
 
 from flockesc_env import _core
+from flockesc_env._checks import as_seed
 from flockesc_env.errors import ScenarioError
 from flockesc_env.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
+from flockesc_env.randomization import Distribution
 
 EscapeForce = Literal["constant", "linear", "linear_as_printed"]
 Target = Literal["nearest", "centroid", "most_isolated"]
@@ -100,7 +102,7 @@ class Wandering:
 
 Predator = ConstantVelocity | PurePursuit | Intercept | Wandering
 NeighborRule = Metric
-Part = Predator | NeighborRule | InitialPositions | InitialHeadings
+Part = Predator | NeighborRule | InitialPositions | InitialHeadings | Distribution
 
 _T = TypeVar("_T")
 
@@ -178,8 +180,10 @@ class FlockScenario(_Document):
         initial_side: side in m of the initial region [0, side]^D, around whose center agents start; also the
             length scale of observations.
         initial_positions: where agents start: ``Square()``, ``Disc(radius)``, ``Ring(radius, width)``,
-            ``Segment(start, end)``, ``Gaussian(standard_deviation)`` or ``Clusters(num_clusters, spread)``.
-        initial_headings: where they head: ``RandomHeadings()`` or ``AlignedHeadings(direction, spread)``.
+            ``Segment(start, end)``, ``Gaussian(standard_deviation)``, ``Clusters(num_clusters, spread)`` or
+            ``GivenPositions(points)``.
+        initial_headings: where they head: ``RandomHeadings()``, ``AlignedHeadings(direction, spread)`` or
+            ``GivenHeadings(directions)``.
         initial_plane: whether a flock in space starts in the plane z = 0, positions and headings.
         predator_range: distance rho_p in m up to which agents flee from a predator.
         repulsion_strength: strength s of the flight.
@@ -187,6 +191,9 @@ class FlockScenario(_Document):
         predators: any number of any kinds (``ConstantVelocity``, ``PurePursuit``, ``Intercept``,
             ``Wandering``), also none.
         neighbor_rule: who is a neighbor.
+        randomization: numbers that every episode draws anew from its seed, in this order: any of
+            ``Uniform(field, low, high)``, ``LogUniform(field, low, high)`` and ``Choice(field, values)``, for
+            other fields than ``initial_side`` and ``time_step``.
 
     Raises:
         ScenarioError: naming a field of a wrong type or out of bounds.
@@ -207,10 +214,22 @@ class FlockScenario(_Document):
     constant_speed: bool = True
     predators: tuple[Predator, ...] = (ConstantVelocity(),)
     neighbor_rule: NeighborRule = Metric()
+    randomization: tuple[Distribution, ...] = ()
 
     def __post_init__(self) -> None:
         self._normalize()
         _core.check_flock_scenario(self.to_json())
+
+    def drawn(self, seed: int) -> FlockScenario:
+        """Return the scenario of the episode with this seed, which draws nothing any more.
+
+        ``simulate(scenario.drawn(k), .., seed=k)`` is ``simulate(scenario, .., seed=k)``, bit for bit.
+
+        Raises:
+            ArgumentError: if ``seed`` is no integer from 0 to 2^64 - 1.
+        """
+        document = _core.drawn_flock_scenario(self.to_json(), as_seed(seed)) if self.randomization else None
+        return self if document is None else FlockScenario.from_json(document)
 
 
 @dataclass(frozen=True)
@@ -292,6 +311,9 @@ def _build(cls: type[_T], fields: Any, path: str) -> _T:
         if name not in known:
             where = name if path == "document" else f"{path}.{name}"
             raise ScenarioError(where, f"one of {', '.join(known)}", "an unknown field")
+    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
+        if field.default is dataclasses.MISSING and field.name not in fields:
+            raise ScenarioError(f"{path}.{field.name}", "a value", "none")
     return cls(**{name: _from_document(value, name) for name, value in fields.items()})
 
 

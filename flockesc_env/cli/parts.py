@@ -10,6 +10,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from tyro.constructors import PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 from flockesc_env.initial import InitialHeadings, InitialPositions
+from flockesc_env.randomization import Distribution
 from flockesc_env.scenario import NeighborRule, Predator
 
 
@@ -17,7 +18,7 @@ def part_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
     """Tell tyro how to spell one part, or a tuple of them: ``kind field=value ..``, one after the other."""
     is_tuple = get_origin(info.type) is tuple
     part = get_args(info.type)[0] if is_tuple else info.type
-    if part not in (Predator, NeighborRule, InitialPositions, InitialHeadings):
+    if part not in (Predator, NeighborRule, InitialPositions, InitialHeadings, Distribution):
         return None
     kinds = {kind.kind: kind for kind in get_args(part) or (part,)}
 
@@ -48,7 +49,8 @@ def part_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
 
 
 def _value(kind: Any, name: str, text: str) -> Any:
-    if get_origin(get_type_hints(kind).get(name)) is Literal:
+    hint = get_type_hints(kind).get(name)
+    if hint is str or get_origin(hint) is Literal:
         return text
     try:
         values = json.loads(f"[{text}]")
@@ -62,7 +64,10 @@ def _make(kind: Callable[..., Any], fields: dict[str, Any]) -> Any:
     for name in fields:
         if name not in known:
             raise ValueError(f"{name}: expected one of {', '.join(known)}, got an unknown field")
-    return kind(**fields)
+    try:
+        return kind(**fields)
+    except TypeError as error:  # a field that has no default
+        raise ValueError(str(error)) from None
 
 
 def _spell(part: Any) -> list[str]:

@@ -34,6 +34,7 @@ mod metrics;
 mod neighbor;
 mod observation;
 mod predator;
+mod randomization;
 mod reward;
 mod rng;
 mod slot;
@@ -42,12 +43,16 @@ mod threads;
 mod vector;
 
 pub use batch::Batch;
-pub use config::{EpisodeConfig, FlockConfig, LineConfig, MAX_AGENTS, MAX_STEPS, Objective, View};
+pub use config::{
+    EpisodeConfig, FlockConfig, LineConfig, MAX_AGENTS, MAX_STEPS, Objective, SameRange,
+    SensingRange, View,
+};
 pub use episode::{Episode, Metrics, Running};
 pub use error::{Error, Result};
 pub use flock::{
-    AlignedHeadings, Clusters, Disc, Gaussian, InitialHeadings, InitialPositions, InitialState,
-    RandomHeadings, Ring, Schedule, Segment, Square, Trajectory, World, simulate_flock,
+    AlignedHeadings, Clusters, Disc, Gaussian, GivenHeadings, GivenPositions, InitialHeadings,
+    InitialPositions, InitialState, RandomHeadings, Ring, Schedule, Segment, Square, Trajectory,
+    World, simulate_flock,
 };
 pub use graph::{component_labels, laplacian, perron_matrix};
 pub use line::{
@@ -60,6 +65,7 @@ pub use observation::{Entry, entries};
 pub use predator::{
     ConstantVelocity, Intercept, Predator, PredatorConfig, PurePursuit, Target, Wandering,
 };
+pub use randomization::{Choice, Distribution, Interval, Randomization};
 pub use reward::Reward;
 pub use rng::episode_seed;
 pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};

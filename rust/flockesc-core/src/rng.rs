@@ -13,6 +13,7 @@ pub(crate) enum Stream {
     LineState = 2,
     Episodes = 3,
     Predators = 4,
+    Scenario = 6,
 }
 
 /// The generator for `purpose` under `seed`.
@@ -64,6 +65,7 @@ mod tests {
             first(0, Stream::LineState),
             first(1, Stream::Positions),
             first(0, Stream::Predators),
+            first(0, Stream::Scenario),
         ];
         let expected = [
             0.7090754154265618,
@@ -71,6 +73,7 @@ mod tests {
             0.3322203532055784,
             0.40248566366484806,
             0.8559481151591954,
+            0.1552739039243184,
         ];
         assert_eq!(draws, expected);
     }

@@ -3,6 +3,7 @@ use crate::config::{Objective, View};
 use crate::flock::{InitialHeadings, InitialPositions, RandomHeadings, Square};
 use crate::neighbor::NeighborRule;
 use crate::predator::{ConstantVelocity, PredatorConfig};
+use crate::randomization::Randomization;
 use crate::reward::Reward;
 
 const FLOCKS: usize = 5;
@@ -29,6 +30,7 @@ fn batch(num_flocks: usize, num_threads: usize) -> Batch<2> {
         constant_speed: true,
         predators: vec![PredatorConfig::ConstantVelocity(predator)],
         neighbor_rule: NeighborRule::Metric {},
+        randomization: Randomization::default(),
     };
     let config = EpisodeConfig {
         view: View::Agent,

@@ -2,7 +2,7 @@
 
 use flockesc_core::{
     ConstantVelocity, FlockConfig, InitialHeadings, InitialPositions, NeighborRule, PredatorConfig,
-    PurePursuit, RandomHeadings, Square, Target,
+    PurePursuit, RandomHeadings, Randomization, Square, Target,
 };
 
 /// A flock in a square (D = 3: cube) of `side` m, chased by one predator that flies straight on and one that pursues.
@@ -41,5 +41,6 @@ pub(crate) fn scenario(
             }),
         ],
         neighbor_rule: NeighborRule::Metric {},
+        randomization: Randomization::default(),
     }
 }
