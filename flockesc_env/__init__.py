@@ -50,6 +50,7 @@ from flockesc_env.scenario import (
 )
 from flockesc_env.seeds import episode_seed
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
+from flockesc_env.state_files import load_state
 from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 
 __all__ = [
@@ -98,6 +99,7 @@ __all__ = [
     "env",
     "episode_seed",
     "graph",
+    "load_state",
     "parallel_env",
     "policies",
     "preset",

@@ -60,14 +60,14 @@ def _value(kind: Any, name: str, text: str) -> Any:
 
 
 def _make(kind: Callable[..., Any], fields: dict[str, Any]) -> Any:
-    known = [f.name for f in dataclasses.fields(kind)]  # type: ignore[arg-type]
+    known = {f.name: f for f in dataclasses.fields(kind)}  # type: ignore[arg-type]
     for name in fields:
         if name not in known:
             raise ValueError(f"{name}: expected one of {', '.join(known)}, got an unknown field")
-    try:
-        return kind(**fields)
-    except TypeError as error:  # a field that has no default
-        raise ValueError(str(error)) from None
+    for name, field in known.items():
+        if field.default is dataclasses.MISSING and name not in fields:
+            raise ValueError(f"{name}: expected a value, got none")
+    return kind(**fields)
 
 
 def _spell(part: Any) -> list[str]:
