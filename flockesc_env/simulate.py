@@ -94,8 +94,8 @@ def simulate(
         scenario: the flock model's parameters.
         interaction_range: rho in m: a scalar; (n,), one per agent; or a schedule with a row per step, (T,)
             or (T, n). Where n = T, write one range per agent as (1, n) and a schedule as (T, 1).
-        seed: seed of the initial state, of the predators and of what the scenario draws, the same flock as ``env.reset(seed=seed)``;
-            ``None``: a new one.
+        seed: seed of the initial state, of the predators and of what the scenario draws, the same flock as
+            ``env.reset(seed=seed)``; ``None``: a new one.
         initial_positions: r(0) in m, shape (n, D), in place of those of the seed.
         initial_velocities: v(0) in m/s, shape (n, D), likewise. With constant speed an agent is brought to
             speed v0 by its first step.

@@ -77,7 +77,10 @@ def _read_csv(path: Path) -> dict[str, NDArray[Any]]:
     rows = [line for line in lines if line.strip()]
     if not rows:
         raise RecordError(str(path), _TABLE, "no rows")
-    return _split(np.loadtxt(rows, delimiter=",", ndmin=2), path)
+    table = np.loadtxt(rows, delimiter=",", ndmin=2)
+    if table.shape[1] != len(names):
+        raise RecordError(str(path), f"{len(names)} columns, as the first line says", table.shape[1])
+    return _split(table, path)
 
 
 def _read_npy(path: Path) -> dict[str, NDArray[Any]]:

@@ -64,7 +64,8 @@ class ScenarioFlags:
 def registry(argv: Sequence[str]) -> ConstructorRegistry:
     """Return how tyro makes scenarios, their parts and seeds from flags.
 
-    Model, scenario and initial state are looked up beforehand: they decide which flags there are, and their defaults.
+    Model, scenario and initial state are looked up beforehand: they decide which flags there are, and their
+    defaults.
 
     Raises:
         OSError: if the scenario's or the initial state's file cannot be read.
@@ -152,8 +153,7 @@ def _scenario_spec(default: Scenario) -> StructConstructorSpec:
     state: Any = Annotated[
         str | None,
         *optional(
-            "where agents of a flock start and, if it says so, head: a .csv, .npy or .npz file, see load_state;"
-            " flags override it",
+            "where agents of a flock start and, if it says so, head: a .csv, .npy or .npz file (load_state)",
             "the scenario's",
             metavar="FILE",
         ),

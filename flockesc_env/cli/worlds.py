@@ -56,7 +56,13 @@ def run(
     from flockesc_env.worlds.survey import survey  # heavy, and of an extra
 
     with bar("Measuring", total_size(plan), always=progress) as report:
-        results = survey(output, num_flocks, presets=presets, page=page, progress=report)
+
+        def show_progress(done: int, total: int) -> None:
+            report(done, total)
+            if done == total:
+                note("measured; statistics take some seconds more a world")
+
+        results = survey(output, num_flocks, presets=presets, page=page, progress=show_progress)
     note(f"saved: {page or output / 'worlds.md'}")
     if json:
         show_json({"command": "worlds", "output": str(output), "results": json_.loads(results.to_json())})

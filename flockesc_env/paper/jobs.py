@@ -1,4 +1,4 @@
-"""Studies in chunks of runs: pure functions of scenario, ranges and seeds, and files that keep their results."""
+"""Studies in chunks of runs: pure functions of scenario, ranges and seeds, and files of their results."""
 
 from __future__ import annotations
 

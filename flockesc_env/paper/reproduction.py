@@ -35,8 +35,8 @@ def reproduce(
         trials: how many flocks and lines.
         cache: folder of finished chunks; default: ``cache`` in ``output``.
         page: where the Markdown page goes; default: ``paper.md`` in ``output``.
-        progress: called with the size of what is finished and of the whole (``jobs.total_size``); statistics and
-            figures come after that, within a minute.
+        progress: called with the size of what is finished and of the whole (``jobs.total_size``); statistics
+            and figures come after that, within a minute.
     """
     output.mkdir(parents=True, exist_ok=True)
     measured = measure(studies(trials), Cache(cache or output / "cache"), progress)

@@ -27,9 +27,9 @@ class Finding(StrEnum):
 
 
 RULE = (
-    "a best range is *interior* if on the second half of the flocks it gains over range 0 and over the longest range, with"
-    " both 95 % intervals of the paired gains above 0; else it is *not told from* the end (or ends) of the grid over which"
-    " it has no such gain"
+    "a best range is *interior* if on the second half of the flocks it gains over range 0 and over the longest"
+    " range, with both 95 % intervals of the paired gains above 0; else it is *not told from* the end (or ends)"
+    " of the grid over which it has no such gain"
 )
 
 
@@ -57,6 +57,11 @@ class Outcome:
     gain_over_zero: Estimate
     gain_over_longest: Estimate
     curve: tuple[Estimate, ...]
+
+    def value(self, symbol: str) -> Estimate:
+        """Return an objective, a key of ``OBJECTIVES``, at the best range."""
+        value: Estimate = getattr(self, OBJECTIVES[symbol])
+        return value
 
     @property
     def finding(self) -> Finding:

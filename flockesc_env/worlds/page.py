@@ -84,8 +84,8 @@ class Answer:
             return f"yes: {', '.join(self.interior)}"
         told = "; ".join(f"{name} ({finding})" for name, finding in self.others)
         if not self.interior:
-            return f"no: {told}"
-        return f"in {len(self.interior)} of {number}: {', '.join(self.interior)}; not in {told}"
+            return f"not shown: {told}"
+        return f"in {len(self.interior)} of {number}: {', '.join(self.interior)}; not shown for {told}"
 
 
 def answers(results: Results, symbol: str) -> list[Answer]:

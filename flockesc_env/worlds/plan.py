@@ -1,4 +1,4 @@
-"""What is measured: every preset of a flock with predators, on the grid of its neighbor rule, in two halves."""
+"""What is measured: every flock preset with predators, on the grid of its neighbor rule, in two halves."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ def _steers(scenario: FlockScenario) -> bool:
 
 
 def _misses_the_center(scenario: FlockScenario) -> bool:
-    """Whether some predator flies straight past the center, by a quarter of the initial region's side or more."""
+    """Whether a predator flies straight past the center, by a quarter of the region's side or more."""
     center = np.full(2, scenario.initial_side / 2)
     for predator in scenario.predators:
         if predator.kind != _STRAIGHT:
@@ -40,7 +40,7 @@ QUESTIONS: Final[dict[str, Callable[[FlockScenario], bool]]] = {
     "the paper's own setting": lambda scenario: scenario == FlockScenario(),
     "other flocks and predators": lambda _: True,
 }
-"""What differs from the paper, in the order of precedence: a world belongs to the first that is true of it."""
+"""What differs from the paper, in order of precedence: a world belongs to the first that is true of it."""
 
 
 def question_of(scenario: FlockScenario) -> str:

@@ -159,21 +159,18 @@ impl Randomization {
             self.check(index, &mut scenario)?;
         }
         self.scenario = scenario;
-        let lows: Vec<f64> = self.distributions.iter().map(|d| d.ends()[0].1).collect();
+        let lows = vec![0; self.distributions.len()];
+        self.check_ends(&lows, None)?;
         for (index, distribution) in self.distributions.iter().enumerate() {
-            for (end, value) in distribution.ends() {
-                let mut values = lows.clone();
-                values[index] = value;
-                FlockConfig::from_value(&self.with(&values))
-                    .map_err(|error| self.refused(error, index, &end, value))?;
+            for end in 1..distribution.ends().len() {
+                let mut ends = lows.clone();
+                ends[index] = end;
+                self.check_ends(&ends, Some(index))?;
             }
         }
         for seed in 0..TRIALS {
             let values = self.values(&mut rng::stream(seed, Stream::Scenario));
-            FlockConfig::from_value(&self.with(&values)).map_err(|error| {
-                let expected = format!("distributions of which all draws are good ({error})");
-                Error::config("randomization", expected, format!("{values:?}"))
-            })?;
+            FlockConfig::from_value(&self.with(&values)).map_err(|error| apart(&error, &values))?;
         }
         Ok(())
     }
@@ -203,26 +200,30 @@ impl Randomization {
         )
     }
 
-    /// The error on the scenario with one end of distribution `index` and the lows of the others, as one on
-    /// whichever of them set the field.
-    fn refused(&self, error: Error, index: usize, end: &str, value: f64) -> Error {
+    /// Checks the scenario with the end `ends[k]` of every distribution k. An error is on the one that sets the refused
+    /// field, or else on `varied`.
+    fn check_ends(&self, ends: &[usize], varied: Option<usize>) -> Result<()> {
+        let mut chosen: Vec<(String, f64)> = (self.distributions.iter().zip(ends))
+            .map(|(distribution, &end)| distribution.ends().swap_remove(end))
+            .collect();
+        let values: Vec<f64> = chosen.iter().map(|(_, value)| *value).collect();
+        let error = match FlockConfig::from_value(&self.with(&values)) {
+            Err(error) => error,
+            Ok(_) => return Ok(()),
+        };
         let Error::Config {
             field, expected, ..
         } = &error
         else {
-            return error;
+            return Err(error);
         };
         let mut fields = self.distributions.iter().map(Distribution::field);
-        let at_low = fields
-            .position(|set| set == field)
-            .filter(|&other| other != index)
-            .map(|other| (other, self.distributions[other].ends().swap_remove(0)));
-        let (index, (end, value)) = at_low.unwrap_or((index, (end.to_owned(), value)));
-        Error::config(
-            format!("{}.{end}", self.path(index)),
-            format!("{expected} ({field})"),
-            value,
-        )
+        let Some(index) = fields.position(|set| set == field).or(varied) else {
+            return Err(apart(&error, &values));
+        };
+        let (end, value) = chosen.swap_remove(index);
+        let path = format!("{}.{end}", self.path(index));
+        Err(Error::config(path, format!("{expected} ({field})"), value))
     }
 
     fn values(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
@@ -252,6 +253,12 @@ impl Randomization {
             Some((scenario, config))
         })
     }
+}
+
+/// Values that are refused together.
+fn apart(error: &Error, values: &[f64]) -> Error {
+    let expected = format!("distributions of which all draws are good ({error})");
+    Error::config("randomization", expected, format!("{values:?}"))
 }
 
 /// The entry of a document at a path such as `predators[0].pure_pursuit.position[1]`.
@@ -306,7 +313,7 @@ mod tests {
         let predator = format!("{:?}", drawn.predators);
         assert_eq!(drawn.predator_range, 23.105478078486367);
         assert_eq!(drawn.mass, 0.06568521508434387);
-        assert!(predator.contains("[-30.0, 0.0]"), "{predator}");
+        assert!(predator.contains("[-30.0, -30.0]"), "{predator}");
         assert_eq!(drawn.drawn(1), drawn);
         assert_ne!(config.drawn(1).mass, drawn.mass);
     }
