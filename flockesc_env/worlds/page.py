@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -75,8 +76,8 @@ class Answer:
     """
 
     question: str
-    interior: list[str]
-    others: list[tuple[str, Finding]]
+    interior: Sequence[str]
+    others: Sequence[tuple[str, Finding]]
 
     def __str__(self) -> str:
         number = len(self.interior) + len(self.others)
