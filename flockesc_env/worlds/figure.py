@@ -25,7 +25,7 @@ def against_range(results: Results) -> Figure:
     for axes in panels.flat[len(results.worlds) :]:
         axes.set_axis_off()
     for axes in panels[:, 0]:
-        axes.set_ylabel(f"{_SYMBOL} (m)")
+        axes.set_ylabel(f"{_SYMBOL} (m)", fontsize=7)
     figure.suptitle(f"{results.num_flocks:,} flocks a point, 95 % intervals", fontsize=9)
     return figure
 

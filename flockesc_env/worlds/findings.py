@@ -27,8 +27,8 @@ class Finding(StrEnum):
 
 
 RULE = (
-    "a best range is *interior* if on the second half of the flocks it gains over range 0 and over the"
-    " longest range, with both 95 % intervals of the paired gains above 0; else it is *not told from* the ends of the"
+    "a best range is *interior* if on the second half of the flocks it gains over range 0 and over the longest"
+    " range, with the 95 % intervals of both paired gains above 0; else it is *not told from* the ends of the"
     " grid over which it has no such gain"
 )
 
