@@ -27,7 +27,7 @@ class Finding(StrEnum):
 
 
 RULE = (
-    "a best range is *interior* if on the second half of the flocks it gains over range 0 and over the longest"
+    "a best range is *interior* if on the second half of the flocks it gains over range 0 and the longest"
     " range, with the 95 % intervals of both paired gains above 0; else it is *not told from* the ends of the"
     " grid over which it has no such gain"
 )
