@@ -56,6 +56,7 @@ BAD_FLOCK: dict[str, tuple[Any, ...]] = {
     "constant_speed": (1, 0.0, "yes", None),
     "predators": (None, 5, "pure_pursuit", ConstantVelocity()),
     "neighbor_rule": (None, "metric", 5, ConstantVelocity()),
+    "randomization": (None, 5, "uniform", (5,), (Metric(),), Metric()),
 }
 
 BAD_LINE: dict[str, tuple[Any, ...]] = {

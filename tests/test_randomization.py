@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from cli_runs import Ran
 from option_table import small_flock
 
 from flockesc_env import (
@@ -23,6 +25,7 @@ from flockesc_env import (
     ScenarioError,
     Trajectory,
     Uniform,
+    _core,
     episode_seed,
     parallel_env,
     policies,
@@ -32,6 +35,7 @@ from flockesc_env import (
     simulate,
     sweep,
 )
+from flockesc_env.cli.exits import Exit
 from flockesc_env.render import draw
 
 POSITION = "predators[0].constant_velocity.position[1]"
@@ -134,10 +138,7 @@ def test_agents_sense_predators_within_the_drawn_range() -> None:
         run = simulate(scenario, 0.0, seed=seed)
         distance = np.linalg.norm(run.positions[0] - run.predator_positions[0], axis=1)
         is_sensed = distance <= scenario.drawn(seed).predator_range
-        entries = (
-            [name for name, *_ in env.observation_entries] if hasattr(env, "observation_entries") else []
-        )
-        column = entries.index("predator_sensed") if entries else 7
+        column = [name for name, *_ in _core.observation_entries(True, 2)].index("predator_sensed")
         np.testing.assert_array_equal(found[:, column], is_sensed.astype(np.float32))
         sensed |= set(is_sensed.tolist())
     assert sensed == {True, False}
@@ -169,7 +170,6 @@ def test_pictures_show_the_drawn_range() -> None:
     run = simulate(scenario, 10.0, seed=2)
     drawn = draw(simulate(scenario.drawn(2), 10.0, seed=2), 3)
     np.testing.assert_array_equal(draw(run, 3), drawn)
-    env = FlockEscapeEnv(scenario=scenario, render_mode="rgb_array")
     pictures = {}
     for name, each in (("drawn", scenario), ("plain", scenario.drawn(2))):
         env = FlockEscapeEnv(scenario=each, render_mode="rgb_array")
@@ -245,3 +245,20 @@ def test_a_missing_field_is_named() -> None:
     with pytest.raises(ScenarioError) as caught:
         FlockScenario.from_json('{"randomization": [{"uniform": {"field": "mass", "low": 1.0}}]}')
     assert caught.value.field == "randomization[0].uniform.high"
+
+
+def test_the_command_line_takes_distributions(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    drawn = (Uniform(POSITION, -30.0, 30.0), Choice("mass", (0.1, 0.2)))
+    scenario = small_flock(randomization=drawn)
+    path = tmp_path / "scenario.toml"
+    path.write_text(scenario.to_toml())
+    words = ["uniform", f"field={POSITION}", "low=-30", "high=30", "choice", "field=mass", "values=0.1,0.2"]
+    small = ["--num-agents", "5", "--num-steps", "10", "--initial-side", "30"]
+    expected = simulate(scenario, 10.0, seed=3).mean_distance.min()
+    for flags in (["--scenario", str(path)], [*small, "--randomization", *words]):
+        ran = Ran(capsys, "simulate", *flags, "--interaction-range", "10", "--seed", "3", "--json")
+        assert ran.code == Exit.DONE, ran.err
+        assert json.loads(ran.out)["min_mean_distance"] == expected
+    refused = Ran(capsys, "simulate", "--randomization", *words[:3], "--interaction-range", "10")
+    assert refused.code == Exit.REFUSED
+    assert "high: expected a value, got none" in " ".join(refused.err.replace("│", " ").split())
