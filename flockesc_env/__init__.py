@@ -27,6 +27,8 @@ from flockesc_env.initial import (
     Clusters,
     Disc,
     Gaussian,
+    GivenHeadings,
+    GivenPositions,
     RandomHeadings,
     Ring,
     Segment,
@@ -37,11 +39,13 @@ from flockesc_env.neighbors import Metric, NeighborRule, Topological, Voronoi
 from flockesc_env.options import EnvOptions, LineOptions
 from flockesc_env.predators import ConstantVelocity, Encircle, Herd, Intercept, PurePursuit, Wandering
 from flockesc_env.presets import PRESETS, preset
+from flockesc_env.randomization import Choice, LogUniform, Uniform
 from flockesc_env.render import RenderOptions
 from flockesc_env.rollout import Episodes, record, rollout
 from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.seeds import episode_seed
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
+from flockesc_env.state_files import load_state
 from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 
 __all__ = [
@@ -49,6 +53,7 @@ __all__ = [
     "ActionError",
     "AlignedHeadings",
     "ArgumentError",
+    "Choice",
     "Clusters",
     "ConstantVelocity",
     "Disc",
@@ -63,6 +68,8 @@ __all__ = [
     "FlockVectorEnv",
     "FlockescError",
     "Gaussian",
+    "GivenHeadings",
+    "GivenPositions",
     "Herd",
     "Inertial",
     "Intercept",
@@ -71,6 +78,7 @@ __all__ = [
     "LineScenario",
     "LineSweepResult",
     "LineTrajectory",
+    "LogUniform",
     "Metric",
     "NeighborRule",
     "PurePursuit",
@@ -85,6 +93,7 @@ __all__ = [
     "SweepResult",
     "Topological",
     "Trajectory",
+    "Uniform",
     "Vicsek",
     "Voronoi",
     "Wandering",
@@ -93,6 +102,7 @@ __all__ = [
     "env",
     "episode_seed",
     "graph",
+    "load_state",
     "parallel_env",
     "policies",
     "preset",

@@ -74,7 +74,7 @@ class FlockBatch:
         )
         self._core = _core.FlockBatch(
             scenario.to_json(),
-            options.to_core(scenario, per_agent=per_agent),
+            options.to_core(per_agent=per_agent),
             self.control.actions.core,
             self.num_flocks,
             threads,
@@ -182,6 +182,12 @@ class FlockBatch:
     def caught(self) -> NDArray[np.bool]:
         """Return which agents were caught, shape (num_flocks, n)."""
         return self._core.caught()
+
+    def drawn(self, slot: int) -> FlockScenario:
+        """Return the scenario of the episode in one slot, which draws nothing any more."""
+        if not self.scenario.randomization:
+            return self.scenario
+        return self.scenario.drawn(self._core.episode_seed(slot))
 
     def state(self, slot: int) -> dict[str, Any]:
         """Return a copy of everything that moves in one slot, with ``step`` and ``interaction_range``."""

@@ -100,5 +100,30 @@ class AlignedHeadings:
     spread: float = 0.0
 
 
-InitialPositions = Square | Disc | Ring | Segment | Gaussian | Clusters
-InitialHeadings = RandomHeadings | AlignedHeadings
+@dataclass(frozen=True)
+class GivenPositions:
+    """Agents start at given points, agent i at the i-th.
+
+    Attributes:
+        points: in m, one per agent, each 2 numbers or as many as the scenario's dimension (a missing z is 0).
+    """
+
+    kind: ClassVar[str] = "given_positions"
+    points: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class GivenHeadings:
+    """Agents head in given directions, agent i in the i-th.
+
+    Attributes:
+        directions: one vector per agent of any length but 0, each 2 numbers or as many as the scenario's
+            dimension (a missing z is 0).
+    """
+
+    kind: ClassVar[str] = "given_headings"
+    directions: tuple[tuple[float, ...], ...]
+
+
+InitialPositions = Square | Disc | Ring | Segment | Gaussian | Clusters | GivenPositions
+InitialHeadings = RandomHeadings | AlignedHeadings | GivenHeadings

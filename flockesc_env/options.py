@@ -9,7 +9,6 @@ from typing import Any, Literal, Self, get_args
 
 from flockesc_env._checks import as_count, as_floats
 from flockesc_env.errors import ScenarioError
-from flockesc_env.scenario import FlockScenario
 
 ActionMode = Literal["normalized", "range", "discrete"]
 Objective = Literal["mean", "minimum", "survival"]
@@ -101,16 +100,15 @@ class EnvOptions(ActionOptions):
         if not isinstance(self.count_components, bool):
             raise ScenarioError("count_components", "True or False", repr(self.count_components))
 
-    def to_core(self, scenario: FlockScenario, *, per_agent: bool) -> str:
+    def to_core(self, *, per_agent: bool) -> str:
         """Return the JSON document that the core takes."""
-        sensing = self.predator_sensing_range
         return json.dumps(
             {
                 "view": "agent" if per_agent else "flock",
                 "objective": self.objective,
                 "reward": self.reward,
                 "max_range": self.max_range,
-                "predator_sensing_range": scenario.predator_range if sensing == "predator_range" else sensing,
+                "predator_sensing_range": self.predator_sensing_range,
                 "steps_per_action": self.steps_per_action,
             }
         )

@@ -10,6 +10,7 @@ from flockesc_env.approach import approach
 from flockesc_env.errors import ScenarioError
 from flockesc_env.initial import AlignedHeadings, Clusters, Disc
 from flockesc_env.predators import ConstantVelocity, Intercept, PurePursuit, Wandering
+from flockesc_env.randomization import LogUniform, Uniform
 from flockesc_env.scenario import FlockScenario, LineScenario, Scenario
 
 _T = TypeVar("_T", bound=Scenario)
@@ -58,6 +59,17 @@ PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
             FlockScenario(
                 dimension=3,
                 predators=(ConstantVelocity((-30.0, -30.0, -30.0), (10.0, 10.0, 10.0)),),
+            ),
+        ),
+        "randomized": Preset(
+            "every episode draws where the predator aims, how fast it is and how far it is felt",
+            FlockScenario(
+                predators=(ConstantVelocity(*approach(direction=(1.0, 0.0))),),
+                randomization=(
+                    Uniform("predators[0].constant_velocity.position[1]", 0.0, 100.0),
+                    Uniform("predators[0].constant_velocity.velocity[0]", 10.0, 20.0),
+                    LogUniform("predator_range", 15.0, 60.0),
+                ),
             ),
         ),
         "literal-law": Preset(

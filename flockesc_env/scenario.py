@@ -12,15 +12,17 @@ from typing import Any, Literal, Self, TypeVar, get_args
 import tomli_w
 
 from flockesc_env import _core
+from flockesc_env._checks import as_seed
 from flockesc_env.errors import ScenarioError
 from flockesc_env.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
 from flockesc_env.motion import Inertial, Motion
 from flockesc_env.neighbors import Metric, NeighborRule
 from flockesc_env.predators import ConstantVelocity, Predator
+from flockesc_env.randomization import Distribution
 
 EscapeForce = Literal["constant", "linear", "linear_as_printed"]
 
-Part = Predator | NeighborRule | InitialPositions | InitialHeadings | Motion
+Part = Predator | NeighborRule | InitialPositions | InitialHeadings | Motion | Distribution
 
 _T = TypeVar("_T")
 
@@ -96,8 +98,10 @@ class FlockScenario(_Document):
         initial_side: side in m of the initial region [0, side]^D, around whose center agents start; also the
             length scale of observations.
         initial_positions: where agents start: ``Square()``, ``Disc(radius)``, ``Ring(radius, width)``,
-            ``Segment(start, end)``, ``Gaussian(standard_deviation)`` or ``Clusters(num_clusters, spread)``.
-        initial_headings: where they head: ``RandomHeadings()`` or ``AlignedHeadings(direction, spread)``.
+            ``Segment(start, end)``, ``Gaussian(standard_deviation)``, ``Clusters(num_clusters, spread)`` or
+            ``GivenPositions(points)``.
+        initial_headings: where they head: ``RandomHeadings()``, ``AlignedHeadings(direction, spread)`` or
+            ``GivenHeadings(directions)``.
         initial_plane: whether a flock in space starts in the plane z = 0, positions and headings.
         predator_range: distance rho_p in m up to which agents flee from a predator.
         repulsion_strength: strength s of the flight, one number for all agents or one per agent; 0: they do
@@ -121,6 +125,9 @@ class FlockScenario(_Document):
         frozen_graph: whether the neighbor graph of the first step stays, whatever the range.
         periodic_side: side in m of a world without border, a torus, which has no predators; ``None``: the
             open world.
+        randomization: numbers that every episode draws anew from its seed, in this order: any of
+            ``Uniform(field, low, high)``, ``LogUniform(field, low, high)`` and ``Choice(field, values)``, for
+            other fields than ``initial_side`` and ``time_step``.
 
     Raises:
         ScenarioError: naming a field of a wrong type or out of bounds.
@@ -151,10 +158,22 @@ class FlockScenario(_Document):
     mutual: bool = False
     frozen_graph: bool = False
     periodic_side: float | None = None
+    randomization: tuple[Distribution, ...] = ()
 
     def __post_init__(self) -> None:
         self._normalize()
         _core.check_flock_scenario(self.to_json())
+
+    def drawn(self, seed: int) -> FlockScenario:
+        """Return the scenario of the episode with this seed, which draws nothing any more.
+
+        ``simulate(scenario.drawn(k), .., seed=k)`` is ``simulate(scenario, .., seed=k)``, bit for bit.
+
+        Raises:
+            ArgumentError: if ``seed`` is no integer from 0 to 2^64 - 1.
+        """
+        document = _core.drawn_flock_scenario(self.to_json(), as_seed(seed)) if self.randomization else None
+        return self if document is None else FlockScenario.from_json(document)
 
 
 @dataclass(frozen=True)
@@ -245,6 +264,9 @@ def _build(cls: type[_T], fields: Any, path: str) -> _T:
         if name not in known:
             where = name if path == "document" else f"{path}.{name}"
             raise ScenarioError(where, f"one of {', '.join(known)}", "an unknown field")
+    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
+        if field.default is dataclasses.MISSING and field.name not in fields:
+            raise ScenarioError(f"{path}.{field.name}", "a value", "none")
     return cls(**{name: _from_document(value, name) for name, value in fields.items()})
 
 

@@ -22,7 +22,7 @@ class Trajectory:
     """A run of the flock: T steps, one entry per time 0..T. Lengths in m, speeds in m/s, times in s.
 
     Attributes:
-        scenario: the flock model's parameters.
+        scenario: the flock model's parameters, as drawn where it draws any.
         seed: the seed of everything random: of what of the start was not given, and of the predators.
         is_start_given: whether any of r(0) and v(0) was given; otherwise all of the run came from the seed.
         times: shape (T + 1,).
@@ -99,8 +99,8 @@ def simulate(
         scenario: the flock model's parameters.
         interaction_range: rho in m: a scalar; (n,), one per agent; or a schedule with a row per step, (T,)
             or (T, n). Where n = T, write one range per agent as (1, n) and a schedule as (T, 1).
-        seed: seed of the initial state and of the predators, the same flock as ``env.reset(seed=seed)``;
-            ``None``: a new one.
+        seed: seed of the initial state, of the predators and of what the scenario draws, the same flock as
+            ``env.reset(seed=seed)``; ``None``: a new one.
         initial_positions: r(0) in m, shape (n, D), in place of those of the seed.
         initial_velocities: v(0) in m/s, shape (n, D), likewise. With constant speed an agent is brought to
             speed v0 by its first step.
@@ -124,7 +124,7 @@ def simulate(
     times: FloatArray = np.arange(scenario.num_steps + 1) * np.float64(scenario.time_step)
     in_force = np.broadcast_to(ranges, (scenario.num_steps, ranges.shape[1])).copy()
     return Trajectory(
-        scenario=scenario,
+        scenario=scenario.drawn(start),
         seed=start,
         is_start_given=positions is not None or velocities is not None,
         times=times,

@@ -69,6 +69,7 @@ BAD_FLOCK: dict[str, tuple[Any, ...]] = {
     "mutual": (1, 0.0, "yes", None),
     "frozen_graph": (1, 0.0, "yes", None),
     "periodic_side": (0.0, -1.0, "1", True, [1.0], {}, *NOT_FINITE),
+    "randomization": (None, 5, "uniform", (5,), (Metric(),), Metric()),
 }
 
 BAD_LINE: dict[str, tuple[Any, ...]] = {

@@ -186,6 +186,7 @@ def test_flock_defaults_are_the_papers_setting() -> None:
         "capture_radius": None,
         "predators": ({"position": (-30.0, -30.0), "velocity": (10.0, 10.0)},),
         "neighbor_rule": {},
+        "randomization": (),
     }
     assert FlockScenario().predators == (ConstantVelocity(),)
     assert FlockScenario().neighbor_rule == Metric()

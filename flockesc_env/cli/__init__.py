@@ -1,4 +1,4 @@
-"""The command line: ``flockesc simulate | sweep | presets | paper | watch | replay | bench``.
+"""The command line: ``flockesc simulate | sweep | presets | paper | worlds | watch | replay | bench``.
 
 A command is a file of this folder with a function ``run``: its keyword arguments are the flags, its docstring
 is the help (paragraphs of one line, as tyro does not wrap them), and it returns an ``Exit``. An entry of
@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 import tyro
 
 from flockesc_env import __version__
-from flockesc_env.cli import bench, paper, presets, replay, simulate, sweep, watch
+from flockesc_env.cli import bench, paper, presets, replay, simulate, sweep, watch, worlds
 from flockesc_env.cli.exits import MEANINGS, Exit
 from flockesc_env.cli.flags import registry
 from flockesc_env.cli.output import flush, note, prepare_streams, show
@@ -28,6 +28,7 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "sweep": sweep.run,
     "presets": presets.run,
     "paper": paper.run,
+    "worlds": worlds.run,
     "watch": watch.run,
     "replay": replay.run,
     "bench": bench.run,

@@ -19,9 +19,10 @@ from tyro.constructors import (
 )
 
 from flockesc_env.cli.parts import part_rule
-from flockesc_env.errors import ScenarioError
+from flockesc_env.errors import ArgumentError, ScenarioError
 from flockesc_env.presets import PRESETS, as_scenario, preset
 from flockesc_env.scenario import FlockScenario, LineScenario, Scenario
+from flockesc_env.state_files import load_state
 
 MODELS: dict[str, type[Scenario]] = {"flock": FlockScenario, "line": LineScenario}
 _DEFAULT_MODEL = "flock"
@@ -63,18 +64,23 @@ class ScenarioFlags:
 def registry(argv: Sequence[str]) -> ConstructorRegistry:
     """Return how tyro makes scenarios, their parts and seeds from flags.
 
-    Model and scenario are looked up beforehand: they decide which flags there are, and their defaults.
+    Model, scenario and initial state are looked up beforehand: they decide which flags there are, and their
+    defaults.
 
     Raises:
-        OSError: if the scenario's file cannot be read.
+        OSError: if the scenario's or the initial state's file cannot be read.
+        RecordError: if the file of the initial state does not hold one.
         ScenarioError: for a name that is no preset's, or naming a field of the file that is unknown, of a
             wrong type or out of bounds.
     """
     first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     first.add_argument("--model", nargs="?")
     first.add_argument("--scenario", nargs="?")
+    first.add_argument("--initial-state", nargs="?")
     known, _ = first.parse_known_args(argv)
     default = _default(known.model, known.scenario)
+    if known.initial_state is not None:
+        default = _started(default, Path(known.initial_state))
 
     rules = ConstructorRegistry()
     rules.primitive_rule(part_rule)
@@ -111,6 +117,13 @@ def _read(cls: type[Scenario], path: Path) -> Scenario:
         raise ScenarioError(f"{path}: {error.field}", error.expected, error.given) from None
 
 
+def _started(scenario: Scenario, path: Path) -> Scenario:
+    """Return a flock that starts as a file says."""
+    if isinstance(scenario, LineScenario):
+        raise ArgumentError("initial_state", "none for a line", repr(str(path)))
+    return scenario.replace(**load_state(path))
+
+
 def _scenario_spec(default: Scenario) -> StructConstructorSpec:
     """Return the flags of one model; the scenario's own class would check the fields one call too early."""
     cls = type(default)
@@ -137,12 +150,23 @@ def _scenario_spec(default: Scenario) -> StructConstructorSpec:
             metavar="NAME|FILE",
         ),
     ]
+    state: Any = Annotated[
+        str | None,
+        *optional(
+            "where agents of a flock start and, if it says so, head: a .csv, .npy or .npz file (load_state)",
+            "the scenario's",
+            metavar="FILE",
+        ),
+    ]
     fields: Any = Annotated[given, arg(name="")]
     return StructConstructorSpec(
-        instantiate=lambda model, scenario, fields: ScenarioFlags(model, dict(vars(fields))),  # noqa: ARG005
+        instantiate=lambda model, scenario, initial_state, fields: ScenarioFlags(  # noqa: ARG005
+            model, dict(vars(fields))
+        ),
         fields=(
             StructFieldSpec("model", models, model),
             StructFieldSpec("scenario", origin, None),
+            StructFieldSpec("initial_state", state, None),
             StructFieldSpec("fields", fields, given()),
         ),
     )

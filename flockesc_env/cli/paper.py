@@ -12,7 +12,8 @@ from tyro.conf import arg
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress, optional
 from flockesc_env.cli.output import check_output, note, require, show, show_json
-from flockesc_env.paper.plan import BATCH, Trials, total_size
+from flockesc_env.paper.jobs import total_size
+from flockesc_env.paper.plan import BATCH, Trials, studies
 from flockesc_env.progress import bar
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def run(
         require(module, "analysis", "paper")
     from flockesc_env.paper.reproduction import reproduce  # heavy, and of an extra
 
-    with bar("Measuring", total_size(trials), always=progress) as report:
+    with bar("Measuring", total_size(studies(trials)), always=progress) as report:
 
         def show_progress(done: int, total: int) -> None:
             report(done, total)

@@ -13,13 +13,14 @@ from flockesc_env.initial import InitialHeadings, InitialPositions
 from flockesc_env.motion import Motion
 from flockesc_env.neighbors import NeighborRule
 from flockesc_env.predators import Predator
+from flockesc_env.randomization import Distribution
 
 
 def part_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
     """Tell tyro how to spell one part, or a tuple of them: ``kind field=value ..``, one after the other."""
     is_tuple = get_origin(info.type) is tuple
     part = get_args(info.type)[0] if is_tuple else info.type
-    if part not in (Predator, NeighborRule, InitialPositions, InitialHeadings, Motion):
+    if part not in (Predator, NeighborRule, InitialPositions, InitialHeadings, Motion, Distribution):
         return None
     kinds = {kind.kind: kind for kind in get_args(part) or (part,)}
 
@@ -50,7 +51,8 @@ def part_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
 
 
 def _value(kind: Any, name: str, text: str) -> Any:
-    if get_origin(get_type_hints(kind).get(name)) is Literal:
+    hint = get_type_hints(kind).get(name)
+    if hint is str or get_origin(hint) is Literal:
         return text
     if text == "None":
         return None
@@ -62,10 +64,13 @@ def _value(kind: Any, name: str, text: str) -> Any:
 
 
 def _make(kind: Callable[..., Any], fields: dict[str, Any]) -> Any:
-    known = [f.name for f in dataclasses.fields(kind)]  # type: ignore[arg-type]
+    known = {f.name: f for f in dataclasses.fields(kind)}  # type: ignore[arg-type]
     for name in fields:
         if name not in known:
             raise ValueError(f"{name}: expected one of {', '.join(known)}, got an unknown field")
+    for name, field in known.items():
+        if field.default is dataclasses.MISSING and name not in fields:
+            raise ValueError(f"{name}: expected a value, got none")
     return kind(**fields)
 
 

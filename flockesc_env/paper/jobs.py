@@ -1,10 +1,10 @@
-"""Chunks of runs: pure functions of a scenario, ranges and seeds, and the files that keep their results."""
+"""Studies in chunks of runs: pure functions of scenario, ranges and seeds, and files of their results."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
@@ -18,7 +18,7 @@ from flockesc_env._atomic import writing
 from flockesc_env.envs.vector import FlockVectorEnv
 from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.simulate import simulate_line
-from flockesc_env.sweep import FlockSweepResult, LineSweepResult, sweep
+from flockesc_env.sweep import FlockSweepResult, LineSweepResult, Progress, sweep
 
 Arrays = dict[str, NDArray[Any]]
 """Results by name, of shape (ranges, seeds) or (ranges, seeds, times)."""
@@ -164,3 +164,46 @@ class Cache:
 
     def _path(self, job: Job) -> Path:
         return self.folder / f"{job.key()}.npz"
+
+
+@dataclass(frozen=True)
+class Study:
+    """Runs of one scenario: seed 0 and following under every range."""
+
+    kind: str
+    scenario: FlockScenario | LineScenario
+    ranges: tuple[float, ...]
+    num_seeds: int
+
+    def jobs(self) -> list[Job]:
+        """Cut the study into jobs of at most some seconds."""
+        size = 50 if isinstance(self.scenario, FlockScenario) else 1_000
+        starts = range(0, self.num_seeds, size)
+        chunks = [range(start, min(start + size, self.num_seeds)) for start in starts]
+        return [Job(self.kind, self.scenario, self.ranges, chunk) for chunk in chunks]
+
+
+def total_size(studies: Mapping[str, Study]) -> int:
+    """Return the size of all jobs together, in units of ``Job.size``."""
+    return sum(job.size for study in studies.values() for job in study.jobs())
+
+
+def measure(studies: Mapping[str, Study], cache: Cache, progress: Progress) -> dict[str, Arrays]:
+    """Do all jobs that the cache lacks, and return every study's results.
+
+    Args:
+        studies: by name.
+        cache: where results are kept; what is in it already is not computed again.
+        progress: called with the size of what is finished and of the whole.
+    """
+    total, finished = total_size(studies), 0
+    results = {}
+    for name, study in studies.items():
+        parts = []
+        for job in study.jobs():
+            progress(finished, total)
+            parts.append(cache.get(job))
+            finished += job.size
+        results[name] = {key: np.concatenate([part[key] for part in parts], axis=1) for key in parts[0]}
+    progress(finished, total)
+    return results

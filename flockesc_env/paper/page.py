@@ -74,7 +74,7 @@ def html_page(results: Results, figures: Path) -> str:
         return f"data:image/png;base64,{picture}"
 
     body = markdown(_render("page.md", results, embedded), extensions=["tables", "fenced_code"])
-    return _environment().get_template("page.html").render(body=body)
+    return environment().get_template("page.html").render(body=body)
 
 
 def _render(template: str, results: Results, picture: Callable[[str], str]) -> str:
@@ -85,7 +85,7 @@ def _render(template: str, results: Results, picture: Callable[[str], str]) -> s
     }
     counts = Counter(row.verdict for row in results.claims)
     page: str = (
-        _environment()
+        environment()
         .get_template(template)
         .render(
             results=results,
@@ -100,10 +100,11 @@ def _render(template: str, results: Results, picture: Callable[[str], str]) -> s
     return page
 
 
-def _environment() -> Environment:
+def environment(package: str = "flockesc_env.paper") -> Environment:
+    """Return what renders the templates of a package."""
     # Nothing that a user typed gets onto the page, so that nothing has to be escaped.
     return Environment(
-        loader=PackageLoader("flockesc_env.paper"),
+        loader=PackageLoader(package),
         autoescape=False,  # noqa: S701
         undefined=StrictUndefined,
         trim_blocks=True,

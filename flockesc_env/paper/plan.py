@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-import numpy as np
-
 from flockesc_env._checks import as_count
 from flockesc_env.approach import approach
 from flockesc_env.errors import ArgumentError
-from flockesc_env.paper.jobs import Arrays, Cache, Job
+from flockesc_env.paper.jobs import Study
 from flockesc_env.predators import ConstantVelocity
 from flockesc_env.scenario import EscapeForce, FlockScenario, LineScenario
-from flockesc_env.sweep import Progress
 
 FLOCK: Final = FlockScenario()
 LINE: Final = LineScenario()
@@ -71,23 +68,6 @@ class Trials:
                 raise ArgumentError(name, f"at least {least}", number)
 
 
-@dataclass(frozen=True)
-class Study:
-    """Runs of one scenario: seed 0 and following under every range."""
-
-    kind: str
-    scenario: FlockScenario | LineScenario
-    ranges: tuple[float, ...]
-    num_seeds: int
-
-    def jobs(self) -> list[Job]:
-        """Cut the study into jobs of at most some seconds."""
-        size = 50 if isinstance(self.scenario, FlockScenario) else 1_000
-        starts = range(0, self.num_seeds, size)
-        chunks = [range(start, min(start + size, self.num_seeds)) for start in starts]
-        return [Job(self.kind, self.scenario, self.ranges, chunk) for chunk in chunks]
-
-
 def aimed(offset: float) -> FlockScenario:
     """Return the paper's flock with the predator's path shifted to its left by ``offset`` m."""
     return FLOCK.replace(predators=(ConstantVelocity(*approach(offset)),))
@@ -118,29 +98,3 @@ def studies(trials: Trials) -> dict[str, Study]:
     for offset in OFFSETS:
         plan[f"aimed {offset:g}"] = Study("objectives", aimed(offset), AIMED_GRID, trials.flocks)
     return plan
-
-
-def total_size(trials: Trials) -> int:
-    """Return the size of all jobs together, in units of ``Job.size``."""
-    return sum(job.size for study in studies(trials).values() for job in study.jobs())
-
-
-def measure(trials: Trials, cache: Cache, progress: Progress) -> dict[str, Arrays]:
-    """Do all jobs that the cache lacks, and return every study's results.
-
-    Args:
-        trials: how many flocks and lines.
-        cache: where results are kept; what is in it already is not computed again.
-        progress: called with the size of what is finished and of the whole.
-    """
-    total, finished = total_size(trials), 0
-    results = {}
-    for name, study in studies(trials).items():
-        parts = []
-        for job in study.jobs():
-            progress(finished, total)
-            parts.append(cache.get(job))
-            finished += job.size
-        results[name] = {key: np.concatenate([part[key] for part in parts], axis=1) for key in parts[0]}
-    progress(finished, total)
-    return results

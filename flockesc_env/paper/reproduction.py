@@ -8,10 +8,10 @@ from pathlib import Path
 from flockesc_env._atomic import writing
 from flockesc_env.paper import flock_figures, line_figures, realizations, style
 from flockesc_env.paper.flock_claims import by_range, flock_claims
-from flockesc_env.paper.jobs import Arrays, Cache
+from flockesc_env.paper.jobs import Arrays, Cache, measure
 from flockesc_env.paper.line_claims import edge_claim, line_claims
 from flockesc_env.paper.page import RESULTS_FILE, Results, html_page, markdown_page
-from flockesc_env.paper.plan import FORCES, OFFSETS, Trials, measure
+from flockesc_env.paper.plan import FORCES, OFFSETS, Trials, studies
 from flockesc_env.paper.theory_claims import theory_claims
 from flockesc_env.sweep import Progress
 
@@ -35,11 +35,11 @@ def reproduce(
         trials: how many flocks and lines.
         cache: folder of finished chunks; default: ``cache`` in ``output``.
         page: where the Markdown page goes; default: ``paper.md`` in ``output``.
-        progress: called with the size of what is finished and of the whole (``total_size``); statistics and
-            figures come after that, within a minute.
+        progress: called with the size of what is finished and of the whole (``jobs.total_size``); statistics
+            and figures come after that, within a minute.
     """
     output.mkdir(parents=True, exist_ok=True)
-    measured = measure(trials, Cache(cache or output / "cache"), progress)
+    measured = measure(studies(trials), Cache(cache or output / "cache"), progress)
     line = realizations.line_seed(measured["free line"])
     flock = realizations.flock_seed(measured["curves"], measured["grid flock"])
     claims = (

@@ -51,7 +51,7 @@ class FlockFrame:
     """A moment and the episode up to it: all that a picture of a flock needs. Lengths in m, times in s.
 
     Attributes:
-        scenario: the flock model's parameters.
+        scenario: the flock model's parameters, as drawn.
         moment: the last moment.
         listening: the moment of whose positions and velocities, under the ranges of the last step, the
             neighbor graph is made: the last one, and with a frozen graph the first.
@@ -76,15 +76,15 @@ class FlockFrame:
 
 
 class FlockHistory:
-    """Collects the moments of one episode after the other into frames."""
+    """Collects the moments of one episode into frames.
+
+    Args:
+        scenario: that of the episode, as drawn.
+    """
 
     def __init__(self, scenario: FlockScenario) -> None:
         self._scenario = scenario
         self._margin = _MARGIN * scenario.initial_side
-        self._start()
-
-    def _start(self) -> None:
-        scenario = self._scenario
         low, high = np.zeros(scenario.dimension), np.full(scenario.dimension, scenario.initial_side)
         if scenario.initial_plane:
             high[2:] = 0.0
@@ -95,10 +95,8 @@ class FlockHistory:
         self._frozen: FlockMoment | None = None
 
     def add(self, moment: FlockMoment) -> None:
-        """Take the next moment; one of step 0 starts an episode."""
-        if moment.step == 0:
-            self._start()
-        elif self._last is not None and moment.step == self._last.step:
+        """Take the next moment; a second time it changes nothing."""
+        if self._last is not None and moment.step == self._last.step:
             return
         points = np.concatenate([moment.positions, moment.predator_positions])
         low, high = points.min(axis=0) - self._margin, points.max(axis=0) + self._margin

@@ -76,9 +76,11 @@ class FlockViewer(Viewer):
         objective = metrics[
             "min_min_distance" if self._batch.options.objective == "minimum" else "min_mean_distance"
         ]
-        for slot, history in enumerate(self._histories):
+        for slot in range(self._batch.num_flocks):
             state = self._batch.state(slot)
-            history.add(
+            if state["step"] == 0:
+                self._histories[slot] = FlockHistory(self._batch.drawn(slot))
+            self._histories[slot].add(
                 FlockMoment(
                     step=state["step"],
                     positions=state["positions"],

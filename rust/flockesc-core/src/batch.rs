@@ -150,6 +150,15 @@ impl<const D: usize> Batch<D> {
             .ok_or_else(|| never_reset(slot))
     }
 
+    /// Seed of the episode in `slot`.
+    ///
+    /// # Errors
+    /// As [`Self::episode`].
+    pub fn episode_seed(&self, slot: usize) -> Result<u64> {
+        self.episode(slot)?;
+        Ok(self.slots[slot].episode_seed())
+    }
+
     /// Holds `ranges` in m (flock after flock, `rows()` entries each) for one action in every slot, and
     /// writes rewards (as many) and observations (`row_length()` entries for each).
     ///

@@ -1,9 +1,11 @@
 //! Scenarios and environment options: parsed from one JSON document each, then checked field by field.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 
 use crate::error::{Error, Result};
 use crate::flock::{InitialHeadings, InitialPositions, Motion, Space};
@@ -11,6 +13,7 @@ use crate::line::EscapeForce;
 use crate::neighbor::{NeighborOptions, NeighborRule, Sight, Torus};
 use crate::per_agent::PerAgent;
 use crate::predator::{self, PredatorConfig};
+use crate::randomization::Randomization;
 use crate::reward::Reward;
 
 /// Largest flock or line that a scenario may name; guards against allocations no machine has.
@@ -74,6 +77,8 @@ pub struct FlockConfig {
     pub frozen_graph: bool,
     /// Side in m of a world without border, above 0; `None`: the open world.
     pub periodic_side: Option<f64>,
+    /// What every episode draws anew.
+    pub randomization: Randomization,
 }
 
 /// The line model's parameters (docs/model.md). Every field is required: defaults live in Python.
@@ -108,10 +113,28 @@ pub struct EpisodeConfig {
     pub reward: Reward,
     /// Largest range in m that an action can set, above 0; scales the observed last range.
     pub max_range: f64,
-    /// Distance in m up to which a predator is seen; `None`: any distance.
-    pub predator_sensing_range: Option<f64>,
+    /// Distance up to which a predator is seen; `None`: any distance.
+    pub predator_sensing_range: Option<SensingRange>,
     /// Steps of the model during which one action holds, at least 1.
     pub steps_per_action: usize,
+}
+
+/// Distance up to which a predator is seen.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub enum SensingRange {
+    /// In m.
+    Length(f64),
+    /// That of another range.
+    Same(SameRange),
+}
+
+/// A range that another one is equal to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SameRange {
+    /// rho_p of the episode's scenario.
+    PredatorRange,
 }
 
 /// Whose eyes an observation is made for.
@@ -142,7 +165,15 @@ impl FlockConfig {
     /// # Errors
     /// [`Error::Config`] naming the field that is unknown, missing, of a wrong type or out of bounds.
     pub fn from_json(document: &str) -> Result<Self> {
-        let config: Self = parse(document)?;
+        let value = read(document)?;
+        let mut config = Self::from_value(&value)?;
+        config.randomization.prepare(value)?;
+        Ok(config)
+    }
+
+    /// As [`Self::from_json`], without a look at what is drawn.
+    pub(crate) fn from_value(document: &Value) -> Result<Self> {
+        let config: Self = parse_value(document)?;
         within("num_agents", config.num_agents, 1, MAX_AGENTS)?;
         within("dimension", config.dimension, 2, 3)?;
         within("num_steps", config.num_steps, 1, MAX_STEPS)?;
@@ -151,8 +182,8 @@ impl FlockConfig {
         config.speed.check("speed", config.num_agents, positive)?;
         positive("initial_side", config.initial_side)?;
         let space = Space::of(&config);
-        config.initial_positions.check(&space)?;
-        config.initial_headings.check(&space)?;
+        config.initial_positions.check(&space, config.num_agents)?;
+        config.initial_headings.check(&space, config.num_agents)?;
         not_negative("predator_range", config.predator_range)?;
         for (field, strength) in [
             ("repulsion_strength", &config.repulsion_strength),
@@ -207,6 +238,23 @@ impl FlockConfig {
             visits: matches!(self.motion, Motion::Reynolds(_)),
         }
     }
+
+    /// The scenario of the episode with this seed: itself, if it draws nothing.
+    #[must_use]
+    pub fn drawn(self: &Arc<Self>, seed: u64) -> Arc<Self> {
+        match self.randomization.draw(seed) {
+            Some((_, config)) => Arc::new(config),
+            None => Arc::clone(self),
+        }
+    }
+
+    /// The document of [`Self::drawn`]; `None`, if the scenario draws nothing.
+    #[must_use]
+    pub fn drawn_json(&self, seed: u64) -> Option<String> {
+        self.randomization
+            .draw(seed)
+            .map(|(document, _)| document.to_string())
+    }
 }
 
 impl LineConfig {
@@ -236,7 +284,7 @@ impl EpisodeConfig {
     pub fn from_json(document: &str) -> Result<Self> {
         let config: Self = parse(document)?;
         positive("max_range", config.max_range)?;
-        if let Some(range) = config.predator_sensing_range {
+        if let Some(SensingRange::Length(range)) = config.predator_sensing_range {
             not_negative("predator_sensing_range", range)?;
         }
         within("steps_per_action", config.steps_per_action, 1, MAX_STEPS)?;
@@ -249,11 +297,28 @@ impl EpisodeConfig {
         }
         Ok(config)
     }
+
+    /// Whether a predator is seen from this distance in m.
+    pub(crate) fn is_sensed(&self, distance: f64, scenario: &FlockConfig) -> bool {
+        match self.predator_sensing_range {
+            None => true,
+            Some(SensingRange::Length(range)) => distance <= range,
+            Some(SensingRange::Same(SameRange::PredatorRange)) => {
+                distance <= scenario.predator_range
+            }
+        }
+    }
 }
 
 pub(crate) fn parse<T: DeserializeOwned>(document: &str) -> Result<T> {
-    let value: serde_json::Value = serde_json::from_str(document)
-        .map_err(|error| Error::config("document", "valid JSON", error))?;
+    parse_value(&read(document)?)
+}
+
+fn read(document: &str) -> Result<Value> {
+    serde_json::from_str(document).map_err(|error| Error::config("document", "valid JSON", error))
+}
+
+fn parse_value<T: DeserializeOwned>(value: &Value) -> Result<T> {
     serde_path_to_error::deserialize(value).map_err(|error| {
         let path = error.path().to_string();
         let message = error.inner().to_string();
@@ -340,7 +405,7 @@ fn check(field: &str, value: impl ToString, expected: &str, good: bool) -> Resul
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::{Value, json};
+    use serde_json::json;
 
     fn paper() -> Value {
         json!({
@@ -352,7 +417,7 @@ mod tests {
             "constant_speed": true, "capture_radius": null,
             "predators": [{"constant_velocity": {"position": [-30.0, -30.0], "velocity": [10.0, 10.0]}}],
             "neighbor_rule": {"metric": {}}, "blind_angle": 0.0, "mutual": false, "frozen_graph": false,
-            "periodic_side": null
+            "periodic_side": null, "randomization": []
         })
     }
 

@@ -35,6 +35,7 @@ mod neighbor;
 mod observation;
 mod per_agent;
 mod predator;
+mod randomization;
 mod reward;
 mod rng;
 mod slot;
@@ -43,13 +44,16 @@ mod threads;
 mod vector;
 
 pub use batch::{AtEnd, Batch};
-pub use config::{EpisodeConfig, FlockConfig, LineConfig, MAX_AGENTS, MAX_STEPS, Objective, View};
+pub use config::{
+    EpisodeConfig, FlockConfig, LineConfig, MAX_AGENTS, MAX_STEPS, Objective, SameRange,
+    SensingRange, View,
+};
 pub use episode::{Episode, Metrics, Running};
 pub use error::{Error, Result};
 pub use flock::{
-    AlignedHeadings, Clusters, Disc, Gaussian, Inertial, InitialHeadings, InitialPositions,
-    InitialState, Motion, RandomHeadings, Reynolds, Ring, Schedule, Segment, Square, Trajectory,
-    Vicsek, World, simulate_flock,
+    AlignedHeadings, Clusters, Disc, Gaussian, GivenHeadings, GivenPositions, Inertial,
+    InitialHeadings, InitialPositions, InitialState, Motion, RandomHeadings, Reynolds, Ring,
+    Schedule, Segment, Square, Trajectory, Vicsek, World, simulate_flock,
 };
 pub use graph::{NeighborGraph, laplacian, perron_matrix};
 pub use line::{
@@ -64,6 +68,7 @@ pub use predator::{
     ConstantVelocity, Encircle, Herd, Intercept, Predator, PredatorConfig, PurePursuit, Target,
     Wandering,
 };
+pub use randomization::{Choice, Distribution, Interval, Randomization};
 pub use reward::Reward;
 pub use rng::episode_seed;
 pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};

@@ -15,6 +15,7 @@ pub(crate) enum Stream {
     Episodes = 3,
     Predators = 4,
     Motion = 5,
+    Scenario = 6,
 }
 
 /// The generator for `purpose` under `seed`.
@@ -80,6 +81,7 @@ mod tests {
             first(1, Stream::Positions),
             first(0, Stream::Predators),
             first(0, Stream::Motion),
+            first(0, Stream::Scenario),
         ];
         let expected = [
             0.7090754154265618,
@@ -88,6 +90,7 @@ mod tests {
             0.40248566366484806,
             0.8559481151591954,
             0.17798116242481665,
+            0.1552739039243184,
         ];
         assert_eq!(draws, expected);
     }

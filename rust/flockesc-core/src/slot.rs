@@ -13,6 +13,8 @@ pub(crate) struct Slot<const D: usize> {
     seed: u64,
     /// Number of the next episode in the schedule.
     next: u64,
+    /// Seed of the episode.
+    playing: u64,
     episode: Option<Episode<D>>,
 }
 
@@ -21,6 +23,7 @@ impl<const D: usize> Slot<D> {
         Self {
             seed,
             next: 0,
+            playing: seed,
             episode: None,
         }
     }
@@ -38,12 +41,18 @@ impl<const D: usize> Slot<D> {
         config: &Arc<EpisodeConfig>,
         start: &InitialState,
     ) {
+        self.playing = episode_seed(self.seed, self.next);
         let start = InitialState {
-            seed: episode_seed(self.seed, self.next),
+            seed: self.playing,
             ..start.clone()
         };
         self.next += 1;
         self.episode = Some(Episode::new(scenario.clone(), config.clone(), &start));
+    }
+
+    /// Seed of the episode.
+    pub(crate) fn episode_seed(&self) -> u64 {
+        self.playing
     }
 
     pub(crate) fn episode(&self) -> Option<&Episode<D>> {

@@ -230,6 +230,11 @@ impl FlockBatch {
         Ok(column(py, &components, |count| *count as i64))
     }
 
+    /// Seed of the episode in one slot.
+    fn episode_seed(&self, slot: usize) -> Result<u64, CoreError> {
+        Ok(on_batch!(&self.inner, batch => batch.episode_seed(slot)?))
+    }
+
     /// State of one slot: step, positions, velocities, predator positions and velocities.
     fn state<'py>(&self, py: Python<'py>, slot: usize) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);

@@ -18,6 +18,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<line::LineEpisode>()?;
     module.add_function(wrap_pyfunction!(models::check_flock_scenario, module)?)?;
     module.add_function(wrap_pyfunction!(models::check_line_scenario, module)?)?;
+    module.add_function(wrap_pyfunction!(models::drawn_flock_scenario, module)?)?;
     module.add_function(wrap_pyfunction!(models::simulate_flock, module)?)?;
     module.add_function(wrap_pyfunction!(models::simulate_line, module)?)?;
     module.add_function(wrap_pyfunction!(models::sweep_flock, module)?)?;

@@ -21,6 +21,12 @@ pub(crate) fn check_flock_scenario(scenario: &str) -> Result<(), CoreError> {
     Ok(())
 }
 
+/// The document of the episode with this seed; `None` if the scenario draws nothing.
+#[pyfunction]
+pub(crate) fn drawn_flock_scenario(scenario: &str, seed: u64) -> Result<Option<String>, CoreError> {
+    Ok(FlockConfig::from_json(scenario)?.drawn_json(seed))
+}
+
 #[pyfunction]
 pub(crate) fn check_line_scenario(scenario: &str) -> Result<(), CoreError> {
     LineConfig::from_json(scenario)?;

@@ -4,6 +4,7 @@ use crate::flock::{Inertial, InitialHeadings, InitialPositions, Motion, RandomHe
 use crate::neighbor::NeighborRule;
 use crate::per_agent::PerAgent;
 use crate::predator::{ConstantVelocity, PredatorConfig};
+use crate::randomization::Randomization;
 use crate::reward::Reward;
 
 const FLOCKS: usize = 5;
@@ -40,6 +41,7 @@ fn batch(num_flocks: usize, num_threads: usize) -> Batch<2> {
         mutual: false,
         frozen_graph: false,
         periodic_side: None,
+        randomization: Randomization::default(),
     };
     let config = EpisodeConfig {
         view: View::Agent,

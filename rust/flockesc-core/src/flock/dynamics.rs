@@ -32,9 +32,11 @@ pub struct World<const D: usize> {
 }
 
 impl<const D: usize> World<D> {
-    /// The world at t = 0. `config.dimension` is D, and `start` has passed [`InitialState::check`].
+    /// The world at t = 0. `config.dimension` is D, and `start` has passed [`InitialState::check`]; what the scenario
+    /// draws comes from its seed.
     #[must_use]
     pub fn new(config: Arc<FlockConfig>, start: &InitialState) -> Self {
+        let config = config.drawn(start.seed);
         let mut agents = Agents::new(&start.positions(&config), &start.velocities(&config));
         let predators: Vec<Predator<D>> = start.predators(&config);
         let after: Vec<[f64; D]> = predators.iter().map(|p| p.position.into()).collect();
@@ -106,7 +108,7 @@ impl<const D: usize> World<D> {
         self.predator_distance = PredatorDistance::of(&self.agents.groups, self.agents.len());
     }
 
-    /// The parameters.
+    /// The parameters, as drawn.
     #[must_use]
     pub fn config(&self) -> &FlockConfig {
         &self.config

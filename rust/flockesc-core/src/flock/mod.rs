@@ -9,8 +9,8 @@ mod summary;
 pub use dynamics::World;
 pub(crate) use initial::Space;
 pub use initial::{
-    AlignedHeadings, Clusters, Disc, Gaussian, InitialHeadings, InitialPositions, InitialState,
-    RandomHeadings, Ring, Segment, Square,
+    AlignedHeadings, Clusters, Disc, Gaussian, GivenHeadings, GivenPositions, InitialHeadings,
+    InitialPositions, InitialState, RandomHeadings, Ring, Segment, Square,
 };
 pub use motion::{Inertial, Motion, Reynolds, Vicsek};
 pub(crate) use simulate::check_ranges;

@@ -52,11 +52,8 @@ pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
         let heard_velocity: SVector<f64, D> =
             SVector::from_fn(|axis, _| scale.value(heard.sum[axis][lane]) / count);
         let mut writer = Writer::new(&mut out[agent * length..(agent + 1) * length]);
-        let sensed = nearest(&position, world.predators()).filter(|(_, distance)| {
-            options
-                .predator_sensing_range
-                .is_none_or(|r| *distance <= r)
-        });
+        let sensed = nearest(&position, world.predators())
+            .filter(|(_, distance)| options.is_sensed(*distance, scenario));
         let sight: SVector<f64, D> = sensed
             .and_then(|(predator, _)| unit(&(predator.position - position)))
             .unwrap_or_else(SVector::zeros);

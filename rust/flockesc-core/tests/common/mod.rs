@@ -2,7 +2,8 @@
 
 use flockesc_core::{
     ConstantVelocity, FlockConfig, Inertial, InitialHeadings, InitialPositions, Motion,
-    NeighborRule, PerAgent, PredatorConfig, PurePursuit, RandomHeadings, Square, Target,
+    NeighborRule, PerAgent, PredatorConfig, PurePursuit, RandomHeadings, Randomization, Square,
+    Target,
 };
 
 /// A flock in a square (D = 3: cube) of `side` m, chased by one predator that flies straight on and one that pursues.
@@ -53,5 +54,6 @@ pub(crate) fn scenario(
         mutual: false,
         frozen_graph: false,
         periodic_side: None,
+        randomization: Randomization::default(),
     }
 }

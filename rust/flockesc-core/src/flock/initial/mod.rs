@@ -6,8 +6,10 @@ mod space;
 
 use nalgebra::SVector;
 
-pub use headings::{AlignedHeadings, InitialHeadings, RandomHeadings};
-pub use positions::{Clusters, Disc, Gaussian, InitialPositions, Ring, Segment, Square};
+pub use headings::{AlignedHeadings, GivenHeadings, InitialHeadings, RandomHeadings};
+pub use positions::{
+    Clusters, Disc, Gaussian, GivenPositions, InitialPositions, Ring, Segment, Square,
+};
 pub(crate) use space::Space;
 
 use crate::config::FlockConfig;
@@ -72,11 +74,15 @@ impl InitialState {
         }
         let mut rng = rng::stream(self.seed, Stream::Headings);
         let space = Space::of(config);
-        (0..config.num_agents)
-            .map(|name| {
-                let heading = config.initial_headings.draw(&space, &mut rng);
-                unit(&heading).unwrap_or(heading) * config.speed.of(name)
-            })
+        let headings: Vec<SVector<f64, D>> =
+            config
+                .initial_headings
+                .draw(&space, config.num_agents, &mut rng);
+        let speeds = (0..config.num_agents).map(|name| config.speed.of(name));
+        headings
+            .into_iter()
+            .zip(speeds)
+            .map(|(heading, speed)| unit(&heading).unwrap_or(heading) * speed)
             .collect()
     }
 

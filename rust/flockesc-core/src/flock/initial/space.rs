@@ -40,6 +40,16 @@ impl Space {
         }
     }
 
+    /// Checks that a scenario has `count` such vectors.
+    pub(super) fn check_each(&self, field: &str, vectors: &[Vec<f64>], count: usize) -> Result<()> {
+        if vectors.len() != count {
+            let expected = format!("{count} entries, one per agent");
+            return Err(Error::config(field, expected, vectors.len()));
+        }
+        let mut places = vectors.iter().enumerate();
+        places.try_for_each(|(k, vector)| self.check(&format!("{field}[{k}]"), vector))
+    }
+
     fn along_axes<const D: usize>(&self, mut entry: impl FnMut() -> f64) -> SVector<f64, D> {
         SVector::from_fn(|axis, _| if axis < self.axes { entry() } else { 0.0 })
     }

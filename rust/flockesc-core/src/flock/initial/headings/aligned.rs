@@ -6,8 +6,9 @@ use nalgebra::{SVector, Vector3};
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
+use super::check_direction;
 use crate::config::within_bounds;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::flock::initial::space::{Space, embed};
 use crate::rng;
 use crate::vector::{heading, least_aligned_axis};
@@ -26,14 +27,7 @@ impl AlignedHeadings {
     pub(super) fn check(&self, space: &Space) -> Result<()> {
         let field = "initial_headings.aligned.direction";
         space.check(field, &self.direction)?;
-        let norm = embed::<3>(&self.direction).norm();
-        if norm == 0.0 || !norm.is_finite() {
-            return Err(Error::config(
-                field,
-                "a vector whose length is finite and above 0",
-                norm,
-            ));
-        }
+        check_direction(|| field.to_owned(), &self.direction)?;
         within_bounds("initial_headings.aligned.spread", self.spread, 0.0, PI)
     }
 

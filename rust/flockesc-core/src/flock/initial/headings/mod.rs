@@ -1,6 +1,7 @@
 //! Where agents head at the start: one distribution per file.
 
 mod aligned;
+mod given;
 mod random;
 
 use nalgebra::SVector;
@@ -8,10 +9,12 @@ use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
 pub use aligned::AlignedHeadings;
+pub use given::GivenHeadings;
 pub use random::RandomHeadings;
 
-use super::space::Space;
-use crate::error::Result;
+use super::positions::times;
+use super::space::{Space, embed};
+use crate::error::{Error, Result};
 
 /// The distribution of v(0) / v0.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -21,25 +24,40 @@ pub enum InitialHeadings {
     Random(RandomHeadings),
     /// Uniform around one direction.
     Aligned(AlignedHeadings),
+    /// Given directions.
+    GivenHeadings(GivenHeadings),
 }
 
 impl InitialHeadings {
-    pub(crate) fn check(&self, space: &Space) -> Result<()> {
+    pub(crate) fn check(&self, space: &Space, count: usize) -> Result<()> {
         match self {
             Self::Random(_) => Ok(()),
             Self::Aligned(aligned) => aligned.check(space),
+            Self::GivenHeadings(given) => given.check(space, count),
         }
     }
 
-    /// One agent's heading, of length 1 up to rounding.
+    /// Headings of `count` agents, of length 1 up to rounding.
     pub(super) fn draw<const D: usize>(
         &self,
         space: &Space,
+        count: usize,
         rng: &mut ChaCha8Rng,
-    ) -> SVector<f64, D> {
+    ) -> Vec<SVector<f64, D>> {
         match self {
-            Self::Random(_) => space.direction(rng),
-            Self::Aligned(aligned) => aligned.draw(space, rng),
+            Self::Random(_) => times(count, || space.direction(rng)),
+            Self::Aligned(aligned) => times(count, || aligned.draw(space, rng)),
+            Self::GivenHeadings(given) => given.vectors(),
         }
     }
+}
+
+/// Refuses a vector that has no direction.
+fn check_direction(field: impl FnOnce() -> String, entries: &[f64]) -> Result<()> {
+    let norm = embed::<3>(entries).norm();
+    if norm > 0.0 && norm.is_finite() {
+        return Ok(());
+    }
+    let expected = "a vector whose length is finite and above 0";
+    Err(Error::config(field(), expected, norm))
 }

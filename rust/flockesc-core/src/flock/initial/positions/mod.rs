@@ -3,6 +3,7 @@
 mod clusters;
 mod disc;
 mod gaussian;
+mod given;
 mod ring;
 mod segment;
 mod square;
@@ -16,6 +17,7 @@ use serde::Deserialize;
 pub use clusters::Clusters;
 pub use disc::Disc;
 pub use gaussian::Gaussian;
+pub use given::GivenPositions;
 pub use ring::Ring;
 pub use segment::Segment;
 pub use square::Square;
@@ -39,10 +41,12 @@ pub enum InitialPositions {
     Gaussian(Gaussian),
     /// Normal around several centers.
     Clusters(Clusters),
+    /// Given points.
+    GivenPositions(GivenPositions),
 }
 
 impl InitialPositions {
-    pub(crate) fn check(&self, space: &Space) -> Result<()> {
+    pub(crate) fn check(&self, space: &Space, count: usize) -> Result<()> {
         match self {
             Self::Square(_) => Ok(()),
             Self::Disc(disc) => disc.check(),
@@ -50,6 +54,7 @@ impl InitialPositions {
             Self::Segment(segment) => segment.check(space),
             Self::Gaussian(gaussian) => gaussian.check(),
             Self::Clusters(clusters) => clusters.check(),
+            Self::GivenPositions(given) => given.check(space, count),
         }
     }
 
@@ -67,10 +72,11 @@ impl InitialPositions {
             Self::Segment(segment) => times(count, || segment.draw(rng)),
             Self::Gaussian(gaussian) => times(count, || gaussian.draw(space, rng)),
             Self::Clusters(clusters) => clusters.draw(space, count, rng),
+            Self::GivenPositions(given) => given.vectors(),
         }
     }
 }
 
-fn times<T>(count: usize, draw: impl FnMut() -> T) -> Vec<T> {
+pub(super) fn times<T>(count: usize, draw: impl FnMut() -> T) -> Vec<T> {
     repeat_with(draw).take(count).collect()
 }

@@ -1,0 +1,97 @@
+"""``flockesc worlds``."""
+
+from __future__ import annotations
+
+import json as json_
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from tyro.conf import arg
+
+from flockesc_env._checks import as_count
+from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.flags import Json, Progress, optional
+from flockesc_env.cli.output import check_output, note, require, show, show_json, table
+from flockesc_env.errors import ArgumentError
+from flockesc_env.paper.jobs import total_size
+from flockesc_env.progress import bar
+from flockesc_env.worlds.plan import LEAST_FLOCKS, studies, worlds
+
+if TYPE_CHECKING:
+    from flockesc_env.worlds.page import Results
+
+
+def run(
+    *,
+    output: Annotated[Path, arg(help="folder of results, figure and page; made if it is missing")] = Path(
+        "runs/worlds"
+    ),
+    num_flocks: Annotated[
+        int, arg(help="flocks to choose the best range on, and again as many to measure it on, at least 2")
+    ] = 500,
+    presets: Annotated[
+        tuple[str, ...] | None,
+        *optional("which worlds", "all flock presets that have predators", metavar="NAME .."),
+    ] = None,
+    page: Annotated[
+        Path | None, *optional("file of the Markdown page", "worlds.md in the output folder")
+    ] = None,
+    progress: Progress = False,
+    json: Json = False,
+) -> Exit:
+    """Find the best fixed range in every world: does the paper's finding survive?
+
+    Writes worlds.md, worlds.png and worlds.svg, results.json.
+
+    About half a minute a world on two cores; interrupted, run it again to go on.
+
+    Example: flockesc worlds --num-flocks 50 --presets paper-flock pursuit
+    """
+    if as_count(num_flocks, "num_flocks") < LEAST_FLOCKS:
+        raise ArgumentError("num_flocks", f"at least {LEAST_FLOCKS}", num_flocks)
+    plan = studies(worlds(presets), num_flocks)
+    check_output(page, [".md"], field="page")
+    for module in ("matplotlib", "scipy", "jinja2", "markdown"):
+        require(module, "analysis", "worlds")
+    from flockesc_env.worlds.survey import survey  # heavy, and of an extra
+
+    with bar("Measuring", total_size(plan), always=progress) as report:
+
+        def show_progress(done: int, total: int) -> None:
+            report(done, total)
+            if done == total:
+                note("measured; statistics take some seconds more a world")
+
+        results = survey(output, num_flocks, presets=presets, page=page, progress=show_progress)
+    note(f"saved: {page or output / 'worlds.md'}")
+    if json:
+        show_json({"command": "worlds", "output": str(output), "results": json_.loads(results.to_json())})
+    else:
+        _show(results)
+    return Exit.DONE
+
+
+def _show(results: Results) -> None:
+    rows = [
+        [
+            world.name,
+            f"{outcome.best.mean:g} {world.grid.unit}",
+            f"[{outcome.best.low:g}, {outcome.best.high:g}]",
+            str(outcome.min_mean_distance),
+            str(outcome.gain_over_zero),
+            str(outcome.gain_over_longest),
+            outcome.finding,
+        ]
+        for world in results.worlds
+        for outcome in [world.outcomes["J_mean"]]
+    ]
+    head = [
+        "world",
+        "best range",
+        "95 %",
+        "J_mean (m)",
+        "over 0 (m)",
+        "over the longest (m)",
+        "best range is",
+    ]
+    show(table(head, rows))

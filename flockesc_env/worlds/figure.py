@@ -1,0 +1,48 @@
+"""J_mean against the range in all worlds, one small panel each."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from flockesc_env.paper.style import BAND, INK
+from flockesc_env.worlds.page import Results, World
+
+_COLUMNS = 5
+_SYMBOL = "J_mean"
+_BEST = "tab:orange"
+
+
+def against_range(results: Results) -> Figure:
+    """Draw the figure; the axis of ranges is linear up to 20 and logarithmic beyond."""
+    columns = min(_COLUMNS, len(results.worlds))
+    rows = -(-len(results.worlds) // columns)
+    figure = Figure(figsize=(2.6 * columns, 2.1 * rows + 0.5), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False)
+    for axes, world in zip(panels.flat, results.worlds, strict=False):
+        _panel(axes, world)
+    for axes in panels.flat[len(results.worlds) :]:
+        axes.set_axis_off()
+    for axes in panels[:, 0]:
+        axes.set_ylabel(f"{_SYMBOL} (m)", fontsize=7)
+    figure.suptitle(f"{results.num_flocks:,} flocks a point, 95 % intervals", fontsize=9)
+    return figure
+
+
+def _panel(axes: Axes, world: World) -> None:
+    outcome, actions = world.outcomes[_SYMBOL], np.array(world.grid.actions)
+    mean, low, high = (
+        np.array([getattr(point, name) for point in outcome.curve]) for name in ("mean", "low", "high")
+    )
+    axes.axvspan(outcome.best.low, outcome.best.high, color=_BEST, alpha=0.25, lw=0)
+    axes.axvline(outcome.best.mean, color=_BEST, lw=1)
+    axes.fill_between(actions, low, high, color=BAND, lw=0)
+    axes.plot(actions, mean, ".-", color=INK, lw=1, ms=3)
+    axes.set_xscale("symlog", linthresh=20, linscale=1.5)
+    ticks = [tick for tick in (0, 5, 10, 20, 50, 100, 300) if tick <= actions[-1]]
+    axes.set_xticks(ticks, [str(tick) for tick in ticks])
+    axes.minorticks_off()
+    axes.tick_params(labelsize=7)
+    axes.set_title(f"{world.name}: {outcome.finding}", fontsize=7.5)
+    axes.set_xlabel(f"range ({world.grid.unit})", fontsize=7)

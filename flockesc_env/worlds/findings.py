@@ -1,0 +1,97 @@
+"""From objectives of flocks to the best fixed range of a world, and the one rule by which it is judged."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flockesc_env import stats
+from flockesc_env.stats import Estimate
+
+OBJECTIVES = {"J_mean": "min_mean_distance", "J_min": "min_min_distance"}
+"""Symbol and column of what is to be large."""
+
+
+class Finding(StrEnum):
+    """Where the best fixed range lies: interior, or not told from one or both ends of the grid."""
+
+    INTERIOR = "interior"
+    LIKE_ZERO = "not told from 0"
+    LIKE_LONGEST = "not told from the longest"
+    LIKE_BOTH = "told from neither end"
+
+
+RULE = (
+    "a best range is *interior* if on the second half of the flocks it gains over range 0 and the longest"
+    " range, with the 95 % intervals of both paired gains above 0; else it is *not told from* the ends of the"
+    " grid over which it has no such gain"
+)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The best fixed range for one objective; lengths in m, ranges in the grid's unit.
+
+    Attributes:
+        best: the range with the largest mean over the first half of the flocks, with the bootstrap interval
+            of that place. All else is taken over the second half.
+        min_mean_distance: J_mean at that range.
+        min_min_distance: J_min at that range.
+        at_zero: the objective at range 0.
+        at_longest: the objective at the longest range of the grid.
+        gain_over_zero: the objective at the best range minus that at 0, paired flock by flock.
+        gain_over_longest: likewise over the longest range.
+        curve: the objective at every range of the grid.
+    """
+
+    best: Estimate
+    min_mean_distance: Estimate
+    min_min_distance: Estimate
+    at_zero: Estimate
+    at_longest: Estimate
+    gain_over_zero: Estimate
+    gain_over_longest: Estimate
+    curve: tuple[Estimate, ...]
+
+    def value(self, symbol: str) -> Estimate:
+        """Return an objective, a key of ``OBJECTIVES``, at the best range."""
+        value: Estimate = getattr(self, OBJECTIVES[symbol])
+        return value
+
+    @property
+    def finding(self) -> Finding:
+        """Return what ``RULE`` says."""
+        beats_zero, beats_longest = self.gain_over_zero.low > 0, self.gain_over_longest.low > 0
+        if beats_zero:
+            return Finding.INTERIOR if beats_longest else Finding.LIKE_LONGEST
+        return Finding.LIKE_ZERO if beats_longest else Finding.LIKE_BOTH
+
+
+def outcome(symbol: str, actions: tuple[float, ...], results: Mapping[str, NDArray[Any]]) -> Outcome:
+    """Choose the best range on the first half of the flocks, and measure it on the second.
+
+    Args:
+        symbol: a key of ``OBJECTIVES``.
+        actions: the grid, from 0 to the longest.
+        results: J of both objectives, shape (actions, flocks), an even number of flocks.
+    """
+    half = results["num_components"].shape[1] // 2
+    values = results[OBJECTIVES[symbol]]
+    chosen, told = values[:, :half], values[:, half:]
+    best = stats.argmax(np.array(actions), chosen)
+    at = actions.index(best.mean)
+    return Outcome(
+        best=best,
+        min_mean_distance=stats.mean(results["min_mean_distance"][at, half:]),
+        min_min_distance=stats.mean(results["min_min_distance"][at, half:]),
+        at_zero=stats.mean(told[0]),
+        at_longest=stats.mean(told[-1]),
+        gain_over_zero=stats.mean(told[at] - told[0]),
+        gain_over_longest=stats.mean(told[at] - told[-1]),
+        curve=tuple(stats.mean(row) for row in told),
+    )

@@ -1,0 +1,80 @@
+"""What is measured: every flock preset with predators, on the grid of its neighbor rule, in two halves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from flockesc_env.errors import ArgumentError
+from flockesc_env.paper.jobs import Study
+from flockesc_env.presets import PRESETS
+from flockesc_env.scenario import FlockScenario
+
+LEAST_FLOCKS: Final = 2
+"""Flocks in each half, without which there is no interval."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The actions that are tried.
+
+    Attributes:
+        unit: of an action.
+        actions: in rising order; the first is 0, no alignment at all.
+    """
+
+    unit: str
+    actions: tuple[float, ...]
+
+    def __str__(self) -> str:
+        return f"{', '.join(f'{action:g}' for action in self.actions)} {self.unit}"
+
+
+METERS: Final = Grid(
+    "m",
+    (0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 25.0, 30.0, 40.0, 50.0, 70.0, 100.0),
+)
+NEIGHBORS: Final = Grid(
+    "neighbors",
+    (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 16.0, 24.0, 40.0, 80.0, 150.0, 300.0),
+)
+
+GRIDS: Final[Mapping[str, Grid]] = {"topological": NEIGHBORS}
+"""By the kind of the neighbor rule; an action of any other rule is a range in m."""
+
+
+def grid_of(scenario: FlockScenario) -> Grid:
+    """Return the grid of a scenario's neighbor rule."""
+    return GRIDS.get(scenario.neighbor_rule.kind, METERS)
+
+
+def worlds(names: Iterable[str] | None = None) -> dict[str, FlockScenario]:
+    """Return the scenarios by their presets' names; ``None``: all flocks with predators.
+
+    Raises:
+        ArgumentError: for a name that is none of theirs, or for none at all.
+    """
+    known = {
+        name: entry.scenario
+        for name, entry in PRESETS.items()
+        if isinstance(entry.scenario, FlockScenario) and entry.scenario.predators
+    }
+    if names is None:
+        return known
+    chosen = {}
+    for name in names:
+        if name not in known:
+            raise ArgumentError("presets", f"any of {', '.join(known)}", repr(name))
+        chosen[name] = known[name]
+    if not chosen:
+        raise ArgumentError("presets", f"any of {', '.join(known)}", "none")
+    return chosen
+
+
+def studies(scenarios: Mapping[str, FlockScenario], num_flocks: int) -> dict[str, Study]:
+    """Return what has to be run: seeds 0 to ``2 num_flocks`` of every world under every action."""
+    return {
+        name: Study("objectives", scenario, grid_of(scenario).actions, 2 * num_flocks)
+        for name, scenario in scenarios.items()
+    }

@@ -1,0 +1,264 @@
+"""Scenarios that draw numbers anew for every episode: a seed is one scenario, everywhere."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from cli_runs import Ran
+from option_table import small_flock
+
+from flockesc_env import (
+    AlignedHeadings,
+    Choice,
+    ConstantVelocity,
+    FlockEscapeEnv,
+    FlockScenario,
+    FlockVectorEnv,
+    LogUniform,
+    PurePursuit,
+    Ring,
+    ScenarioError,
+    Trajectory,
+    Uniform,
+    _core,
+    episode_seed,
+    parallel_env,
+    policies,
+    record,
+    records,
+    rollout,
+    simulate,
+    sweep,
+)
+from flockesc_env.cli.exits import Exit
+from flockesc_env.render import draw
+
+POSITION = "predators[0].constant_velocity.position[1]"
+DRAWS = (
+    Uniform("predator_range", 5.0, 60.0),
+    LogUniform("mass", 0.01, 1.0),
+    Choice("predators[1].pure_pursuit.max_turn_rate", (0.5, 1.0, 2.0)),
+    Uniform(POSITION, -30.0, 30.0),
+    Uniform("initial_positions.ring.radius", 5.0, 20.0),
+)
+
+
+def randomized(**changes: Any) -> FlockScenario:
+    fields: dict[str, Any] = {
+        "predators": (ConstantVelocity(), PurePursuit((20.0, -20.0))),
+        "initial_positions": Ring(5.0, 2.0),
+        "randomization": DRAWS,
+    }
+    return small_flock(**{**fields, **changes})
+
+
+def assert_equal(first: Trajectory, second: Trajectory) -> None:
+    assert not records.differences(first, second)
+    assert first.scenario == second.scenario
+
+
+def test_a_seed_draws_the_same_for_ever() -> None:
+    drawn = randomized().drawn(0)
+    assert drawn.predator_range == 13.540064715837513
+    assert drawn.drawn(1) is drawn
+    assert randomized().drawn(1) != drawn
+    assert randomized().drawn(2**64 - 1) == randomized().drawn(2**64 - 1)
+
+
+def test_what_is_not_drawn_stays() -> None:
+    scenario = randomized()
+    drawn = scenario.drawn(7)
+    predator, pursuer = drawn.predators
+    assert isinstance(pursuer, PurePursuit)
+    restored = drawn.replace(
+        predator_range=scenario.predator_range,
+        mass=scenario.mass,
+        initial_positions=scenario.initial_positions,
+        predators=(
+            ConstantVelocity((predator.position[0], -30.0)),
+            dataclasses.replace(pursuer, max_turn_rate=1.0),
+        ),
+        randomization=DRAWS,
+    )
+    assert restored == scenario
+
+
+def test_draws_do_not_move_the_flock() -> None:
+    plain = small_flock()
+    drawn = plain.replace(randomization=(Uniform("predator_range", 5.0, 60.0),))
+    first, second = (simulate(each, 10.0, seed=3) for each in (plain, drawn))
+    np.testing.assert_array_equal(first.positions[0], second.positions[0])
+    assert second.scenario.predator_range != plain.predator_range
+
+
+@pytest.mark.parametrize("seed", [0, 5, 2**40])
+def test_everything_runs_the_drawn_scenario(seed: int) -> None:
+    scenario = randomized()
+    drawn = scenario.drawn(seed)
+    run = simulate(scenario, 10.0, seed=seed)
+    assert_equal(run, simulate(drawn, 10.0, seed=seed))
+    assert run.scenario == drawn
+    for each in (scenario, drawn):
+        assert sweep(each, [10.0], [seed]).min_mean_distance[0, 0] == run.mean_distance.min()
+        episodes = rollout(policies.FixedRange(10.0), [seed], scenario=each, action_mode="range")
+        assert episodes.min_mean_distance[0] == run.mean_distance.min()
+        assert_equal(record(policies.FixedRange(10.0), seed, scenario=each, action_mode="range"), run)
+
+
+def observations(env: Any, reset: Any) -> list[Any]:
+    found = [reset]
+    while len(found) < 5:
+        found.append(env.step(np.full(env.action_space.shape, 0.1, np.float32))[:2])
+    return found
+
+
+@pytest.mark.parametrize("sensing", ["predator_range", None, 10.0])
+def test_environments_play_and_show_the_drawn_scenario(sensing: Any) -> None:
+    scenario = randomized()
+    for seed in range(5):
+        played = []
+        for each in (scenario, scenario.drawn(seed)):
+            env = FlockEscapeEnv(scenario=each, predator_sensing_range=sensing)
+            played.append(observations(env, env.reset(seed=seed)[0]))
+        for first, second in zip(*played, strict=True):
+            np.testing.assert_array_equal(first[0], second[0])
+            np.testing.assert_array_equal(first[1], second[1])
+
+
+def test_agents_sense_predators_within_the_drawn_range() -> None:
+    scenario = small_flock(randomization=(Uniform("predator_range", 5.0, 60.0),))
+    env, sensed = parallel_env(scenario=scenario), set()
+    for seed in range(20):
+        found, _ = env.reset_array(seed=seed)
+        run = simulate(scenario, 0.0, seed=seed)
+        distance = np.linalg.norm(run.positions[0] - run.predator_positions[0], axis=1)
+        is_sensed = distance <= scenario.drawn(seed).predator_range
+        column = [name for name, *_ in _core.observation_entries(True, 2)].index("predator_sensed")
+        np.testing.assert_array_equal(found[:, column], is_sensed.astype(np.float32))
+        sensed |= set(is_sensed.tolist())
+    assert sensed == {True, False}
+
+
+def test_every_episode_of_a_schedule_draws_anew() -> None:
+    scenario = randomized(num_steps=3)
+    envs = FlockVectorEnv(2, scenario, action_mode="range")
+    envs.reset(seed=11)
+    for _ in range(4):
+        _, _, _, truncated, infos = envs.step(np.full((2, 1), 10.0, np.float32))
+    assert not truncated.any()  # the fourth step has started the next episode
+    for slot in range(2):
+        seed = episode_seed(11 + slot, 1)
+        run = simulate(scenario.drawn(seed), 10.0, seed=seed)
+        assert infos["mean_distance"][slot] == run.mean_distance[0]
+
+
+def test_records_hold_the_drawn_scenario(tmp_path: Path) -> None:
+    run = simulate(randomized(), 10.0, seed=4)
+    records.save(run, tmp_path / "run.npz")
+    loaded = records.load(tmp_path / "run.npz").trajectory
+    assert loaded.scenario == randomized().drawn(4)
+    assert not records.differences(loaded, records.replay(loaded))
+
+
+def test_pictures_show_the_drawn_range() -> None:
+    scenario = small_flock(randomization=(Uniform("predator_range", 5.0, 60.0),))
+    run = simulate(scenario, 10.0, seed=2)
+    drawn = draw(simulate(scenario.drawn(2), 10.0, seed=2), 3)
+    np.testing.assert_array_equal(draw(run, 3), drawn)
+    pictures = {}
+    for name, each in (("drawn", scenario), ("plain", scenario.drawn(2))):
+        env = FlockEscapeEnv(scenario=each, render_mode="rgb_array")
+        env.reset(seed=9)
+        env.reset(seed=2)
+        pictures[name] = env.render()
+    np.testing.assert_array_equal(pictures["drawn"], pictures["plain"])
+
+
+def test_documents_keep_every_bit() -> None:
+    scenario = randomized(randomization=(*DRAWS, Uniform("speed", 1 / 3, 2 / 3)))
+    assert FlockScenario.from_json(scenario.to_json()) == scenario
+    assert FlockScenario.from_toml(scenario.to_toml()) == scenario
+    assert scenario.drawn(3) == FlockScenario.from_json(scenario.to_json()).drawn(3)
+
+
+@pytest.mark.parametrize(
+    ("part", "field"),
+    [
+        (Uniform("wings", 0.0, 1.0), "uniform.field"),
+        (Uniform("num_agents", 1.0, 2.0), "uniform.field"),
+        (Uniform("dimension", 2.0, 3.0), "uniform.field"),
+        (Uniform("num_steps", 1.0, 2.0), "uniform.field"),
+        (Uniform("time_step", 0.01, 0.05), "uniform.field"),
+        (Uniform("initial_side", 10.0, 50.0), "uniform.field"),
+        (Uniform("predators", 10.0, 50.0), "uniform.field"),
+        (Uniform("predators[2].pure_pursuit.sight", 1.0, 2.0), "uniform.field"),
+        (Uniform("predators[1].pure_pursuit.target", 1.0, 2.0), "uniform.field"),
+        (Uniform("randomization[0].uniform.low", 1.0, 2.0), "uniform.field"),
+        (Uniform("speed", 1.0, 2.0), "uniform.field"),
+        (Uniform(3, 1.0, 2.0), "uniform.field"),  # type: ignore[arg-type]
+        (Uniform("mass", -0.1, 2.0), "uniform.low"),
+        (Uniform("mass", "0", 2.0), "uniform.low"),  # type: ignore[arg-type]
+        (Uniform("mass", 2.0, 1.0), "uniform.high"),
+        (Uniform("mass", 2.0, np.inf), "uniform.high"),
+        (LogUniform("mass", 0.0, 1.0), "log_uniform.low"),
+        (Uniform("initial_positions.ring.width", 2.0, 11.0), "uniform.high"),
+        (Choice("mass", ()), "choice.values"),
+        (Choice("mass", (1.0, 0.0)), "choice.values[1]"),
+        (Choice("mass", (1.0, np.nan)), "choice.values[1]"),
+        (Choice("mass", 3.0), "choice.values"),  # type: ignore[arg-type]
+        (ConstantVelocity(), ""),
+        (None, ""),
+    ],
+)
+def test_refused_distributions(part: Any, field: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        randomized(randomization=(Uniform("speed", 5.0, 10.0), part))
+    assert caught.value.field == f"randomization[1]{'.' if field else ''}{field}"
+
+
+def test_distributions_that_do_not_go_together_are_refused() -> None:
+    choices = (
+        Choice("initial_positions.ring.radius", (40.0, 5.0)),
+        Choice("initial_positions.ring.width", (0.0, 80.0)),
+    )
+    with pytest.raises(ScenarioError, match=r"initial_positions\.ring\.width") as caught:
+        small_flock(initial_positions=Ring(40.0), randomization=choices)
+    assert caught.value.field == "randomization"
+
+
+def test_a_draw_that_is_refused_is_drawn_again() -> None:
+    """The direction (0, 0) is no direction; it lies between good ends, where it is hit once in 2^53 draws."""
+    scenario = small_flock(
+        initial_headings=AlignedHeadings((1.0, 0.0)),
+        randomization=(Uniform("initial_headings.aligned.direction[0]", -1.0, 1.0),),
+    )
+    for seed in range(50):
+        simulate(scenario, 1.0, seed=seed)
+
+
+def test_a_missing_field_is_named() -> None:
+    with pytest.raises(ScenarioError) as caught:
+        FlockScenario.from_json('{"randomization": [{"uniform": {"field": "mass", "low": 1.0}}]}')
+    assert caught.value.field == "randomization[0].uniform.high"
+
+
+def test_the_command_line_takes_distributions(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    drawn = (Uniform(POSITION, -30.0, 30.0), Choice("mass", (0.1, 0.2)))
+    scenario = small_flock(randomization=drawn)
+    path = tmp_path / "scenario.toml"
+    path.write_text(scenario.to_toml())
+    words = ["uniform", f"field={POSITION}", "low=-30", "high=30", "choice", "field=mass", "values=0.1,0.2"]
+    small = ["--num-agents", "5", "--num-steps", "10", "--initial-side", "30"]
+    expected = simulate(scenario, 10.0, seed=3).mean_distance.min()
+    for flags in (["--scenario", str(path)], [*small, "--randomization", *words]):
+        ran = Ran(capsys, "simulate", *flags, "--interaction-range", "10", "--seed", "3", "--json")
+        assert ran.code == Exit.DONE, ran.err
+        assert json.loads(ran.out)["min_mean_distance"] == expected
+    refused = Ran(capsys, "simulate", "--randomization", *words[:3], "--interaction-range", "10")
+    assert refused.code == Exit.REFUSED
+    assert "high: expected a value, got none" in " ".join(refused.err.replace("│", " ").split())

@@ -1,0 +1,218 @@
+"""Flocks that start where a file, or the caller, says."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from cli_runs import Ran
+from option_table import small_flock
+
+from flockesc_env import (
+    FlockEscapeEnv,
+    FlockScenario,
+    GivenHeadings,
+    GivenPositions,
+    RandomHeadings,
+    RecordError,
+    ScenarioError,
+    load_state,
+    records,
+    simulate,
+    sweep,
+)
+from flockesc_env.cli.exits import Exit
+
+RNG = np.random.default_rng(0)
+
+
+def state(dimension: int) -> tuple[Any, Any]:
+    return RNG.uniform(0, 100, (7, dimension)), RNG.normal(size=(7, dimension))
+
+
+def write(path: Path, positions: Any, velocities: Any = None) -> Path:
+    arrays = (
+        {"positions": positions} if velocities is None else {"positions": positions, "velocities": velocities}
+    )
+    table = np.hstack(list(arrays.values()))
+    if path.suffix == ".npz":
+        np.savez(path, **arrays)
+    elif path.suffix == ".npy":
+        np.save(path, table)
+    else:
+        axes = "xyz"[: positions.shape[1]]
+        names = [*axes, *(f"v{axis}" for axis in axes)][: table.shape[1]]
+        rows = [",".join(map(repr, row)) for row in table.tolist()]
+        path.write_text("\n".join([",".join(names), *rows]) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("suffix", [".csv", ".npy", ".npz"])
+def test_a_file_is_the_start_bit_for_bit(tmp_path: Path, suffix: str, dimension: int) -> None:
+    positions, velocities = state(dimension)
+    fields = load_state(write(tmp_path / f"flock{suffix}", positions, velocities))
+    scenario = FlockScenario(num_steps=5, **fields)
+    run = simulate(scenario, 10.0, seed=1)
+    np.testing.assert_array_equal(run.positions[0], positions)
+    headings = velocities / np.linalg.norm(velocities, axis=1, keepdims=True)
+    np.testing.assert_allclose(run.velocities[0], 10.0 * headings, rtol=1e-15)
+    assert not run.is_start_given
+    again = simulate(scenario, 10.0, initial_positions=positions, initial_velocities=run.velocities[0])
+    np.testing.assert_array_equal(run.positions, again.positions)
+    assert sweep(scenario, [10.0], [1]).min_mean_distance[0, 0] == run.mean_distance.min()
+
+    fields = load_state(write(tmp_path / f"positions{suffix}", positions))
+    assert "initial_headings" not in fields
+    assert FlockScenario(**fields).initial_headings == RandomHeadings()
+
+
+def test_given_starts_travel_in_documents(tmp_path: Path) -> None:
+    positions, velocities = state(2)
+    scenario = FlockScenario(
+        num_agents=7,
+        num_steps=5,
+        initial_positions=GivenPositions(positions),  # type: ignore[arg-type]
+        initial_headings=GivenHeadings(velocities),  # type: ignore[arg-type]
+    )
+    assert FlockScenario.from_json(scenario.to_json()) == scenario
+    assert FlockScenario.from_toml(scenario.to_toml()) == scenario
+    run = simulate(scenario, 10.0, seed=1)
+    records.save(run, tmp_path / "run.npz")
+    loaded = records.load(tmp_path / "run.npz").trajectory
+    assert not records.differences(loaded, records.replay(loaded))
+    env = FlockEscapeEnv(scenario=scenario)
+    for seed in (None, 3):
+        _, info = env.reset(seed=seed)
+        assert info["mean_distance"] == run.mean_distance[0]
+
+
+def test_points_of_the_plane_lie_at_z_0_in_space() -> None:
+    positions, velocities = state(2)
+    for in_plane in (False, True):
+        scenario = FlockScenario(
+            num_agents=7,
+            num_steps=1,
+            dimension=3,
+            initial_plane=in_plane,
+            initial_positions=GivenPositions(positions),  # type: ignore[arg-type]
+            initial_headings=GivenHeadings(velocities),  # type: ignore[arg-type]
+        )
+        run = simulate(scenario, 10.0, seed=0)
+        assert (run.positions[0, :, :2] == positions).all()
+        assert not run.positions[0, :, 2].any()
+        assert not run.velocities[0, :, 2].any()
+
+
+ONE = ((1.0, 2.0),) * 4
+
+
+@pytest.mark.parametrize(
+    ("fields", "field"),
+    [
+        ({"initial_positions": GivenPositions(ONE)}, "positions.given_positions.points"),
+        ({"initial_positions": GivenPositions(())}, "positions.given_positions.points"),
+        ({"initial_positions": GivenPositions((*ONE, (1.0,)))}, "positions.given_positions.points[4]"),
+        (
+            {"initial_positions": GivenPositions((*ONE, (1.0, 2.0, 3.0)))},
+            "positions.given_positions.points[4]",
+        ),
+        (
+            {"initial_positions": GivenPositions((*ONE, (1.0, np.nan)))},
+            "positions.given_positions.points[4][1]",
+        ),
+        ({"initial_positions": GivenPositions(5)}, "positions.given_positions.points"),  # type: ignore[arg-type]
+        ({"initial_headings": GivenHeadings(ONE)}, "headings.given_headings.directions"),
+        ({"initial_headings": GivenHeadings((*ONE, (0.0, 0.0)))}, "headings.given_headings.directions[4]"),
+        (
+            {"initial_headings": GivenHeadings((*ONE, (1e300, 1e300)))},
+            "headings.given_headings.directions[4]",
+        ),
+        (
+            {
+                "dimension": 3,
+                "initial_plane": True,
+                "initial_positions": GivenPositions((*ONE, (0.0, 0.0, 1.0))),
+            },
+            "positions.given_positions.points[4][2]",
+        ),
+    ],
+)
+def test_refused_starts(fields: dict[str, Any], field: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        small_flock(**fields)
+    assert caught.value.field == f"initial_{field}"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "where", "expected"),
+    [
+        ("a.txt", b"x,y\n1,2\n", "", ".csv or .npy or .npz"),
+        ("a.csv", b"", "", "a first line x,y or x,y,z"),
+        ("a.csv", b"1,2\n3,4\n", "", "a first line x,y or x,y,z"),
+        ("a.csv", b"x,y\n", "", "rows of an agent each"),
+        ("a.csv", b"x,y\n1,2\n3\n", "", "an initial state (.csv)"),
+        ("a.csv", b"x,y\n1,far\n", "", "an initial state (.csv)"),
+        ("a.csv", b"x,y\n1,2,3,4\n", "", "2 columns, as the first line says"),
+        ("a.csv", b"x,y\n1,2\n1,nan\n", ": positions[1, 1]", "a finite number"),
+        ("a.csv", b"x,y,vx,vy\n1,2,3,4\n1,2,0,0\n", ": velocities[1]", "a length other than 0"),
+        ("a.csv", b"\xff\xfe", "", "an initial state (.csv)"),
+        ("a.npy", b"", "", "an initial state (.npy)"),
+        ("a.npy", np.zeros(3), "", "the columns x,y or x,y,z"),
+        ("a.npy", np.zeros((3, 5)), "", "the columns x,y or x,y,z"),
+        ("a.npy", np.zeros((0, 2)), ": positions", "with n >= 1"),
+        ("a.npy", np.full((3, 2), "a"), ": positions", "real numbers"),
+        ("a.npz", b"PK", "", "an initial state (.npz)"),
+        ("a.npz", {"states": np.zeros((3, 2))}, "", "the arrays positions and"),
+        ("a.npz", {"positions": np.zeros((2, 3, 2))}, ": positions", "shape (n, 2)"),
+        (
+            "a.npz",
+            {"positions": np.ones((3, 2)), "velocities": np.ones((2, 2))},
+            ": velocities",
+            "shape (3, 2)",
+        ),
+    ],
+)
+def test_refused_files(tmp_path: Path, name: str, content: Any, where: str, expected: str) -> None:
+    path = tmp_path / name
+    if isinstance(content, bytes):
+        path.write_bytes(content)
+    elif isinstance(content, dict):
+        np.savez(path, **content)
+    else:
+        np.save(path, content)
+    with pytest.raises(RecordError) as caught:
+        load_state(path)
+    assert caught.value.field == f"{path}{where}"
+    assert expected in caught.value.expected
+
+
+def test_no_file(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError):
+        load_state(tmp_path / "a.csv")
+
+
+def test_the_command_line_takes_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    positions, velocities = state(2)
+    path = str(write(tmp_path / "flock.csv", positions, velocities))
+    flags = ("--initial-state", path, "--num-steps", "5")
+    ran = Ran(capsys, "simulate", *flags, "--interaction-range", "10", "--seed", "1", "--json")
+    run = simulate(FlockScenario(num_steps=5, **load_state(path)), 10.0, seed=1)
+    assert ran.code == Exit.DONE
+    assert json.loads(ran.out)["min_mean_distance"] == run.mean_distance.min()
+    swept = Ran(capsys, "sweep", *flags, "--interaction-ranges", "10", "--seeds", "1:2", "--json")
+    assert json.loads(swept.out)["ranges"][0]["mean"] == run.mean_distance.min()
+    refused = Ran(capsys, "simulate", *flags, "--num-agents", "8", "--interaction-range", "10")
+    assert refused.code == Exit.REFUSED
+    assert "initial_positions.given_positions.points" in refused.err
+    line = Ran(capsys, "simulate", "--model", "line", "--initial-state", path, "--interaction-range", "1")
+    assert line.code == Exit.REFUSED
+    assert "initial_state" in line.err
+    bad = tmp_path / "bad.csv"
+    bad.write_text("1,2\n")
+    refused = Ran(capsys, "simulate", "--initial-state", str(bad), "--interaction-range", "10")
+    assert refused.code == Exit.REFUSED
+    assert str(bad) in refused.err

@@ -1,0 +1,212 @@
+"""The best fixed range in every world: the choice, the rule, the page."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli_runs import Ran
+
+from flockesc_env import (
+    PRESETS,
+    ArgumentError,
+    ConstantVelocity,
+    FlockScenario,
+    Intercept,
+    PurePursuit,
+    Uniform,
+    Wandering,
+    approach,
+    preset,
+    sweep,
+)
+from flockesc_env.cli.exits import Exit
+from flockesc_env.stats import Estimate
+from flockesc_env.worlds.findings import Finding, Outcome, outcome
+from flockesc_env.worlds.page import RESULTS_FILE, Answer, Results, answers, markdown_page
+from flockesc_env.worlds.plan import METERS, NEIGHBORS, grid_of, studies, worlds
+from flockesc_env.worlds.questions import question_of
+from flockesc_env.worlds.survey import survey
+
+ROOT = Path(__file__).parent.parent
+COMMITTED = ROOT / "results" / "worlds"
+
+
+def test_every_flock_preset_with_predators_is_a_world() -> None:
+    expected = [
+        name
+        for name, (_, scenario) in PRESETS.items()
+        if isinstance(scenario, FlockScenario) and len(scenario.predators) > 0
+    ]
+    assert list(worlds()) == expected
+    assert list(worlds(["pursuit"])) == ["pursuit"]
+    for name in ("paper-line", "wings"):
+        with pytest.raises(ArgumentError, match="presets"):
+            worlds([name])
+    with pytest.raises(ArgumentError, match="presets"):
+        worlds([])
+
+
+def test_both_halves_are_run_under_every_action() -> None:
+    for study in studies(worlds(), 500).values():
+        assert [seed for job in study.jobs() for seed in job.seeds] == list(range(1000))
+        assert study.ranges == grid_of(study.scenario).actions  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("grid", [METERS, NEIGHBORS])
+def test_grids_rise_from_no_alignment_at_all(grid: object) -> None:
+    actions = np.array(grid.actions)  # type: ignore[attr-defined]
+    assert actions[0] == 0
+    assert (np.diff(actions) > 0).all()
+
+
+def results_of(values: np.ndarray) -> dict[str, np.ndarray]:
+    return {
+        "min_mean_distance": values,
+        "min_min_distance": values / 10,
+        "num_components": np.ones(values.shape, int),
+    }
+
+
+def test_the_range_is_chosen_and_measured_on_different_flocks() -> None:
+    rng = np.random.default_rng(0)
+    values = rng.normal(size=(4, 80)) * 0.1 + np.array([[0.0], [0.0], [5.0], [0.0]])
+    values[3, 40:] += 50.0  # what looks best on the second half does not count
+    found = outcome("J_mean", (0.0, 1.0, 2.0, 3.0), results_of(values))
+    assert (found.best.mean, found.best.low, found.best.high) == (2.0, 2.0, 2.0)
+    told = values[:, 40:]
+    assert found.value("J_mean").mean == pytest.approx(told[2].mean())
+    assert found.value("J_min").mean == pytest.approx(told[2].mean() / 10)
+    assert found.at_zero.mean == pytest.approx(told[0].mean())
+    assert found.at_longest.mean == pytest.approx(told[3].mean())
+    assert found.gain_over_zero.mean == pytest.approx((told[2] - told[0]).mean())
+    assert found.gain_over_longest.mean == pytest.approx((told[2] - told[3]).mean())
+    assert [point.mean for point in found.curve] == pytest.approx(told.mean(axis=1))
+    assert found.finding is Finding.LIKE_LONGEST
+
+
+@pytest.mark.parametrize(
+    ("over_zero", "over_longest", "expected"),
+    [
+        (0.1, 0.1, Finding.INTERIOR),
+        (0.0, 0.1, Finding.LIKE_ZERO),
+        (0.1, 0.0, Finding.LIKE_LONGEST),
+        (-0.1, 0.0, Finding.LIKE_BOTH),
+    ],
+)
+def test_findings_follow_one_rule(over_zero: float, over_longest: float, expected: Finding) -> None:
+    some = Estimate(1.0, 0.0, 2.0)
+    found = Outcome(
+        best=some,
+        min_mean_distance=some,
+        min_min_distance=some,
+        at_zero=some,
+        at_longest=some,
+        gain_over_zero=Estimate(1.0, over_zero, 2.0),
+        gain_over_longest=Estimate(1.0, over_longest, 2.0),
+        curve=(),
+    )
+    assert found.finding is expected
+
+
+@pytest.mark.parametrize(
+    ("scenario", "question"),
+    [
+        (FlockScenario(), "the paper's own setting"),
+        (preset("edge-attack"), "an attack on the edge"),
+        (FlockScenario(predators=(ConstantVelocity(*approach(24.9)),)), "other flocks and predators"),
+        (FlockScenario(predators=(ConstantVelocity(*approach(-25.1)),)), "an attack on the edge"),
+        (FlockScenario(predators=(ConstantVelocity(velocity=(0.0, 0.0)),)), "other flocks and predators"),
+        (FlockScenario(predators=(PurePursuit(*approach("edge")),)), "a predator that steers"),
+        (FlockScenario(predators=(ConstantVelocity(), Intercept())), "several predators that steer"),
+        (FlockScenario(predators=(Wandering(),)), "other flocks and predators"),
+        (FlockScenario(randomization=(Uniform("mass", 0.1, 0.2),)), "parameters that are drawn anew"),
+        (preset("space"), "other flocks and predators"),
+    ],
+)
+def test_every_world_answers_one_question(scenario: FlockScenario, question: str) -> None:
+    assert question_of(scenario) == question
+
+
+def test_answers_are_made_by_the_rule() -> None:
+    both = Answer("?", ["a"], [("b", Finding.LIKE_ZERO)])
+    assert str(both) == "in 1 of 2: a; not shown for b (not told from 0)"
+    assert str(Answer("?", ["a", "b"], [])) == "yes: a, b"
+    assert str(Answer("?", [], [("b", Finding.LIKE_BOTH)])) == "not shown: b (told from neither end)"
+
+
+def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = tmp_path / "worlds"
+    flags = ("--num-flocks", "2", "--presets", "paper-flock", "pursuit", "--output", str(output))
+    ran = Ran(capsys, "worlds", *flags, "--json")
+    assert ran.code == Exit.DONE, ran.err
+    text = (output / RESULTS_FILE).read_text()
+    results = Results.from_json(text)
+    assert results.to_json() == text
+    assert json.loads(ran.out)["results"] == json.loads(text)
+    assert results.command == "flockesc worlds --num-flocks 2 --presets paper-flock pursuit"
+    assert {path.name for path in output.iterdir()} == {
+        RESULTS_FILE,
+        "cache",
+        "worlds.md",
+        "worlds.png",
+        "worlds.svg",
+    }
+    page = (output / "worlds.md").read_text()
+    assert page == markdown_page(results, output, output / "worlds.md")
+    for row in results.worlds:
+        told = sweep(worlds()[row.name], row.grid.actions, range(2, 4))
+        means = [point.mean for point in row.outcomes["J_mean"].curve]
+        assert means == pytest.approx(told.min_mean_distance.mean(axis=1), abs=1e-9)
+        means = [point.mean for point in row.outcomes["J_min"].curve]
+        assert means == pytest.approx(told.min_min_distance.mean(axis=1), abs=1e-9)
+        assert page.count(f"| {row.name} |") == 2
+    for symbol in ("J_mean", "J_min"):
+        for answer in answers(results, symbol):
+            assert f"| {answer.question} | {answer} |" in page
+
+    stamps = {path: path.stat().st_mtime_ns for path in (output / "cache").iterdir()}
+    again = Ran(capsys, "worlds", *flags)
+    assert again.code == Exit.DONE
+    assert "paper-flock" in again.out
+    assert {path: path.stat().st_mtime_ns for path in (output / "cache").iterdir()} == stamps
+    assert (output / RESULTS_FILE).read_text() == text
+
+
+def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
+    def progress(done: int, total: int) -> None:
+        if done:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        survey(tmp_path, 2, presets=["paper-flock", "pursuit"], progress=progress)
+    assert len(list((tmp_path / "cache").glob("*.npz"))) == 1
+    assert not (tmp_path / RESULTS_FILE).exists()
+
+
+@pytest.mark.parametrize(
+    ("flags", "named"),
+    [
+        (("--num-flocks", "1"), "num_flocks"),
+        (("--presets", "paper-line"), "presets"),
+        (("--page", "page.html"), "page"),
+    ],
+)
+def test_refusals(
+    flags: tuple[str, ...], named: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ran = Ran(capsys, "worlds", "--output", str(tmp_path / "worlds"), *flags)
+    assert ran.code == Exit.REFUSED
+    assert named in ran.err
+    assert not (tmp_path / "worlds").exists()
+
+
+def test_the_committed_page_is_that_of_the_committed_results() -> None:
+    results = Results.from_json((COMMITTED / RESULTS_FILE).read_text())
+    page = ROOT / "docs" / "worlds.md"
+    assert page.read_text() == markdown_page(results, COMMITTED, page)
+    assert results.num_flocks >= 500
+    assert {row.name for row in results.worlds} <= set(worlds())
+    assert (COMMITTED / "worlds.png").is_file()
