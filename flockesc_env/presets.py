@@ -62,7 +62,7 @@ PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
             ),
         ),
         "randomized": Preset(
-            "every episode draws where the predator aims, how fast it is and how far it is felt",
+            "aim, speed and range of the predator, drawn anew each episode",
             FlockScenario(
                 predators=(ConstantVelocity(*approach(direction=(1.0, 0.0))),),
                 randomization=(
