@@ -7,12 +7,13 @@
 
 import gymnasium as _gymnasium
 
-from flockesc_env import graph, policies, records
+from flockesc_env import graph, policies, predators, records
 from flockesc_env._core import __version__
 from flockesc_env.approach import approach
 from flockesc_env.envs.flock import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.envs.parallel import FlockParallelEnv, env, parallel_env, raw_env
+from flockesc_env.envs.pursuit import FlockPursuitEnv
 from flockesc_env.envs.vector import FlockVectorEnv
 from flockesc_env.errors import (
     ActionError,
@@ -40,6 +41,7 @@ from flockesc_env.scenario import (
     ConstantVelocity,
     FlockScenario,
     Intercept,
+    Learned,
     LineScenario,
     Metric,
     PurePursuit,
@@ -62,12 +64,14 @@ __all__ = [
     "Episodes",
     "FlockEscapeEnv",
     "FlockParallelEnv",
+    "FlockPursuitEnv",
     "FlockScenario",
     "FlockSweepResult",
     "FlockVectorEnv",
     "FlockescError",
     "Gaussian",
     "Intercept",
+    "Learned",
     "LineEscapeEnv",
     "LineOptions",
     "LineScenario",
@@ -92,6 +96,7 @@ __all__ = [
     "graph",
     "parallel_env",
     "policies",
+    "predators",
     "preset",
     "raw_env",
     "record",
@@ -107,4 +112,5 @@ _gymnasium.register(
     "flockesc_env.envs.flock:FlockEscapeEnv",
     vector_entry_point="flockesc_env.envs.vector:FlockVectorEnv",
 )
+_gymnasium.register("flockesc/FlockPursuit-v0", "flockesc_env.envs.pursuit:FlockPursuitEnv")
 _gymnasium.register("flockesc/LineEscape-v0", "flockesc_env.envs.line:LineEscapeEnv")

@@ -98,7 +98,25 @@ class Wandering:
     angular_diffusion: float = 0.1
 
 
-Predator = ConstantVelocity | PurePursuit | Intercept | Wandering
+@dataclass(frozen=True)
+class Learned:
+    """A predator that is steered from outside, by a policy; without one it flies straight on.
+
+    Attributes:
+        position: r_p(0) in m, 2 numbers or as many as the scenario's dimension (a missing z is 0).
+        velocity: v_p(0) in m/s, likewise.
+        max_acceleration: acceleration of an action of norm 1, in m/s^2.
+        max_speed: speed in m/s that no step leaves it beyond.
+    """
+
+    kind: ClassVar[str] = "learned"
+    position: tuple[float, ...] = (-30.0, -30.0)
+    velocity: tuple[float, ...] = (10.0, 10.0)
+    max_acceleration: float = 20.0
+    max_speed: float = 15.0
+
+
+Predator = ConstantVelocity | PurePursuit | Intercept | Wandering | Learned
 NeighborRule = Metric
 Part = Predator | NeighborRule | InitialPositions | InitialHeadings
 
@@ -185,7 +203,7 @@ class FlockScenario(_Document):
         repulsion_strength: strength s of the flight.
         constant_speed: whether agents keep speed v0 (step 4 of docs/model.md); ``False`` is the literal law.
         predators: any number of any kinds (``ConstantVelocity``, ``PurePursuit``, ``Intercept``,
-            ``Wandering``), also none.
+            ``Wandering``, ``Learned``), also none.
         neighbor_rule: who is a neighbor.
 
     Raises:

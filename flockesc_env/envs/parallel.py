@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import gymnasium
 import numpy as np
@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
-from flockesc_env._checks import as_seed
+from flockesc_env._checks import FloatArray, as_seed
 from flockesc_env.batch import STARTS, Columns, FlockBatch, Step, infos
-from flockesc_env.errors import ActionError, EpisodeError
+from flockesc_env.errors import ActionError, ArgumentError, EpisodeError
 from flockesc_env.options import EnvOptions
+from flockesc_env.predators import PredatorPolicy, all_learned, opposite
 from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario import FlockScenario
@@ -28,8 +29,15 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
     Observations, rewards and ``info`` are described in docs/model.md. Team rewards pay every agent the
     same. The horizon truncates all agents at once; nothing terminates.
 
+    Learned predators that no policy steers are agents, too: ``predator_0``, .., with observations and actions
+    of their own, each paid minus what the agents of the flock are paid on average.
+
     Args:
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
+        predator: ``"learned"``: all predators become ``Learned``; ``"scenario"``: they are what the scenario
+            says.
+        predator_policy: steers the learned predators, for example ``Chase()`` or a trained ``SB3Policy``;
+            in a scenario without any, all predators become ``Learned``. ``None``: they are agents.
         render_mode: ``"rgb_array"``: ``render`` returns a picture; ``"human"``: a window shows
             every reset and step.
         render_options: what pictures show.
@@ -37,7 +45,7 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         **options: see ``EnvOptions``.
 
     Raises:
-        ArgumentError: for a bad ``num_threads``.
+        ArgumentError: for a bad ``num_threads`` or ``predator``.
         ScenarioError: for an option out of bounds or a scenario without predator.
         DependencyNotInstalled: for a render mode without pygame.
     """
@@ -53,18 +61,25 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         self,
         scenario: FlockScenario | str | None = None,
         *,
+        predator: Literal["scenario", "learned"] = "scenario",
+        predator_policy: PredatorPolicy | None = None,
         render_mode: str | None = None,
         render_options: RenderOptions | None = None,
         num_threads: int | None = None,
         **options: Any,
     ) -> None:
+        if predator not in {"scenario", "learned"}:
+            raise ArgumentError("predator", "one of scenario, learned", repr(predator))
+        given = as_scenario(scenario, FlockScenario)
         self._batch = FlockBatch(
-            as_scenario(scenario, FlockScenario),
+            all_learned(given) if predator == "learned" else given,
             EnvOptions(**options),
             per_agent=True,
             num_threads=num_threads,
+            predator_policy=predator_policy,
         )
         self.control = self._batch.control
+        self.predator_control = self._batch.predator_control
         self.scenario = self._batch.scenario
         self.options = self._batch.options
         fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
@@ -72,12 +87,18 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         self.render_mode = render_mode
         self._viewer = flock_viewer(self._batch, render_mode, render_options, fps)
         count = self.scenario.num_agents
-        self.possible_agents = [f"agent_{i:0{len(str(count - 1))}d}" for i in range(count)]
+        self._flock = _names("agent", count)
+        are_agents = predator_policy is None
+        self._predators = _names("predator", self.predator_control.count if are_agents else 0)
+        self.possible_agents = self._flock + self._predators
         self.agents: list[str] = []
         self._no = dict.fromkeys(self.possible_agents, False)
         self._yes = dict.fromkeys(self.possible_agents, True)
-        self.observation_spaces = {agent: self.control.layout.space() for agent in self.possible_agents}
-        self.action_spaces = {agent: self.control.actions.space() for agent in self.possible_agents}
+        self.observation_spaces = {agent: self.control.layout.space() for agent in self._flock}
+        self.action_spaces = {agent: self.control.actions.space() for agent in self._flock}
+        for hunter in self._predators:
+            self.observation_spaces[hunter] = self.predator_control.layout.space()
+            self.action_spaces[hunter] = self.predator_control.space()
         size = 2 * self.scenario.dimension * (count + len(self.scenario.predators)) + 3
         self.state_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
 
@@ -104,7 +125,7 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
             ArgumentError: naming a bad seed or option; the running episode goes on.
         """
         rows, columns = self._reset(seed, options)
-        return dict(zip(self.agents, rows, strict=True)), self._infos(columns, np.zeros(len(rows)))
+        return self._by_name(rows, self._seen()), self._infos(columns, np.zeros(len(rows)))
 
     def reset_array(
         self, seed: int | None = None, options: dict[str, Any] | None = None
@@ -112,10 +133,11 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         """Start an episode, as ``reset``, without dicts per agent.
 
         Returns:
-            Observations (n, entries), and an ``info`` whose ``interaction_range`` has shape (n,).
+            Observations (n, entries), and an ``info`` whose ``interaction_range`` has shape (n,). Where
+            predators are agents it has their ``predator_observations`` (predators, entries), too.
         """
         rows, columns = self._reset(seed, options)
-        return rows, _info(columns, np.zeros(len(rows)))
+        return rows, self._info(columns, np.zeros(len(rows)))
 
     def step(
         self, actions: dict[str, Any]
@@ -128,26 +150,34 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
             ActionError: naming an agent that is unknown, missing or whose action is outside of its space.
             EpisodeError: before ``reset``, or after the horizon.
         """
-        agents = self._acting()
-        stacked = self.control.actions.core.stack(actions, agents)
+        self._require_agents()
+        controls = None
+        if self._predators:
+            controls = self._controls(actions)
+            actions = {agent: action for agent, action in actions.items() if agent not in self._predators}
+        stacked = self.control.actions.core.stack(actions, self._flock)
         if stacked is None:
             stacked = self._stack(actions)
-        rows, rewards, ended, ranges, columns = self._step(stacked, self._label)
+        rows, rewards, ended, ranges, columns = self._step(stacked, self._label, controls)
         return (
-            dict(zip(agents, rows, strict=True)),
-            dict(zip(agents, rewards.tolist(), strict=True)),
+            self._by_name(rows, self._seen()),
+            self._by_name(rewards.tolist(), [self._opposite(rewards)] * len(self._predators)),
             self._no.copy(),
             (self._yes if ended[0] else self._no).copy(),
             self._infos(columns, ranges),
         )
 
     def step_array(
-        self, actions: Any
+        self, actions: Any, predator_actions: Any = None
     ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool], NDArray[np.bool], dict[str, Any]]:
         """Do as ``step``, without dicts per agent; entries and rows are in the order of ``possible_agents``.
 
+        Predators are not among them; what they see is in ``info`` as in ``reset_array``, and they are paid
+        minus the mean of the rewards.
+
         Args:
             actions: shape (n, 1) or, where discrete, (n,).
+            predator_actions: where predators are agents: shape (predators, D).
 
         Returns:
             New arrays: observations (n, entries), rewards (n,), terminations (n,), truncations (n,); and an
@@ -157,10 +187,13 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
             ActionError: for a wrong dtype or shape, or an action outside of the action space.
             EpisodeError: before ``reset``, or after the horizon.
         """
-        count = len(self._acting())
-        rows, rewards, ended, ranges, columns = self._step(actions, STACKED)
-        truncations = np.full(count, ended[0])
-        return rows, rewards, np.zeros(count, np.bool), truncations, _info(columns, ranges)
+        self._require_agents()
+        controls = None
+        if self._predators or predator_actions is not None:
+            controls = self.predator_control.plain(predator_actions, len(self._predators))
+        rows, rewards, ended, ranges, columns = self._step(actions, STACKED, controls)
+        truncations = np.full(len(rows), ended[0])
+        return rows, rewards, np.zeros(len(rows), np.bool), truncations, self._info(columns, ranges)
 
     def state(self) -> NDArray[np.float32]:
         """Return time, running minima, positions and velocities of agents, then of predators, flat."""
@@ -193,13 +226,12 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
             self._viewer.update()
         return started
 
-    def _acting(self) -> list[str]:
+    def _require_agents(self) -> None:
         if not self.agents:
             raise EpisodeError("step", "a reset first", "no agents")
-        return self.possible_agents
 
-    def _step(self, actions: Any, label: Label) -> Step:
-        step = self._batch.step(actions, label=label)
+    def _step(self, actions: Any, label: Label, controls: FloatArray | None) -> Step:
+        step = self._batch.step(actions, label=label, controls=controls)
         if step[2][0]:
             self.agents = []
         if self._viewer is not None:
@@ -211,27 +243,56 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         for agent in actions:
             if agent not in self.action_spaces:
                 raise ActionError(f"action of {agent!r}", "an agent of this flock", "an unknown agent")
-        for place, agent in enumerate(self.possible_agents):
+        for place, agent in enumerate(self._flock):
             if agent not in actions:
                 raise ActionError(self._label(place), "an action", "none")
         one = self.control.actions.one
-        given = [one(actions[agent], self._label(place)) for place, agent in enumerate(self.possible_agents)]
+        given = [one(actions[agent], self._label(place)) for place, agent in enumerate(self._flock)]
         return np.stack(given)
+
+    def _controls(self, actions: dict[str, Any]) -> FloatArray:
+        """Return the actions of the predators, shape (predators, D), or say what is wrong with them."""
+        for hunter in self._predators:
+            if hunter not in actions:
+                raise ActionError(f"action of {hunter!r}", "an action", "none")
+        one = self.predator_control.plain_one
+        return np.concatenate([one(actions[hunter], f"action of {hunter!r}") for hunter in self._predators])
+
+    def _seen(self) -> Observation:
+        """Return what the predators see, a row for each that is an agent."""
+        return self._batch.observe_predators([0]) if self._predators else np.zeros((0, 0), np.float32)
+
+    def _opposite(self, rewards: FloatArray) -> float:
+        return opposite(rewards, is_own=self.options.reward.startswith("own_"))
+
+    def _by_name(self, flock: Any, predators: Any) -> dict[str, Any]:
+        return {
+            **dict(zip(self._flock, flock, strict=True)),
+            **dict(zip(self._predators, predators, strict=True)),
+        }
 
     def _infos(self, columns: Columns, ranges: NDArray[np.float64]) -> dict[str, dict[str, Any]]:
         shared = {**infos(columns)[0], "interaction_range": 0.0}
         own: dict[str, dict[str, Any]] = {}
-        for agent, rho in zip(self.possible_agents, ranges.tolist(), strict=True):
+        for agent, rho in zip(self._flock, ranges.tolist(), strict=True):
             own[agent] = info = shared.copy()  # cheaper than a display with one more key
             info["interaction_range"] = rho
+        for hunter in self._predators:
+            own[hunter] = infos(columns)[0]
         return own
 
+    def _info(self, columns: Columns, ranges: NDArray[np.float64]) -> dict[str, Any]:
+        info = {**infos(columns)[0], "interaction_range": ranges}
+        if self._predators:
+            info["predator_observations"] = self._seen()
+        return info
+
     def _label(self, place: int) -> str:
-        return f"action of {self.possible_agents[place]!r}"
+        return f"action of {self._flock[place]!r}"
 
 
-def _info(columns: Columns, ranges: NDArray[np.float64]) -> dict[str, Any]:
-    return {**infos(columns)[0], "interaction_range": ranges}
+def _names(kind: str, count: int) -> list[str]:
+    return [f"{kind}_{i:0{len(str(count - 1))}d}" for i in range(count)]
 
 
 def parallel_env(scenario: FlockScenario | str | None = None, **options: Any) -> FlockParallelEnv:

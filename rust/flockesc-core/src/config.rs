@@ -112,6 +112,11 @@ pub enum Objective {
 }
 
 impl FlockConfig {
+    /// Number of learned predators.
+    pub(crate) fn num_learned(&self) -> usize {
+        self.predators.iter().filter(|p| p.is_learned()).count()
+    }
+
     /// Parses and checks a document.
     ///
     /// # Errors

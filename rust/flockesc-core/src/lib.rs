@@ -28,6 +28,7 @@ mod episode;
 mod error;
 mod exact;
 mod flock;
+mod frame;
 mod graph;
 mod line;
 mod metrics;
@@ -56,9 +57,9 @@ pub use line::{
 };
 pub use metrics::PredatorDistance;
 pub use neighbor::{NeighborRule, Ranges};
-pub use observation::{Entry, entries};
+pub use observation::{Entry, entries, predator_entries};
 pub use predator::{
-    ConstantVelocity, Intercept, Predator, PredatorConfig, PurePursuit, Target, Wandering,
+    ConstantVelocity, Intercept, Learned, Predator, PredatorConfig, PurePursuit, Target, Wandering,
 };
 pub use reward::Reward;
 pub use rng::episode_seed;

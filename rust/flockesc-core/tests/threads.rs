@@ -37,6 +37,7 @@ fn run(
     num_threads: usize,
 ) -> Trajectory {
     let schedule = Schedule {
+        controls: vec![],
         values: values.to_vec(),
         rows: 1,
         columns: values.len(),
@@ -164,10 +165,17 @@ fn play<const D: usize>(
     let mut steps = Vec::new();
     while !batch.episode(0).expect("an episode").has_ended() {
         let metrics = batch
-            .step_measured(&ranges, false, &mut rewards, &mut observations, |episode| {
-                let distance = episode.world().predator_distance();
-                [distance.mean.to_bits(), distance.minimum.to_bits()]
-            })
+            .step_measured(
+                &ranges,
+                &[],
+                false,
+                &mut rewards,
+                &mut observations,
+                |episode| {
+                    let distance = episode.world().predator_distance();
+                    [distance.mean.to_bits(), distance.minimum.to_bits()]
+                },
+            )
             .expect("good ranges");
         let rewards = rewards.chunks_exact(rows);
         let observations = observations.chunks_exact(rows * batch.row_length());

@@ -122,6 +122,7 @@ fn slots_restart_at_their_own_horizon() {
             crowd
                 .step_measured(
                     &vec![4.0; rows],
+                    &[],
                     true,
                     &mut rewards,
                     &mut observations,

@@ -11,7 +11,7 @@ use crate::agents::Agents;
 use crate::config::FlockConfig;
 use crate::metrics::{PredatorDistance, distances};
 use crate::neighbor::{Neighborhood, Ranges};
-use crate::predator::{Predator, Prey};
+use crate::predator::{self, Predator, Prey};
 use crate::rng::{self, Stream};
 use crate::threads;
 
@@ -54,6 +54,11 @@ impl<const D: usize> World<D> {
 
     /// Advances from t to t + dt under `ranges`.
     pub fn step(&mut self, ranges: Ranges<'_>) {
+        let prey = Prey {
+            agents: &self.agents,
+            neighborhood: &self.neighborhood,
+        };
+        predator::accelerate(&mut self.predators, self.config.time_step, prey);
         self.neighborhood.listen(&mut self.agents, ranges);
         std::mem::swap(&mut self.before, &mut self.after);
         for (predator, after) in self.predators.iter_mut().zip(&mut self.after) {
@@ -80,6 +85,12 @@ impl<const D: usize> World<D> {
         self.predator_distance = PredatorDistance::of(&self.agents.groups, self.agents.len());
     }
 
+    /// Sets what learned predators are steered by from now on: D entries in [-1, 1] for each; none: they fly straight
+    /// on.
+    pub fn control(&mut self, controls: &[f64]) {
+        predator::control(&mut self.predators, controls);
+    }
+
     /// The parameters.
     #[must_use]
     pub fn config(&self) -> &FlockConfig {
@@ -102,6 +113,14 @@ impl<const D: usize> World<D> {
     #[must_use]
     pub fn predators(&self) -> &[Predator<D>] {
         &self.predators
+    }
+
+    /// What predators see.
+    pub(crate) fn prey(&self) -> Prey<'_, D> {
+        Prey {
+            agents: &self.agents,
+            neighborhood: &self.neighborhood,
+        }
     }
 
     /// Mean and minimum predator distance.

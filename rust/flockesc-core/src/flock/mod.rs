@@ -12,6 +12,6 @@ pub use initial::{
     AlignedHeadings, Clusters, Disc, Gaussian, InitialHeadings, InitialPositions, InitialState,
     RandomHeadings, Ring, Segment, Square,
 };
-pub(crate) use simulate::check_ranges;
 pub use simulate::{Schedule, Trajectory, simulate_flock};
+pub(crate) use simulate::{check_controls, check_ranges};
 pub(crate) use summary::{HALF_COUNT, Summary};

@@ -2,8 +2,10 @@
 
 mod constant_velocity;
 mod intercept;
+mod learned;
 mod prey;
 mod pure_pursuit;
+mod sighting;
 mod steering;
 mod wandering;
 
@@ -13,8 +15,11 @@ use serde::Deserialize;
 
 pub use constant_velocity::ConstantVelocity;
 pub use intercept::Intercept;
+pub use learned::Learned;
+pub(crate) use learned::{accelerate, control};
 pub(crate) use prey::Prey;
 pub use pure_pursuit::{PurePursuit, Target};
+pub(crate) use sighting::Sighting;
 pub use wandering::Wandering;
 
 use crate::config;
@@ -32,6 +37,8 @@ pub enum PredatorConfig {
     Intercept(Intercept),
     /// Turns at random.
     Wandering(Wandering),
+    /// Is steered from outside.
+    Learned(Learned),
 }
 
 impl PredatorConfig {
@@ -42,7 +49,13 @@ impl PredatorConfig {
             Self::PurePursuit(strategy) => (&strategy.position, &strategy.velocity),
             Self::Intercept(strategy) => (&strategy.position, &strategy.velocity),
             Self::Wandering(strategy) => (&strategy.position, &strategy.velocity),
+            Self::Learned(strategy) => (&strategy.position, &strategy.velocity),
         }
+    }
+
+    /// Whether it is steered from outside.
+    pub(crate) fn is_learned(&self) -> bool {
+        matches!(self, Self::Learned(_))
     }
 
     pub(crate) fn check(&self, path: &str, dimension: usize) -> Result<()> {
@@ -51,6 +64,7 @@ impl PredatorConfig {
             Self::PurePursuit(_) => "pure_pursuit",
             Self::Intercept(_) => "intercept",
             Self::Wandering(_) => "wandering",
+            Self::Learned(_) => "learned",
         };
         let (position, velocity) = self.start();
         for (name, entries) in [("position", position), ("velocity", velocity)] {
@@ -61,6 +75,7 @@ impl PredatorConfig {
             Self::PurePursuit(strategy) => strategy.check(&format!("{path}.{kind}")),
             Self::Intercept(strategy) => strategy.check(&format!("{path}.{kind}")),
             Self::Wandering(strategy) => strategy.check(&format!("{path}.{kind}")),
+            Self::Learned(strategy) => strategy.check(&format!("{path}.{kind}")),
         }
     }
 }
@@ -75,6 +90,9 @@ pub struct Predator<const D: usize> {
     strategy: PredatorConfig,
     /// Name of the agent that it is after, where it keeps to one.
     kept: Option<usize>,
+    /// What steers it, where it is learned: an action, and the change of velocity in m/s that the step being made owes to it.
+    control: SVector<f64, D>,
+    push: SVector<f64, D>,
 }
 
 impl<const D: usize> Predator<D> {
@@ -88,6 +106,8 @@ impl<const D: usize> Predator<D> {
             velocity: embed(velocity),
             strategy: config.clone(),
             kept: None,
+            control: SVector::zeros(),
+            push: SVector::zeros(),
         }
     }
 
@@ -105,6 +125,9 @@ impl<const D: usize> Predator<D> {
             }
             PredatorConfig::Wandering(strategy) => {
                 self.velocity = strategy.steer(&self.velocity, time_step, rng);
+            }
+            PredatorConfig::Learned(strategy) => {
+                self.velocity = strategy.steer(&self.velocity, &self.push);
             }
         }
     }

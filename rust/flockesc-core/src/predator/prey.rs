@@ -15,13 +15,13 @@ pub(crate) struct Prey<'a, const D: usize> {
 
 /// One agent.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Quarry<const D: usize> {
+pub(crate) struct Quarry<const D: usize> {
     /// The index that users know.
-    pub(super) name: usize,
+    pub(crate) name: usize,
     /// r in m.
-    pub(super) position: SVector<f64, D>,
+    pub(crate) position: SVector<f64, D>,
     /// v in m/s.
-    pub(super) velocity: SVector<f64, D>,
+    pub(crate) velocity: SVector<f64, D>,
 }
 
 impl<const D: usize> Prey<'_, D> {
@@ -38,7 +38,7 @@ impl<const D: usize> Prey<'_, D> {
     }
 
     /// The agents within `sight` m of `place`, boundary included, in no order that means anything.
-    pub(super) fn within(
+    pub(crate) fn within(
         &self,
         place: &SVector<f64, D>,
         sight: f64,
