@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
 from flockesc_env._checks import FloatArray, as_array
-from flockesc_env.errors import ActionError, ScenarioError
+from flockesc_env.errors import ActionError, ArgumentError, ScenarioError
 from flockesc_env.scenario import FlockScenario, Learned, Predator
 from flockesc_env.spaces import ObservationLayout, predator_layout
 
@@ -104,11 +104,20 @@ class Coast:
 
 
 class Chase:
-    """Accelerates toward the nearest agent with all its strength."""
+    """Accelerates toward its target with all its strength.
+
+    Args:
+        target: ``"nearest"``: the agent nearest to it; ``"centroid"``: the mean position of all agents.
+    """
+
+    def __init__(self, target: Literal["nearest", "centroid"] = "nearest") -> None:
+        if target not in {"nearest", "centroid"}:
+            raise ArgumentError("target", "one of nearest, centroid", repr(target))
+        self.target = target
 
     def act(self, observations: Observations, control: PredatorControl) -> NDArray[Any]:
-        """Choose the direction toward the nearest agent for every row."""
-        first = control.layout.index("nearest_direction_ahead")
+        """Choose the direction toward the target for every row."""
+        first = control.layout.index(f"{self.target}_direction_ahead")
         return observations[:, first : first + control.dimension]
 
 

@@ -342,6 +342,12 @@ mod tests {
                 "predators[0].pure_pursuit.max_turn_rate",
             ),
             (
+                "/predators/0",
+                json!({"learned": {"position": [0.0, 0.0], "velocity": [1.0, 0.0],
+                                   "max_acceleration": 20.0, "max_speed": 0.0}}),
+                "predators[0].learned.max_speed",
+            ),
+            (
                 "/predators/0/constant_velocity/position",
                 json!([1.0, 2.0, 3.0]),
                 "predators[0].constant_velocity.position",

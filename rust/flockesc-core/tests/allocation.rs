@@ -8,7 +8,9 @@ use std::sync::Arc;
 
 use allocation_counter::measure;
 use common::scenario;
-use flockesc_core::{EscapeForce, InitialState, Line, LineConfig, Ranges, World};
+use flockesc_core::{
+    EscapeForce, InitialState, Learned, Line, LineConfig, PredatorConfig, Ranges, World,
+};
 
 const AGENTS: usize = 300;
 /// Long enough for the flock to spread far, and for its agents to be arranged anew several times.
@@ -57,6 +59,37 @@ fn a_flock_in_space_under_one_range() {
 #[test]
 fn a_flock_in_space_under_ranges_of_its_agents() {
     assert_steps_allocate_nothing::<3>(false);
+}
+
+fn assert_steered_steps_allocate_nothing<const D: usize>() {
+    let mut config = scenario(AGENTS, D, STEPS, 100.0);
+    config.predators = vec![
+        PredatorConfig::Learned(Learned {
+            position: vec![-30.0, -30.0],
+            velocity: vec![10.0, 10.0],
+            max_acceleration: 20.0,
+            max_speed: 15.0,
+        });
+        2
+    ];
+    let mut world = World::<D>::new(Arc::new(config), &InitialState::seeded(0));
+    let mut controls = vec![0.0; 2 * D];
+    let mut step = |step: usize| {
+        for (index, control) in controls.iter_mut().enumerate() {
+            *control = ((step + 7 * index) as f64 / 10.0).sin();
+        }
+        world.control(&controls);
+        world.step(Ranges::Shared(range(step)));
+    };
+    (0..STEPS).for_each(&mut step);
+    let after = measure(|| (STEPS..2 * STEPS).for_each(&mut step));
+    assert_eq!(after.count_total, 0);
+}
+
+#[test]
+fn a_flock_after_which_learned_predators_are_steered() {
+    assert_steered_steps_allocate_nothing::<2>();
+    assert_steered_steps_allocate_nothing::<3>();
 }
 
 /// A line has room for all from the start.
