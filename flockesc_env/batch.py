@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +23,10 @@ Columns = dict[str, NDArray[Any]]
 """``info`` of several flocks without ``interaction_range``: an array per key, with an entry per flock."""
 
 Step = tuple[Observations, FloatArray, NDArray[np.bool], FloatArray, Columns]
-"""Observations (num_flocks * rows, entries), rewards (num_flocks * rows,), whether each flock has reached its
-horizon (num_flocks,), ranges in m (num_flocks * rows,), and columns of ``info``."""
+"""Observations (num_flocks * rows, entries), rewards (num_flocks * rows,), whether the episode of each flock has
+ended (num_flocks,), ranges in m (num_flocks * rows,), and columns of ``info``."""
+
+AtEnd = Literal["refuse", "restart", "stay"]
 
 STARTS: Final = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
 """Keys of the ``options`` of a reset."""
@@ -132,7 +134,7 @@ class FlockBatch:
         actions: Any,
         *,
         label: Label = STACKED,
-        restart: bool = False,
+        at_end: AtEnd = "refuse",
         out: tuple[Observations, FloatArray] | None = None,
         controls: FloatArray | None = None,
     ) -> Step:
@@ -141,23 +143,24 @@ class FlockBatch:
         Args:
             actions: shape (num_flocks * rows, 1) or, where discrete, (num_flocks * rows,).
             label: names an action in an error.
-            restart: whether a slot at its horizon ignores its action, starts the next episode of its schedule
-                and is paid 0, instead of being refused.
+            at_end: what a slot does whose episode has ended: it refuses to step or ignores its action, is paid 0
+                and starts the next episode of its schedule (``"restart"``) or stays as it is (``"stay"``).
             out: arrays for the observations and rewards; ``None``: new ones.
             controls: actions of the learned predators, shape (num_flocks * predators, D), from
                 ``predator_control``; ``None``: those of the predator policy or, without one, 0.
 
         Raises:
-            ActionError: for a wrong dtype or shape, or an action outside of the action space.
-            EpisodeError: if a slot was never reset or, without ``restart``, has reached its horizon.
+            ActionError: for a wrong dtype or shape, or an action outside of the action space, save those of
+                agents that were caught before.
+            EpisodeError: if a slot was never reset or its episode has ended and that is refused.
         """
         controls = self._controls() if controls is None else controls
-        step = self._core.step(actions, restart, out, controls)
+        step = self._core.step(actions, at_end, out, controls)
         if step is None:
-            ignored = np.repeat(self._core.ended(), self.rows) if restart else None
+            ignored = self._core.ignored(at_end)
             count = self.num_flocks * self.rows
             plain = self.control.actions.plain(actions, count, label, ignored)
-            step = self._core.step(plain, restart, out, controls)
+            step = self._core.step(plain, at_end, out, controls)
             assert step is not None  # noqa: S101, what `plain` returns is what the core takes
         return step
 
@@ -165,7 +168,7 @@ class FlockBatch:
         """Do as ``step`` for the only action of a batch of one row.
 
         Returns:
-            Observation (entries,), reward, whether the flock has reached its horizon, and ``info``.
+            Observation (entries,), reward, whether the episode has ended, and ``info``.
 
         Raises:
             ActionError: naming ``action``, as ``step``.
@@ -194,6 +197,10 @@ class FlockBatch:
         """Return the connected components under the ranges of the last action, shape (num_flocks,)."""
         return self._core.num_components()
 
+    def caught(self) -> NDArray[np.bool]:
+        """Return which agents were caught, shape (num_flocks, n)."""
+        return self._core.caught()
+
     def state(self, slot: int) -> dict[str, Any]:
         """Return a copy of everything that moves in one slot, with ``step`` and ``interaction_range``."""
         return self._core.state(slot)
@@ -204,6 +211,11 @@ class FlockBatch:
         observations = self._core.observe_predators(range(self.num_flocks))
         actions = self._predator_policy.act(observations, self.predator_control)
         return self.predator_control.plain(actions, len(observations), "actions of the predator policy")
+
+
+def is_over(columns: Mapping[str, Any]) -> Any:
+    """Return whether nobody is left, so that an episode terminates instead of being truncated: one per flock."""
+    return columns["fraction_surviving"] == 0.0
 
 
 def infos(columns: Columns) -> list[dict[str, Any]]:

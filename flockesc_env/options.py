@@ -12,7 +12,7 @@ from flockesc_env.errors import ScenarioError
 from flockesc_env.scenario import FlockScenario
 
 ActionMode = Literal["normalized", "range", "discrete"]
-Objective = Literal["mean", "minimum"]
+Objective = Literal["mean", "minimum", "survival"]
 Reward = Literal["running_minimum", "distance", "own_distance", "own_distance_change", "terminal"]
 LineReward = Literal["difference", "terminal"]
 
@@ -73,10 +73,10 @@ class EnvOptions(ActionOptions):
 
     Attributes:
         objective: ``"mean"``: keep the mean predator distance large (Eq. 12); ``"minimum"``: the minimum
-            predator distance (Eq. 13).
+            predator distance (Eq. 13); ``"survival"``: the share of agents that are not caught.
         reward: ``"running_minimum"``: r_t = m_t - m_(t-1), m the objective's running minimum, so that the
-            return is exactly the objective minus its start; ``"distance"``: the objective's distance over
-            the number of steps; ``"terminal"``: the objective minus its start, at the end. With one range
+            return is exactly the objective minus its start; ``"distance"``: the objective's value over the
+            number of steps; ``"terminal"``: the objective minus its start, at the end. With one range
             per agent also ``"own_distance"``: as ``"distance"``, each agent its own; and
             ``"own_distance_change"``: d_i(t) - d_i(t-1), which tells an agent at once what it gained.
         predator_sensing_range: distance in m up to which observations show a predator;
@@ -100,6 +100,11 @@ class EnvOptions(ActionOptions):
             object.__setattr__(self, "predator_sensing_range", sensing)
         if not isinstance(self.count_components, bool):
             raise ScenarioError("count_components", "True or False", repr(self.count_components))
+
+    @property
+    def is_own(self) -> bool:
+        """Whether the reward pays every agent its own."""
+        return self.reward.startswith("own_")
 
     def to_core(self, scenario: FlockScenario, *, per_agent: bool) -> str:
         """Return the JSON document that the core takes."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
@@ -75,6 +76,18 @@ class PredatorControl:
             raise ActionError(name, _BOUNDS, plain.tolist())
         return plain[np.newaxis]
 
+    def plain_of(self, names: list[str], actions: Mapping[str, Any]) -> FloatArray:
+        """Return the actions of some agents as new float64, shape (len(names), D).
+
+        Raises:
+            ActionError: naming the agent whose action is missing or, as ``plain``, wrong.
+        """
+        labels = {name: f"action of {name!r}" for name in names}
+        for name, label in labels.items():
+            if name not in actions:
+                raise ActionError(label, "an action", "none")
+        return np.concatenate([self.plain_one(actions[name], label) for name, label in labels.items()])
+
 
 class PredatorPolicy(Protocol):
     """Anything that turns observation rows of learned predators into their actions.
@@ -142,10 +155,12 @@ def with_learned(scenario: FlockScenario) -> FlockScenario:
 def opposite(rewards: FloatArray, *, is_own: bool) -> float:
     """Return what a predator is paid where the agents are paid ``rewards``: minus their mean.
 
-    Team rewards pay every agent the same, so that flock and predator get exactly opposite rewards.
+    Team rewards pay every agent the same, save those that were caught, who are paid 0; minus that is what a
+    predator is paid for them, so that it gets exactly the opposite of the flock.
     """
-    mean = math.fsum(rewards.tolist()) / len(rewards) if is_own else float(rewards[0])
-    return 0.0 - mean
+    if is_own:
+        return 0.0 - math.fsum(rewards.tolist()) / len(rewards)
+    return 0.0 - float(rewards[np.argmax(np.abs(rewards))])
 
 
 def _numbers(value: Any, shape: tuple[int, ...], name: str) -> FloatArray:

@@ -162,7 +162,7 @@ def _layout(
     steps, agents, axes = scenario.num_steps, scenario.num_agents, scenario.dimension
     learned = sum(isinstance(predator, Learned) for predator in scenario.predators)
     is_shared = columns["interaction_ranges"].shape[1:] == (1,)
-    per_time = ("times", "mean_distance", "min_distance", "polarization")
+    per_time = ("times", "mean_distance", "min_distance", "polarization", "fraction_surviving")
     return {
         "interaction_ranges": ("float64", (steps, 1 if is_shared else agents)),
         "predator_actions": ("float64", (steps, learned, axes)),
@@ -170,5 +170,6 @@ def _layout(
         "velocities": ("float64", (steps + 1, agents, axes)),
         "predator_positions": ("float64", (steps + 1, len(scenario.predators), axes)),
         "num_components": ("int64", (steps + 1,)),
+        "caught_at": ("int64", (agents,)),
         **dict.fromkeys(per_time, ("float64", (steps + 1,))),
     }

@@ -28,13 +28,16 @@ class Episodes:
         seeds: shape (seeds,).
         min_mean_distance: J_mean in m (Eq. 12), shape (seeds,).
         min_min_distance: J_min in m (Eq. 13), shape (seeds,).
+        fraction_surviving: share of the agents that were not caught by the end, shape (seeds,).
         num_components: connected components at the end, shape (seeds,).
-        mean_return: sum of the rewards, averaged over agents, shape (seeds,).
+        mean_return: sum of the rewards, averaged over agents, shape (seeds,). An agent that was caught is paid
+            no more.
     """
 
     seeds: NDArray[np.uint64]
     min_mean_distance: FloatArray
     min_min_distance: FloatArray
+    fraction_surviving: FloatArray
     num_components: IntArray
     mean_return: FloatArray
 
@@ -95,7 +98,7 @@ def rollout(
         finished += len(chunk)
         if progress is not None:
             progress(finished, len(checked))
-    names = ("min_mean_distance", "min_min_distance", "num_components", "mean_return")
+    names = ("min_mean_distance", "min_min_distance", "fraction_surviving", "num_components", "mean_return")
     columns = {name: np.concatenate([part[name] for part in parts]) for name in names}
     return Episodes(seeds=np.array(checked, np.uint64), **columns)
 
@@ -131,7 +134,9 @@ def record(
     ranges = np.array([ranges for ranges, _ in episode_steps(batch, policy, [as_seed(seed)])])
 
     def schedule(actions: FloatArray) -> FloatArray:
-        return np.repeat(actions, env_options.steps_per_action, axis=0)[: scenario.num_steps]
+        held = np.repeat(actions, env_options.steps_per_action, axis=0)[: scenario.num_steps]
+        rest = scenario.num_steps - len(held)  # nobody is left to listen or to be hunted
+        return np.concatenate([held, np.repeat(held[-1:], rest, axis=0)])
 
     predator_actions = None if hunter is None else schedule(np.array(hunter.actions))
     return simulate(batch.scenario, schedule(ranges), seed=seed, predator_actions=predator_actions)
@@ -153,7 +158,7 @@ class _Noting:
 def episode_steps(
     batch: FlockBatch, policy: Policy, seeds: Sequence[int]
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Step the flocks of ``seeds``, one per slot, under a policy to the horizon.
+    """Step the flocks of ``seeds``, one per slot, under a policy to the horizon, or until nobody is left.
 
     Yields:
         After every action: ranges in m and rewards, both of shape (num_flocks * rows,).
@@ -162,6 +167,6 @@ def episode_steps(
     has_ended = False
     while not has_ended:
         actions = policy.act(observations, batch.control)
-        observations, rewards, ended, ranges, _ = batch.step(actions)
+        observations, rewards, ended, ranges, _ = batch.step(actions, at_end="stay")
         has_ended = bool(ended.all())
         yield ranges, rewards

@@ -21,7 +21,10 @@ from flockesc_env.seeds import fresh_seed
 
 
 class _BatchVecEnv(VecEnv):
-    """A batch of flocks with ``rows`` slots each; all slots of a flock share its episode."""
+    """A batch of flocks with ``rows`` slots each; all slots of a flock share its episode.
+
+    It is truncated at the horizon and terminated once nobody is left.
+    """
 
     _per_agent: ClassVar[bool]
 
@@ -79,7 +82,7 @@ class _BatchVecEnv(VecEnv):
         self._actions = actions
 
     def step_wait(self) -> VecEnvStepReturn:
-        """Step all flocks; a flock that reaches its horizon is reset at once.
+        """Step all flocks; a flock whose episode has ended is reset at once.
 
         Raises:
             ActionError: for an action outside of the action space.
@@ -102,8 +105,10 @@ class _BatchVecEnv(VecEnv):
         slot_infos: list[dict[str, Any]],
     ) -> None:
         """Reset the flocks that have ended, and keep their last observations in their slots' infos."""
+        is_gone = self._batch.caught() if self._per_agent else self._batch.caught().all(axis=1)
+        goes_on = ~is_gone.ravel()  # but for the horizon, which alone is a truncation
         for slot, last in zip(np.flatnonzero(dones).tolist(), observations[dones], strict=True):
-            slot_infos[slot]["TimeLimit.truncated"] = True
+            slot_infos[slot]["TimeLimit.truncated"] = bool(goes_on[slot])
             slot_infos[slot]["terminal_observation"] = last
         observations[dones], _ = self._batch.reset(np.flatnonzero(ended).tolist())
 
@@ -191,6 +196,9 @@ class AgentVecEnv(_BatchVecEnv):
     """A slot per agent: one policy, shared by all agents, sets the range of each.
 
     Slot ``f * num_agents + i`` is agent i of flock f. ``seed(s)`` gives flock f the seed ``s + f``.
+
+    The number of slots is fixed, so the slot of an agent that was caught stays, as in SuperSuit's ``black_death``:
+    until the episode of its flock ends it sees zeros, is paid 0, its action is ignored, and it is not done.
 
     Args:
         num_flocks: number of flocks; there are ``num_flocks * scenario.num_agents`` slots.

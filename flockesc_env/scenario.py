@@ -202,6 +202,8 @@ class FlockScenario(_Document):
         predator_range: distance rho_p in m up to which agents flee from a predator.
         repulsion_strength: strength s of the flight.
         constant_speed: whether agents keep speed v0 (step 4 of docs/model.md); ``False`` is the literal law.
+        capture_radius: distance in m to the nearest predator up to which an agent is caught at the end of a step
+            and leaves the flock for good; ``None``: nobody is caught.
         predators: any number of any kinds (``ConstantVelocity``, ``PurePursuit``, ``Intercept``,
             ``Wandering``, ``Learned``), also none.
         neighbor_rule: who is a neighbor.
@@ -223,6 +225,7 @@ class FlockScenario(_Document):
     predator_range: float = 30.0
     repulsion_strength: float = 10.0
     constant_speed: bool = True
+    capture_radius: float | None = None
     predators: tuple[Predator, ...] = (ConstantVelocity(),)
     neighbor_rule: NeighborRule = Metric()
 

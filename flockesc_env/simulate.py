@@ -37,6 +37,9 @@ class Trajectory:
         num_components: connected components (weak ones where ranges differ) under the ranges of the step
             that begins at each time, at T of the step that has ended, shape (T + 1,).
         polarization: norm of the mean heading in [0, 1], shape (T + 1,).
+        fraction_surviving: share of the agents that were not caught, shape (T + 1,).
+        caught_at: the step, 1..T, that caught each agent, or -1, shape (n,). From that time on it has velocity
+            0 where it was caught, and all of the above leaves it out.
     """
 
     scenario: FlockScenario
@@ -52,6 +55,8 @@ class Trajectory:
     min_distance: FloatArray
     num_components: IntArray
     polarization: FloatArray
+    fraction_surviving: FloatArray
+    caught_at: IntArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -132,12 +132,18 @@ class FlockSweepResult(SweepResult):
     Attributes:
         min_mean_distance: J_mean = min over t of the mean distance, in m (Eq. 12).
         min_min_distance: J_min = min over t of the minimum distance, in m (Eq. 13).
+        fraction_surviving: share of the agents that were not caught by the horizon.
     """
 
     min_mean_distance: FloatArray
     min_min_distance: FloatArray
+    fraction_surviving: FloatArray
 
-    objectives: ClassVar[dict[str, str]] = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
+    objectives: ClassVar[dict[str, str]] = {
+        "mean": "min_mean_distance",
+        "minimum": "min_min_distance",
+        "survival": "fraction_surviving",
+    }
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,6 +21,8 @@ class FlockState:
     velocities: Floats
     predator_positions: Floats
     predator_velocities: Floats
+    names: NDArray[np.int64] | None = None
+    """Indices at t = 0 of the agents that are left; ``None``: all are."""
 
 
 def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats) -> FlockState:
@@ -39,7 +41,7 @@ def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats) 
 
 
 def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> FlockState:
-    """Advance one step; ``ranges`` has one entry per agent."""
+    """Advance one step; ``ranges`` has one entry per agent that is left."""
     r, v = state.positions, state.velocities
     neighbors = directed_graph(r, ranges)
     force = np.zeros_like(v)
@@ -57,8 +59,12 @@ def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> Fl
         for i in range(len(r)):
             new_v[i] = scenario.speed * new_v[i] / np.linalg.norm(new_v[i]) if new_v[i].any() else v[i]
     new_predators = state.predator_positions + scenario.time_step * state.predator_velocities
+    names = np.arange(len(r)) if state.names is None else state.names
+    if scenario.capture_radius is not None:
+        escapes = predator_distances(new_r, new_predators) > scenario.capture_radius
+        new_r, new_v, names = new_r[escapes], new_v[escapes], names[escapes]
     new_predator_v = state.predator_velocities.copy()
-    for k, predator in enumerate(scenario.predators):
+    for k, predator in enumerate(scenario.predators if len(new_r) else ()):
         nearest = np.argmin(np.linalg.norm(new_r - new_predators[k], axis=1))
         if isinstance(predator, PurePursuit):
             targets = {
@@ -75,7 +81,7 @@ def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> Fl
             gain = predator.navigation_constant * scenario.time_step
             limit = predator.max_turn_rate * scenario.time_step
             new_predator_v[k] = navigated(new_predator_v[k], rate, gain, limit)
-    return FlockState(new_r, new_v, new_predators, new_predator_v)
+    return FlockState(new_r, new_v, new_predators, new_predator_v, names)
 
 
 def turned(velocity: Floats, sight: Floats, limit: float) -> Floats:

@@ -19,6 +19,7 @@ INFO_KEYS = {
     "min_mean_distance",
     "min_min_distance",
     "polarization",
+    "fraction_surviving",
     "interaction_range",
 }
 

@@ -20,6 +20,8 @@ from flockesc_env.batch import FlockBatch
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
+MINIMA = {"mean": "min_mean_distance", "minimum": "min_min_distance", "survival": "fraction_surviving"}
+
 HUNTERS = (
     Learned((-10.0, -5.0), (6.0, 8.0)),
     Learned((40.0, 20.0), (-3.0, 1.0), max_acceleration=60.0, max_speed=7.0),
@@ -172,8 +174,8 @@ def test_predators_are_paid_the_opposite(reward: str, objective: str, steps_per_
         total += rewards["predator_0"]
     if reward in {"running_minimum", "terminal"}:
         start = environment.reset(seed=0)[1]["agent_00"]
-        name = "mean" if objective == "mean" else "min"
-        change = start[f"min_{name}_distance"] - infos["agent_00"][f"min_{name}_distance"]
+        name = MINIMA[objective]
+        change = start[name] - infos["agent_00"][name]
         assert total == pytest.approx(change, abs=1e-12)
 
 

@@ -20,6 +20,7 @@ INFO_KEYS = {
     "min_mean_distance",
     "min_min_distance",
     "polarization",
+    "fraction_surviving",
     "interaction_range",
 }
 

@@ -374,3 +374,76 @@ def test_sb3_trains_a_predator_and_a_flock_against_it() -> None:
         FixedRange(10.0), [0, 1], scenario=hunted(), predator_policy=SB3Policy(hunter), batch_size=2
     )
     assert np.isfinite(outcome.min_mean_distance).all()
+
+
+def captured(dimension: int = 2, **changes: Any) -> FlockScenario:
+    """Return a flock in the middle of which two predators start, who catch whoever is near."""
+    hunters = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
+    fields = {"capture_radius": 12.0, "num_agents": 12, "predators": hunters}
+    return small_flock(dimension, **{**fields, **changes})
+
+
+# A caught agent sees nothing any more.
+@pytest.mark.filterwarnings("ignore:Observation numpy array is all zeros:UserWarning")
+@dimensions
+@different_views
+@pytest.mark.parametrize("radius", [4.0, 12.0, 500.0])
+def test_predators_stay_while_agents_are_caught(dimension: int, radius: float) -> None:
+    scenario = captured(dimension, capture_radius=radius)
+    parallel_api_test(parallel_env(scenario), num_cycles=30)
+    api_test(flockesc_env.env(scenario), num_cycles=30)
+    for reward in ("running_minimum", "distance", "own_distance"):
+        environment, arrays = (parallel_env(scenario, reward=reward) for _ in range(2))
+        environment.reset(seed=1)
+        arrays.reset_array(seed=1)
+        while environment.agents:
+            before = environment.agents
+            assert before[-2:] == ["predator_0", "predator_1"]
+            actions = sample(environment)
+            flock = np.zeros((12, 1), np.float32)
+            for agent in before[:-2]:
+                flock[int(agent.removeprefix("agent_"))] = actions[agent]
+            hunters = np.stack([actions[agent] for agent in before[-2:]])
+            _, together, *_ = arrays.step_array(flock, hunters)
+            observations, rewards, terminations, truncations, _ = environment.step(actions)
+            paid = [rewards[agent] for agent in before[:-2]]
+            mean = np.mean(together) if reward.startswith("own_") else paid[0]
+            assert rewards["predator_0"] == rewards["predator_1"] == pytest.approx(-mean, abs=1e-12)
+            for name in before[-2:]:
+                assert environment.observation_space(name).contains(observations[name])
+            survivors = [agent for agent in before[:-2] if not terminations[agent]]
+            assert terminations["predator_0"] is (not survivors)
+            assert truncations["predator_0"] is (not environment.agents and bool(survivors))
+            assert environment.agents in ([], [*survivors, "predator_0", "predator_1"])
+    if radius == 500.0:
+        assert terminations["predator_1"]
+
+
+@dimensions
+@pytest.mark.parametrize("per_agent", [False, True])
+def test_pursuit_ends_with_the_last_agent(dimension: int, per_agent: bool) -> None:
+    alone = captured(dimension, predators=(Learned((10.0, 10.0), (5.0, 0.0)),))
+    for radius in (4.0, 500.0):
+        scenario = alone.replace(capture_radius=radius)
+        options = {"per_agent": per_agent, "objective": "survival", "reward": "running_minimum"}
+        check_gymnasium(FlockPursuitEnv(scenario, **options), skip_render_check=True)
+        environment = FlockPursuitEnv(scenario, **options)
+        environment.reset(seed=0)
+        total, is_over = 0.0, False
+        while not is_over:
+            _, reward, terminated, truncated, info = environment.step(np.ones(dimension))
+            total += reward
+            is_over = terminated or truncated
+        assert total == pytest.approx(1 - info["fraction_surviving"])
+        assert terminated is (info["fraction_surviving"] == 0)
+        assert terminated is (radius == 500.0)
+    assert info["fraction_surviving"] == 0
+
+
+def test_a_hunt_that_catches_all_is_replayed(tmp_path: Any) -> None:
+    scenario = captured(capture_radius=500.0)
+    run = record(FixedRange(9.0), 3, scenario=scenario, predator_policy=Spin(), per_agent=True)
+    records.save(run, tmp_path / "run.npz")
+    loaded = records.load(tmp_path / "run.npz").trajectory
+    assert records.differences(loaded, records.replay(loaded)) == []
+    assert run.fraction_surviving[-1] == 0

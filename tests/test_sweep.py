@@ -27,6 +27,7 @@ def result_of(values: np.ndarray) -> FlockSweepResult:
         num_components=np.ones(values.shape, np.int64),
         min_mean_distance=values,
         min_min_distance=-values,
+        fraction_surviving=1.0 / (1.0 + values),
     )
 
 

@@ -22,6 +22,7 @@ _MEANINGS = {
     "escape_distance": "distance of the nearest agent to the predator at the end",
     "num_components": "connected components of the neighbor graph at the end",
     "polarization": "norm of the mean heading at the end, from 0 to 1",
+    "fraction_surviving": "share of the agents that were not caught",
     "converged": "whether the line has come to rest",
     "steps": "steps made",
 }
@@ -81,7 +82,7 @@ def run(
     show(f"{chosen.num_agents} agents, {name}, seed {made.seed}")
     for name, value in outcome.items():
         shown = f"{value:.3f}" if isinstance(value, float) else str(value)
-        show(f"  {name:<17} {shown:>8}  {_MEANINGS[name]}")
+        show(f"  {name:<18} {shown:>8}  {_MEANINGS[name]}")
     if output is not None:
         note(f"saved; to check it: flockesc replay {output}")
     return Exit.DONE
@@ -113,4 +114,5 @@ def _outcome(made: Trajectory | LineTrajectory) -> dict[str, Any]:
         "min_min_distance": float(made.min_distance.min()),
         "num_components": int(made.num_components[-1]),
         "polarization": float(made.polarization[-1]),
+        "fraction_surviving": float(made.fraction_surviving[-1]),
     }

@@ -54,10 +54,10 @@ def run(
         range, arg(help="seeds of the initial states, STOP left out; every range sees the same ones")
     ] = range(40),
     objective: Annotated[
-        Literal["mean", "minimum", "escape_distance"] | None,
+        Literal["mean", "minimum", "survival", "escape_distance"] | None,
         *optional(
-            "what is to be large: the minimum over time of the mean or the minimum predator distance, in m;"
-            " on the line the escape distance",
+            "what is to be large: the minimum over time of the mean or the minimum predator distance, in m, or"
+            " the share of agents that are not caught; on the line the escape distance",
             "mean, on the line escape_distance",
         ),
     ] = None,
@@ -246,9 +246,11 @@ def _show_table(document: dict[str, Any]) -> None:
         ]
         for row in document["ranges"]
     ]
-    show(table([f"range{in_unit}", f"{document['objective']}{in_unit}", "95 % interval", "components"], rows))
+    goal_unit, in_goal_unit = ("", "") if document["objective"] == "survival" else (unit, in_unit)
+    goal = f"{document['objective']}{in_goal_unit}"
+    show(table([f"range{in_unit}", goal, "95 % interval", "components"], rows))
     if document["best_range"] is not None:
         show(
             f"best fixed range: {document['best_range']:.4g}{unit};"
-            f" with the best range of every single seed: {document['hindsight_oracle']:.4f}{unit}"
+            f" with the best range of every single seed: {document['hindsight_oracle']:.4f}{goal_unit}"
         )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env._checks import as_seed
-from flockesc_env.batch import FlockBatch, infos
+from flockesc_env.batch import FlockBatch, infos, is_over
 from flockesc_env.options import EnvOptions
 from flockesc_env.predators import PredatorPolicy
 from flockesc_env.presets import as_scenario
@@ -20,8 +20,8 @@ from flockesc_env.scenario import FlockScenario
 class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
     """A flock under attack, ``flockesc/FlockEscape-v0``; the action is its interaction range.
 
-    Observations, rewards and ``info`` are described in docs/model.md. The horizon truncates; nothing
-    terminates.
+    Observations, rewards and ``info`` are described in docs/model.md. The horizon truncates; a flock of which
+    nobody is left terminates.
 
     Args:
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
@@ -94,12 +94,13 @@ class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
 
         Raises:
             ActionError: for an action outside of the action space.
-            EpisodeError: before ``reset``, or after the horizon.
+            EpisodeError: before ``reset``, or after the end.
         """
         observation, reward, has_ended, info = self._batch.step_one(action)
         if self._viewer is not None:
             self._viewer.update()
-        return observation, reward, False, has_ended, info
+        terminated = bool(is_over(info))
+        return observation, reward, terminated, has_ended and not terminated, info
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return a picture, shape (size, size, 3), or show it in mode ``"human"``.

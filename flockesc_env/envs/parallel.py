@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import compress
 from typing import Any, Literal
 
 import gymnasium
@@ -11,7 +12,7 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
 from flockesc_env._checks import FloatArray, as_seed
-from flockesc_env.batch import STARTS, Columns, FlockBatch, Step, infos
+from flockesc_env.batch import STARTS, Columns, FlockBatch, Step, infos, is_over
 from flockesc_env.errors import ActionError, ArgumentError, EpisodeError
 from flockesc_env.options import EnvOptions
 from flockesc_env.predators import PredatorPolicy, all_learned, opposite
@@ -27,7 +28,8 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
     """A flock under attack; the action of every agent is its own interaction range.
 
     Observations, rewards and ``info`` are described in docs/model.md. Team rewards pay every agent the
-    same. The horizon truncates all agents at once; nothing terminates.
+    same. The horizon truncates all agents at once. An agent that is caught terminates: it gets the reward of the
+    step that caught it and an observation of zeros, and is no agent any more.
 
     Learned predators that no policy steers are agents, too: ``predator_0``, .., with observations and actions
     of their own, each paid minus what the agents of the flock are paid on average.
@@ -92,8 +94,7 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         self._predators = _names("predator", self.predator_control.count if are_agents else 0)
         self.possible_agents = self._flock + self._predators
         self.agents: list[str] = []
-        self._no = dict.fromkeys(self.possible_agents, False)
-        self._yes = dict.fromkeys(self.possible_agents, True)
+        self._caught = np.zeros(count, np.bool)
         self.observation_spaces = {agent: self.control.layout.space() for agent in self._flock}
         self.action_spaces = {agent: self.control.actions.space() for agent in self._flock}
         for hunter in self._predators:
@@ -125,7 +126,8 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
             ArgumentError: naming a bad seed or option; the running episode goes on.
         """
         rows, columns = self._reset(seed, options)
-        return self._by_name(rows, self._seen()), self._infos(columns, np.zeros(len(rows)))
+        observations = self._by_name(self._flock, rows, self._seen())
+        return observations, self._infos(self._flock, columns, np.zeros(len(rows)))
 
     def reset_array(
         self, seed: int | None = None, options: dict[str, Any] | None = None
@@ -148,23 +150,31 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
 
         Raises:
             ActionError: naming an agent that is unknown, missing or whose action is outside of its space.
-            EpisodeError: before ``reset``, or after the horizon.
+            EpisodeError: before ``reset``, or after the end.
         """
-        self._require_agents()
+        self._check_running()
+        agents, acting = self.agents[: len(self.agents) - len(self._predators)], ~self._caught
         controls = None
         if self._predators:
-            controls = self._controls(actions)
+            controls = self.predator_control.plain_of(self._predators, actions)
             actions = {agent: action for agent, action in actions.items() if agent not in self._predators}
-        stacked = self.control.actions.core.stack(actions, self._flock)
+        stacked = self.control.actions.core.stack(actions, agents)
         if stacked is None:
-            stacked = self._stack(actions)
+            stacked = self._stack(actions, agents)
+        if len(agents) < len(acting):
+            stacked = _spread(stacked, acting)
         rows, rewards, ended, ranges, columns = self._step(stacked, self._label, controls)
+        paid = opposite(rewards, is_own=self.options.is_own)
+        if len(agents) < len(acting):
+            rows, rewards, ranges = rows[acting], rewards[acting], ranges[acting]
+        caught = self._caught[acting]
+        count, terminated = len(self._predators), bool(is_over(columns)[0])
         return (
-            self._by_name(rows, self._seen()),
-            self._by_name(rewards.tolist(), [self._opposite(rewards)] * len(self._predators)),
-            self._no.copy(),
-            (self._yes if ended[0] else self._no).copy(),
-            self._infos(columns, ranges),
+            self._by_name(agents, rows, self._seen()),
+            self._by_name(agents, rewards.tolist(), [paid] * count),
+            self._by_name(agents, caught.tolist(), [terminated] * count),
+            self._by_name(agents, (ended[0] & ~caught).tolist(), [bool(ended[0]) and not terminated] * count),
+            self._infos(agents, columns, ranges),
         )
 
     def step_array(
@@ -176,24 +186,24 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         minus the mean of the rewards.
 
         Args:
-            actions: shape (n, 1) or, where discrete, (n,).
+            actions: shape (n, 1) or, where discrete, (n,); those of agents that were caught are ignored.
             predator_actions: where predators are agents: shape (predators, D).
 
         Returns:
             New arrays: observations (n, entries), rewards (n,), terminations (n,), truncations (n,); and an
-            ``info`` of plain numbers, save for ``interaction_range`` of shape (n,).
+            ``info`` of plain numbers, save for ``interaction_range`` of shape (n,). An agent that was caught
+            keeps its row: zeros, with a termination of True.
 
         Raises:
             ActionError: for a wrong dtype or shape, or an action outside of the action space.
-            EpisodeError: before ``reset``, or after the horizon.
+            EpisodeError: before ``reset``, or after the end.
         """
-        self._require_agents()
+        self._check_running()
         controls = None
         if self._predators or predator_actions is not None:
             controls = self.predator_control.plain(predator_actions, len(self._predators))
         rows, rewards, ended, ranges, columns = self._step(actions, STACKED, controls)
-        truncations = np.full(len(rows), ended[0])
-        return rows, rewards, np.zeros(len(rows), np.bool), truncations, self._info(columns, ranges)
+        return rows, rewards, self._caught.copy(), ended[0] & ~self._caught, self._info(columns, ranges)
 
     def state(self) -> NDArray[np.float32]:
         """Return time, running minima, positions and velocities of agents, then of predators, flat."""
@@ -222,11 +232,12 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         start = self._batch.start(known)
         started = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
         self.agents = self.possible_agents.copy()
+        self._caught = np.zeros(len(self._flock), np.bool)
         if self._viewer is not None:
             self._viewer.update()
         return started
 
-    def _require_agents(self) -> None:
+    def _check_running(self) -> None:
         if not self.agents:
             raise EpisodeError("step", "a reset first", "no agents")
 
@@ -234,47 +245,43 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         step = self._batch.step(actions, label=label, controls=controls)
         if step[2][0]:
             self.agents = []
+        if self.scenario.capture_radius is not None:
+            self._caught = self._batch.caught()[0]
+            if self.agents:
+                self.agents = [*compress(self._flock, ~self._caught), *self._predators]
         if self._viewer is not None:
             self._viewer.update()
         return step
 
-    def _stack(self, actions: dict[str, Any]) -> NDArray[Any]:
+    def _stack(self, actions: dict[str, Any], agents: list[str]) -> NDArray[Any]:
         """Stack actions of any form, or say what is wrong with them."""
         for agent in actions:
             if agent not in self.action_spaces:
                 raise ActionError(f"action of {agent!r}", "an agent of this flock", "an unknown agent")
-        for place, agent in enumerate(self._flock):
+            if agent not in agents:
+                raise ActionError(f"action of {agent!r}", "none", "one of an agent that was caught")
+        for agent in agents:
             if agent not in actions:
-                raise ActionError(self._label(place), "an action", "none")
+                raise ActionError(f"action of {agent!r}", "an action", "none")
         one = self.control.actions.one
-        given = [one(actions[agent], self._label(place)) for place, agent in enumerate(self._flock)]
-        return np.stack(given)
-
-    def _controls(self, actions: dict[str, Any]) -> FloatArray:
-        """Return the actions of the predators, shape (predators, D), or say what is wrong with them."""
-        for hunter in self._predators:
-            if hunter not in actions:
-                raise ActionError(f"action of {hunter!r}", "an action", "none")
-        one = self.predator_control.plain_one
-        return np.concatenate([one(actions[hunter], f"action of {hunter!r}") for hunter in self._predators])
+        return np.stack([one(actions[agent], f"action of {agent!r}") for agent in agents])
 
     def _seen(self) -> Observation:
         """Return what the predators see, a row for each that is an agent."""
         return self._batch.observe_predators([0]) if self._predators else np.zeros((0, 0), np.float32)
 
-    def _opposite(self, rewards: FloatArray) -> float:
-        return opposite(rewards, is_own=self.options.reward.startswith("own_"))
-
-    def _by_name(self, flock: Any, predators: Any) -> dict[str, Any]:
+    def _by_name(self, agents: list[str], flock: Any, predators: Any) -> dict[str, Any]:
         return {
-            **dict(zip(self._flock, flock, strict=True)),
+            **dict(zip(agents, flock, strict=True)),
             **dict(zip(self._predators, predators, strict=True)),
         }
 
-    def _infos(self, columns: Columns, ranges: NDArray[np.float64]) -> dict[str, dict[str, Any]]:
+    def _infos(
+        self, agents: list[str], columns: Columns, ranges: NDArray[np.float64]
+    ) -> dict[str, dict[str, Any]]:
         shared = {**infos(columns)[0], "interaction_range": 0.0}
         own: dict[str, dict[str, Any]] = {}
-        for agent, rho in zip(self._flock, ranges.tolist(), strict=True):
+        for agent, rho in zip(agents, ranges.tolist(), strict=True):
             own[agent] = info = shared.copy()  # cheaper than a display with one more key
             info["interaction_range"] = rho
         for hunter in self._predators:
@@ -289,6 +296,13 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
 
     def _label(self, place: int) -> str:
         return f"action of {self._flock[place]!r}"
+
+
+def _spread(stacked: NDArray[Any], acting: NDArray[np.bool]) -> NDArray[Any]:
+    """Return actions with a row for every agent, of which those that do not act mean nothing."""
+    full = np.zeros((len(acting), *stacked.shape[1:]), stacked.dtype)
+    full[acting] = stacked
+    return full
 
 
 def _names(kind: str, count: int) -> list[str]:

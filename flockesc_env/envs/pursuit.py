@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env._checks import as_seed
-from flockesc_env.batch import FlockBatch, Observations, infos
+from flockesc_env.batch import FlockBatch, Observations, infos, is_over
 from flockesc_env.errors import EpisodeError, ScenarioError
 from flockesc_env.options import EnvOptions
 from flockesc_env.policies import FixedRange, Policy
@@ -23,7 +23,7 @@ class FlockPursuitEnv(gymnasium.Env[NDArray[np.float32], Any]):
     """A predator after a flock, ``flockesc/FlockPursuit-v0``; the action is its acceleration.
 
     Observations ("Predator view"), rewards, which are minus those of the flock, and ``info`` are described in
-    docs/model.md. The horizon truncates; nothing terminates.
+    docs/model.md. The horizon truncates; the episode terminates when all agents are caught.
 
     Args:
         scenario: the flock model's parameters, or a preset's name; default: the paper's. One of its predators
@@ -109,8 +109,10 @@ class FlockPursuitEnv(gymnasium.Env[NDArray[np.float32], Any]):
         self._flock_sees, rewards, ended, _, columns = self._batch.step(ranges, controls=controls)
         if self._viewer is not None:
             self._viewer.update()
-        reward = opposite(rewards, is_own=self.options.reward.startswith("own_"))
-        return self._batch.observe_predators([0])[0], reward, False, bool(ended[0]), infos(columns)[0]
+        reward = opposite(rewards, is_own=self.options.is_own)
+        terminated = bool(is_over(columns)[0])
+        truncated = bool(ended[0]) and not terminated
+        return self._batch.observe_predators([0])[0], reward, terminated, truncated, infos(columns)[0]
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return a picture, shape (size, size, 3), or show it in mode ``"human"``.

@@ -11,7 +11,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from flockesc_env._checks import FloatArray, as_count, as_seed
-from flockesc_env.batch import Columns, FlockBatch, Observations
+from flockesc_env.batch import AtEnd, Columns, FlockBatch, Observations, is_over
 from flockesc_env.errors import ArgumentError, EpisodeError
 from flockesc_env.options import EnvOptions
 from flockesc_env.predators import PredatorPolicy
@@ -26,12 +26,12 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
     """Many flocks under attack, ``flockesc/FlockEscape-v0`` by ``gymnasium.make_vec``; one range for each.
 
     It gives what ``SyncVectorEnv`` over ``FlockEscapeEnv`` gives, bit for bit, in one call of the core per
-    step. The horizon is ``scenario.num_steps``.
+    step. The horizon, ``scenario.num_steps``, truncates; a flock of which nobody is left terminates.
 
     Args:
         num_envs: number of flocks.
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
-        autoreset_mode: what happens to a flock at its horizon, as the enum or its value (``"NextStep"``,
+        autoreset_mode: what happens to a flock whose episode has ended, as the enum or its value (``"NextStep"``,
             ``"SameStep"``, ``"Disabled"``).
         copy: whether ``reset`` and ``step`` return new arrays; ``False``: observations and rewards are two
             arrays that the next call overwrites.
@@ -131,19 +131,21 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
 
         Raises:
             ActionError: for an action outside of the action space, save those of slots that are reset.
-            EpisodeError: before ``reset``, or if autoreset is disabled and a slot has reached its horizon.
+            EpisodeError: before ``reset``, or if autoreset is disabled and the episode in a slot has ended.
         """
-        restart = self.autoreset_mode is AutoresetMode.NEXT_STEP
-        observations, rewards, truncations, ranges, columns = self._batch.step(
-            actions, restart=restart, out=self._out
+        at_end: AtEnd = "restart" if self.autoreset_mode is AutoresetMode.NEXT_STEP else "refuse"
+        observations, rewards, ended, ranges, columns = self._batch.step(
+            actions, at_end=at_end, out=self._out
         )
+        terminations = is_over(columns)
+        truncations = ended & ~terminations
         columns["interaction_range"] = ranges
         infos = self._infos(columns, range(self.num_envs))
-        if self.autoreset_mode is AutoresetMode.SAME_STEP and truncations.any():
-            self._restart(truncations, observations, columns, infos)
+        if self.autoreset_mode is AutoresetMode.SAME_STEP and ended.any():
+            self._restart(ended, observations, columns, infos)
         if self._viewer is not None:
             self._viewer.update()
-        return observations, rewards, np.zeros(self.num_envs, np.bool), truncations, infos
+        return observations, rewards, terminations, truncations, infos
 
     def render(self) -> tuple[Any, ...] | None:
         """Return a picture per flock, shape (size, size, 3), or show them side by side in mode ``"human"``.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from flockesc_env._checks import FloatArray
@@ -13,6 +15,7 @@ from flockesc_env.render.frame import FlockFrame
 from flockesc_env.render.ground import draw_ground
 from flockesc_env.render.options import RenderOptions
 from flockesc_env.render.strip import draw_strip
+from flockesc_env.simulate import IntArray
 
 _DART = np.array([(1.0, 0.0), (-0.8, 0.66), (-0.42, 0.0), (-0.8, -0.66)])
 """Corners of a mark, ahead and left, over its length ahead."""
@@ -26,6 +29,8 @@ def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Im
     size = options.size
     canvas, rect = Canvas(size), Rect(0, 0, size, size / VIEW_ASPECT)
     eye = camera(frame.view, rect)
+    chosen = _chosen(frame, options)
+    lost, frame = frame.moment.positions[frame.moment.caught], _survivors(frame)
     ranges = np.broadcast_to(frame.moment.interaction_range, len(frame.moment.positions))
     labels = component_labels(frame.moment.positions, ranges)
     colors = component_colors(labels)
@@ -34,10 +39,11 @@ def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Im
     if frame.view.shape[1] == 3:
         _shadows(canvas, eye, frame)
     _predator_ranges(canvas, eye, frame)
+    _crosses(canvas, eye, lost)
     if options.show == "discs":
-        _interaction_discs(canvas, eye, frame, options, colors)
+        _interaction_discs(canvas, eye, frame, chosen, colors)
     elif options.show == "edges":
-        _edges(canvas, eye, frame, options, colors)
+        _edges(canvas, eye, frame, chosen, colors)
     _trails(canvas, eye, frame, options)
     _marks(canvas, eye, frame, colors)
     canvas.clip(None)
@@ -45,6 +51,35 @@ def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Im
     below = Rect(0, rect.bottom, size, size - rect.bottom)
     draw_strip(canvas, frame, below, num_components=len(np.unique(labels)))
     return canvas.image()
+
+
+def _chosen(frame: FlockFrame, options: RenderOptions) -> IntArray:
+    """Return whose discs or edges are drawn, as indices into what `_survivors` leaves."""
+    caught = frame.moment.caught
+    return np.flatnonzero(np.isin(np.flatnonzero(~caught), options.selected(len(caught))))
+
+
+def _survivors(frame: FlockFrame) -> FlockFrame:
+    """Return the frame with the rows of the agents that have not been caught."""
+    moment, alive = frame.moment, ~frame.moment.caught
+    ranges = moment.interaction_range
+    return replace(
+        frame,
+        moment=replace(
+            moment,
+            positions=moment.positions[alive],
+            velocities=moment.velocities[alive],
+            interaction_range=ranges if len(ranges) < len(alive) else ranges[alive],
+        ),
+    )
+
+
+def _crosses(canvas: Canvas, eye: Camera, places: FloatArray) -> None:
+    """Draw where agents were caught."""
+    centers, _ = eye.project(places)
+    arm = 0.005 * canvas.size * np.array([[(-1.0, -1.0), (1.0, 1.0)], [(-1.0, 1.0), (1.0, -1.0)]])
+    strokes = (centers[:, np.newaxis, np.newaxis] + arm).reshape(-1, 2, 2)
+    canvas.segments(strokes, [FRAME] * len(strokes), 0.0025 * canvas.size)
 
 
 def _shadows(canvas: Canvas, eye: Camera, frame: FlockFrame) -> None:
@@ -72,11 +107,10 @@ def _predator_ranges(canvas: Canvas, eye: Camera, frame: FlockFrame) -> None:
 
 
 def _interaction_discs(
-    canvas: Canvas, eye: Camera, frame: FlockFrame, options: RenderOptions, colors: Colors
+    canvas: Canvas, eye: Camera, frame: FlockFrame, chosen: IntArray, colors: Colors
 ) -> None:
     """Draw the ranges of the last step; whoever is inside of an agent's disc is heard by it."""
     count = len(frame.moment.positions)
-    chosen = options.selected(count)
     centers, scale = eye.project(frame.moment.positions[chosen])
     ranges = np.broadcast_to(frame.moment.interaction_range, count)[chosen]
     far_first = np.argsort(scale, kind="stable")
@@ -84,11 +118,10 @@ def _interaction_discs(
     canvas.discs(centers[far_first], radii, colors[chosen][far_first], 0.16)
 
 
-def _edges(canvas: Canvas, eye: Camera, frame: FlockFrame, options: RenderOptions, colors: Colors) -> None:
+def _edges(canvas: Canvas, eye: Camera, frame: FlockFrame, chosen: IntArray, colors: Colors) -> None:
     """Draw a line between two agents of whom one has heard the other in the last step, or both."""
     positions = frame.moment.positions
     count, dimension = positions.shape
-    chosen = options.selected(count)
     ranges = np.broadcast_to(frame.moment.interaction_range, count)
     reach = np.maximum(ranges[chosen, np.newaxis], ranges)
     squares = sum(
@@ -121,7 +154,7 @@ def _marks(canvas: Canvas, eye: Camera, frame: FlockFrame, colors: Colors) -> No
     points = np.concatenate([moment.positions, moment.predator_positions])
     velocities = np.concatenate([moment.velocities, moment.predator_velocities])
     _, scale = eye.project(points)
-    crowding = np.clip((300 / count) ** 0.25, 0.7, 1.5)
+    crowding = np.clip((300 / max(count, 1)) ** 0.25, 0.7, 1.5)
     lengths = canvas.size * np.repeat([0.0125 * crowding, 0.026], [count, predators])
     near, far = scale.max(), scale.min()
     depth = (near - scale) / (near - far) if near > far else np.zeros_like(scale)

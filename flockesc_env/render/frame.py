@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flockesc_env._checks import FloatArray
 from flockesc_env.render.camera import grow
@@ -26,10 +27,12 @@ class FlockMoment:
         velocities: v_i, shape (n, D).
         predator_positions: r_p, shape (P, D).
         predator_velocities: v_p, shape (P, D).
+        caught: who has been caught, shape (n,); their positions say where.
         interaction_range: rho of the last step, shape (1,) or (n,); 0 before the first.
         mean_distance: mean over agents of the distance to the nearest predator; infinite without predators.
         min_distance: the minimum over agents.
-        objective: J so far: the running minimum of the objective's distance.
+        objective: J so far: the running minimum of the objective's distance; of the mean one where the objective
+            is none.
     """
 
     step: int
@@ -37,6 +40,7 @@ class FlockMoment:
     velocities: FloatArray
     predator_positions: FloatArray
     predator_velocities: FloatArray
+    caught: NDArray[np.bool]
     interaction_range: FloatArray
     mean_distance: float
     min_distance: float
@@ -132,6 +136,7 @@ def recorded_frames(trajectory: Trajectory) -> Iterator[FlockFrame]:
                 velocities=trajectory.velocities[step],
                 predator_positions=trajectory.predator_positions[step],
                 predator_velocities=moves[min(step, len(moves) - 1)],
+                caught=(trajectory.caught_at >= 0) & (trajectory.caught_at <= step),
                 interaction_range=trajectory.interaction_ranges[step - 1] if step else np.zeros(1),
                 mean_distance=float(trajectory.mean_distance[step]),
                 min_distance=float(trajectory.min_distance[step]),

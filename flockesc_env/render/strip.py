@@ -18,10 +18,11 @@ def draw_strip(canvas: Canvas, frame: FlockFrame, rect: Rect, *, num_components:
     size, moment = canvas.size, frame.moment
     canvas.fill(Rect(rect.left, rect.top, rect.width, max(1.0, 0.002 * size)), FRAME)
     one = "" if num_components == 1 else "s"
+    caught = f", {moment.caught.sum()} caught" if moment.caught.any() else ""
     words = [
         f"t = {frame.times[-1]:.2f} s",
         f"range {range_text(moment.interaction_range)} m",
-        f"{num_components} component{one}",
+        f"{num_components} component{one}{caught}",
         f"J = {moment.objective:.1f} m" if np.isfinite(moment.objective) else "no predator",
     ]
     row = rect.top + 0.017 * size
@@ -46,6 +47,8 @@ def draw_strip(canvas: Canvas, frame: FlockFrame, rect: Rect, *, num_components:
 
 def range_text(ranges: FloatArray) -> str:
     """Return the range of all agents or, where they differ, mean and standard deviation."""
+    if not len(ranges):
+        return "-"  # nobody is left
     return f"{ranges[0]:.1f}" if np.ptp(ranges) == 0 else f"{ranges.mean():.1f} ± {ranges.std():.1f}"
 
 

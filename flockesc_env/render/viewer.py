@@ -72,8 +72,9 @@ class FlockViewer(Viewer):
     def update(self) -> None:
         """Take the state of every flock, after a reset or a step."""
         metrics = self._batch.metrics()
+        caught = self._batch.caught()
         objective = metrics[
-            "min_mean_distance" if self._batch.options.objective == "mean" else "min_min_distance"
+            "min_min_distance" if self._batch.options.objective == "minimum" else "min_mean_distance"
         ]
         for slot, history in enumerate(self._histories):
             state = self._batch.state(slot)
@@ -84,6 +85,7 @@ class FlockViewer(Viewer):
                     velocities=state["velocities"],
                     predator_positions=state["predator_positions"],
                     predator_velocities=state["predator_velocities"],
+                    caught=caught[slot],
                     interaction_range=state["interaction_range"],
                     mean_distance=float(metrics["mean_distance"][slot]),
                     min_distance=float(metrics["min_distance"][slot]),

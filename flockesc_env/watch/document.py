@@ -49,9 +49,7 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     in_force = trajectory.interaction_ranges
     ranges = np.concatenate([in_force, in_force[-1:]])
     per_time = ranges[:, 0] if ranges.shape[1] == 1 else ranges
-    labels = np.array(
-        [component_labels(*state) for state in zip(trajectory.positions, per_time, strict=True)]
-    )
+    labels = np.array([_labels(trajectory, step, per_time[step]) for step in range(len(per_time))])
     mean, deviation = ranges.mean(axis=1), ranges.std(axis=1)
     columns = {
         "times": _column(trajectory.times),
@@ -67,6 +65,9 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
         "lowRange": _column(np.maximum(mean - deviation, ranges.min(axis=1))),
         "highRange": _column(np.minimum(mean + deviation, ranges.max(axis=1))),
         "numComponents": _column(trajectory.num_components, "<u4"),
+        "survivors": _column(np.rint(trajectory.fraction_surviving * trajectory.scenario.num_agents), "<u4"),
+        # Who is not caught is so at a time that does not come.
+        "caughtAt": _column(np.where(trajectory.caught_at < 0, 2**32 - 1, trajectory.caught_at), "<u4"),
     }
     return {
         "name": name,
@@ -75,6 +76,16 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
         "scenario": json.loads(trajectory.scenario.to_json()),
         "columns": columns,
     }
+
+
+def _labels(trajectory: Trajectory, step: int, ranges: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the component of every agent, one of its own for each that was caught."""
+    caught = (trajectory.caught_at >= 0) & (trajectory.caught_at <= step)
+    labels = len(caught) + np.arange(len(caught))
+    if not caught.all():
+        own = np.broadcast_to(ranges, caught.shape)[~caught]
+        labels[~caught] = component_labels(trajectory.positions[step][~caught], own)
+    return labels
 
 
 def _headings(velocities: NDArray[np.float64]) -> dict[str, Any]:

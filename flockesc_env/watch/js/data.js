@@ -43,6 +43,11 @@ function stepAt(run, time) {
   return { step, share: Math.max(steps - step, 0) };
 }
 
+/** Whether an agent has been caught at a step. */
+function isCaught(run, step, agent) {
+  return run.caughtAt[agent] <= step;
+}
+
 /** Range of an agent, whether there is one for all or one each. */
 function rangeOf(run, step, agent) {
   return run.ranges[step * run.rangesPerTime + (run.rangesPerTime === 1 ? 0 : agent)];

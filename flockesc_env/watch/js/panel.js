@@ -7,6 +7,7 @@ const STATS = [
   ["minDistance", "nearest agent"],
   ["lowestMean", "lowest mean so far"],
   ["numComponents", "components"],
+  ["survivors", "agents left"],
   ["range", "interaction range"],
 ];
 
@@ -39,6 +40,7 @@ class Panel {
   setRun(run, seedOfPage) {
     this.run = run;
     this.scene.setRun(run);
+    this.values.survivors.parentElement.hidden = run.scenario.capture_radius === null;
     this.title.textContent = run.name;
     this.note.textContent = run.seed === seedOfPage ? "" : run.seed === null ? "given start" : `seed ${run.seed}`;
     this.canvas.setAttribute("role", "img");
@@ -55,6 +57,7 @@ class Panel {
       values[key].replaceChildren(...(Number.isFinite(value) ? quantity(value.toFixed(1)) : ["-"]));
     }
     values.numComponents.textContent = run.numComponents[step];
+    values.survivors.textContent = run.survivors[step];
     const [mean, low, high] = [run.meanRange[step], run.lowRange[step], run.highRange[step]];
     const spread = high > low ? element("small", {}, ` (${low.toFixed(0)}–${high.toFixed(0)})`) : "";
     values.range.replaceChildren(...quantity(mean.toFixed(1)), spread);

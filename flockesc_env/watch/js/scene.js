@@ -39,6 +39,7 @@ class Scene {
     drawGround(context, camera, look.theme);
     this.drawPredators();
     if (camera.isSpatial) this.drawShadows();
+    this.drawCaught();
     const byColor = this.agentsByColor();
     if (look.trails) this.drawTrails(byColor);
     if (look.edges) this.drawEdges();
@@ -75,6 +76,7 @@ class Scene {
     const { run, look, moment } = this;
     const lists = new Map();
     for (let agent = 0; agent < run.numAgents; agent++) {
+      if (isCaught(run, moment.step, agent)) continue;
       const color =
         look.color === "range"
           ? look.theme.ramp(rangeOf(run, moment.step, agent) / (look.largestRange || 1))
@@ -85,6 +87,25 @@ class Scene {
     // The many who are alone must not cover the components.
     const isBehind = ([color]) => color === look.theme.groups[ALONE];
     return [...lists].sort((a, b) => isBehind(b) - isBehind(a));
+  }
+
+  /** A small cross where every agent was caught. */
+  drawCaught() {
+    const { context, run, points, moment, look } = this;
+    context.beginPath();
+    for (let agent = 0; agent < run.numAgents; agent++) {
+      if (!isCaught(run, moment.step, agent)) continue;
+      const [x, y] = [points[3 * agent], points[3 * agent + 1]];
+      context.moveTo(x - 2.5, y - 2.5);
+      context.lineTo(x + 2.5, y + 2.5);
+      context.moveTo(x - 2.5, y + 2.5);
+      context.lineTo(x + 2.5, y - 2.5);
+    }
+    context.lineWidth = 1;
+    context.strokeStyle = look.theme.ink;
+    context.globalAlpha = 0.3;
+    context.stroke();
+    context.globalAlpha = 1;
   }
 
   drawAgents(byColor) {
@@ -126,6 +147,7 @@ class Scene {
     context.fillStyle = look.theme.ink;
     context.globalAlpha = 0.18;
     for (let agent = 0; agent < numAgents; agent++) {
+      if (isCaught(this.run, moment.step, agent)) continue;
       const at = 3 * (moment.step * numAgents + agent);
       camera.project(positions[at], positions[at + 1], camera.box.low[2], out);
       context.fillRect(out[0] - 1, out[1] - 1, 2, 2);

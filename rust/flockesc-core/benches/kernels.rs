@@ -155,7 +155,7 @@ fn flock(num_agents: usize, dimension: usize) -> Result<FlockConfig> {
             "time_step": 0.05, "mass": 0.1, "speed": 10.0, "initial_side": {side:?},
             "initial_positions": {{"square": {{}}}}, "initial_headings": {{"random": {{}}}},
             "initial_plane": false, "predator_range": 30.0, "repulsion_strength": 10.0,
-            "constant_speed": true, "neighbor_rule": {{"metric": {{}}}},
+            "constant_speed": true, "capture_radius": null, "neighbor_rule": {{"metric": {{}}}},
             "predators": [{{"constant_velocity": {{"position": [-30.0, -30.0], "velocity": [10.0, 10.0]}}}}]}}"#
     ))
 }

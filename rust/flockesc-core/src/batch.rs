@@ -18,6 +18,17 @@ use crate::rng::episode_seed;
 use crate::slot::Slot;
 use crate::threads;
 
+/// What a step does with a slot whose episode has ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AtEnd {
+    /// It is an error.
+    Refuse,
+    /// The slot starts its next episode in place of moving, and is paid nothing.
+    Restart,
+    /// The slot stays as it is, and is paid nothing.
+    Stay,
+}
+
 /// A batch of episodes of one scenario, a slot per flock.
 #[derive(Debug, Clone)]
 pub struct Batch<const D: usize> {
@@ -155,7 +166,7 @@ impl<const D: usize> Batch<D> {
     /// writes rewards (as many) and observations (`row_length()` entries for each). Learned predators fly straight on.
     ///
     /// # Errors
-    /// [`Error::Episode`] if a slot was never reset or has reached its horizon; [`Error::Argument`] for a
+    /// [`Error::Episode`] if a slot was never reset or its episode has ended; [`Error::Argument`] for a
     /// range that is negative or not finite or an array of the wrong length. Nothing has changed then.
     pub fn step(
         &mut self,
@@ -163,13 +174,13 @@ impl<const D: usize> Batch<D> {
         rewards: &mut [f64],
         observations: &mut [f32],
     ) -> Result<()> {
-        self.step_measured(ranges, &[], false, rewards, observations, |_| ())
+        self.step_measured(ranges, &[], AtEnd::Refuse, rewards, observations, |_| ())
             .map(drop)
     }
 
     /// As [`Self::step`], and returns what `measure` finds in every slot after it, in the same pass over the
-    /// threads. `controls` steer the learned predators (flock after flock, D entries in [-1, 1] for each), unless empty. With `restart` a slot that has reached its horizon is not refused: it starts its next
-    /// episode in place of moving, and is paid nothing.
+    /// threads. `controls` steer the learned predators (flock after flock, D entries in [-1, 1] for each), unless
+    /// empty.
     ///
     /// # Errors
     /// As [`Self::step`].
@@ -177,12 +188,12 @@ impl<const D: usize> Batch<D> {
         &mut self,
         ranges: &[f64],
         controls: &[f64],
-        restart: bool,
+        at_end: AtEnd,
         rewards: &mut [f64],
         observations: &mut [f32],
         measure: impl Fn(&Episode<D>) -> T + Send + Sync,
     ) -> Result<Vec<T>> {
-        self.check_step(ranges, restart, rewards.len(), observations.len())?;
+        self.check_step(ranges, at_end, rewards.len(), observations.len())?;
         let steered = self.num_flocks() * self.num_learned() * self.scenario.dimension;
         check_controls(controls, steered)?;
         let controls_each = controls.len() / self.num_flocks();
@@ -199,7 +210,7 @@ impl<const D: usize> Batch<D> {
             .zip(observations.chunks_exact_mut(size));
         let measured = spread(pool, work, |((((index, slot), ranges), rewards), out)| {
             let controls = &controls[index * controls_each..(index + 1) * controls_each];
-            if !slot.advance(ranges, controls, rewards) {
+            if !slot.advance(ranges, controls, rewards) && at_end == AtEnd::Restart {
                 slot.start(scenario, config, &InitialState::default());
             }
             slot.episode().map(|episode| {
@@ -281,7 +292,7 @@ impl<const D: usize> Batch<D> {
     fn check_step(
         &self,
         ranges: &[f64],
-        restart: bool,
+        at_end: AtEnd,
         rewards: usize,
         observations: usize,
     ) -> Result<()> {
@@ -290,10 +301,10 @@ impl<const D: usize> Batch<D> {
         check_length("rewards", rewards, rows)?;
         check_length("observations", observations, rows * self.row_length)?;
         for slot in 0..self.num_flocks() {
-            if self.episode(slot)?.has_ended() && !restart {
+            if self.episode(slot)?.has_ended() && at_end == AtEnd::Refuse {
                 return Err(Error::episode(
                     "step",
-                    format!("a reset: the episode in slot {slot} has reached its horizon"),
+                    format!("a reset: the episode in slot {slot} has ended"),
                     "a step",
                 ));
             }

@@ -47,6 +47,8 @@ pub struct FlockConfig {
     pub repulsion_strength: f64,
     /// Whether step 4 (constant speed) is applied; `false` is the literal law of the paper.
     pub constant_speed: bool,
+    /// Distance in m to the nearest predator up to which an agent is caught, at least 0; `None`: nobody is.
+    pub capture_radius: Option<f64>,
     /// Predators; none is allowed.
     pub predators: Vec<PredatorConfig>,
     /// Who is a neighbor.
@@ -101,7 +103,7 @@ pub enum View {
     Agent,
 }
 
-/// Which predator distance is to be kept large.
+/// What is to be kept large: a predator distance, or the flock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Objective {
@@ -109,6 +111,8 @@ pub enum Objective {
     Mean,
     /// The minimum over agents (Eq. 13).
     Minimum,
+    /// The share of agents that have not been caught.
+    Survival,
 }
 
 impl FlockConfig {
@@ -135,6 +139,9 @@ impl FlockConfig {
         config.initial_headings.check(&space)?;
         not_negative("predator_range", config.predator_range)?;
         not_negative("repulsion_strength", config.repulsion_strength)?;
+        if let Some(radius) = config.capture_radius {
+            not_negative("capture_radius", radius)?;
+        }
         for (index, predator) in config.predators.iter().enumerate() {
             predator.check(&format!("predators[{index}]"), config.dimension)?;
         }
@@ -281,6 +288,7 @@ mod tests {
             "speed": 10.0, "initial_side": 100.0, "predator_range": 30.0,
             "initial_positions": {"square": {}}, "initial_headings": {"random": {}},
             "initial_plane": false, "repulsion_strength": 10.0, "constant_speed": true,
+            "capture_radius": null,
             "predators": [{"constant_velocity": {"position": [-30.0, -30.0], "velocity": [10.0, 10.0]}}],
             "neighbor_rule": {"metric": {}}
         })
@@ -319,6 +327,8 @@ mod tests {
             ("/time_step", json!(0.0), "time_step"),
             ("/mass", json!("heavy"), "mass"),
             ("/predator_range", json!(-1.0), "predator_range"),
+            ("/capture_radius", json!(-1.0), "capture_radius"),
+            ("/capture_radius", json!("near"), "capture_radius"),
             ("/initial_positions", json!("torus"), "initial_positions"),
             (
                 "/initial_positions",

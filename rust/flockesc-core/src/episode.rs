@@ -8,7 +8,7 @@ use crate::neighbor::Ranges;
 use crate::observation;
 use crate::reward::Moment;
 
-/// One distance over an episode, in m.
+/// One distance over an episode, in m; or the share of agents that were not caught.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Running {
     /// Value at t = 0.
@@ -45,6 +45,7 @@ pub struct Episode<const D: usize> {
     own_distances_before: Vec<f64>,
     mean_distance: Running,
     min_distance: Running,
+    fraction_surviving: Running,
     summary: Summary<D>,
     /// Ranges of the last action, one or n; 0 before the first.
     ranges: Vec<f64>,
@@ -67,6 +68,7 @@ impl<const D: usize> Episode<D> {
         Self {
             mean_distance: Running::new(world.predator_distance().mean),
             min_distance: Running::new(world.predator_distance().minimum),
+            fraction_surviving: Running::new(world.fraction_surviving()),
             summary: Summary::of(&world),
             config,
             world,
@@ -78,11 +80,12 @@ impl<const D: usize> Episode<D> {
     }
 
     /// Holds `ranges` (one entry, or one per agent) and `controls` (D entries per learned predator; none: they fly
-    /// straight on) for `steps_per_action` steps or until the horizon, and writes what that pays: one entry for the
-    /// flock, or one per agent.
+    /// straight on) for `steps_per_action` steps or until the end, and writes what that pays: one entry for the
+    /// flock, or one per agent, 0 for those that were caught before.
     pub fn advance(&mut self, ranges: &[f64], controls: &[f64], rewards: &mut [f64]) {
         self.world.control(controls);
         self.ranges.copy_from_slice(ranges);
+        let caught_before = self.world.caught().len();
         rewards.fill(0.0);
         for _ in 0..self.config.steps_per_action {
             if self.has_ended() {
@@ -98,9 +101,11 @@ impl<const D: usize> Episode<D> {
             let distance = self.world.predator_distance();
             self.mean_distance.update(distance.mean);
             self.min_distance.update(distance.minimum);
+            self.fraction_surviving
+                .update(self.world.fraction_surviving());
             let objective = self.objective();
             let moment = Moment {
-                distance: objective.now,
+                value: objective.now,
                 minimum_before,
                 minimum: objective.minimum,
                 minimum_at_start: objective.start,
@@ -110,6 +115,11 @@ impl<const D: usize> Episode<D> {
                 is_last: self.has_ended(),
             };
             self.config.reward.add(&moment, rewards);
+        }
+        if self.config.view == View::Agent {
+            for agent in self.world.caught().take(caught_before) {
+                rewards[agent] = 0.0;
+            }
         }
         self.summary = Summary::of(&self.world);
     }
@@ -127,10 +137,10 @@ impl<const D: usize> Episode<D> {
         observation::predator::write(self, out);
     }
 
-    /// Whether the horizon is reached.
+    /// Whether the horizon is reached or nobody is left.
     #[must_use]
     pub fn has_ended(&self) -> bool {
-        self.step >= self.world.config().num_steps
+        self.step >= self.world.config().num_steps || self.world.agents().len() == 0
     }
 
     /// Steps of the model made.
@@ -163,12 +173,19 @@ impl<const D: usize> Episode<D> {
         self.min_distance
     }
 
-    /// The distance that the objective is about.
+    /// Share of the agents that were not caught.
+    #[must_use]
+    pub fn fraction_surviving(&self) -> Running {
+        self.fraction_surviving
+    }
+
+    /// What the objective is about.
     #[must_use]
     pub fn objective(&self) -> Running {
         match self.config.objective {
             Objective::Mean => self.mean_distance,
             Objective::Minimum => self.min_distance,
+            Objective::Survival => self.fraction_surviving,
         }
     }
 
@@ -209,6 +226,8 @@ pub struct Metrics {
     pub min_min_distance: f64,
     /// Norm of the mean heading.
     pub polarization: f64,
+    /// Share of the agents that were not caught.
+    pub fraction_surviving: f64,
 }
 
 impl Metrics {
@@ -221,6 +240,7 @@ impl Metrics {
             min_mean_distance: episode.mean_distance().minimum,
             min_min_distance: episode.min_distance().minimum,
             polarization: episode.polarization(),
+            fraction_surviving: episode.fraction_surviving().now,
         }
     }
 }

@@ -42,7 +42,7 @@ mod sweep;
 mod threads;
 mod vector;
 
-pub use batch::Batch;
+pub use batch::{AtEnd, Batch};
 pub use config::{EpisodeConfig, FlockConfig, LineConfig, MAX_AGENTS, MAX_STEPS, Objective, View};
 pub use episode::{Episode, Metrics, Running};
 pub use error::{Error, Result};

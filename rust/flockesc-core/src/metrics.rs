@@ -36,14 +36,20 @@ pub(crate) fn distances<const D: usize>(
 /// Mean and minimum over the agents of the distance to the nearest predator, in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PredatorDistance {
-    /// dbar; infinite without predators.
+    /// dbar; infinite without predators, 0 without agents.
     pub mean: f64,
-    /// dmin; infinite without predators.
+    /// dmin; infinite without predators, 0 without agents.
     pub minimum: f64,
 }
 
 impl PredatorDistance {
     pub(crate) fn of<const D: usize>(groups: &[Group<D>], num_agents: usize) -> Self {
+        if num_agents == 0 {
+            return Self {
+                mean: 0.0,
+                minimum: 0.0,
+            };
+        }
         let (minimum, maximum) = threads::map_reduce(groups, extremes, |a, b| {
             (smaller(a.0, b.0), larger(a.1, b.1))
         })

@@ -6,9 +6,9 @@ use serde::Deserialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reward {
-    /// m_t - m_(t-1), m the running minimum of the objective's distance; sums to J - m_0 exactly.
+    /// m_t - m_(t-1), m the running minimum of the objective's value; sums to J - m_0 exactly.
     RunningMinimum,
-    /// The objective's distance over T steps, so that an episode sums to its time mean; dense.
+    /// The objective's value over T steps, so that an episode sums to its time mean; dense.
     Distance,
     /// As `Distance`, each agent its own distance.
     OwnDistance,
@@ -18,11 +18,11 @@ pub enum Reward {
     Terminal,
 }
 
-/// What the terms look at after a step; distances in m.
+/// What the terms look at after a step; distances in m, 0 of agents that were caught.
 #[derive(Debug)]
 pub(crate) struct Moment<'a> {
-    /// The objective's distance now.
-    pub(crate) distance: f64,
+    /// The objective's value now.
+    pub(crate) value: f64,
     /// Its running minimum before and after the step, and at the start of the episode.
     pub(crate) minimum_before: f64,
     pub(crate) minimum: f64,
@@ -48,7 +48,7 @@ impl Reward {
         let share = (moment.num_steps as f64).recip();
         let team = match self {
             Self::RunningMinimum => moment.minimum - moment.minimum_before,
-            Self::Distance => moment.distance * share,
+            Self::Distance => moment.value * share,
             Self::OwnDistance => {
                 for (reward, own) in rewards.iter_mut().zip(moment.own_distances) {
                     *reward += own * share;

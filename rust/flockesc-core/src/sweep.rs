@@ -20,6 +20,8 @@ pub struct FlockOutcome {
     pub min_min_distance: f64,
     /// Connected components at the horizon.
     pub num_components: usize,
+    /// Share of the agents that were not caught by then.
+    pub fraction_surviving: f64,
 }
 
 /// One cell of a line sweep.
@@ -105,6 +107,7 @@ fn run_flock<const D: usize>(
         min_mean_distance: f64::INFINITY,
         min_min_distance: f64::INFINITY,
         num_components: 0,
+        fraction_surviving: 1.0,
     };
     for step in 0..=config.num_steps {
         if step > 0 {
@@ -116,6 +119,7 @@ fn run_flock<const D: usize>(
         outcome.min_min_distance = outcome.min_min_distance.min(distance.minimum);
     }
     outcome.num_components = world.num_components(Ranges::Shared(range));
+    outcome.fraction_surviving = world.fraction_surviving();
     Ok(outcome)
 }
 

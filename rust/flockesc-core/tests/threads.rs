@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use common::scenario;
 use flockesc_core::{
-    Batch, EpisodeConfig, FlockConfig, InitialState, Objective, Progress, Reward, Schedule,
+    AtEnd, Batch, EpisodeConfig, FlockConfig, InitialState, Objective, Progress, Reward, Schedule,
     Trajectory, View, simulate_flock,
 };
 
@@ -56,6 +56,8 @@ fn bits(run: &Trajectory) -> Vec<u64> {
         min_distance,
         num_components,
         polarization,
+        fraction_surviving,
+        caught_at,
     } = run;
     let numbers = [
         positions,
@@ -64,8 +66,10 @@ fn bits(run: &Trajectory) -> Vec<u64> {
         mean_distance,
         min_distance,
         polarization,
+        fraction_surviving,
     ];
-    let counts = num_components.iter().map(|&count| count as u64);
+    let counts = num_components.iter().chain(caught_at);
+    let counts = counts.map(|&count| count as u64);
     numbers
         .into_iter()
         .flatten()
@@ -121,6 +125,17 @@ fn a_large_flock_of_unequal_speeds_under_the_literal_law() {
     assert_threads_do_not_matter(config, &[10.0], &start);
 }
 
+#[test]
+fn a_large_flock_that_loses_agents_in_many_steps() {
+    for dimension in [2, 3] {
+        let config = FlockConfig {
+            capture_radius: Some(8.0),
+            ..large(dimension)
+        };
+        assert_threads_do_not_matter(config, &[10.0], &InitialState::seeded(3));
+    }
+}
+
 fn episodes(view: View, reward: Reward) -> EpisodeConfig {
     EpisodeConfig {
         view,
@@ -168,7 +183,7 @@ fn play<const D: usize>(
             .step_measured(
                 &ranges,
                 &[],
-                false,
+                AtEnd::Refuse,
                 &mut rewards,
                 &mut observations,
                 |episode| {
@@ -217,8 +232,11 @@ fn a_batch_of_one_large_flock() {
     }
 }
 
-fn assert_places_do_not_matter<const D: usize>(side: f64) {
-    let scenario = scenario(100, D, 40, side);
+fn assert_places_do_not_matter<const D: usize>(side: f64, capture_radius: Option<f64>) {
+    let scenario = FlockConfig {
+        capture_radius,
+        ..scenario(100, D, 40, side)
+    };
     let seeds: Vec<u64> = (0..23).collect();
     // 5 and 23 have no common divisor: every seed once, and hardly one where it was.
     let permuted: Vec<u64> = seeds.iter().map(|seed| seed * 5 % 23).collect();
@@ -242,10 +260,16 @@ fn assert_places_do_not_matter<const D: usize>(side: f64) {
 
 #[test]
 fn places_of_small_flocks_in_the_plane() {
-    assert_places_do_not_matter::<2>(50.0);
+    assert_places_do_not_matter::<2>(50.0, None);
 }
 
 #[test]
 fn places_of_small_flocks_in_space() {
-    assert_places_do_not_matter::<3>(20.0);
+    assert_places_do_not_matter::<3>(20.0, None);
+}
+
+#[test]
+fn places_of_small_flocks_that_lose_agents() {
+    assert_places_do_not_matter::<2>(50.0, Some(3.0));
+    assert_places_do_not_matter::<3>(20.0, Some(3.0));
 }

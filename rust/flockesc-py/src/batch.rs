@@ -1,7 +1,8 @@
 //! `FlockBatch`: the batch of either dimension behind one Python class.
 
 use flockesc_core::{
-    Batch, Entry, EpisodeConfig, FlockConfig, InitialState, View, entries, predator_entries,
+    AtEnd, Batch, Entry, EpisodeConfig, Error, FlockConfig, InitialState, View, entries,
+    predator_entries,
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn};
 use pyo3::intern;
@@ -29,7 +30,7 @@ macro_rules! on_batch {
     };
 }
 
-/// Observations, rewards, whether each slot has reached its horizon, ranges, metrics.
+/// Observations, rewards, whether the episode in each slot has ended, ranges, metrics.
 type Step<'py> = (
     Bound<'py, PyAny>,
     Bound<'py, PyArray1<f64>>,
@@ -38,7 +39,7 @@ type Step<'py> = (
     Bound<'py, PyDict>,
 );
 
-/// Observation, reward, whether the horizon is reached, `info`.
+/// Observation, reward, whether the episode has ended, `info`.
 type StepOne<'py> = (Bound<'py, PyArray1<f32>>, f64, bool, Bound<'py, PyDict>);
 
 /// Arrays that observations and rewards are written into.
@@ -132,26 +133,26 @@ impl FlockBatch {
     /// Holds the ranges of stacked actions for one action; `None`, with nothing changed, if one lies outside
     /// of the space or they are not in plain form.
     ///
-    /// With `restart` a slot at its horizon ignores its action and starts its next episode. With `out` the
+    /// A slot whose episode has ended is refused or, as `at_end` says, starts the next one ("restart") or stays as it
+    /// is ("stay"); its action does not matter then, nor that of an agent that was caught. With `out` the
     /// observations and rewards are written into those two arrays. `controls` steer the learned predators.
-    #[pyo3(signature = (actions, restart=false, out=None, controls=None))]
+    #[pyo3(signature = (actions, at_end="refuse", out=None, controls=None))]
     fn step<'py>(
         &mut self,
         py: Python<'py>,
         actions: &Bound<'py, PyAny>,
-        restart: bool,
+        at_end: &str,
         out: Option<Out<'py>>,
         controls: Option<PyReadonlyArrayDyn<'py, f64>>,
     ) -> PyResult<Option<Step<'py>>> {
+        let at_end = parsed(at_end)?;
         let rows = self.num_flocks * self.rows;
         let Some(mut ranges) = self.actions.ranges(actions, rows) else {
             return Ok(None);
         };
-        if restart {
-            for (slot, ranges) in ranges.chunks_exact_mut(self.rows).enumerate() {
-                if self.has_ended(slot)? {
-                    ranges.fill(0.0);
-                }
+        for (range, is_ignored) in ranges.iter_mut().zip(self.is_ignored(at_end)?) {
+            if is_ignored {
+                *range = 0.0;
             }
         }
         if ranges.iter().any(|range| range.is_nan()) {
@@ -166,7 +167,7 @@ impl FlockBatch {
             .advance(
                 py,
                 (&ranges, &controls),
-                restart,
+                at_end,
                 &mut rewards,
                 &mut observations,
             )
@@ -210,7 +211,7 @@ impl FlockBatch {
             .advance(
                 py,
                 (&[range], &controls),
-                false,
+                AtEnd::Refuse,
                 &mut reward,
                 &mut observation,
             )
@@ -289,12 +290,29 @@ impl FlockBatch {
         Ok(dict)
     }
 
+    /// Which rows have an action that does not matter: of agents that were caught and, unless that is refused, of slots
+    /// whose episode has ended.
+    fn ignored<'py>(
+        &self,
+        py: Python<'py>,
+        at_end: &str,
+    ) -> Result<Bound<'py, PyArray1<bool>>, CoreError> {
+        Ok(self.is_ignored(parsed(at_end)?)?.into_pyarray(py))
+    }
+
+    /// Which agents of every slot were caught, one slot after the other.
+    fn caught<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let caught = self.is_caught()?;
+        let agents = caught.len() / self.num_flocks;
+        shaped(py, caught, [self.num_flocks, agents])
+    }
+
     /// An equal batch that goes its own way.
     fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
         self.clone()
     }
 
-    /// Whether each slot has reached its horizon.
+    /// Whether the episode in each slot has ended.
     fn ended<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<bool>>, CoreError> {
         let ended: Vec<bool> = (0..self.num_flocks)
             .map(|slot| self.has_ended(slot))
@@ -304,6 +322,35 @@ impl FlockBatch {
 }
 
 impl FlockBatch {
+    fn is_ignored(&self, at_end: AtEnd) -> Result<Vec<bool>, CoreError> {
+        let mut ignored = if self.rows > 1 {
+            self.is_caught()?
+        } else {
+            vec![false; self.num_flocks]
+        };
+        if at_end != AtEnd::Refuse {
+            for (slot, rows) in ignored.chunks_exact_mut(self.rows).enumerate() {
+                if self.has_ended(slot)? {
+                    rows.fill(true);
+                }
+            }
+        }
+        Ok(ignored)
+    }
+
+    fn is_caught(&self) -> Result<Vec<bool>, CoreError> {
+        on_batch!(&self.inner, batch => {
+            let mut all = Vec::new();
+            for slot in 0..self.num_flocks {
+                let world = batch.episode(slot)?.world();
+                let first = all.len();
+                all.resize(first + world.config().num_agents, false);
+                world.caught().for_each(|agent| all[first + agent] = true);
+            }
+            Ok(all)
+        })
+    }
+
     fn has_ended(&self, slot: usize) -> Result<bool, CoreError> {
         Ok(on_batch!(&self.inner, batch => batch.episode(slot)?.has_ended()))
     }
@@ -312,18 +359,27 @@ impl FlockBatch {
         &mut self,
         py: Python<'_>,
         (ranges, controls): (&[f64], &[f64]),
-        restart: bool,
+        at_end: AtEnd,
         rewards: &mut [f64],
         observations: &mut [f32],
     ) -> flockesc_core::Result<Vec<Measured>> {
         let (inner, count_components) = (&mut self.inner, self.count_components);
         py.detach(|| {
             on_batch!(inner, batch => {
-                batch.step_measured(ranges, controls, restart, rewards, observations, |episode| {
+                batch.step_measured(ranges, controls, at_end, rewards, observations, |episode| {
                     Measured::of(episode, count_components)
                 })
             })
         })
+    }
+}
+
+fn parsed(at_end: &str) -> Result<AtEnd, CoreError> {
+    match at_end {
+        "refuse" => Ok(AtEnd::Refuse),
+        "restart" => Ok(AtEnd::Restart),
+        "stay" => Ok(AtEnd::Stay),
+        other => Err(Error::argument("at_end", "refuse, restart or stay", other).into()),
     }
 }
 

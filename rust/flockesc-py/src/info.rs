@@ -25,13 +25,14 @@ impl Measured {
 type Field<'py> = (&'py Bound<'py, PyString>, fn(&Metrics) -> f64);
 
 /// Name and value of every metric.
-fn fields(py: Python<'_>) -> [Field<'_>; 5] {
+fn fields(py: Python<'_>) -> [Field<'_>; 6] {
     [
         (intern!(py, "mean_distance"), |m| m.mean_distance),
         (intern!(py, "min_distance"), |m| m.min_distance),
         (intern!(py, "min_mean_distance"), |m| m.min_mean_distance),
         (intern!(py, "min_min_distance"), |m| m.min_min_distance),
         (intern!(py, "polarization"), |m| m.polarization),
+        (intern!(py, "fraction_surviving"), |m| m.fraction_surviving),
     ]
 }
 

@@ -71,6 +71,11 @@ pub(crate) fn simulate_flock<'py>(
     dict.set_item("min_distance", run.min_distance.into_pyarray(py))?;
     dict.set_item("num_components", run.num_components.into_pyarray(py))?;
     dict.set_item("polarization", run.polarization.into_pyarray(py))?;
+    dict.set_item(
+        "fraction_surviving",
+        run.fraction_surviving.into_pyarray(py),
+    )?;
+    dict.set_item("caught_at", run.caught_at.into_pyarray(py))?;
     Ok(dict)
 }
 
@@ -126,6 +131,10 @@ pub(crate) fn sweep_flock<'py>(
     dict.set_item(
         "num_components",
         grid(py, &cells, shape, |cell| cell.num_components as i64)?,
+    )?;
+    dict.set_item(
+        "fraction_surviving",
+        grid(py, &cells, shape, |cell| cell.fraction_surviving)?,
     )?;
     Ok(dict)
 }

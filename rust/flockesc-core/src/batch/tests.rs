@@ -28,6 +28,7 @@ fn batch(num_flocks: usize, num_threads: usize) -> Batch<2> {
         repulsion_strength: 10.0,
         constant_speed: true,
         predators: vec![PredatorConfig::ConstantVelocity(predator)],
+        capture_radius: None,
         neighbor_rule: NeighborRule::Metric {},
     };
     let config = EpisodeConfig {
@@ -123,7 +124,7 @@ fn slots_restart_at_their_own_horizon() {
                 .step_measured(
                     &vec![4.0; rows],
                     &[],
-                    true,
+                    AtEnd::Restart,
                     &mut rewards,
                     &mut observations,
                     |_| (),

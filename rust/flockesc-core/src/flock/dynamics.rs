@@ -1,4 +1,4 @@
-//! One step of the flock, in the order of docs/model.md: listen, forces, integrate, keep speed, predators.
+//! One step of the flock, in the order of docs/model.md: listen, forces, integrate, keep speed, predators, capture.
 
 use std::sync::Arc;
 
@@ -59,7 +59,9 @@ impl<const D: usize> World<D> {
             neighborhood: &self.neighborhood,
         };
         predator::accelerate(&mut self.predators, self.config.time_step, prey);
-        self.neighborhood.listen(&mut self.agents, ranges);
+        if self.agents.len() > 0 {
+            self.neighborhood.listen(&mut self.agents, ranges);
+        }
         std::mem::swap(&mut self.before, &mut self.after);
         for (predator, after) in self.predators.iter_mut().zip(&mut self.after) {
             predator.position += predator.velocity * self.config.time_step;
@@ -74,6 +76,11 @@ impl<const D: usize> World<D> {
             motion::advance(config, &predators, groups, heard);
         });
         self.agents.clear_empty_places();
+        if let Some(radius) = self.config.capture_radius {
+            let neighborhood = &mut self.neighborhood;
+            self.agents
+                .catch(radius, |from, to| neighborhood.relocate(from, to));
+        }
         self.neighborhood.follow(&self.agents);
         let prey = Prey {
             agents: &self.agents,
@@ -97,13 +104,17 @@ impl<const D: usize> World<D> {
         &self.config
     }
 
-    /// r_i in m, in the order of the agents' names.
+    /// r_i in m, in the order of the agents' names; of an agent that was caught: where.
     #[must_use]
     pub fn positions(&self) -> Vec<SVector<f64, D>> {
-        self.agents.by_name(|group| &group.position)
+        let mut positions = self.agents.by_name(|group| &group.position);
+        for caught in self.agents.caught() {
+            positions[caught.name as usize] = caught.position.into();
+        }
+        positions
     }
 
-    /// v_i in m/s, in the order of the agents' names.
+    /// v_i in m/s, in the order of the agents' names; 0 of an agent that was caught.
     #[must_use]
     pub fn velocities(&self) -> Vec<SVector<f64, D>> {
         self.agents.by_name(|group| &group.velocity)
@@ -129,9 +140,22 @@ impl<const D: usize> World<D> {
         self.predator_distance
     }
 
-    /// Writes d_i, the distance of every agent to its nearest predator in m, in the order of the agents' names.
+    /// Names of the agents that were caught, in the order of the steps that caught them.
+    pub fn caught(&self) -> impl ExactSizeIterator<Item = usize> {
+        self.agents.caught().iter().map(|agent| agent.name as usize)
+    }
+
+    /// Share of the agents that were not caught.
+    #[must_use]
+    pub fn fraction_surviving(&self) -> f64 {
+        self.agents.len() as f64 / self.agents.num_names() as f64
+    }
+
+    /// Writes d_i, the distance of every agent to its nearest predator in m, in the order of the agents' names; 0 of an
+    /// agent that was caught.
     pub fn write_distances(&self, out: &mut Vec<f64>) {
-        out.resize(self.agents.len(), 0.0);
+        out.clear();
+        out.resize(self.agents.num_names(), 0.0);
         for (index, group) in self.agents.groups.iter().enumerate() {
             for (&name, distance) in self.agents.names_of(index).iter().zip(&group.distance) {
                 out[name as usize] = *distance;

@@ -105,12 +105,19 @@ pub struct Trajectory {
     pub num_components: Vec<i64>,
     /// Norm of the mean heading.
     pub polarization: Vec<f64>,
+    /// Share of the agents that were not caught.
+    pub fraction_surviving: Vec<f64>,
+    /// The step that caught each agent, 1..=T, or -1; n entries.
+    pub caught_at: Vec<i64>,
 }
 
 impl Trajectory {
     /// Empty, with room for the whole run; refused here rather than when memory has run out.
     fn with_room_for(config: &FlockConfig) -> Result<Self> {
-        let mut trajectory = Self::default();
+        let mut trajectory = Self {
+            caught_at: vec![-1; config.num_agents],
+            ..Self::default()
+        };
         let times = config.num_steps + 1;
         let row = config.num_agents * config.dimension;
         let reserved = times.checked_mul(row).is_some_and(|entries| {
@@ -140,6 +147,13 @@ impl Trajectory {
         self.num_components
             .push(world.num_components(ranges) as i64);
         self.polarization.push(world.polarization());
+        self.fraction_surviving.push(world.fraction_surviving());
+        let step = self.mean_distance.len() as i64 - 1;
+        for agent in world.caught() {
+            if self.caught_at[agent] < 0 {
+                self.caught_at[agent] = step;
+            }
+        }
     }
 }
 

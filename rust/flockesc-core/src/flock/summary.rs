@@ -8,7 +8,7 @@ use crate::exact::Scale;
 use crate::metrics::{centroid, reduce, squared_norm};
 use crate::neighbor::Heard;
 
-/// Means over all agents at one moment. A scaled value x of scale s is x / (x + s).
+/// Means over all agents in the flock at one moment. A scaled value x of scale s is x / (x + s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Summary<const D: usize> {
     /// r in m.
@@ -66,9 +66,26 @@ struct Sums<const D: usize> {
 }
 
 impl<const D: usize> Summary<D> {
+    /// Of a flock of which nobody is left.
+    const NOBODY: Self = Self {
+        centroid: [0.0; D],
+        spread: 0.0,
+        velocity: [0.0; D],
+        speed: 0.0,
+        polarization: 0.0,
+        neighbor_count: 0.0,
+        heard_alignment: 0.0,
+        heading_away: 0.0,
+        heading_away_in_range: 0.0,
+        fraction_in_range: 0.0,
+    };
+
     pub(crate) fn of(world: &World<D>) -> Self {
         let config = world.config();
-        let num_agents = config.num_agents;
+        let num_agents = world.agents().len();
+        if num_agents == 0 {
+            return Self::NOBODY;
+        }
         let n = num_agents as f64;
         let (low, high) = world.neighborhood().bounds();
         let scales = Scales {

@@ -10,7 +10,7 @@ mod tree;
 
 use serde::Deserialize;
 
-use crate::agents::{Agents, Column};
+use crate::agents::{Agents, Column, GROUP};
 use crate::exact::Scale;
 use crate::threads;
 pub(crate) use components::component_labels;
@@ -133,9 +133,30 @@ impl<const D: usize> Neighborhood<D> {
         }
     }
 
-    /// Takes note of where the agents are now and how they move.
+    /// Takes note of where the agents are now and how they move, after some may have left.
     pub(crate) fn follow(&mut self, agents: &Agents<D>) {
+        let num_groups = agents.groups.len();
+        if num_groups < self.heard.len() {
+            self.heard.truncate(num_groups);
+            self.scratch.truncate(threads::num_chunks(num_groups));
+            self.tree.shrink(num_groups);
+        }
         self.tree.refresh(agents);
+    }
+
+    /// Takes what the agent in place `from` has heard along to its new place.
+    pub(crate) fn relocate(&mut self, from: usize, to: usize) {
+        let (source, lane) = (&self.heard[from / GROUP], from % GROUP);
+        let (sum, count, norm) = (
+            source.sum.map(|column| column[lane]),
+            source.count[lane],
+            source.norm[lane],
+        );
+        let (target, lane) = (&mut self.heard[to / GROUP], to % GROUP);
+        for axis in 0..D {
+            target.sum[axis][lane] = sum[axis];
+        }
+        (target.count[lane], target.norm[lane]) = (count, norm);
     }
 
     /// What the groups of agents heard in the last step.

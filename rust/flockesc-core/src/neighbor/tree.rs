@@ -114,6 +114,20 @@ impl<const D: usize> Tree<D> {
         }
     }
 
+    /// Makes it a tree for fewer groups; [`Tree::refresh`] does the rest.
+    pub(super) fn shrink(&mut self, num_groups: usize) {
+        self.speakers.truncate(num_groups);
+        let mut blocks = num_groups;
+        self.levels[0].truncate(blocks);
+        let mut height = 1;
+        while blocks > 1 {
+            blocks = blocks.div_ceil(FAN);
+            self.levels[height].truncate(blocks);
+            height += 1;
+        }
+        self.levels.truncate(height);
+    }
+
     /// Brings boxes and sums up to date with where the agents are and how they move.
     pub(super) fn refresh(&mut self, agents: &Agents<D>) {
         let largest = threads::map_reduce(&agents.groups, largest_speed, larger);

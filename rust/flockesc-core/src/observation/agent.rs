@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use super::{Entry, Writer, entry, squash};
+use super::{Entry, Writer, entry, running_minimum, squash};
 use crate::agents::GROUP;
 use crate::episode::Episode;
 use crate::flock::HALF_COUNT;
@@ -33,15 +33,18 @@ pub(super) fn entries(dimension: usize) -> Vec<Entry> {
         .collect()
 }
 
-/// Writes n rows.
+/// Writes n rows; zeros for agents that were caught.
 pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
     let world = episode.world();
     let scenario = world.config();
     let options = episode.config();
     let (heard, scale) = (world.neighborhood().heard(), world.neighborhood().scale());
     let time = episode.step_count() as f64 / scenario.num_steps as f64;
-    let running_minimum = squash(episode.objective().minimum, scenario.initial_side);
+    let running_minimum = running_minimum(episode);
     let length = out.len() / scenario.num_agents;
+    for agent in world.caught() {
+        out[agent * length..(agent + 1) * length].fill(0.0);
+    }
     for (place, (agent, position, velocity)) in world.agents().iter().enumerate() {
         let (heard, lane) = (&heard[place / GROUP], place % GROUP);
         let count = heard.count[lane] as f64;

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::agent::nearest;
-use super::{Writer, squash};
+use super::{Writer, running_minimum, squash};
 use crate::episode::Episode;
 use crate::vector::heading;
 
@@ -38,7 +38,7 @@ pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
 
     let mut writer = Writer::new(out);
     writer.push(episode.step_count() as f64 / scenario.num_steps as f64);
-    writer.push(squash(episode.objective().minimum, length));
+    writer.push(running_minimum(episode));
     writer.push(episode.ranges()[0] / options.max_range);
     writer.push(squash(flock.speed, scenario.speed));
     writer.push(flock.polarization);

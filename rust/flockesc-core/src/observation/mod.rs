@@ -6,7 +6,8 @@ pub(crate) mod agent;
 pub(crate) mod flock;
 pub(crate) mod predator;
 
-use crate::config::View;
+use crate::config::{Objective, View};
+use crate::episode::Episode;
 pub use predator::entries as predator_entries;
 
 /// Name and bounds of one entry of an observation.
@@ -37,6 +38,17 @@ fn entry(name: impl Into<String>, low: f32) -> Entry {
         name: name.into(),
         low,
         high: 1.0,
+    }
+}
+
+/// The entry `running_minimum`: of a distance, or of the share of agents that were not caught.
+fn running_minimum<const D: usize>(episode: &Episode<D>) -> f64 {
+    let minimum = episode.objective().minimum;
+    match episode.config().objective {
+        Objective::Mean | Objective::Minimum => {
+            squash(minimum, episode.world().config().initial_side)
+        }
+        Objective::Survival => minimum,
     }
 }
 

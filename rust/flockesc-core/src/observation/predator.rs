@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::agent::AXES;
-use super::{Entry, Writer, entry, squash};
+use super::{Entry, Writer, entry, running_minimum, squash};
 use crate::episode::Episode;
 use crate::predator::{Learned, Sighting};
 use crate::vector::unit;
@@ -71,7 +71,7 @@ fn write_row<const D: usize>(
 
     let mut writer = Writer::new(row);
     writer.push(episode.step_count() as f64 / scenario.num_steps as f64);
-    writer.push(squash(episode.objective().minimum, scenario.initial_side));
+    writer.push(running_minimum(episode));
     writer.push(seen.velocity.norm() / strategy.max_speed);
     writer.extend(&direction(&seen.nearest));
     writer.push(length(&seen.nearest));
@@ -81,7 +81,7 @@ fn write_row<const D: usize>(
     writer.extend(&scaled(&seen.flock_velocity));
     writer.push(squash(flock.spread, scenario.initial_side));
     writer.push(flock.polarization);
-    writer.push(in_range as f64 / scenario.num_agents as f64);
+    writer.push(in_range as f64 / world.agents().len().max(1) as f64);
     let other = seen.other.unwrap_or_else(SVector::zeros);
     writer.push(f64::from(seen.other.is_some()));
     writer.extend(&direction(&other));

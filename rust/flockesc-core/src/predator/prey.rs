@@ -55,7 +55,7 @@ impl<const D: usize> Prey<'_, D> {
         rank: usize,
     ) -> Option<Quarry<D>> {
         // Places say nothing of names: halve the names, counting, until one is left.
-        let (mut low, mut high) = (0, self.agents.len());
+        let (mut low, mut high) = (0, self.agents.num_names());
         while high - low > 1 {
             let middle = low.midpoint(high);
             let before = self
@@ -79,15 +79,16 @@ impl<const D: usize> Prey<'_, D> {
         })
     }
 
-    /// Mean position of all agents in m.
-    pub(super) fn centroid(&self) -> SVector<f64, D> {
+    /// Mean position of all agents in m; `None` if there are none.
+    pub(super) fn centroid(&self) -> Option<SVector<f64, D>> {
         let bounds = self.neighborhood.bounds();
-        centroid(&self.agents.groups, bounds, self.agents.len()).into()
+        let agents = self.agents;
+        (agents.len() > 0).then(|| centroid(&agents.groups, bounds, agents.len()).into())
     }
 
     /// Position in m of the agent whose nearest other agent is farthest; the lowest name among equals.
-    pub(super) fn most_isolated(&self) -> SVector<f64, D> {
-        let (_, position, _) = self.agents.at(self.neighborhood.most_isolated(self.agents));
-        position
+    pub(super) fn most_isolated(&self) -> Option<SVector<f64, D>> {
+        let agents = self.agents;
+        (agents.len() > 0).then(|| agents.at(self.neighborhood.most_isolated(agents)).1)
     }
 }

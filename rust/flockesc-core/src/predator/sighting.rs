@@ -35,8 +35,9 @@ impl<const D: usize> Sighting<D> {
         let of_nearest = |vector: fn(&Quarry<D>) -> SVector<f64, D>, own: &SVector<f64, D>| {
             nearest.map_or_else(SVector::zeros, |quarry| vector(&quarry) - own)
         };
-        let mean_velocity = prey.neighborhood.total_velocity();
-        let n = prey.agents.len() as f64;
+        let centroid = prey.centroid();
+        let mean_velocity =
+            |_| SVector::from(prey.neighborhood.total_velocity()) / prey.agents.len() as f64;
         let other = predators
             .iter()
             .enumerate()
@@ -47,8 +48,10 @@ impl<const D: usize> Sighting<D> {
             velocity: own.velocity,
             nearest: of_nearest(|quarry| quarry.position, &own.position),
             nearest_velocity: of_nearest(|quarry| quarry.velocity, &own.velocity),
-            centroid: prey.centroid() - own.position,
-            flock_velocity: SVector::from(mean_velocity.map(|sum| sum / n)) - own.velocity,
+            centroid: centroid.map_or_else(SVector::zeros, |centroid| centroid - own.position),
+            flock_velocity: centroid
+                .map(mean_velocity)
+                .map_or_else(SVector::zeros, |mean| mean - own.velocity),
             other,
             rest: own.learned().map_or(0.0, |own| own.max_speed * REST),
         }

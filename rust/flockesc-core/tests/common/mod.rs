@@ -40,6 +40,7 @@ pub(crate) fn scenario(
                 sight: 30.0,
             }),
         ],
+        capture_radius: None,
         neighbor_rule: NeighborRule::Metric {},
     }
 }
