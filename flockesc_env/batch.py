@@ -23,7 +23,7 @@ Columns = dict[str, NDArray[Any]]
 """``info`` of several flocks without ``interaction_range``: an array per key, with an entry per flock."""
 
 Step = tuple[Observations, FloatArray, NDArray[np.bool], FloatArray, Columns]
-"""Observations (num_flocks * rows, entries), rewards (num_flocks * rows,), whether the episode of each flock has
+"""Observations (num_flocks * rows, entries), rewards (num_flocks * rows,), whether each flock's episode has
 ended (num_flocks,), ranges in m (num_flocks * rows,), and columns of ``info``."""
 
 AtEnd = Literal["refuse", "restart", "stay"]
@@ -143,8 +143,8 @@ class FlockBatch:
         Args:
             actions: shape (num_flocks * rows, 1) or, where discrete, (num_flocks * rows,).
             label: names an action in an error.
-            at_end: what a slot does whose episode has ended: it refuses to step or ignores its action, is paid 0
-                and starts the next episode of its schedule (``"restart"``) or stays as it is (``"stay"``).
+            at_end: what a slot does at its end: it refuses to step or ignores its action, is paid
+                0 and starts the next episode of its schedule (``"restart"``) or stays as it is (``"stay"``).
             out: arrays for the observations and rewards; ``None``: new ones.
             controls: actions of the learned predators, shape (num_flocks * predators, D), from
                 ``predator_control``; ``None``: those of the predator policy or, without one, 0.
@@ -214,7 +214,7 @@ class FlockBatch:
 
 
 def is_over(columns: Mapping[str, Any]) -> Any:
-    """Return whether nobody is left, so that an episode terminates instead of being truncated: one per flock."""
+    """Return whether nobody is left in each flock: its episode terminates, others are truncated."""
     return columns["fraction_surviving"] == 0.0
 
 

@@ -30,8 +30,7 @@ class Episodes:
         min_min_distance: J_min in m (Eq. 13), shape (seeds,).
         fraction_surviving: share of the agents that were not caught by the end, shape (seeds,).
         num_components: connected components at the end, shape (seeds,).
-        mean_return: sum of the rewards, averaged over agents, shape (seeds,). An agent that was caught is paid
-            no more.
+        mean_return: sum of the rewards, averaged over agents, shape (seeds,); who was caught is paid no more.
     """
 
     seeds: NDArray[np.uint64]

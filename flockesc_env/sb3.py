@@ -197,8 +197,9 @@ class AgentVecEnv(_BatchVecEnv):
 
     Slot ``f * num_agents + i`` is agent i of flock f. ``seed(s)`` gives flock f the seed ``s + f``.
 
-    The number of slots is fixed, so the slot of an agent that was caught stays, as in SuperSuit's ``black_death``:
-    until the episode of its flock ends it sees zeros, is paid 0, its action is ignored, and it is not done.
+    The number of slots is fixed, so that of an agent that was caught stays, as in SuperSuit's
+    ``black_death``: until the episode of its flock ends it sees zeros, is paid 0, its action is ignored, and
+    it is not done.
 
     Args:
         num_flocks: number of flocks; there are ``num_flocks * scenario.num_agents`` slots.

@@ -202,8 +202,8 @@ class FlockScenario(_Document):
         predator_range: distance rho_p in m up to which agents flee from a predator.
         repulsion_strength: strength s of the flight.
         constant_speed: whether agents keep speed v0 (step 4 of docs/model.md); ``False`` is the literal law.
-        capture_radius: distance in m to the nearest predator up to which an agent is caught at the end of a step
-            and leaves the flock for good; ``None``: nobody is caught.
+        capture_radius: distance in m to the nearest predator up to which an agent is caught at the end of a
+            step and leaves the flock for good; ``None``: nobody is caught.
         predators: any number of any kinds (``ConstantVelocity``, ``PurePursuit``, ``Intercept``,
             ``Wandering``, ``Learned``), also none.
         neighbor_rule: who is a neighbor.

@@ -38,8 +38,8 @@ class Trajectory:
             that begins at each time, at T of the step that has ended, shape (T + 1,).
         polarization: norm of the mean heading in [0, 1], shape (T + 1,).
         fraction_surviving: share of the agents that were not caught, shape (T + 1,).
-        caught_at: the step, 1..T, that caught each agent, or -1, shape (n,). From that time on it has velocity
-            0 where it was caught, and all of the above leaves it out.
+        caught_at: the step, 1..T, that caught each agent, or -1, shape (n,). From that time on it rests where
+            it was caught, with velocity 0, and no mean, minimum or count takes it in.
     """
 
     scenario: FlockScenario

@@ -147,6 +147,7 @@ def test_flock_defaults_are_the_papers_setting() -> None:
         "predator_range": 30.0,
         "repulsion_strength": 10.0,
         "constant_speed": True,
+        "capture_radius": None,
         "predators": ({"position": (-30.0, -30.0), "velocity": (10.0, 10.0)},),
         "neighbor_rule": {},
     }
@@ -222,6 +223,7 @@ def test_numpy_and_integer_inputs_become_plain() -> None:
         speed=np.float32(2.5),
         mass=1,
         constant_speed=np.bool(False),
+        capture_radius=np.float32(1),
         initial_plane=np.bool(True),
         initial_positions=Segment([0, 1], np.array([2, 3])),
         initial_headings=AlignedHeadings(direction=[1, 0], spread=np.float32(1)),
@@ -233,6 +235,7 @@ def test_numpy_and_integer_inputs_become_plain() -> None:
         speed=2.5,
         mass=1.0,
         constant_speed=False,
+        capture_radius=1.0,
         initial_plane=True,
         initial_positions=Segment((0.0, 1.0), (2.0, 3.0)),
         initial_headings=AlignedHeadings(direction=(1.0, 0.0), spread=1.0),

@@ -114,6 +114,7 @@ def test_table_has_a_row_per_run(flocks: FlockSweepResult, lines: LineSweepResul
         "seed",
         "min_mean_distance",
         "min_min_distance",
+        "fraction_surviving",
         "num_components",
     ]
     assert table.height == len(RANGES) * len(SEEDS)
@@ -122,6 +123,7 @@ def test_table_has_a_row_per_run(flocks: FlockSweepResult, lines: LineSweepResul
         run = simulate(flocks.scenario, row["interaction_range"], seed=row["seed"])
         assert row["min_mean_distance"] == run.mean_distance.min()
         assert row["min_min_distance"] == run.min_distance.min()
+        assert row["fraction_surviving"] == run.fraction_surviving[-1]
         assert row["num_components"] == run.num_components[-1]
     assert lines.table().columns == [
         "interaction_range",

@@ -56,8 +56,8 @@ def run(
     objective: Annotated[
         Literal["mean", "minimum", "survival", "escape_distance"] | None,
         *optional(
-            "what is to be large: the minimum over time of the mean or the minimum predator distance, in m, or"
-            " the share of agents that are not caught; on the line the escape distance",
+            "what is to be large: the minimum over time of the mean or the minimum predator distance, in m,"
+            " or the share of agents that are not caught; on the line the escape distance",
             "mean, on the line escape_distance",
         ),
     ] = None,

@@ -28,8 +28,8 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
     """A flock under attack; the action of every agent is its own interaction range.
 
     Observations, rewards and ``info`` are described in docs/model.md. Team rewards pay every agent the
-    same. The horizon truncates all agents at once. An agent that is caught terminates: it gets the reward of the
-    step that caught it and an observation of zeros, and is no agent any more.
+    same. The horizon truncates all agents at once. An agent that is caught terminates: it gets the reward of
+    the step that caught it and an observation of zeros, and is no agent any more.
 
     Learned predators that no policy steers are agents, too: ``predator_0``, .., with observations and actions
     of their own, each paid minus what the agents of the flock are paid on average.

@@ -31,8 +31,8 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
     Args:
         num_envs: number of flocks.
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
-        autoreset_mode: what happens to a flock whose episode has ended, as the enum or its value (``"NextStep"``,
-            ``"SameStep"``, ``"Disabled"``).
+        autoreset_mode: what happens to a flock whose episode has ended, as the enum or its value
+            (``"NextStep"``, ``"SameStep"``, ``"Disabled"``).
         copy: whether ``reset`` and ``step`` return new arrays; ``False``: observations and rewards are two
             arrays that the next call overwrites.
         render_mode: ``"rgb_array"``: ``render`` returns a picture per flock; ``"human"``: a window shows

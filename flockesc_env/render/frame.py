@@ -31,8 +31,7 @@ class FlockMoment:
         interaction_range: rho of the last step, shape (1,) or (n,); 0 before the first.
         mean_distance: mean over agents of the distance to the nearest predator; infinite without predators.
         min_distance: the minimum over agents.
-        objective: J so far: the running minimum of the objective's distance; of the mean one where the objective
-            is none.
+        objective: J so far: the running minimum of the objective's distance, or of the mean one.
     """
 
     step: int
