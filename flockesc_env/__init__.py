@@ -7,7 +7,7 @@
 
 import gymnasium as _gymnasium
 
-from flockesc_env import graph, policies, predators, records
+from flockesc_env import graph, policies, predator_policies, records
 from flockesc_env._core import __version__
 from flockesc_env.approach import approach
 from flockesc_env.envs.flock import FlockEscapeEnv
@@ -96,7 +96,7 @@ __all__ = [
     "graph",
     "parallel_env",
     "policies",
-    "predators",
+    "predator_policies",
     "preset",
     "raw_env",
     "record",

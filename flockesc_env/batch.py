@@ -12,7 +12,7 @@ from flockesc_env import _core
 from flockesc_env._checks import FloatArray, as_count, as_floats, as_threads
 from flockesc_env.errors import ArgumentError
 from flockesc_env.options import EnvOptions
-from flockesc_env.predators import PredatorControl, PredatorPolicy, with_learned
+from flockesc_env.predator_policies import PredatorControl, PredatorPolicy, with_learned
 from flockesc_env.scenario import FlockScenario
 from flockesc_env.seeds import fresh_seed
 from flockesc_env.spaces import STACKED, Control, Label, ObservationLayout, RangeActions

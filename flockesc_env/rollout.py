@@ -14,7 +14,7 @@ from flockesc_env.batch import FlockBatch
 from flockesc_env.errors import ArgumentError
 from flockesc_env.options import EnvOptions
 from flockesc_env.policies import Observations, Policy
-from flockesc_env.predators import PredatorControl, PredatorPolicy
+from flockesc_env.predator_policies import PredatorControl, PredatorPolicy
 from flockesc_env.presets import as_scenario
 from flockesc_env.scenario import FlockScenario
 from flockesc_env.simulate import IntArray, Trajectory, simulate

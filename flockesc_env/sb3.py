@@ -13,7 +13,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 from flockesc_env._checks import as_seed
 from flockesc_env.batch import Columns, FlockBatch, Observations, infos
 from flockesc_env.options import EnvOptions
-from flockesc_env.predators import PredatorPolicy
+from flockesc_env.predator_policies import PredatorPolicy
 from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario import FlockScenario

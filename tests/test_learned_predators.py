@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 import numpy as np
-import predator_reference
+import learned_reference
 import pytest
 import reference
 from hypothesis import given, settings
@@ -51,13 +51,13 @@ def test_law_and_observations(dimension: int, seed: int, hold: int) -> None:
     for step in range(0, 9, hold):
         seen = batch.observe_predators([0])
         for index, row in enumerate(seen):
-            expected = predator_reference.observation(scenario, state, index, step / 10, float(running))
+            expected = learned_reference.observation(scenario, state, index, step / 10, float(running))
             np.testing.assert_allclose(row, expected, rtol=0, atol=3e-6)
         assert all(control.layout.space().contains(row) for row in seen)
         actions = rng.uniform(-1, 1, (2, dimension))
         batch.step(np.array([[8.0]]), controls=control.plain(actions, 2))
         for _ in range(hold):
-            state = predator_reference.step(scenario, state, np.full(12, 8.0), actions)
+            state = learned_reference.step(scenario, state, np.full(12, 8.0), actions)
             distances = reference.predator_distances(state.positions, state.predator_positions)
             running = min(running, distances.mean())
         now = batch.state(0)

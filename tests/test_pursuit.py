@@ -33,7 +33,7 @@ from flockesc_env import (
 )
 from flockesc_env.errors import ActionError, ArgumentError, EpisodeError, ScenarioError
 from flockesc_env.policies import FixedRange, SB3Policy, StubbornLeaders, bind
-from flockesc_env.predators import Chase, Coast
+from flockesc_env.predator_policies import Chase, Coast
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 PURSUIT_ID = "flockesc_env:flockesc/FlockPursuit-v0"

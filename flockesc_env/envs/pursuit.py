@@ -13,7 +13,7 @@ from flockesc_env.batch import FlockBatch, Observations, infos, is_over
 from flockesc_env.errors import EpisodeError, ScenarioError
 from flockesc_env.options import EnvOptions
 from flockesc_env.policies import FixedRange, Policy
-from flockesc_env.predators import opposite, with_learned
+from flockesc_env.predator_policies import opposite, with_learned
 from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario import FlockScenario

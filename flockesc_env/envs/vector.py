@@ -14,7 +14,7 @@ from flockesc_env._checks import FloatArray, as_count, as_seed
 from flockesc_env.batch import AtEnd, Columns, FlockBatch, Observations, is_over
 from flockesc_env.errors import ArgumentError, EpisodeError
 from flockesc_env.options import EnvOptions
-from flockesc_env.predators import PredatorPolicy
+from flockesc_env.predator_policies import PredatorPolicy
 from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario import FlockScenario
