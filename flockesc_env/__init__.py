@@ -7,12 +7,13 @@
 
 import gymnasium as _gymnasium
 
-from flockesc_env import graph, policies, records
+from flockesc_env import graph, policies, predator_policies, records
 from flockesc_env._core import __version__
 from flockesc_env.approach import approach
 from flockesc_env.envs.flock import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.envs.parallel import FlockParallelEnv, env, parallel_env, raw_env
+from flockesc_env.envs.pursuit import FlockPursuitEnv
 from flockesc_env.envs.vector import FlockVectorEnv
 from flockesc_env.errors import (
     ActionError,
@@ -37,7 +38,15 @@ from flockesc_env.initial import (
 from flockesc_env.motion import Inertial, Reynolds, Vicsek
 from flockesc_env.neighbors import Metric, NeighborRule, Topological, Voronoi
 from flockesc_env.options import EnvOptions, LineOptions
-from flockesc_env.predators import ConstantVelocity, Encircle, Herd, Intercept, PurePursuit, Wandering
+from flockesc_env.predators import (
+    ConstantVelocity,
+    Encircle,
+    Herd,
+    Intercept,
+    Learned,
+    PurePursuit,
+    Wandering,
+)
 from flockesc_env.presets import PRESETS, preset
 from flockesc_env.randomization import Choice, LogUniform, Uniform
 from flockesc_env.render import RenderOptions
@@ -63,6 +72,7 @@ __all__ = [
     "Episodes",
     "FlockEscapeEnv",
     "FlockParallelEnv",
+    "FlockPursuitEnv",
     "FlockScenario",
     "FlockSweepResult",
     "FlockVectorEnv",
@@ -73,6 +83,7 @@ __all__ = [
     "Herd",
     "Inertial",
     "Intercept",
+    "Learned",
     "LineEscapeEnv",
     "LineOptions",
     "LineScenario",
@@ -105,6 +116,7 @@ __all__ = [
     "load_state",
     "parallel_env",
     "policies",
+    "predator_policies",
     "preset",
     "raw_env",
     "record",
@@ -120,4 +132,5 @@ _gymnasium.register(
     "flockesc_env.envs.flock:FlockEscapeEnv",
     vector_entry_point="flockesc_env.envs.vector:FlockVectorEnv",
 )
+_gymnasium.register("flockesc/FlockPursuit-v0", "flockesc_env.envs.pursuit:FlockPursuitEnv")
 _gymnasium.register("flockesc/LineEscape-v0", "flockesc_env.envs.line:LineEscapeEnv")

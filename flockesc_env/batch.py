@@ -12,6 +12,7 @@ from flockesc_env import _core
 from flockesc_env._checks import FloatArray, as_count, as_floats, as_threads
 from flockesc_env.errors import ArgumentError
 from flockesc_env.options import EnvOptions
+from flockesc_env.predator_policies import PredatorControl, PredatorPolicy, with_learned
 from flockesc_env.scenario import FlockScenario
 from flockesc_env.seeds import fresh_seed
 from flockesc_env.spaces import STACKED, Control, Label, ObservationLayout, RangeActions
@@ -45,10 +46,13 @@ class FlockBatch:
         num_flocks: number of slots.
         per_agent: whether every agent has its own range and observation row, or every flock one.
         num_threads: threads over which slots, or a single large flock, are spread; ``None``: one per core.
+        predator_policy: steers the learned predators, to whom all predators belong where there is none yet;
+            ``None``: whoever steps does, or nobody.
 
     Attributes:
         rows: observation rows and ranges per flock: 1, or the number of agents.
         control: what a policy needs to know.
+        predator_control: the same of a learned predator's policy.
     """
 
     def __init__(
@@ -59,8 +63,13 @@ class FlockBatch:
         num_flocks: int = 1,
         per_agent: bool = False,
         num_threads: int | None = None,
+        predator_policy: PredatorPolicy | None = None,
     ) -> None:
+        if predator_policy is not None:
+            scenario = with_learned(scenario)
         self.scenario = scenario
+        self.predator_control = PredatorControl.of(scenario)
+        self._predator_policy = predator_policy
         self.options = options
         self.num_flocks = as_count(num_flocks, "num_flocks")
         self.rows = scenario.num_agents if per_agent else 1
@@ -127,6 +136,7 @@ class FlockBatch:
         label: Label = STACKED,
         at_end: AtEnd = "refuse",
         out: tuple[Observations, FloatArray] | None = None,
+        controls: FloatArray | None = None,
     ) -> Step:
         """Hold the ranges that actions set for one action in every slot.
 
@@ -136,18 +146,21 @@ class FlockBatch:
             at_end: what a slot does at its end: it refuses to step or ignores its action, is paid
                 0 and starts the next episode of its schedule (``"restart"``) or stays as it is (``"stay"``).
             out: arrays for the observations and rewards; ``None``: new ones.
+            controls: actions of the learned predators, shape (num_flocks * predators, D), from
+                ``predator_control``; ``None``: those of the predator policy or, without one, 0.
 
         Raises:
             ActionError: for a wrong dtype or shape, or an action outside of the action space, save those of
                 agents that were caught before.
             EpisodeError: if a slot was never reset or its episode has ended and that is refused.
         """
-        step = self._core.step(actions, at_end, out)
+        controls = self._controls() if controls is None else controls
+        step = self._core.step(actions, at_end, out, controls)
         if step is None:
             ignored = self._core.ignored(at_end)
             count = self.num_flocks * self.rows
             plain = self.control.actions.plain(actions, count, label, ignored)
-            step = self._core.step(plain, at_end, out)
+            step = self._core.step(plain, at_end, out, controls)
             assert step is not None  # noqa: S101, what `plain` returns is what the core takes
         return step
 
@@ -161,15 +174,20 @@ class FlockBatch:
             ActionError: naming ``action``, as ``step``.
             EpisodeError: as ``step``.
         """
-        step = self._core.step_one(action)
+        controls = self._controls()
+        step = self._core.step_one(action, controls)
         if step is None:
-            step = self._core.step_one(self.control.actions.plain_one(action))
+            step = self._core.step_one(self.control.actions.plain_one(action), controls)
             assert step is not None  # noqa: S101, as in `step`
         return step
 
     def observe(self, slots: Sequence[int]) -> Observations:
         """Return the observations of some slots, shape (len(slots) * rows, entries)."""
         return self._core.observe(slots)
+
+    def observe_predators(self, slots: Sequence[int]) -> Observations:
+        """Return what learned predators see in some slots, shape (len(slots) * predators, entries)."""
+        return self._core.observe_predators(slots)
 
     def metrics(self) -> Columns:
         """Return the columns of ``info`` of all slots, without ``num_components``."""
@@ -192,6 +210,13 @@ class FlockBatch:
     def state(self, slot: int) -> dict[str, Any]:
         """Return a copy of everything that moves in one slot, with ``step`` and ``interaction_range``."""
         return self._core.state(slot)
+
+    def _controls(self) -> FloatArray | None:
+        if self._predator_policy is None:
+            return None
+        observations = self._core.observe_predators(range(self.num_flocks))
+        actions = self._predator_policy.act(observations, self.predator_control)
+        return self.predator_control.plain(actions, len(observations), "actions of the predator policy")
 
 
 def is_over(columns: Mapping[str, Any]) -> Any:

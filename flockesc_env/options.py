@@ -100,6 +100,11 @@ class EnvOptions(ActionOptions):
         if not isinstance(self.count_components, bool):
             raise ScenarioError("count_components", "True or False", repr(self.count_components))
 
+    @property
+    def is_own(self) -> bool:
+        """Whether the reward pays every agent its own."""
+        return self.reward.startswith("own_")
+
     def to_core(self, *, per_agent: bool) -> str:
         """Return the JSON document that the core takes."""
         return json.dumps(

@@ -120,4 +120,22 @@ class Herd(Steering):
     partner: int = 0
 
 
-Predator = ConstantVelocity | PurePursuit | Intercept | Wandering | Encircle | Herd
+@dataclass(frozen=True)
+class Learned:
+    """A predator that is steered from outside, by a policy; without one it flies straight on.
+
+    Attributes:
+        position: r_p(0) in m, 2 numbers or as many as the scenario's dimension (a missing z is 0).
+        velocity: v_p(0) in m/s, likewise.
+        max_acceleration: acceleration of an action of norm 1, in m/s^2.
+        max_speed: speed in m/s that no step leaves it beyond.
+    """
+
+    kind: ClassVar[str] = "learned"
+    position: tuple[float, ...] = (-30.0, -30.0)
+    velocity: tuple[float, ...] = (10.0, 10.0)
+    max_acceleration: float = 20.0
+    max_speed: float = 15.0
+
+
+Predator = ConstantVelocity | PurePursuit | Intercept | Wandering | Encircle | Herd | Learned

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from flockesc_env._atomic import writing
 from flockesc_env.errors import RecordError
+from flockesc_env.predators import Learned
 from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
 
@@ -104,6 +105,7 @@ def replay(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTrajecto
         seed=seed,
         initial_positions=trajectory.positions[0] if is_given else None,
         initial_velocities=trajectory.velocities[0] if is_given else None,
+        predator_actions=trajectory.predator_actions,
     )
 
 
@@ -159,10 +161,12 @@ def _layout(
             "steps": ("int64", ()),
         }
     steps, agents, axes = scenario.num_steps, scenario.num_agents, scenario.dimension
+    learned = sum(isinstance(predator, Learned) for predator in scenario.predators)
     is_shared = columns["interaction_ranges"].shape[1:] == (1,)
     per_time = ("times", "mean_distance", "min_distance", "polarization", "fraction_surviving")
     return {
         "interaction_ranges": ("float64", (steps, 1 if is_shared else agents)),
+        "predator_actions": ("float64", (steps, learned, axes)),
         "positions": ("float64", (steps + 1, agents, axes)),
         "velocities": ("float64", (steps + 1, agents, axes)),
         "predator_positions": ("float64", (steps + 1, len(scenario.predators), axes)),

@@ -13,7 +13,8 @@ from flockesc_env._checks import FloatArray, as_count, as_seed
 from flockesc_env.batch import FlockBatch
 from flockesc_env.errors import ArgumentError
 from flockesc_env.options import EnvOptions
-from flockesc_env.policies import Policy
+from flockesc_env.policies import Observations, Policy
+from flockesc_env.predator_policies import PredatorControl, PredatorPolicy
 from flockesc_env.presets import as_scenario
 from flockesc_env.scenario import FlockScenario
 from flockesc_env.simulate import IntArray, Trajectory, simulate
@@ -48,6 +49,7 @@ def rollout(
     per_agent: bool = False,
     batch_size: int = 64,
     num_threads: int | None = None,
+    predator_policy: PredatorPolicy | None = None,
     progress: Callable[[int, int], None] | None = None,
     **options: Any,
 ) -> Episodes:
@@ -61,6 +63,8 @@ def rollout(
         batch_size: flocks stepped together; only a policy that draws at random can tell the difference.
         num_threads: threads over which flocks are spread; ``None``: one per core.
         progress: called with (finished episodes, all episodes).
+        predator_policy: steers the learned predators, for example ``Chase()`` or a trained ``SB3Policy``;
+            in a scenario without any, all predators become ``Learned``. ``None``: those fly straight on.
         **options: see ``EnvOptions``.
 
     Raises:
@@ -78,7 +82,12 @@ def rollout(
     for start in range(0, len(checked), batch_size):
         chunk = checked[start : start + batch_size]
         batch = FlockBatch(
-            scenario, env_options, num_flocks=len(chunk), per_agent=per_agent, num_threads=num_threads
+            scenario,
+            env_options,
+            num_flocks=len(chunk),
+            per_agent=per_agent,
+            num_threads=num_threads,
+            predator_policy=predator_policy,
         )
         total = np.zeros(len(chunk))
         for _, rewards in episode_steps(batch, policy, chunk):
@@ -99,6 +108,7 @@ def record(
     *,
     scenario: FlockScenario | str | None = None,
     per_agent: bool = False,
+    predator_policy: PredatorPolicy | None = None,
     **options: Any,
 ) -> Trajectory:
     """Run a policy on one flock and record all of it, as ``simulate`` does under the ranges it chose.
@@ -108,6 +118,8 @@ def record(
         seed: seed of the flock.
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
         per_agent: whether the policy sets one range per agent, or one for the flock.
+        predator_policy: steers the learned predators, for example ``Chase()`` or a trained ``SB3Policy``;
+            in a scenario without any, all predators become ``Learned``. ``None``: those fly straight on.
         **options: see ``EnvOptions``.
 
     Raises:
@@ -116,12 +128,30 @@ def record(
     """
     scenario = as_scenario(scenario, FlockScenario)
     env_options = EnvOptions(**options)
-    batch = FlockBatch(scenario, env_options, per_agent=per_agent)
-    actions = np.array([ranges for ranges, _ in episode_steps(batch, policy, [as_seed(seed)])])
-    schedule = np.repeat(actions, env_options.steps_per_action, axis=0)[: scenario.num_steps]
-    rest = scenario.num_steps - len(schedule)  # nobody is left to listen
-    schedule = np.pad(schedule, ((0, rest), (0, 0)), mode="edge")
-    return simulate(scenario, schedule, seed=seed)
+    hunter = None if predator_policy is None else _Noting(predator_policy)
+    batch = FlockBatch(scenario, env_options, per_agent=per_agent, predator_policy=hunter)
+    ranges = np.array([ranges for ranges, _ in episode_steps(batch, policy, [as_seed(seed)])])
+
+    def schedule(actions: FloatArray) -> FloatArray:
+        held = np.repeat(actions, env_options.steps_per_action, axis=0)[: scenario.num_steps]
+        rest = scenario.num_steps - len(held)  # nobody is left to listen or to be hunted
+        return np.concatenate([held, np.repeat(held[-1:], rest, axis=0)])
+
+    predator_actions = None if hunter is None else schedule(np.array(hunter.actions))
+    return simulate(batch.scenario, schedule(ranges), seed=seed, predator_actions=predator_actions)
+
+
+class _Noting:
+    """A predator policy that keeps the actions of another one."""
+
+    def __init__(self, policy: PredatorPolicy) -> None:
+        self.policy = policy
+        self.actions: list[FloatArray] = []
+
+    def act(self, observations: Observations, control: PredatorControl) -> FloatArray:
+        actions = self.policy.act(observations, control)
+        self.actions.append(control.plain(actions, len(observations)))
+        return self.actions[-1]
 
 
 def episode_steps(

@@ -13,6 +13,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 from flockesc_env._checks import as_seed
 from flockesc_env.batch import Columns, FlockBatch, Observations, infos
 from flockesc_env.options import EnvOptions
+from flockesc_env.predator_policies import PredatorPolicy
 from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario import FlockScenario
@@ -35,6 +36,7 @@ class _BatchVecEnv(VecEnv):
         render_mode: str | None = None,
         render_options: RenderOptions | None = None,
         num_threads: int | None = None,
+        predator_policy: PredatorPolicy | None = None,
         **options: Any,
     ) -> None:
         self._batch = batch = FlockBatch(
@@ -43,6 +45,7 @@ class _BatchVecEnv(VecEnv):
             num_flocks=num_flocks,
             per_agent=self._per_agent,
             num_threads=num_threads,
+            predator_policy=predator_policy,
         )
         self.control = batch.control
         self.scenario = batch.scenario
@@ -177,6 +180,8 @@ class FlockVecEnv(_BatchVecEnv):
             every reset and step.
         render_options: what pictures show.
         num_threads: threads over which flocks are spread; ``None``: one per core.
+        predator_policy: steers the learned predators, for example ``Chase()`` or a trained ``SB3Policy``;
+            in a scenario without any, all predators become ``Learned``. ``None``: those fly straight on.
         **options: see ``EnvOptions``.
 
     Raises:
@@ -203,6 +208,8 @@ class AgentVecEnv(_BatchVecEnv):
             every reset and step.
         render_options: what pictures show.
         num_threads: threads over which flocks are spread; ``None``: one per core.
+        predator_policy: steers the learned predators, for example ``Chase()`` or a trained ``SB3Policy``;
+            in a scenario without any, all predators become ``Learned``. ``None``: those fly straight on.
         **options: see ``EnvOptions``.
 
     Raises:

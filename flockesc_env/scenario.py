@@ -117,7 +117,7 @@ class FlockScenario(_Document):
         capture_radius: distance in m to the nearest predator up to which an agent is caught at the end of a
             step and leaves the flock for good; ``None``: nobody is caught.
         predators: any number of any kinds (``ConstantVelocity``, ``PurePursuit``, ``Intercept``,
-            ``Wandering``, ``Encircle``, ``Herd``), also none.
+            ``Wandering``, ``Encircle``, ``Herd``, ``Learned``), also none.
         neighbor_rule: who is a neighbor: ``Metric()``, ``Topological()`` or ``Voronoi()``.
         blind_angle: full angle in rad of the sector behind an agent in which it sees no neighbor, from 0 to
             2 pi.

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from flockesc_env import _core
 from flockesc_env._checks import FloatArray, as_floats, as_seed, as_threads
 from flockesc_env.errors import ArgumentError
+from flockesc_env.predators import Learned
 from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.seeds import fresh_seed
 
@@ -27,6 +28,7 @@ class Trajectory:
         is_start_given: whether any of r(0) and v(0) was given; otherwise all of the run came from the seed.
         times: shape (T + 1,).
         interaction_ranges: rho in every step, shape (T, 1) or, with one range per agent, (T, n).
+        predator_actions: of the L learned predators in every step, shape (T, L, D).
         positions: r_i(t), shape (T + 1, n, D).
         velocities: v_i(t), shape (T + 1, n, D).
         predator_positions: r_p(t), shape (T + 1, P, D).
@@ -46,6 +48,7 @@ class Trajectory:
     is_start_given: bool
     times: FloatArray
     interaction_ranges: FloatArray
+    predator_actions: FloatArray
     positions: FloatArray
     velocities: FloatArray
     predator_positions: FloatArray
@@ -91,6 +94,7 @@ def simulate(
     seed: int | None = None,
     initial_positions: ArrayLike | None = None,
     initial_velocities: ArrayLike | None = None,
+    predator_actions: ArrayLike | None = None,
     num_threads: int | None = None,
 ) -> Trajectory:
     """Run a flock for ``scenario.num_steps`` steps.
@@ -104,6 +108,8 @@ def simulate(
         initial_positions: r(0) in m, shape (n, D), in place of those of the seed.
         initial_velocities: v(0) in m/s, shape (n, D), likewise. With constant speed an agent is brought to
             speed v0 by its first step.
+        predator_actions: of the L learned predators in every step, shape (T, L, D), in [-1, 1]; ``None``: 0,
+            they fly straight on.
         num_threads: threads over which a large flock is spread; ``None``: one per core. The results do not
             depend on it.
 
@@ -120,7 +126,15 @@ def simulate(
     start = _seed(seed)
     ranges = _schedule(interaction_range, scenario)
     threads = as_threads(num_threads)
-    run = _core.simulate_flock(scenario.to_json(), ranges, start, positions, velocities, threads)
+    learned = sum(isinstance(predator, Learned) for predator in scenario.predators)
+    steered = (scenario.num_steps, learned, scenario.dimension)
+    controls = (
+        np.zeros(steered)
+        if predator_actions is None
+        else as_floats(predator_actions, "predator_actions", steered)
+    )
+    document = scenario.to_json()
+    run = _core.simulate_flock(document, ranges, start, positions, velocities, threads, controls)
     times: FloatArray = np.arange(scenario.num_steps + 1) * np.float64(scenario.time_step)
     in_force = np.broadcast_to(ranges, (scenario.num_steps, ranges.shape[1])).copy()
     return Trajectory(
@@ -129,6 +143,7 @@ def simulate(
         is_start_given=positions is not None or velocities is not None,
         times=times,
         interaction_ranges=in_force,
+        predator_actions=controls,
         **run,
     )
 

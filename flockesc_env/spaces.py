@@ -178,6 +178,11 @@ class ObservationLayout:
         return self.names.index(name)
 
 
+def predator_layout(dimension: int) -> ObservationLayout:
+    """Return the layout of a learned predator's observation row."""
+    return ObservationLayout.of(_core.predator_observation_entries(dimension))
+
+
 @dataclass(frozen=True)
 class Control:
     """What a policy needs to know of the environment that it steers.

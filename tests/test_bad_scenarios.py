@@ -21,6 +21,7 @@ from flockesc_env import (
     Gaussian,
     Herd,
     Intercept,
+    Learned,
     LineEscapeEnv,
     LineOptions,
     LineScenario,
@@ -160,6 +161,12 @@ def test_line_field(field: str, value: Any) -> None:
         (2, Wandering(angular_diffusion=-0.1), "wandering.angular_diffusion"),
         (2, Wandering(angular_diffusion=np.nan), "wandering.angular_diffusion"),
         (2, Wandering(angular_diffusion=None), "wandering.angular_diffusion"),
+        (2, Learned((1.0,)), "learned.position"),
+        (2, Learned(velocity=(0.0, np.inf)), "learned.velocity[1]"),
+        (2, Learned(max_acceleration=-1.0), "learned.max_acceleration"),
+        (2, Learned(max_acceleration=np.nan), "learned.max_acceleration"),
+        (2, Learned(max_speed=0.0), "learned.max_speed"),
+        (2, Learned(max_speed=None), "learned.max_speed"),
     ],
 )
 def test_predators(dimension: int, predator: Any, field: str) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from flockesc_env._checks import as_seed
 from flockesc_env.batch import FlockBatch, infos, is_over
 from flockesc_env.options import EnvOptions
+from flockesc_env.predator_policies import PredatorPolicy
 from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario import FlockScenario
@@ -28,6 +29,8 @@ class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
             every reset and step.
         render_options: what pictures show.
         num_threads: threads over which a large flock is spread; ``None``: one per core.
+        predator_policy: steers the learned predators, for example ``Chase()`` or a trained ``SB3Policy``;
+            in a scenario without any, all predators become ``Learned``. ``None``: those fly straight on.
         **options: see ``EnvOptions``.
 
     Raises:
@@ -45,10 +48,14 @@ class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
         render_mode: str | None = None,
         render_options: RenderOptions | None = None,
         num_threads: int | None = None,
+        predator_policy: PredatorPolicy | None = None,
         **options: Any,
     ) -> None:
         self._batch = FlockBatch(
-            as_scenario(scenario, FlockScenario), EnvOptions(**options), num_threads=num_threads
+            as_scenario(scenario, FlockScenario),
+            EnvOptions(**options),
+            num_threads=num_threads,
+            predator_policy=predator_policy,
         )
         self.control = self._batch.control
         self.scenario = self._batch.scenario

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import compress
-from typing import Any
+from typing import Any, Literal
 
 import gymnasium
 import numpy as np
@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
-from flockesc_env._checks import as_seed
-from flockesc_env.batch import STARTS, Columns, FlockBatch, Step, infos
-from flockesc_env.errors import ActionError, EpisodeError
+from flockesc_env._checks import FloatArray, as_seed
+from flockesc_env.batch import STARTS, Columns, FlockBatch, Step, infos, is_over
+from flockesc_env.errors import ActionError, ArgumentError, EpisodeError
 from flockesc_env.options import EnvOptions
+from flockesc_env.predator_policies import PredatorPolicy, all_learned, opposite
 from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario import FlockScenario
@@ -30,8 +31,15 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
     same. The horizon truncates all agents at once. An agent that is caught terminates: it gets the reward of
     the step that caught it and an observation of zeros, and is no agent any more.
 
+    Learned predators that no policy steers are agents, too: ``predator_0``, .., with observations and actions
+    of their own, each paid minus what the agents of the flock are paid on average.
+
     Args:
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
+        predator: ``"learned"``: all predators become ``Learned``; ``"scenario"``: they are what the scenario
+            says.
+        predator_policy: steers the learned predators, for example ``Chase()`` or a trained ``SB3Policy``;
+            in a scenario without any, all predators become ``Learned``. ``None``: they are agents.
         render_mode: ``"rgb_array"``: ``render`` returns a picture; ``"human"``: a window shows
             every reset and step.
         render_options: what pictures show.
@@ -39,7 +47,7 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         **options: see ``EnvOptions``.
 
     Raises:
-        ArgumentError: for a bad ``num_threads``.
+        ArgumentError: for a bad ``num_threads`` or ``predator``.
         ScenarioError: for an option out of bounds or a scenario without predator.
         DependencyNotInstalled: for a render mode without pygame.
     """
@@ -55,18 +63,25 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         self,
         scenario: FlockScenario | str | None = None,
         *,
+        predator: Literal["scenario", "learned"] = "scenario",
+        predator_policy: PredatorPolicy | None = None,
         render_mode: str | None = None,
         render_options: RenderOptions | None = None,
         num_threads: int | None = None,
         **options: Any,
     ) -> None:
+        if predator not in {"scenario", "learned"}:
+            raise ArgumentError("predator", "one of scenario, learned", repr(predator))
+        given = as_scenario(scenario, FlockScenario)
         self._batch = FlockBatch(
-            as_scenario(scenario, FlockScenario),
+            all_learned(given) if predator == "learned" else given,
             EnvOptions(**options),
             per_agent=True,
             num_threads=num_threads,
+            predator_policy=predator_policy,
         )
         self.control = self._batch.control
+        self.predator_control = self._batch.predator_control
         self.scenario = self._batch.scenario
         self.options = self._batch.options
         fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
@@ -74,11 +89,17 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         self.render_mode = render_mode
         self._viewer = flock_viewer(self._batch, render_mode, render_options, fps)
         count = self.scenario.num_agents
-        self.possible_agents = [f"agent_{i:0{len(str(count - 1))}d}" for i in range(count)]
+        self._flock = _names("agent", count)
+        are_agents = predator_policy is None
+        self._predators = _names("predator", self.predator_control.count if are_agents else 0)
+        self.possible_agents = self._flock + self._predators
         self.agents: list[str] = []
         self._caught = np.zeros(count, np.bool)
-        self.observation_spaces = {agent: self.control.layout.space() for agent in self.possible_agents}
-        self.action_spaces = {agent: self.control.actions.space() for agent in self.possible_agents}
+        self.observation_spaces = {agent: self.control.layout.space() for agent in self._flock}
+        self.action_spaces = {agent: self.control.actions.space() for agent in self._flock}
+        for hunter in self._predators:
+            self.observation_spaces[hunter] = self.predator_control.layout.space()
+            self.action_spaces[hunter] = self.predator_control.space()
         size = 2 * self.scenario.dimension * (count + len(self.scenario.predators)) + 3
         self.state_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
 
@@ -105,8 +126,8 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
             ArgumentError: naming a bad seed or option; the running episode goes on.
         """
         rows, columns = self._reset(seed, options)
-        infos = self._infos(self.agents, columns, np.zeros(len(rows)))
-        return dict(zip(self.agents, rows, strict=True)), infos
+        observations = self._by_name(self._flock, rows, self._seen())
+        return observations, self._infos(self._flock, columns, np.zeros(len(rows)))
 
     def reset_array(
         self, seed: int | None = None, options: dict[str, Any] | None = None
@@ -114,10 +135,11 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         """Start an episode, as ``reset``, without dicts per agent.
 
         Returns:
-            Observations (n, entries), and an ``info`` whose ``interaction_range`` has shape (n,).
+            Observations (n, entries), and an ``info`` whose ``interaction_range`` has shape (n,). Where
+            predators are agents it has their ``predator_observations`` (predators, entries), too.
         """
         rows, columns = self._reset(seed, options)
-        return rows, _info(columns, np.zeros(len(rows)))
+        return rows, self._info(columns, np.zeros(len(rows)))
 
     def step(
         self, actions: dict[str, Any]
@@ -131,31 +153,41 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
             EpisodeError: before ``reset``, or after the end.
         """
         self._check_running()
-        agents, acting = self.agents, ~self._caught
+        agents, acting = self.agents[: len(self.agents) - len(self._predators)], ~self._caught
+        controls = None
+        if self._predators:
+            controls = self.predator_control.plain_of(self._predators, actions)
+            actions = {agent: action for agent, action in actions.items() if agent not in self._predators}
         stacked = self.control.actions.core.stack(actions, agents)
         if stacked is None:
-            stacked = self._stack(actions)
+            stacked = self._stack(actions, agents)
         if len(agents) < len(acting):
             stacked = _spread(stacked, acting)
-        rows, rewards, ended, ranges, columns = self._step(stacked, self._label)
+        rows, rewards, ended, ranges, columns = self._step(stacked, self._label, controls)
+        paid = opposite(rewards, is_own=self.options.is_own)
         if len(agents) < len(acting):
             rows, rewards, ranges = rows[acting], rewards[acting], ranges[acting]
         caught = self._caught[acting]
+        count, terminated = len(self._predators), bool(is_over(columns)[0])
         return (
-            dict(zip(agents, rows, strict=True)),
-            dict(zip(agents, rewards.tolist(), strict=True)),
-            dict(zip(agents, caught.tolist(), strict=True)),
-            dict(zip(agents, (ended[0] & ~caught).tolist(), strict=True)),
+            self._by_name(agents, rows, self._seen()),
+            self._by_name(agents, rewards.tolist(), [paid] * count),
+            self._by_name(agents, caught.tolist(), [terminated] * count),
+            self._by_name(agents, (ended[0] & ~caught).tolist(), [bool(ended[0]) and not terminated] * count),
             self._infos(agents, columns, ranges),
         )
 
     def step_array(
-        self, actions: Any
+        self, actions: Any, predator_actions: Any = None
     ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool], NDArray[np.bool], dict[str, Any]]:
         """Do as ``step``, without dicts per agent; entries and rows are in the order of ``possible_agents``.
 
+        Predators are not among them; what they see is in ``info`` as in ``reset_array``, and they are paid
+        minus the mean of the rewards.
+
         Args:
             actions: shape (n, 1) or, where discrete, (n,); those of agents that were caught are ignored.
+            predator_actions: where predators are agents: shape (predators, D).
 
         Returns:
             New arrays: observations (n, entries), rewards (n,), terminations (n,), truncations (n,); and an
@@ -167,8 +199,11 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
             EpisodeError: before ``reset``, or after the end.
         """
         self._check_running()
-        rows, rewards, ended, ranges, columns = self._step(actions, STACKED)
-        return rows, rewards, self._caught.copy(), ended[0] & ~self._caught, _info(columns, ranges)
+        controls = None
+        if self._predators or predator_actions is not None:
+            controls = self.predator_control.plain(predator_actions, len(self._predators))
+        rows, rewards, ended, ranges, columns = self._step(actions, STACKED, controls)
+        return rows, rewards, self._caught.copy(), ended[0] & ~self._caught, self._info(columns, ranges)
 
     def state(self) -> NDArray[np.float32]:
         """Return time, running minima, positions and velocities of agents, then of predators, flat."""
@@ -197,7 +232,7 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         start = self._batch.start(known)
         started = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
         self.agents = self.possible_agents.copy()
-        self._caught = np.zeros(len(self.agents), np.bool)
+        self._caught = np.zeros(len(self._flock), np.bool)
         if self._viewer is not None:
             self._viewer.update()
         return started
@@ -206,30 +241,40 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         if not self.agents:
             raise EpisodeError("step", "a reset first", "no agents")
 
-    def _step(self, actions: Any, label: Label) -> Step:
-        step = self._batch.step(actions, label=label)
+    def _step(self, actions: Any, label: Label, controls: FloatArray | None) -> Step:
+        step = self._batch.step(actions, label=label, controls=controls)
         if step[2][0]:
             self.agents = []
         if self.scenario.capture_radius is not None:
             self._caught = self._batch.caught()[0]
             if self.agents:
-                self.agents = list(compress(self.possible_agents, ~self._caught))
+                self.agents = [*compress(self._flock, ~self._caught), *self._predators]
         if self._viewer is not None:
             self._viewer.update()
         return step
 
-    def _stack(self, actions: dict[str, Any]) -> NDArray[Any]:
+    def _stack(self, actions: dict[str, Any], agents: list[str]) -> NDArray[Any]:
         """Stack actions of any form, or say what is wrong with them."""
         for agent in actions:
             if agent not in self.action_spaces:
                 raise ActionError(f"action of {agent!r}", "an agent of this flock", "an unknown agent")
-            if agent not in self.agents:
+            if agent not in agents:
                 raise ActionError(f"action of {agent!r}", "none", "one of an agent that was caught")
-        for agent in self.agents:
+        for agent in agents:
             if agent not in actions:
                 raise ActionError(f"action of {agent!r}", "an action", "none")
         one = self.control.actions.one
-        return np.stack([one(actions[agent], f"action of {agent!r}") for agent in self.agents])
+        return np.stack([one(actions[agent], f"action of {agent!r}") for agent in agents])
+
+    def _seen(self) -> Observation:
+        """Return what the predators see, a row for each that is an agent."""
+        return self._batch.observe_predators([0]) if self._predators else np.zeros((0, 0), np.float32)
+
+    def _by_name(self, agents: list[str], flock: Any, predators: Any) -> dict[str, Any]:
+        return {
+            **dict(zip(agents, flock, strict=True)),
+            **dict(zip(self._predators, predators, strict=True)),
+        }
 
     def _infos(
         self, agents: list[str], columns: Columns, ranges: NDArray[np.float64]
@@ -239,10 +284,18 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         for agent, rho in zip(agents, ranges.tolist(), strict=True):
             own[agent] = info = shared.copy()  # cheaper than a display with one more key
             info["interaction_range"] = rho
+        for hunter in self._predators:
+            own[hunter] = infos(columns)[0]
         return own
 
+    def _info(self, columns: Columns, ranges: NDArray[np.float64]) -> dict[str, Any]:
+        info = {**infos(columns)[0], "interaction_range": ranges}
+        if self._predators:
+            info["predator_observations"] = self._seen()
+        return info
+
     def _label(self, place: int) -> str:
-        return f"action of {self.possible_agents[place]!r}"
+        return f"action of {self._flock[place]!r}"
 
 
 def _spread(stacked: NDArray[Any], acting: NDArray[np.bool]) -> NDArray[Any]:
@@ -252,8 +305,8 @@ def _spread(stacked: NDArray[Any], acting: NDArray[np.bool]) -> NDArray[Any]:
     return full
 
 
-def _info(columns: Columns, ranges: NDArray[np.float64]) -> dict[str, Any]:
-    return {**infos(columns)[0], "interaction_range": ranges}
+def _names(kind: str, count: int) -> list[str]:
+    return [f"{kind}_{i:0{len(str(count - 1))}d}" for i in range(count)]
 
 
 def parallel_env(scenario: FlockScenario | str | None = None, **options: Any) -> FlockParallelEnv:

@@ -14,6 +14,7 @@ from flockesc_env._checks import FloatArray, as_count, as_seed
 from flockesc_env.batch import AtEnd, Columns, FlockBatch, Observations, is_over
 from flockesc_env.errors import ArgumentError, EpisodeError
 from flockesc_env.options import EnvOptions
+from flockesc_env.predator_policies import PredatorPolicy
 from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario import FlockScenario
@@ -38,6 +39,8 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
             every reset and step.
         render_options: what pictures show.
         num_threads: threads over which flocks are spread; ``None``: one per core.
+        predator_policy: steers the learned predators, for example ``Chase()`` or a trained ``SB3Policy``;
+            in a scenario without any, all predators become ``Learned``. ``None``: those fly straight on.
         **options: see ``EnvOptions``.
 
     Raises:
@@ -58,6 +61,7 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
         render_mode: str | None = None,
         render_options: RenderOptions | None = None,
         num_threads: int | None = None,
+        predator_policy: PredatorPolicy | None = None,
         **options: Any,
     ) -> None:
         self.num_envs = as_count(num_envs, "num_envs")
@@ -67,6 +71,7 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
             EnvOptions(**options),
             num_flocks=self.num_envs,
             num_threads=num_threads,
+            predator_policy=predator_policy,
         )
         self.control = self._batch.control
         self.scenario = self._batch.scenario

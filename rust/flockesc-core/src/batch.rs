@@ -12,7 +12,7 @@ use crate::config::{EpisodeConfig, FlockConfig};
 use crate::episode::{Episode, Metrics, rows};
 use crate::error::{Error, Result};
 use crate::flock::InitialState;
-use crate::flock::check_ranges;
+use crate::flock::{check_controls, check_ranges};
 use crate::observation;
 use crate::rng::episode_seed;
 use crate::slot::Slot;
@@ -88,6 +88,18 @@ impl<const D: usize> Batch<D> {
         self.row_length
     }
 
+    /// D.
+    #[must_use]
+    pub fn dimension(&self) -> usize {
+        D
+    }
+
+    /// Learned predators per flock.
+    #[must_use]
+    pub fn num_learned(&self) -> usize {
+        self.scenario.num_learned()
+    }
+
     /// Starts the schedules of all slots anew, slot i from [`episode_seed`]`(seed, i + 1)`, without touching what
     /// runs. Before that slot i plays the schedule of seed i.
     pub fn seed(&mut self, seed: u64) {
@@ -160,7 +172,7 @@ impl<const D: usize> Batch<D> {
     }
 
     /// Holds `ranges` in m (flock after flock, `rows()` entries each) for one action in every slot, and
-    /// writes rewards (as many) and observations (`row_length()` entries for each).
+    /// writes rewards (as many) and observations (`row_length()` entries for each). Learned predators fly straight on.
     ///
     /// # Errors
     /// [`Error::Episode`] if a slot was never reset or its episode has ended; [`Error::Argument`] for a
@@ -171,24 +183,29 @@ impl<const D: usize> Batch<D> {
         rewards: &mut [f64],
         observations: &mut [f32],
     ) -> Result<()> {
-        self.step_measured(ranges, AtEnd::Refuse, rewards, observations, |_| ())
+        self.step_measured(ranges, &[], AtEnd::Refuse, rewards, observations, |_| ())
             .map(drop)
     }
 
     /// As [`Self::step`], and returns what `measure` finds in every slot after it, in the same pass over the
-    /// threads.
+    /// threads. `controls` steer the learned predators (flock after flock, D entries in [-1, 1] for each), unless
+    /// empty.
     ///
     /// # Errors
     /// As [`Self::step`].
     pub fn step_measured<T: Send>(
         &mut self,
         ranges: &[f64],
+        controls: &[f64],
         at_end: AtEnd,
         rewards: &mut [f64],
         observations: &mut [f32],
         measure: impl Fn(&Episode<D>) -> T + Send + Sync,
     ) -> Result<Vec<T>> {
         self.check_step(ranges, at_end, rewards.len(), observations.len())?;
+        let steered = self.num_flocks() * self.num_learned() * self.scenario.dimension;
+        check_controls(controls, steered)?;
+        let controls_each = controls.len() / self.num_flocks();
         let rows = self.rows();
         let size = rows * self.row_length;
         let pool = self.pool(self.num_flocks())?;
@@ -196,11 +213,13 @@ impl<const D: usize> Batch<D> {
         let work = self
             .slots
             .iter_mut()
+            .enumerate()
             .zip(ranges.chunks_exact(rows))
             .zip(rewards.chunks_exact_mut(rows))
             .zip(observations.chunks_exact_mut(size));
-        let measured = spread(pool, work, |(((slot, ranges), rewards), out)| {
-            if !slot.advance(ranges, rewards) && at_end == AtEnd::Restart {
+        let measured = spread(pool, work, |((((index, slot), ranges), rewards), out)| {
+            let controls = &controls[index * controls_each..(index + 1) * controls_each];
+            if !slot.advance(ranges, controls, rewards) && at_end == AtEnd::Restart {
                 slot.start(scenario, config, &InitialState::default());
             }
             slot.episode().map(|episode| {
@@ -223,6 +242,24 @@ impl<const D: usize> Batch<D> {
         spread(self.pool(slots.len())?, work, |(episode, out)| {
             episode.observe(out);
         });
+        Ok(())
+    }
+
+    /// Writes what the learned predators of `slots` see, a row for each, one slot after the other.
+    ///
+    /// # Errors
+    /// As [`Self::observe`].
+    pub fn observe_predators(&self, slots: &[usize], observations: &mut [f32]) -> Result<()> {
+        let entries = observation::predator_entries(self.scenario.dimension).len();
+        let size = self.num_learned() * entries;
+        check_length("observations", observations.len(), slots.len() * size)?;
+        let episodes = self.episodes(slots.iter().copied())?;
+        if size > 0 {
+            let work = episodes.iter().zip(observations.chunks_exact_mut(size));
+            spread(self.pool(slots.len())?, work, |(episode, out)| {
+                episode.observe_predators(out);
+            });
+        }
         Ok(())
     }
 

@@ -160,6 +160,11 @@ pub enum Objective {
 }
 
 impl FlockConfig {
+    /// Number of learned predators.
+    pub(crate) fn num_learned(&self) -> usize {
+        self.predators.iter().filter(|p| p.is_learned()).count()
+    }
+
     /// Parses and checks a document.
     ///
     /// # Errors
@@ -498,6 +503,12 @@ mod tests {
                 "/predators/0",
                 predator,
                 "predators[0].pure_pursuit.max_turn_rate",
+            ),
+            (
+                "/predators/0",
+                json!({"learned": {"position": [0.0, 0.0], "velocity": [1.0, 0.0],
+                                   "max_acceleration": 20.0, "max_speed": 0.0}}),
+                "predators[0].learned.max_speed",
             ),
             (
                 "/predators/0/constant_velocity/position",

@@ -79,9 +79,11 @@ impl<const D: usize> Episode<D> {
         }
     }
 
-    /// Holds `ranges` (one entry, or one per agent) for `steps_per_action` steps or until the horizon,
-    /// and writes what that pays: one entry for the flock, or one per agent, 0 for those that were caught before.
-    pub fn advance(&mut self, ranges: &[f64], rewards: &mut [f64]) {
+    /// Holds `ranges` (one entry, or one per agent) and `controls` (D entries per learned predator; none: they fly
+    /// straight on) for `steps_per_action` steps or until the end, and writes what that pays: one entry for the
+    /// flock, or one per agent, 0 for those that were caught before.
+    pub fn advance(&mut self, ranges: &[f64], controls: &[f64], rewards: &mut [f64]) {
+        self.world.control(controls);
         self.ranges.copy_from_slice(ranges);
         let caught_before = self.world.caught().len();
         rewards.fill(0.0);
@@ -128,6 +130,11 @@ impl<const D: usize> Episode<D> {
             View::Flock => observation::flock::write(self, out),
             View::Agent => observation::agent::write(self, out),
         }
+    }
+
+    /// Writes what learned predators see, one row for each.
+    pub fn observe_predators(&self, out: &mut [f32]) {
+        observation::predator::write(self, out);
     }
 
     /// Whether the horizon is reached or nobody is left.

@@ -28,6 +28,7 @@ mod episode;
 mod error;
 mod exact;
 mod flock;
+mod frame;
 mod graph;
 mod line;
 mod metrics;
@@ -62,11 +63,11 @@ pub use line::{
 };
 pub use metrics::PredatorDistance;
 pub use neighbor::{NeighborRule, Ranges};
-pub use observation::{Entry, entries};
+pub use observation::{Entry, entries, predator_entries};
 pub use per_agent::PerAgent;
 pub use predator::{
-    ConstantVelocity, Encircle, Herd, Intercept, Predator, PredatorConfig, PurePursuit, Target,
-    Wandering,
+    ConstantVelocity, Encircle, Herd, Intercept, Learned, Predator, PredatorConfig, PurePursuit,
+    Target, Wandering,
 };
 pub use randomization::{Choice, Distribution, Interval, Randomization};
 pub use reward::Reward;

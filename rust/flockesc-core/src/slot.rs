@@ -60,10 +60,15 @@ impl<const D: usize> Slot<D> {
     }
 
     /// Advances the episode, unless it has ended: that pays nothing and gives `false`.
-    pub(crate) fn advance(&mut self, ranges: &[f64], rewards: &mut [f64]) -> bool {
+    pub(crate) fn advance(
+        &mut self,
+        ranges: &[f64],
+        controls: &[f64],
+        rewards: &mut [f64],
+    ) -> bool {
         match &mut self.episode {
             Some(episode) if !episode.has_ended() => {
-                episode.advance(ranges, rewards);
+                episode.advance(ranges, controls, rewards);
                 true
             }
             _ => {

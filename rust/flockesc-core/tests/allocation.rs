@@ -9,8 +9,8 @@ use std::sync::Arc;
 use allocation_counter::measure;
 use common::scenario;
 use flockesc_core::{
-    EscapeForce, FlockConfig, InitialState, Line, LineConfig, Motion, PredatorConfig, Ranges,
-    Reynolds, Target, World,
+    EscapeForce, FlockConfig, InitialState, Learned, Line, LineConfig, Motion, PredatorConfig,
+    Ranges, Reynolds, Target, World,
 };
 
 const AGENTS: usize = 300;
@@ -96,6 +96,37 @@ fn a_flock_of_boids_that_err_and_lag() {
     (0..10).for_each(|_| world.step(Ranges::Shared(1e6)));
     let after = measure(|| (0..STEPS).for_each(|step| world.step(Ranges::Shared(range(step)))));
     assert_eq!(after.count_total, 0);
+}
+
+fn assert_steered_steps_allocate_nothing<const D: usize>() {
+    let mut config = scenario(AGENTS, D, STEPS, 100.0);
+    config.predators = vec![
+        PredatorConfig::Learned(Learned {
+            position: vec![-30.0, -30.0],
+            velocity: vec![10.0, 10.0],
+            max_acceleration: 20.0,
+            max_speed: 15.0,
+        });
+        2
+    ];
+    let mut world = World::<D>::new(Arc::new(config), &InitialState::seeded(0));
+    let mut controls = vec![0.0; 2 * D];
+    let mut step = |step: usize| {
+        for (index, control) in controls.iter_mut().enumerate() {
+            *control = ((step + 7 * index) as f64 / 10.0).sin();
+        }
+        world.control(&controls);
+        world.step(Ranges::Shared(range(step)));
+    };
+    (0..STEPS).for_each(&mut step);
+    let after = measure(|| (STEPS..2 * STEPS).for_each(&mut step));
+    assert_eq!(after.count_total, 0);
+}
+
+#[test]
+fn a_flock_after_which_learned_predators_are_steered() {
+    assert_steered_steps_allocate_nothing::<2>();
+    assert_steered_steps_allocate_nothing::<3>();
 }
 
 /// A line has room for all from the start.

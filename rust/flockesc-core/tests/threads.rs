@@ -37,6 +37,7 @@ fn run(
     num_threads: usize,
 ) -> Trajectory {
     let schedule = Schedule {
+        controls: vec![],
         values: values.to_vec(),
         rows: 1,
         columns: values.len(),
@@ -181,6 +182,7 @@ fn play<const D: usize>(
         let metrics = batch
             .step_measured(
                 &ranges,
+                &[],
                 AtEnd::Refuse,
                 &mut rewards,
                 &mut observations,

@@ -1,6 +1,9 @@
 //! `FlockBatch`: the batch of either dimension behind one Python class.
 
-use flockesc_core::{AtEnd, Batch, EpisodeConfig, Error, FlockConfig, InitialState, View, entries};
+use flockesc_core::{
+    AtEnd, Batch, Entry, EpisodeConfig, Error, FlockConfig, InitialState, View, entries,
+    predator_entries,
+};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -132,14 +135,15 @@ impl FlockBatch {
     ///
     /// A slot whose episode has ended is refused or, as `at_end` says, starts the next one ("restart") or stays as it
     /// is ("stay"); its action does not matter then, nor that of an agent that was caught. With `out` the
-    /// observations and rewards are written into those two arrays.
-    #[pyo3(signature = (actions, at_end="refuse", out=None))]
+    /// observations and rewards are written into those two arrays. `controls` steer the learned predators.
+    #[pyo3(signature = (actions, at_end="refuse", out=None, controls=None))]
     fn step<'py>(
         &mut self,
         py: Python<'py>,
         actions: &Bound<'py, PyAny>,
         at_end: &str,
         out: Option<Out<'py>>,
+        controls: Option<PyReadonlyArrayDyn<'py, f64>>,
     ) -> PyResult<Option<Step<'py>>> {
         let at_end = parsed(at_end)?;
         let rows = self.num_flocks * self.rows;
@@ -154,12 +158,19 @@ impl FlockBatch {
         if ranges.iter().any(|range| range.is_nan()) {
             return Ok(None);
         }
+        let controls = flat(controls)?.unwrap_or_default();
         let (mut observations, mut rewards) = match out {
             Some(_) if !self.scratch.1.is_empty() => std::mem::take(&mut self.scratch),
             _ => (vec![0.0; rows * self.row_length], vec![0.0; rows]),
         };
         let measured = self
-            .advance(py, &ranges, at_end, &mut rewards, &mut observations)
+            .advance(
+                py,
+                (&ranges, &controls),
+                at_end,
+                &mut rewards,
+                &mut observations,
+            )
             .map_err(CoreError::from)?;
         let (observations, rewards) = match out {
             Some((kept_observations, kept_rewards)) => {
@@ -183,18 +194,27 @@ impl FlockBatch {
     }
 
     /// As `step`, for the single action of a batch of one row.
+    #[pyo3(signature = (action, controls=None))]
     fn step_one<'py>(
         &mut self,
         py: Python<'py>,
         action: &Bound<'py, PyAny>,
+        controls: Option<PyReadonlyArrayDyn<'py, f64>>,
     ) -> PyResult<Option<StepOne<'py>>> {
         let Some(range) = self.actions.to_range(action) else {
             return Ok(None);
         };
+        let controls = flat(controls)?.unwrap_or_default();
         let mut reward = [0.0];
         let mut observation = vec![0.0; self.row_length];
         let measured = self
-            .advance(py, &[range], AtEnd::Refuse, &mut reward, &mut observation)
+            .advance(
+                py,
+                (&[range], &controls),
+                AtEnd::Refuse,
+                &mut reward,
+                &mut observation,
+            )
             .map_err(CoreError::from)?;
         let info = match measured.first() {
             Some(measured) => numbers(py, measured)?,
@@ -212,6 +232,22 @@ impl FlockBatch {
         on_batch!(&self.inner, batch => batch.observe(&slots, &mut observations))
             .map_err(CoreError::from)?;
         shaped(py, observations, [rows, self.row_length])
+    }
+
+    /// What the learned predators of `slots` see, a row for each, one slot after the other.
+    fn observe_predators<'py>(
+        &self,
+        py: Python<'py>,
+        slots: Vec<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let inner = &self.inner;
+        let (learned, dimension) =
+            on_batch!(inner, batch => (batch.num_learned(), batch.dimension()));
+        let shape = [slots.len() * learned, predator_entries(dimension).len()];
+        let mut observations = vec![0.0_f32; shape[0] * shape[1]];
+        py.detach(|| on_batch!(inner, batch => batch.observe_predators(&slots, &mut observations)))
+            .map_err(CoreError::from)?;
+        shaped(py, observations, shape)
     }
 
     /// Metrics of every slot, one column each, without the number of components.
@@ -327,7 +363,7 @@ impl FlockBatch {
     fn advance(
         &mut self,
         py: Python<'_>,
-        ranges: &[f64],
+        (ranges, controls): (&[f64], &[f64]),
         at_end: AtEnd,
         rewards: &mut [f64],
         observations: &mut [f32],
@@ -335,7 +371,7 @@ impl FlockBatch {
         let (inner, count_components) = (&mut self.inner, self.count_components);
         py.detach(|| {
             on_batch!(inner, batch => {
-                batch.step_measured(ranges, at_end, rewards, observations, |episode| {
+                batch.step_measured(ranges, controls, at_end, rewards, observations, |episode| {
                     Measured::of(episode, count_components)
                 })
             })
@@ -362,8 +398,16 @@ pub(crate) fn episode_seed(seed: u64, episode: u64) -> u64 {
 #[pyfunction]
 pub(crate) fn observation_entries(per_agent: bool, dimension: usize) -> Vec<(String, f32, f32)> {
     let view = if per_agent { View::Agent } else { View::Flock };
-    entries(view, dimension)
-        .into_iter()
-        .map(|entry| (entry.name, entry.low, entry.high))
-        .collect()
+    bounds(entries(view, dimension))
+}
+
+/// The same of a learned predator's row.
+#[pyfunction]
+pub(crate) fn predator_observation_entries(dimension: usize) -> Vec<(String, f32, f32)> {
+    bounds(predator_entries(dimension))
+}
+
+fn bounds(entries: Vec<Entry>) -> Vec<(String, f32, f32)> {
+    let bounds = |entry: Entry| (entry.name, entry.low, entry.high);
+    entries.into_iter().map(bounds).collect()
 }

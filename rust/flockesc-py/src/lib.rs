@@ -29,6 +29,10 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(models::perron_matrix, module)?)?;
     module.add_function(wrap_pyfunction!(batch::episode_seed, module)?)?;
     module.add_function(wrap_pyfunction!(batch::observation_entries, module)?)?;
+    module.add_function(wrap_pyfunction!(
+        batch::predator_observation_entries,
+        module
+    )?)?;
     module.add_function(wrap_pyfunction!(line::line_observation_entries, module)?)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))
 }

@@ -34,7 +34,8 @@ pub(crate) fn check_line_scenario(scenario: &str) -> Result<(), CoreError> {
 }
 
 #[pyfunction]
-#[pyo3(signature = (scenario, ranges, seed, positions, velocities, num_threads))]
+#[pyo3(signature = (scenario, ranges, seed, positions, velocities, num_threads, controls=None))]
+#[expect(clippy::too_many_arguments, reason = "what a run is made from")]
 pub(crate) fn simulate_flock<'py>(
     py: Python<'py>,
     scenario: &str,
@@ -43,6 +44,7 @@ pub(crate) fn simulate_flock<'py>(
     positions: Option<PyReadonlyArrayDyn<'py, f64>>,
     velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
     num_threads: Option<usize>,
+    controls: Option<PyReadonlyArrayDyn<'py, f64>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let config = Arc::new(FlockConfig::from_json(scenario).map_err(CoreError::from)?);
     let (rows, columns) = rows_and_columns(&ranges)?;
@@ -50,6 +52,7 @@ pub(crate) fn simulate_flock<'py>(
         values: vector(&ranges)?,
         rows,
         columns,
+        controls: flat(controls)?.unwrap_or_default(),
     };
     let start = InitialState {
         seed,

@@ -135,6 +135,7 @@ fn slots_restart_at_their_own_horizon() {
             crowd
                 .step_measured(
                     &vec![4.0; rows],
+                    &[],
                     AtEnd::Restart,
                     &mut rewards,
                     &mut observations,

@@ -61,6 +61,11 @@ impl<const D: usize> World<D> {
 
     /// Advances from t to t + dt under `ranges`.
     pub fn step(&mut self, ranges: Ranges<'_>) {
+        let prey = Prey {
+            agents: &self.agents,
+            neighborhood: &self.neighborhood,
+        };
+        predator::accelerate(&mut self.predators, self.config.time_step, prey);
         if self.agents.len() > 0 {
             self.neighborhood.listen(&mut self.agents, ranges);
         }
@@ -108,6 +113,12 @@ impl<const D: usize> World<D> {
         self.predator_distance = PredatorDistance::of(&self.agents.groups, self.agents.len());
     }
 
+    /// Sets what learned predators are steered by from now on: D entries in [-1, 1] for each; none: they fly straight
+    /// on.
+    pub fn control(&mut self, controls: &[f64]) {
+        predator::control(&mut self.predators, controls);
+    }
+
     /// The parameters, as drawn.
     #[must_use]
     pub fn config(&self) -> &FlockConfig {
@@ -134,6 +145,14 @@ impl<const D: usize> World<D> {
     #[must_use]
     pub fn predators(&self) -> &[Predator<D>] {
         &self.predators
+    }
+
+    /// What predators see.
+    pub(crate) fn prey(&self) -> Prey<'_, D> {
+        Prey {
+            agents: &self.agents,
+            neighborhood: &self.neighborhood,
+        }
     }
 
     /// Mean and minimum predator distance.

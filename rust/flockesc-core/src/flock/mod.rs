@@ -13,6 +13,6 @@ pub use initial::{
     InitialPositions, InitialState, RandomHeadings, Ring, Segment, Square,
 };
 pub use motion::{Inertial, Motion, Reynolds, Vicsek};
-pub(crate) use simulate::check_ranges;
 pub use simulate::{Schedule, Trajectory, simulate_flock};
+pub(crate) use simulate::{check_controls, check_ranges};
 pub(crate) use summary::{HALF_COUNT, Summary};

@@ -10,8 +10,8 @@ use crate::error::{Error, Result};
 use crate::neighbor::Ranges;
 use crate::threads::{self, Progress};
 
-/// Ranges over time: `rows` is 1 (fixed) or T, `columns` is 1 (shared) or n.
-#[derive(Debug, Clone, PartialEq)]
+/// Ranges over time, where `rows` is 1 (fixed) or T and `columns` is 1 (shared) or n, and what steers learned predators.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Schedule {
     /// Ranges in m, row after row.
     pub values: Vec<f64>,
@@ -19,6 +19,8 @@ pub struct Schedule {
     pub rows: usize,
     /// 1, or one column per agent.
     pub columns: usize,
+    /// Actions of the learned predators in [-1, 1], D entries for each in every step; empty: they fly straight on.
+    pub controls: Vec<f64>,
 }
 
 impl Schedule {
@@ -34,7 +36,15 @@ impl Schedule {
                 format!("{} x {}", self.rows, self.columns),
             ));
         }
-        check_ranges("interaction_range", &self.values)
+        check_ranges("interaction_range", &self.values)?;
+        let each = config.num_learned() * config.dimension;
+        check_controls(&self.controls, config.num_steps * each)
+    }
+
+    /// Actions of the learned predators in a step.
+    fn controls_at(&self, step: usize, num_steps: usize) -> &[f64] {
+        let each = self.controls.len() / num_steps;
+        &self.controls[step * each..(step + 1) * each]
     }
 
     fn at(&self, step: usize) -> Ranges<'_> {
@@ -53,6 +63,26 @@ pub(crate) fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
             format!("{field}[{at}]"),
             "a finite number of at least 0",
             ranges[at],
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Refuses actions of learned predators that are none in [-1, 1], or not `count` of them; no actions at all are fine.
+pub(crate) fn check_controls(controls: &[f64], count: usize) -> Result<()> {
+    if !controls.is_empty() && controls.len() != count {
+        let expected = format!("{count} entries");
+        return Err(Error::argument(
+            "predator_actions",
+            expected,
+            controls.len(),
+        ));
+    }
+    match controls.iter().position(|c| !(-1.0..=1.0).contains(c)) {
+        Some(at) => Err(Error::argument(
+            format!("predator_actions[{at}]"),
+            "a number from -1 to 1",
+            controls[at],
         )),
         None => Ok(()),
     }
@@ -168,6 +198,7 @@ fn run<const D: usize>(
     for step in 0..num_steps {
         progress.check()?;
         trajectory.record(&world, schedule.at(step));
+        world.control(schedule.controls_at(step, num_steps));
         world.step(schedule.at(step));
     }
     trajectory.record(&world, schedule.at(num_steps - 1));

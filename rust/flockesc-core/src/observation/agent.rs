@@ -2,15 +2,15 @@
 
 use nalgebra::SVector;
 
-use super::frame::Frame;
 use super::{Entry, Writer, entry, running_minimum, squash};
 use crate::agents::GROUP;
 use crate::episode::Episode;
 use crate::flock::HALF_COUNT;
+use crate::frame::Frame;
 use crate::predator::Predator;
 use crate::vector::unit;
 
-const AXES: [&str; 3] = ["ahead", "left", "up"];
+pub(super) const AXES: [&str; 3] = ["ahead", "left", "up"];
 
 pub(super) fn entries(dimension: usize) -> Vec<Entry> {
     let vector = |name: &str| {

@@ -4,10 +4,11 @@
 
 pub(crate) mod agent;
 pub(crate) mod flock;
-mod frame;
+pub(crate) mod predator;
 
 use crate::config::{Objective, View};
 use crate::episode::Episode;
+pub use predator::entries as predator_entries;
 
 /// Name and bounds of one entry of an observation.
 #[derive(Debug, Clone, PartialEq)]

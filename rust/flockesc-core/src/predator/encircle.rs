@@ -41,7 +41,9 @@ pub(super) fn take_stations<const D: usize>(
     if !predators.iter().any(encircles) {
         return;
     }
-    let center = prey.centroid();
+    let Some(center) = prey.centroid() else {
+        return;
+    };
     // In the order of their bearings, so that none has to pass another one.
     let mut bearings: Vec<(f64, &mut Predator<D>)> = predators
         .iter_mut()

@@ -36,10 +36,14 @@ impl Herd {
 
 /// Tells every herding predator where to drive from; nothing where its partner is at the centroid.
 pub(super) fn take_posts<const D: usize>(predators: &mut [Predator<D>], prey: Prey<'_, D>) {
-    let mut centroid = None;
+    if !predators.iter().any(|p| matches!(p.strategy, PredatorConfig::Herd(_))) {
+        return;
+    }
+    let Some(center) = prey.centroid() else {
+        return;
+    };
     for index in 0..predators.len() {
         if let PredatorConfig::Herd(herd) = &predators[index].strategy {
-            let center = *centroid.get_or_insert_with(|| prey.centroid());
             let behind = unit(&(center - predators[herd.partner].position));
             predators[index].agreed = behind.map(|away| center + away * herd.distance);
         }

@@ -6,8 +6,10 @@ mod encircle;
 mod flight;
 mod herd;
 mod intercept;
+mod learned;
 mod prey;
 mod pure_pursuit;
+mod sighting;
 pub(crate) mod steering;
 mod wandering;
 
@@ -19,8 +21,11 @@ pub use constant_velocity::ConstantVelocity;
 pub use encircle::Encircle;
 pub use herd::Herd;
 pub use intercept::Intercept;
+pub use learned::Learned;
+pub(crate) use learned::{accelerate, control};
 pub(crate) use prey::Prey;
 pub use pure_pursuit::{PurePursuit, Target};
+pub(crate) use sighting::Sighting;
 pub use wandering::Wandering;
 
 use assignment::MAX_SHARING;
@@ -45,6 +50,8 @@ pub enum PredatorConfig {
     Encircle(Encircle),
     /// Turns toward a place behind the flock.
     Herd(Herd),
+    /// Is steered from outside.
+    Learned(Learned),
 }
 
 impl PredatorConfig {
@@ -57,7 +64,13 @@ impl PredatorConfig {
             Self::Wandering(strategy) => (&strategy.position, &strategy.velocity),
             Self::Encircle(strategy) => (&strategy.position, &strategy.velocity),
             Self::Herd(strategy) => (&strategy.position, &strategy.velocity),
+            Self::Learned(strategy) => (&strategy.position, &strategy.velocity),
         }
+    }
+
+    /// Whether it is steered from outside.
+    pub(crate) fn is_learned(&self) -> bool {
+        matches!(self, Self::Learned(_))
     }
 
     /// Checks the predator with this `index` among `count`.
@@ -69,6 +82,7 @@ impl PredatorConfig {
             Self::Wandering(_) => "wandering",
             Self::Encircle(_) => "encircle",
             Self::Herd(_) => "herd",
+            Self::Learned(_) => "learned",
         };
         let path = format!("predators[{index}].{kind}");
         let (position, velocity) = self.start();
@@ -82,6 +96,7 @@ impl PredatorConfig {
             Self::Wandering(strategy) => strategy.check(&path),
             Self::Encircle(strategy) => strategy.check(&path),
             Self::Herd(strategy) => strategy.check(&path, index, count),
+            Self::Learned(strategy) => strategy.check(&path),
         }
     }
 
@@ -117,6 +132,9 @@ pub struct Predator<const D: usize> {
     agreed: Option<SVector<f64, D>>,
     /// Steps for which it has encircled the flock.
     steps: usize,
+    /// What steers it, where it is learned: an action, and the change of velocity in m/s that the step being made owes to it.
+    control: SVector<f64, D>,
+    push: SVector<f64, D>,
 }
 
 impl<const D: usize> Predator<D> {
@@ -132,6 +150,8 @@ impl<const D: usize> Predator<D> {
             kept: None,
             agreed: None,
             steps: 0,
+            control: SVector::zeros(),
+            push: SVector::zeros(),
         }
     }
 
@@ -166,6 +186,10 @@ impl<const D: usize> Predator<D> {
                 let limits = strategy.limits();
                 (heading_toward(agreed, &limits), limits)
             }
+            PredatorConfig::Learned(strategy) => {
+                self.velocity = strategy.steer(velocity, &self.push);
+                return;
+            }
             PredatorConfig::Herd(strategy) => {
                 let limits = strategy.limits();
                 (heading_toward(agreed, &limits), limits)
@@ -176,16 +200,13 @@ impl<const D: usize> Predator<D> {
 }
 
 /// Sets the next velocities of all predators, which see each other and the agents where they now are; what is random
-/// comes from `rng`. Where no agent is left, all fly straight on.
+/// comes from `rng`.
 pub(crate) fn steer<const D: usize>(
     predators: &mut [Predator<D>],
     time_step: f64,
     prey: Prey<'_, D>,
     rng: &mut ChaCha8Rng,
 ) {
-    if prey.agents.len() == 0 {
-        return;
-    }
     // First all agree on where to fly, then everybody turns.
     assignment::share_out(predators, prey);
     encircle::take_stations(predators, time_step, prey);

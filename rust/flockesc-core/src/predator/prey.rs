@@ -6,7 +6,7 @@ use crate::agents::Agents;
 use crate::metrics::centroid;
 use crate::neighbor::Neighborhood;
 
-/// The agents at the end of a step, at least one.
+/// The agents at the end of a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Prey<'a, const D: usize> {
     pub(crate) agents: &'a Agents<D>,
@@ -15,13 +15,13 @@ pub(crate) struct Prey<'a, const D: usize> {
 
 /// One agent.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Quarry<const D: usize> {
+pub(crate) struct Quarry<const D: usize> {
     /// The index that users know.
-    pub(super) name: usize,
+    pub(crate) name: usize,
     /// r in m.
-    pub(super) position: SVector<f64, D>,
+    pub(crate) position: SVector<f64, D>,
     /// v in m/s.
-    pub(super) velocity: SVector<f64, D>,
+    pub(crate) velocity: SVector<f64, D>,
 }
 
 impl<const D: usize> Prey<'_, D> {
@@ -54,7 +54,7 @@ impl<const D: usize> Prey<'_, D> {
     }
 
     /// The agents within `sight` m of `place`, boundary included, in no order that means anything.
-    pub(super) fn within(
+    pub(crate) fn within(
         &self,
         place: &SVector<f64, D>,
         sight: f64,
@@ -95,15 +95,16 @@ impl<const D: usize> Prey<'_, D> {
         })
     }
 
-    /// Mean position of all agents in m.
-    pub(super) fn centroid(&self) -> SVector<f64, D> {
+    /// Mean position of all agents in m; `None` if there are none.
+    pub(super) fn centroid(&self) -> Option<SVector<f64, D>> {
         let bounds = self.neighborhood.bounds();
-        centroid(&self.agents.groups, bounds, self.agents.len()).into()
+        let agents = self.agents;
+        (agents.len() > 0).then(|| centroid(&agents.groups, bounds, agents.len()).into())
     }
 
     /// Position in m of the agent whose nearest other agent is farthest; the lowest name among equals.
-    pub(super) fn most_isolated(&self) -> SVector<f64, D> {
-        let (_, position, _) = self.agents.at(self.neighborhood.most_isolated(self.agents));
-        position
+    pub(super) fn most_isolated(&self) -> Option<SVector<f64, D>> {
+        let agents = self.agents;
+        (agents.len() > 0).then(|| agents.at(self.neighborhood.most_isolated(agents)).1)
     }
 }

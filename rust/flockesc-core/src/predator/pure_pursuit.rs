@@ -72,8 +72,8 @@ impl PurePursuit {
                 quarry.map(|quarry| quarry.position)
             }
             Target::Nearest => prey.nearest(position).map(|quarry| quarry.position),
-            Target::Centroid => Some(prey.centroid()),
-            Target::MostIsolated => Some(prey.most_isolated()),
+            Target::Centroid => prey.centroid(),
+            Target::MostIsolated => prey.most_isolated(),
             Target::Assigned => agreed,
         }
     }

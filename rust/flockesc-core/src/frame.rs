@@ -1,11 +1,11 @@
-//! An agent's own frame: ahead is its heading; left, and in D = 3 up, complete a right-handed basis.
+//! The own frame of an agent or predator: ahead is its heading; left, and in D = 3 up, complete a right-handed basis.
 
 use nalgebra::SVector;
 
 use crate::vector::{least_aligned_axis, unit};
 
 /// An orthonormal basis; row k is the k-th axis.
-pub(super) struct Frame<const D: usize> {
+pub(crate) struct Frame<const D: usize> {
     axes: [SVector<f64, D>; D],
 }
 
@@ -14,7 +14,7 @@ impl<const D: usize> Frame<D> {
     ///
     /// In D = 3 the heading leaves the roll open: left is then where the first of `cues` that is not
     /// parallel to the heading points. Where all are, no entry depends on the roll.
-    pub(super) fn new(velocity: &SVector<f64, D>, cues: &[SVector<f64, D>]) -> Self {
+    pub(crate) fn new(velocity: &SVector<f64, D>, cues: &[SVector<f64, D>]) -> Self {
         let ahead = unit(velocity).unwrap_or_else(|| least_aligned_axis(velocity));
         let mut axes = [ahead; D];
         if D == 2 {
@@ -39,8 +39,14 @@ impl<const D: usize> Frame<D> {
         Self { axes }
     }
 
+    /// The vector with these coordinates in this frame.
+    pub(crate) fn vector(&self, coordinates: &SVector<f64, D>) -> SVector<f64, D> {
+        let parts = self.axes.iter().zip(coordinates.iter());
+        parts.fold(SVector::zeros(), |sum, (axis, part)| sum + axis * *part)
+    }
+
     /// The vector's coordinates in this frame.
-    pub(super) fn coordinates(&self, vector: &SVector<f64, D>) -> [f64; D] {
+    pub(crate) fn coordinates(&self, vector: &SVector<f64, D>) -> [f64; D] {
         std::array::from_fn(|k| self.axes[k].dot(vector))
     }
 }
@@ -54,6 +60,7 @@ mod tests {
     fn plane_and_space() {
         let plane = Frame::new(&vector![0.0, 2.0], &[]);
         assert_eq!(plane.coordinates(&vector![-3.0, 4.0]), [4.0, 3.0]);
+        assert_eq!(plane.vector(&vector![4.0, 3.0]), vector![-3.0, 4.0]);
         let space = Frame::new(
             &vector![0.0, 0.0, 5.0],
             &[vector![0.0, 0.0, 1.0], vector![0.0, 7.0, 1.0]],

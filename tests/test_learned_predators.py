@@ -1,0 +1,212 @@
+"""Learned predators against plain NumPy: the law, what they see, what they are paid."""
+
+from __future__ import annotations
+
+import copy
+import math
+from typing import Any
+
+import learned_reference
+import numpy as np
+import pytest
+import reference
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from option_table import AGENT_REWARDS, DIMENSIONS, OBJECTIVES, OWN_REWARDS, small_flock
+from reference import FlockState
+
+from flockesc_env import ConstantVelocity, EnvOptions, FlockScenario, Learned, parallel_env, simulate
+from flockesc_env.batch import FlockBatch
+
+dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
+
+MINIMA = {"mean": "min_mean_distance", "minimum": "min_min_distance", "survival": "fraction_surviving"}
+
+HUNTERS = (
+    Learned((-10.0, -5.0), (6.0, 8.0)),
+    Learned((40.0, 20.0), (-3.0, 1.0), max_acceleration=60.0, max_speed=7.0),
+)
+
+
+def hunted(dimension: int, hunters: tuple[Learned, ...] = HUNTERS, **changes: Any) -> FlockScenario:
+    return small_flock(dimension, num_agents=12, predators=hunters, **changes)
+
+
+def start_of(scenario: FlockScenario, seed: int) -> FlockState:
+    run = simulate(scenario, 0.0, seed=seed)
+    return reference.flock_start(scenario, run.positions[0], run.velocities[0])
+
+
+@dimensions
+@settings(max_examples=25)
+@given(seed=st.integers(0, 2**32), hold=st.sampled_from([1, 3]))
+def test_law_and_observations(dimension: int, seed: int, hold: int) -> None:
+    """Step by step from the engine's own state, so that no difference grows."""
+    scenario = hunted(dimension)
+    batch = FlockBatch(scenario, EnvOptions(action_mode="range", steps_per_action=hold))
+    batch.reset([0], [seed])
+    state, rng = start_of(scenario, seed), np.random.default_rng(seed)
+    running = reference.predator_distances(state.positions, state.predator_positions).mean()
+    control = batch.predator_control
+    for step in range(0, 9, hold):
+        seen = batch.observe_predators([0])
+        for index, row in enumerate(seen):
+            expected = learned_reference.observation(scenario, state, index, step / 10, float(running))
+            np.testing.assert_allclose(row, expected, rtol=0, atol=3e-6)
+        assert all(control.layout.space().contains(row) for row in seen)
+        actions = rng.uniform(-1, 1, (2, dimension))
+        batch.step(np.array([[8.0]]), controls=control.plain(actions, 2))
+        for _ in range(hold):
+            state = learned_reference.step(scenario, state, np.full(12, 8.0), actions)
+            distances = reference.predator_distances(state.positions, state.predator_positions)
+            running = min(running, distances.mean())
+        now = batch.state(0)
+        for name in ("positions", "velocities", "predator_positions", "predator_velocities"):
+            np.testing.assert_allclose(now[name], getattr(state, name), rtol=0, atol=1e-8)
+            setattr(state, name, now[name])
+
+
+def steered(scenario: FlockScenario, actions: np.ndarray, **start: Any) -> np.ndarray:
+    """Return the velocities of a lonely predator, shape (T, D), under the same action in every step."""
+    schedule = np.tile(actions, (scenario.num_steps, 1, 1))
+    run = simulate(scenario, 0.0, seed=0, predator_actions=schedule, **start)
+    return np.diff(run.predator_positions[:, 0], axis=0) / scenario.time_step
+
+
+def test_an_action_acts_with_the_second_move() -> None:
+    """A step moves with the velocity that the step before has set, as it moves agents."""
+    flown = steered(hunted(2, (Learned((0.0, 0.0), (5.0, 0.0)),)), np.array([[1.0, 0.0]]))
+    np.testing.assert_allclose(flown[:, 0], np.minimum(5.0 + np.arange(10), 15.0), rtol=1e-9)
+    np.testing.assert_allclose(flown[:, 1], 0.0)
+
+
+@dimensions
+def test_no_action_is_stronger_than_one_along_an_axis(dimension: int) -> None:
+    hunter = (Learned((0.0, 0.0), (5.0, 0.0)),)
+    for action in (np.ones(dimension), -np.ones(dimension), np.eye(dimension)[1], 0.5 * np.eye(dimension)[0]):
+        flown = steered(hunted(dimension, hunter), action[np.newaxis])
+        change = np.linalg.norm(flown[1] - flown[0])
+        assert change == pytest.approx(min(np.linalg.norm(action), 1.0) * 20.0 * 0.05)
+
+
+def test_a_turn_at_full_strength_is_a_circle() -> None:
+    """At its largest speed, full acceleration to the left turns by about max_acceleration / speed rad/s."""
+    scenario = hunted(2, (Learned((0.0, 0.0), (15.0, 0.0)),), num_steps=400, time_step=1e-3)
+    flown = steered(scenario, np.array([[0.0, 1.0]]))
+    angles = np.unwrap(np.arctan2(flown[:, 1], flown[:, 0]))
+    np.testing.assert_allclose(np.diff(angles), 1e-3 * 20.0 / 15.0, rtol=1e-5)
+    np.testing.assert_allclose(np.linalg.norm(flown, axis=1), 15.0, rtol=1e-9)
+
+
+@dimensions
+def test_without_actions_it_flies_straight_on(dimension: int) -> None:
+    kept = ((-10.0, -5.0), (6.0, 8.0))
+    learned = simulate(hunted(dimension, (Learned(*kept),)), 9.0, seed=1)
+    straight = simulate(hunted(dimension, (ConstantVelocity(*kept),)), 9.0, seed=1)
+    np.testing.assert_array_equal(learned.positions, straight.positions)
+    np.testing.assert_array_equal(learned.predator_positions, straight.predator_positions)
+
+
+@dimensions
+def test_a_predator_that_rests_looks_at_the_nearest_agent(dimension: int) -> None:
+    scenario = hunted(dimension, (Learned((50.0, -20.0), (0.0, 0.0)),))
+    environment = parallel_env(scenario)
+    observations, _ = environment.reset(seed=3)
+    row = dict(zip(environment.predator_control.layout.names, observations["predator_0"], strict=True))
+    assert row["speed"] == 0
+    assert row["nearest_direction_ahead"] == pytest.approx(1.0)
+    ahead = np.eye(dimension, dtype=np.float32)[0]
+    flock = {agent: environment.action_space(agent).sample() for agent in environment.agents[:-1]}
+    environment.step({**flock, "predator_0": ahead})
+    state = environment.state()
+    velocity = state[-dimension:]
+    assert np.linalg.norm(velocity) == pytest.approx(1.0)
+
+
+@dimensions
+@pytest.mark.parametrize("is_resting", [False, True])
+def test_turning_shifting_and_renumbering_change_nothing(dimension: int, is_resting: bool) -> None:
+    rng = np.random.default_rng(dimension)
+    turn, _ = np.linalg.qr(rng.normal(size=(dimension, dimension)))
+    turn[:, 0] *= np.linalg.det(turn)
+    shift, order = rng.normal(0, 100, dimension), rng.permutation(12)
+    start = {
+        "initial_positions": rng.normal(0, 20, (12, dimension)),
+        "initial_velocities": rng.normal(0, 7, (12, dimension)),
+        "predator_positions": rng.normal(0, 20, (2, dimension)),
+        "predator_velocities": rng.normal(0, 7, (2, dimension)) * (not is_resting),
+    }
+    moved = {name: rows @ turn.T + shift * name.endswith("positions") for name, rows in start.items()}
+    moved |= {name: moved[name][order] for name in ("initial_positions", "initial_velocities")}
+    actions = rng.uniform(-1, 1, (8, 2, dimension))
+
+    def seen(given: dict[str, Any]) -> list[np.ndarray]:
+        batch = FlockBatch(hunted(dimension), EnvOptions(action_mode="range"))
+        batch.reset([0], [0], batch.start(given))
+        rows = [batch.observe_predators([0])]
+        for action in actions:
+            batch.step(np.array([[8.0]]), controls=action)
+            rows.append(batch.observe_predators([0]))
+        return rows
+
+    np.testing.assert_allclose(seen(moved), seen(start), rtol=0, atol=2e-6)
+
+
+def sample(environment: Any) -> dict[str, Any]:
+    return {agent: environment.action_space(agent).sample() for agent in environment.agents}
+
+
+@pytest.mark.parametrize("objective", OBJECTIVES)
+@pytest.mark.parametrize("reward", AGENT_REWARDS)
+@pytest.mark.parametrize("steps_per_action", [1, 4])
+def test_predators_are_paid_the_opposite(reward: str, objective: str, steps_per_action: int) -> None:
+    environment = parallel_env(
+        hunted(2), reward=reward, objective=objective, steps_per_action=steps_per_action
+    )
+    environment.reset(seed=0)
+    total = 0.0
+    while environment.agents:
+        _, rewards, _, _, infos = environment.step(sample(environment))
+        flock = [paid for agent, paid in rewards.items() if agent.startswith("agent")]
+        mean = math.fsum(flock) / len(flock) if reward in OWN_REWARDS else flock[0]
+        assert rewards["predator_0"] == rewards["predator_1"] == -mean
+        assert reward in OWN_REWARDS or set(flock) == {mean}
+        total += rewards["predator_0"]
+    if reward in {"running_minimum", "terminal"}:
+        start = environment.reset(seed=0)[1]["agent_00"]
+        name = MINIMA[objective]
+        change = start[name] - infos["agent_00"][name]
+        assert total == pytest.approx(change, abs=1e-12)
+
+
+@dimensions
+def test_places_and_threads_do_not_matter(dimension: int) -> None:
+    scenario, options = hunted(dimension), EnvOptions(action_mode="range")
+    rng = np.random.default_rng(0)
+    actions = rng.uniform(-1, 1, (10, 5, 2, dimension))
+
+    def play(slots: list[int], threads: int) -> np.ndarray:
+        batch = FlockBatch(scenario, options, num_flocks=len(slots), num_threads=threads)
+        batch.reset(range(len(slots)), [50 + slot for slot in slots])
+        rows = [batch.observe_predators(range(len(slots)))]
+        for action in actions[:, slots]:
+            batch.step(np.full((len(slots), 1), 9.0), controls=action.reshape(-1, dimension))
+            rows.append(batch.observe_predators(range(len(slots))))
+        return np.array(rows).reshape(11, len(slots), 2, -1)
+
+    together = play([0, 1, 2, 3, 4], 1)
+    np.testing.assert_array_equal(play([0, 1, 2, 3, 4], 3), together)
+    for slot in (0, 3, 4):
+        np.testing.assert_array_equal(play([slot], 1)[:, 0], together[:, slot])
+
+
+@dimensions
+def test_a_copy_in_mid_episode_continues_equally(dimension: int) -> None:
+    environment = parallel_env(hunted(dimension), steps_per_action=2)
+    environment.reset(seed=1)
+    environment.step(sample(environment))
+    twin = copy.deepcopy(environment)
+    for _ in range(3):
+        actions = sample(environment)
+        np.testing.assert_equal(twin.step(actions), environment.step(actions))
+    np.testing.assert_equal(twin.reset(), environment.reset())

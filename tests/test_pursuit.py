@@ -1,0 +1,449 @@
+"""Learned predators in every interface: official suites, policies on either side, records, bad actions."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env as check_gymnasium
+from option_table import ACTION_MODES, DIMENSIONS, small_flock
+from pettingzoo.test import api_test, max_cycles_test, parallel_api_test, parallel_seed_test, seed_test
+from stable_baselines3 import PPO
+from stable_baselines3.common.env_checker import check_env as check_sb3
+
+import flockesc_env
+from flockesc_env import (
+    ConstantVelocity,
+    FlockEscapeEnv,
+    FlockPursuitEnv,
+    FlockScenario,
+    FlockVectorEnv,
+    Learned,
+    PurePursuit,
+    parallel_env,
+    record,
+    records,
+    rollout,
+    simulate,
+)
+from flockesc_env.errors import ActionError, ArgumentError, EpisodeError, ScenarioError
+from flockesc_env.policies import FixedRange, SB3Policy, StubbornLeaders, bind
+from flockesc_env.predator_policies import Chase, Coast
+from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+
+PURSUIT_ID = "flockesc_env:flockesc/FlockPursuit-v0"
+TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))
+
+dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
+modes = pytest.mark.parametrize("mode", ACTION_MODES)
+counts = pytest.mark.parametrize("count", [1, 2])
+# Agents and predators see different things: the suite's advice, not a demand.
+different_views = pytest.mark.filterwarnings(
+    "ignore:Agents have different observation space sizes:UserWarning",
+    "ignore:Observations are different shapes:UserWarning",
+)
+
+
+def hunted(dimension: int = 2, count: int = 1, **changes: Any) -> FlockScenario:
+    return small_flock(dimension, predators=TWO[:count], **changes)
+
+
+@dimensions
+@modes
+@counts
+@different_views
+@pytest.mark.parametrize("steps_per_action", [1, 4])
+def test_pettingzoo(dimension: int, mode: str, count: int, steps_per_action: int) -> None:
+    options: dict[str, Any] = {
+        "predator": "learned",
+        "action_mode": mode,
+        "steps_per_action": steps_per_action,
+    }
+
+    def parallel(max_cycles: int = 10) -> Any:
+        return parallel_env(hunted(dimension, count, num_steps=max_cycles), **options)
+
+    def turns(max_cycles: int = 10) -> Any:
+        return flockesc_env.env(hunted(dimension, count, num_steps=max_cycles), **options)
+
+    parallel_api_test(parallel(), num_cycles=30)
+    api_test(turns(), num_cycles=30)
+    parallel_seed_test(parallel, num_cycles=30)
+    seed_test(turns, num_cycles=30)
+    if steps_per_action == 1:
+        max_cycles_test(SimpleNamespace(parallel_env=parallel, env=turns))
+    api_test(flockesc_env.raw_env(hunted(dimension, count), **options), num_cycles=30)
+
+
+@dimensions
+@counts
+def test_agents_and_predators(dimension: int, count: int) -> None:
+    environment = parallel_env(hunted(dimension, count), predator="learned")
+    predators = [f"predator_{index}" for index in range(count)]
+    assert environment.possible_agents == [*(f"agent_{i}" for i in range(5)), *predators]
+    for name in predators:
+        assert environment.action_space(name) == gymnasium.spaces.Box(-1, 1, (dimension,), np.float32)
+        assert environment.action_space(name) is environment.action_space(name)
+        assert environment.observation_space(name).shape == (10 + 5 * dimension,)
+    for before, after in zip(TWO, environment.scenario.predators, strict=False):
+        assert after == Learned(before.position, before.velocity)
+    environment.reset(seed=0)
+    while environment.agents:
+        step = environment.step(sample(environment))
+        assert all(list(part) == environment.possible_agents for part in step)
+        for name, row in step[0].items():
+            assert environment.observation_space(name).contains(row)
+        assert set(step[4]["predator_0"]) == set(step[4]["agent_0"]) - {"interaction_range"}
+    assert all(step[3].values())
+    assert not any(step[2].values())
+
+
+def test_learned_predators_are_taken_as_they_are() -> None:
+    swift = Learned(max_speed=40.0)
+    mixed = small_flock(predators=(ConstantVelocity(), swift))
+    as_given, all_learned = parallel_env(mixed), parallel_env(mixed, predator="learned")
+    assert as_given.scenario == mixed
+    assert as_given.possible_agents[-1] == "predator_0"
+    assert all_learned.scenario.predators == (Learned(), swift)
+    assert FlockPursuitEnv(mixed).scenario == mixed
+
+
+def sample(environment: Any) -> dict[str, Any]:
+    return {agent: environment.action_space(agent).sample() for agent in environment.agents}
+
+
+@counts
+def test_arrays_hold_what_the_dicts_hold(count: int) -> None:
+    dicts, arrays = (parallel_env(hunted(2, count), predator="learned") for _ in range(2))
+    observations, _ = dicts.reset(seed=2)
+    _, info = arrays.reset_array(seed=2)
+    while dicts.agents:
+        seen = [row for name, row in observations.items() if name.startswith("predator")]
+        np.testing.assert_array_equal(info["predator_observations"], seen)
+        actions = sample(dicts)
+        values = list(actions.values())
+        rows, rewards, *_, info = arrays.step_array(np.stack(values[:5]), np.stack(values[5:]))
+        observations, paid, *_ = dicts.step(actions)
+        np.testing.assert_array_equal(rows, [observations[f"agent_{i}"] for i in range(5)])
+        np.testing.assert_array_equal(rewards, [paid[f"agent_{i}"] for i in range(5)])
+
+
+BAD: dict[str, Any] = {
+    "nan": np.array([np.nan, 0.0]),
+    "inf": np.array([np.inf, 0.0]),
+    "above": np.array([0.0, 1.001]),
+    "below": np.array([-1.001, 0.0]),
+    "one number": np.zeros(1),
+    "three numbers": np.zeros(3),
+    "a scalar": np.float32(0.5),
+    "too many axes": np.zeros((1, 2)),
+    "ragged": [[1.0], [0.5, 0.5]],
+    "bool": np.array([True, False]),
+    "text": np.array(["0.5", "0"]),
+    "complex": np.zeros(2, complex),
+    "none": None,
+}
+
+
+@pytest.mark.parametrize("bad", BAD.values(), ids=BAD)
+def test_bad_actions_change_nothing(bad: Any) -> None:
+    environment = parallel_env(hunted(2, 2), predator="learned")
+    environment.reset(seed=0)
+    actions = sample(environment)
+    twin = copy.deepcopy(environment)
+    with pytest.raises(ActionError) as caught:
+        environment.step({**actions, "predator_1": bad})
+    assert caught.value.field == "action of 'predator_1'"
+    with pytest.raises(ActionError):
+        environment.step({**actions, "agent_3": np.array([7.0])})  # the flock is judged as ever
+    np.testing.assert_equal(environment.step(actions), twin.step(actions))
+    alone, other = (FlockPursuitEnv(hunted()) for _ in range(2))
+    alone.reset(seed=0)
+    other.reset(seed=0)
+    with pytest.raises(ActionError) as caught:
+        alone.step(bad)
+    assert caught.value.field == "action"
+    np.testing.assert_equal(alone.step(np.ones(2)), other.step(np.ones(2)))
+
+
+def test_missing_and_unknown_predators() -> None:
+    environment = parallel_env(hunted(), predator="learned")
+    environment.reset(seed=0)
+    actions = sample(environment)
+    for changed, field in (
+        ({name: action for name, action in actions.items() if name != "predator_0"}, "predator_0"),
+        ({**actions, "predator_1": actions["predator_0"]}, "predator_1"),
+    ):
+        with pytest.raises(ActionError) as caught:
+            environment.step(changed)
+        assert caught.value.field == f"action of {field!r}"
+    flock = np.zeros((5, 1), np.float32)
+    for predator_actions in (None, np.zeros(2), np.zeros((2, 2)), [[0.0, 2.0]]):
+        with pytest.raises(ActionError) as caught:
+            environment.step_array(flock, predator_actions)
+        assert caught.value.field.startswith("predator_actions")
+    alone = parallel_env(hunted())
+    alone.reset(seed=0)
+    with pytest.raises(ActionError):
+        alone.step_array(flock, np.zeros((1, 2)))
+
+
+@pytest.mark.parametrize(
+    ("make", "error", "field"),
+    [
+        (lambda: parallel_env(predator="smart"), ArgumentError, "predator"),
+        (lambda: Chase("farthest"), ArgumentError, "target"),
+        (lambda: FlockPursuitEnv(hunted(2, 2)), ScenarioError, "predators"),
+        (lambda: FlockPursuitEnv(small_flock(predators=())), ScenarioError, "predators"),
+        (
+            lambda: FlockEscapeEnv(small_flock(predators=()), predator_policy=Coast()),
+            ScenarioError,
+            "predators",
+        ),
+        (lambda: FlockPursuitEnv(reward="own_distance"), ScenarioError, "reward"),
+        (lambda: FlockPursuitEnv().step(np.zeros(2)), EpisodeError, "step"),
+        (
+            lambda: simulate(hunted(), 9.0, predator_actions=np.zeros((10, 1, 2))),
+            ArgumentError,
+            "predator_actions",
+        ),
+        (
+            lambda: simulate(FlockPursuitEnv().scenario, 9.0, predator_actions=np.full((240, 1, 2), 1.5)),
+            ArgumentError,
+            "predator_actions[0]",
+        ),
+    ],
+)
+def test_refusals(make: Callable[[], Any], error: type[Exception], field: str) -> None:
+    with pytest.raises(error) as caught:
+        make()
+    assert caught.value.field == field  # type: ignore[attr-defined]
+
+
+@dimensions
+@pytest.mark.parametrize(
+    "options", [{}, {"per_agent": True, "reward": "own_distance", "steps_per_action": 3}]
+)
+def test_pursuit_suites(dimension: int, options: dict[str, Any]) -> None:
+    scenario = hunted(dimension)
+    check_gymnasium(FlockPursuitEnv(scenario, **options), skip_render_check=True)
+    check_sb3(FlockPursuitEnv(scenario, **options))
+
+
+def test_pursuit_by_name() -> None:
+    environment = gymnasium.make(PURSUIT_ID)
+    check_gymnasium(environment.unwrapped, skip_render_check=True)
+    act = bind(Chase(), environment)
+    observation, _ = environment.reset(seed=0)
+    for _ in range(240):
+        observation, _, _, truncated, _ = environment.step(act(observation))
+    assert truncated
+    with pytest.raises(EpisodeError):
+        environment.unwrapped.step(np.zeros(2))
+
+
+@dimensions
+@pytest.mark.parametrize("per_agent", [False, True])
+def test_pursuit_is_the_parallel_environment_with_a_fixed_flock(dimension: int, per_agent: bool) -> None:
+    scenario = hunted(dimension)
+    policy = StubbornLeaders() if per_agent else FixedRange(10.0)
+    pursuit = FlockPursuitEnv(scenario, flock_policy=policy, per_agent=per_agent)
+    parallel = parallel_env(scenario, predator="learned")
+    observation, _ = pursuit.reset(seed=5)
+    observations, _ = parallel.reset(seed=5)
+    while parallel.agents:
+        np.testing.assert_array_equal(observation, observations["predator_0"])
+        flock = np.stack([observations[f"agent_{i}"] for i in range(5)])
+        ranges = policy.act(flock, parallel.control)
+        action = pursuit.action_space.sample()
+        observation, reward, terminated, truncated, info = pursuit.step(action)
+        actions = {f"agent_{i}": rho for i, rho in enumerate(ranges)} | {"predator_0": action}
+        observations, rewards, terminations, truncations, infos = parallel.step(actions)
+        assert (reward, terminated, truncated, info) == tuple(
+            part["predator_0"] for part in (rewards, terminations, truncations, infos)
+        )
+
+
+def test_pursuit_is_copied_and_drawn() -> None:
+    environment = FlockPursuitEnv(hunted(), render_mode="rgb_array")
+    environment.reset(seed=0)
+    environment.step(np.ones(2))
+    twin = copy.deepcopy(environment)
+    np.testing.assert_equal(twin.step(-np.ones(2)), environment.step(-np.ones(2)))
+    picture = environment.render()
+    assert picture is not None
+    np.testing.assert_array_equal(picture, twin.render())
+    environment.close()
+
+
+class Spin:
+    """Circles to the left; what it remembers is copied with the environment."""
+
+    def __init__(self) -> None:
+        self.calls = 0
+
+    def act(self, observations: np.ndarray, control: Any) -> np.ndarray:
+        self.calls += 1
+        actions = np.zeros((len(observations), control.dimension), np.float32)
+        actions[:, 1] = 1.0 if self.calls % 3 else -0.5
+        return actions
+
+
+def actions_of_flock(environment: Any) -> Any:
+    return np.zeros((environment.num_envs, 1), np.float32)
+
+
+@dimensions
+def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
+    """Flock and predator of every interface go as those of the parallel environment, stepped by hand."""
+    scenario = hunted(dimension)
+    by_hand = parallel_env(scenario, predator="learned")
+    observations, _ = by_hand.reset(seed=4)
+    single = FlockEscapeEnv(scenario, predator_policy=Chase())
+    single.reset(seed=4)
+    parallel = parallel_env(scenario, predator_policy=Chase())
+    parallel.reset(seed=4)
+    vector = FlockVectorEnv(3, scenario, predator_policy=Chase())
+    vector.reset(seed=3)
+    flocks, agents = (make(3, scenario, predator_policy=Chase()) for make in (FlockVecEnv, AgentVecEnv))
+    for slots in (flocks, agents):
+        slots.seed(3)
+        slots.reset()
+    assert parallel.possible_agents == by_hand.possible_agents[:-1]
+    zero = np.zeros(1, np.float32)
+    for _ in range(9):
+        hunter = Chase().act(observations["predator_0"][np.newaxis], by_hand.predator_control)[0]
+        observations, *_, infos = by_hand.step({**dict.fromkeys(parallel.agents, zero), "predator_0": hunter})
+        expected = infos["agent_0"]["mean_distance"]
+        assert single.step(zero)[-1]["mean_distance"] == expected
+        assert parallel.step(dict.fromkeys(parallel.agents, zero))[-1]["agent_0"]["mean_distance"] == expected
+        assert vector.step(actions_of_flock(vector))[-1]["mean_distance"][1] == expected
+        assert flocks.step(actions_of_flock(flocks))[-1][1]["mean_distance"] == expected
+        assert agents.step(actions_of_flock(agents))[-1][5]["mean_distance"] == expected
+    np.testing.assert_array_equal(parallel.state(), by_hand.state())
+
+
+def test_a_bad_predator_policy_is_named_and_changes_nothing() -> None:
+    bad = SimpleNamespace(act=lambda observations, control: np.full((len(observations), 2), 2.0))
+    environment = FlockEscapeEnv(hunted(), predator_policy=bad)
+    environment.reset(seed=0)
+    before = environment._batch.state(0)
+    with pytest.raises(ActionError) as caught:
+        environment.step(np.zeros(1, np.float32))
+    assert caught.value.field == "actions of the predator policy[0]"
+    np.testing.assert_equal(environment._batch.state(0), before)
+
+
+@dimensions
+@pytest.mark.parametrize("steps_per_action", [1, 4])
+def test_records_replay_the_hunt_bit_for_bit(dimension: int, steps_per_action: int, tmp_path: Any) -> None:
+    options = {"scenario": hunted(dimension, 2), "steps_per_action": steps_per_action}
+    run = record(FixedRange(9.0), 3, predator_policy=Spin(), **options)
+    played = rollout(FixedRange(9.0), [3], predator_policy=Spin(), **options)
+    assert run.mean_distance.min() == played.min_mean_distance[0]
+    assert run.min_distance.min() == played.min_min_distance[0]
+    assert run.predator_actions.shape == (10, 2, dimension)
+    assert run.predator_actions.any()
+    records.save(run, tmp_path / "run.npz")
+    loaded = records.load(tmp_path / "run.npz").trajectory
+    assert records.differences(loaded, records.replay(loaded)) == []
+    straight = simulate(run.scenario, 9.0, seed=3)
+    assert not np.array_equal(straight.predator_positions, run.predator_positions)
+
+
+def test_chase_comes_closer_than_coast() -> None:
+    """To the nearest agent or, on average, to all of them, as its target says."""
+    nearest, centroid, nobody = (
+        rollout(FixedRange(0.0), range(10), scenario="paper-flock", predator_policy=policy)
+        for policy in (Chase(), Chase("centroid"), Coast())
+    )
+    assert nearest.min_min_distance.mean() < nobody.min_min_distance.mean() / 2
+    assert centroid.min_mean_distance.mean() < nobody.min_mean_distance.mean()
+
+
+def test_sb3_trains_a_predator_and_a_flock_against_it() -> None:
+    hunter = PPO("MlpPolicy", FlockPursuitEnv(hunted()), n_steps=32, batch_size=32, device="cpu").learn(64)
+    flock = FlockVecEnv(4, hunted(), predator_policy=SB3Policy(hunter))
+    PPO("MlpPolicy", flock, n_steps=8, batch_size=32, device="cpu").learn(32)
+    outcome = rollout(
+        FixedRange(10.0), [0, 1], scenario=hunted(), predator_policy=SB3Policy(hunter), batch_size=2
+    )
+    assert np.isfinite(outcome.min_mean_distance).all()
+
+
+def captured(dimension: int = 2, **changes: Any) -> FlockScenario:
+    """Return a flock in the middle of which two predators start, who catch whoever is near."""
+    hunters = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
+    fields = {"capture_radius": 12.0, "num_agents": 12, "predators": hunters}
+    return small_flock(dimension, **{**fields, **changes})
+
+
+# A caught agent sees nothing any more.
+@pytest.mark.filterwarnings("ignore:Observation numpy array is all zeros:UserWarning")
+@dimensions
+@different_views
+@pytest.mark.parametrize("radius", [4.0, 12.0, 500.0])
+def test_predators_stay_while_agents_are_caught(dimension: int, radius: float) -> None:
+    scenario = captured(dimension, capture_radius=radius)
+    parallel_api_test(parallel_env(scenario), num_cycles=30)
+    api_test(flockesc_env.env(scenario), num_cycles=30)
+    for reward in ("running_minimum", "distance", "own_distance"):
+        environment, arrays = (parallel_env(scenario, reward=reward) for _ in range(2))
+        environment.reset(seed=1)
+        arrays.reset_array(seed=1)
+        while environment.agents:
+            before = environment.agents
+            assert before[-2:] == ["predator_0", "predator_1"]
+            actions = sample(environment)
+            flock = np.zeros((12, 1), np.float32)
+            for agent in before[:-2]:
+                flock[int(agent.removeprefix("agent_"))] = actions[agent]
+            hunters = np.stack([actions[agent] for agent in before[-2:]])
+            _, together, *_ = arrays.step_array(flock, hunters)
+            observations, rewards, terminations, truncations, _ = environment.step(actions)
+            paid = [rewards[agent] for agent in before[:-2]]
+            mean = np.mean(together) if reward.startswith("own_") else paid[0]
+            assert rewards["predator_0"] == rewards["predator_1"] == pytest.approx(-mean, abs=1e-12)
+            for name in before[-2:]:
+                assert environment.observation_space(name).contains(observations[name])
+            survivors = [agent for agent in before[:-2] if not terminations[agent]]
+            assert terminations["predator_0"] is (not survivors)
+            assert truncations["predator_0"] is (not environment.agents and bool(survivors))
+            assert environment.agents in ([], [*survivors, "predator_0", "predator_1"])
+    if radius == 500.0:
+        assert terminations["predator_1"]
+
+
+@dimensions
+@pytest.mark.parametrize("per_agent", [False, True])
+def test_pursuit_ends_with_the_last_agent(dimension: int, per_agent: bool) -> None:
+    alone = captured(dimension, predators=(Learned((10.0, 10.0), (5.0, 0.0)),))
+    for radius in (4.0, 500.0):
+        scenario = alone.replace(capture_radius=radius)
+        options = {"per_agent": per_agent, "objective": "survival", "reward": "running_minimum"}
+        check_gymnasium(FlockPursuitEnv(scenario, **options), skip_render_check=True)
+        environment = FlockPursuitEnv(scenario, **options)
+        environment.reset(seed=0)
+        total, is_over = 0.0, False
+        while not is_over:
+            _, reward, terminated, truncated, info = environment.step(np.ones(dimension))
+            total += reward
+            is_over = terminated or truncated
+        assert total == pytest.approx(1 - info["fraction_surviving"])
+        assert terminated is (info["fraction_surviving"] == 0)
+        assert terminated is (radius == 500.0)
+    assert info["fraction_surviving"] == 0
+
+
+def test_a_hunt_that_catches_all_is_replayed(tmp_path: Any) -> None:
+    scenario = captured(capture_radius=500.0)
+    run = record(FixedRange(9.0), 3, scenario=scenario, predator_policy=Spin(), per_agent=True)
+    records.save(run, tmp_path / "run.npz")
+    loaded = records.load(tmp_path / "run.npz").trajectory
+    assert records.differences(loaded, records.replay(loaded)) == []
+    assert run.fraction_surviving[-1] == 0
