@@ -158,6 +158,7 @@ fn flock(num_agents: usize, dimension: usize) -> Result<FlockConfig> {
             "alignment_strength": 1.0, "motion": {{"inertial": {{}}}}, "angular_noise": 0.0,
             "sensing_noise": 0.0, "sensing_delay": 0,
             "constant_speed": true, "capture_radius": null, "neighbor_rule": {{"metric": {{}}}},
+            "blind_angle": 0.0, "mutual": false, "frozen_graph": false, "periodic_side": null,
             "randomization": [],
             "predators": [{{"constant_velocity": {{"position": [-30.0, -30.0], "velocity": [10.0, 10.0]}}}}]}}"#
     ))
