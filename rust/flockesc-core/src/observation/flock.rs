@@ -49,8 +49,7 @@ pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
 
     let centroid = SVector::from(flock.centroid);
     let (mean, minimum) = (episode.mean_distance().now, episode.min_distance().now);
-    let is_sensed =
-        episode.fraction_surviving().now > 0.0 && options.is_sensed(minimum, scenario);
+    let is_sensed = episode.fraction_surviving().now > 0.0 && options.is_sensed(minimum, scenario);
     let Some((predator, centroid_distance)) =
         nearest(&centroid, episode.world().predators()).filter(|_| is_sensed)
     else {

@@ -36,7 +36,10 @@ impl Herd {
 
 /// Tells every herding predator where to drive from; nothing where its partner is at the centroid.
 pub(super) fn take_posts<const D: usize>(predators: &mut [Predator<D>], prey: Prey<'_, D>) {
-    if !predators.iter().any(|p| matches!(p.strategy, PredatorConfig::Herd(_))) {
+    if !predators
+        .iter()
+        .any(|p| matches!(p.strategy, PredatorConfig::Herd(_)))
+    {
         return;
     }
     let Some(center) = prey.centroid() else {
