@@ -42,6 +42,10 @@ bench: $(VENV)/bench-installed build ## measure speed beside peers (about 9 minu
 paper: build ## reproduce the paper: every figure, every claim beside its measurement (about 6 minutes)
 	$(BIN)/flockesc paper --output results/paper --page docs/paper.md
 
+.PHONY: worlds
+worlds: build ## the best fixed range in every flock preset (about WORLDS_MINUTES minutes)
+	$(BIN)/flockesc worlds --output results/worlds --page docs/worlds.md
+
 .PHONY: test
 test: lint test-rust test-python ## everything that must pass before a change lands
 

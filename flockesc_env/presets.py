@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Final, NamedTuple, TypeVar
+from typing import Any, Final, NamedTuple, TypeVar
 
 from flockesc_env.approach import approach
 from flockesc_env.errors import ScenarioError
 from flockesc_env.initial import AlignedHeadings, Clusters, Disc
-from flockesc_env.predators import ConstantVelocity, Intercept, PurePursuit, Wandering
+from flockesc_env.motion import Reynolds, Vicsek
+from flockesc_env.neighbors import Topological, Voronoi
+from flockesc_env.predators import (
+    ConstantVelocity,
+    Encircle,
+    Herd,
+    Intercept,
+    Learned,
+    PurePursuit,
+    Wandering,
+)
 from flockesc_env.randomization import LogUniform, Uniform
 from flockesc_env.scenario import FlockScenario, LineScenario, Scenario
 
@@ -23,67 +34,118 @@ class Preset(NamedTuple):
     scenario: Scenario
 
 
-PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
-    {
-        "paper-flock": Preset("the paper's flock and its predator, which flies straight on", FlockScenario()),
-        "paper-line": Preset("the paper's line, with the linear escape force", LineScenario()),
-        "constant-line": Preset(
-            "the line with the constant escape force", LineScenario(escape_force="constant")
+def _flock(description: str, **differences: Any) -> Preset:
+    """Return the paper's flock with some fields changed."""
+    return Preset(description, FlockScenario(**differences))
+
+
+_PAPER = {
+    "paper-flock": _flock("the paper's flock and its predator, which flies straight on"),
+    "paper-line": Preset("the paper's line, with the linear escape force", LineScenario()),
+    "constant-line": Preset("the line with the constant escape force", LineScenario(escape_force="constant")),
+    "literal-law": _flock(
+        "the printed law, under which agents do not keep their speed", constant_speed=False
+    ),
+}
+
+_PREDATORS = {
+    "edge-attack": _flock(
+        "a path 50 m to the left of the flock's center, along its edge",
+        predators=(ConstantVelocity(*approach(50.0)),),
+    ),
+    "pursuit": _flock("a predator that turns toward the nearest agent", predators=(PurePursuit(),)),
+    "isolated-prey": _flock(
+        "a pursuer of the agent that is farthest from all others",
+        predators=(PurePursuit(target="most_isolated"),),
+    ),
+    "confused-pursuit": _flock(
+        "a pursuer that loses its prey among many", predators=(PurePursuit(confusion_rate=0.1),)
+    ),
+    "intercept": _flock(
+        "a predator that leads its prey by proportional navigation", predators=(Intercept(),)
+    ),
+    "wandering": _flock("a predator without a plan", predators=(Wandering(),)),
+    "two-predators": _flock(
+        "a second predator comes from the opposite corner",
+        predators=(ConstantVelocity(), ConstantVelocity((130.0, 130.0), (-10.0, -10.0))),
+    ),
+    "assigned-pair": _flock(
+        "two pursuers who never share a target",
+        predators=(
+            PurePursuit((-20.0, -40.0), target="assigned"),
+            PurePursuit((-40.0, -20.0), target="assigned"),
         ),
-        "edge-attack": Preset(
-            "a path 50 m to the left of the flock's center, along its edge",
-            FlockScenario(predators=(ConstantVelocity(*approach(50.0)),)),
+    ),
+    "encircled": _flock(
+        "four predators on a circle around the flock",
+        predators=(
+            Encircle((-30.0, -30.0), (10.0, 10.0), 2.0),
+            Encircle((130.0, -30.0), (-10.0, 10.0), 2.0),
+            Encircle((130.0, 130.0), (-10.0, -10.0), 2.0),
+            Encircle((-30.0, 130.0), (10.0, -10.0), 2.0),
         ),
-        "pursuit": Preset(
-            "a predator that turns toward the nearest agent", FlockScenario(predators=(PurePursuit(),))
+    ),
+    "herded": _flock(
+        "one predator drives the flock toward another that waits",
+        predators=(ConstantVelocity((130.0, 130.0), (0.0, 0.0)), Herd(partner=0)),
+    ),
+    "capture": _flock(
+        "a pursuer twice as fast as the agents, who catches them",
+        predators=(PurePursuit(*approach(speed=20.0), max_turn_rate=3.0),),
+        capture_radius=2.0,
+    ),
+    "learned-predator": _flock("a predator for a policy to steer", predators=(Learned(),)),
+}
+
+_NEIGHBORS = {
+    "topological": _flock("agents listen to the k nearest", neighbor_rule=Topological()),
+    "mutual": _flock(
+        "agents listen to those of the k nearest who listen to them",
+        neighbor_rule=Topological(),
+        mutual=True,
+    ),
+    "voronoi": _flock("agents listen to those in adjacent Voronoi cells", neighbor_rule=Voronoi()),
+    "field-of-view": _flock("agents are blind in the 120 degrees behind them", blind_angle=2 * math.pi / 3),
+    "frozen-graph": _flock("a control: the neighbors of the first step stay", frozen_graph=True),
+}
+
+_MOTION = {
+    "vicsek": _flock(
+        "headings follow the neighbors at once, with angular noise", motion=Vicsek(), angular_noise=1.0
+    ),
+    "reynolds": _flock("boids, which also keep together and apart", motion=Reynolds()),
+    "noisy-hearing": _flock("neighbors are heard with an error as large as they are fast", sensing_noise=1.0),
+    "delayed-hearing": _flock("agents act on what they heard half a second ago", sensing_delay=10),
+    "stubborn-leaders": _flock(
+        "a tenth of the agents follow nobody", alignment_strength=(0.0,) * 30 + (1.0,) * 270
+    ),
+    "fearless": _flock("a control: a flock that does not flee", repulsion_strength=0.0),
+}
+
+_STARTS = {
+    "space": _flock(
+        "a flock in a cube, attacked along its diagonal",
+        dimension=3,
+        predators=(ConstantVelocity((-30.0, -30.0, -30.0), (10.0, 10.0, 10.0)),),
+    ),
+    "clusters": _flock("five groups, each denser than the paper's flock", initial_positions=Clusters()),
+    "head-on": _flock(
+        "a disc of agents that all head toward the predator",
+        initial_positions=Disc(),
+        initial_headings=AlignedHeadings(direction=(-1.0, -1.0)),
+    ),
+    "randomized": _flock(
+        "aim, speed and range of the predator, drawn anew each episode",
+        predators=(ConstantVelocity(*approach(direction=(1.0, 0.0))),),
+        randomization=(
+            Uniform("predators[0].constant_velocity.position[1]", 0.0, 100.0),
+            Uniform("predators[0].constant_velocity.velocity[0]", 10.0, 20.0),
+            LogUniform("predator_range", 15.0, 60.0),
         ),
-        "isolated-prey": Preset(
-            "a pursuer of the agent that is farthest from all others",
-            FlockScenario(predators=(PurePursuit(target="most_isolated"),)),
-        ),
-        "confused-pursuit": Preset(
-            "a pursuer that loses its prey among many",
-            FlockScenario(predators=(PurePursuit(confusion_rate=0.1),)),
-        ),
-        "intercept": Preset(
-            "a predator that leads its prey by proportional navigation",
-            FlockScenario(predators=(Intercept(),)),
-        ),
-        "wandering": Preset("a predator without a plan", FlockScenario(predators=(Wandering(),))),
-        "two-predators": Preset(
-            "a second predator comes from the opposite corner",
-            FlockScenario(predators=(ConstantVelocity(), ConstantVelocity((130.0, 130.0), (-10.0, -10.0)))),
-        ),
-        "space": Preset(
-            "a flock in a cube, attacked along its diagonal",
-            FlockScenario(
-                dimension=3,
-                predators=(ConstantVelocity((-30.0, -30.0, -30.0), (10.0, 10.0, 10.0)),),
-            ),
-        ),
-        "randomized": Preset(
-            "aim, speed and range of the predator, drawn anew each episode",
-            FlockScenario(
-                predators=(ConstantVelocity(*approach(direction=(1.0, 0.0))),),
-                randomization=(
-                    Uniform("predators[0].constant_velocity.position[1]", 0.0, 100.0),
-                    Uniform("predators[0].constant_velocity.velocity[0]", 10.0, 20.0),
-                    LogUniform("predator_range", 15.0, 60.0),
-                ),
-            ),
-        ),
-        "literal-law": Preset(
-            "the printed law, under which agents do not keep their speed", FlockScenario(constant_speed=False)
-        ),
-        "clusters": Preset(
-            "five groups, each denser than the paper's flock", FlockScenario(initial_positions=Clusters())
-        ),
-        "head-on": Preset(
-            "a disc of agents that all head toward the predator",
-            FlockScenario(initial_positions=Disc(), initial_headings=AlignedHeadings(direction=(-1.0, -1.0))),
-        ),
-    }
-)
+    ),
+}
+
+PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(_PAPER | _PREDATORS | _NEIGHBORS | _MOTION | _STARTS)
 
 
 def preset(name: str) -> Scenario:

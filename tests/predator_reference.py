@@ -15,6 +15,7 @@ from flockesc_env import (
     FlockScenario,
     Herd,
     Intercept,
+    Learned,
     PurePursuit,
     Wandering,
 )
@@ -43,7 +44,7 @@ def steered(
     for k, predator in enumerate(pack):
         own, nearest = velocities[k], int(np.argmin(np.linalg.norm(r - places[k], axis=1)))
         match predator:
-            case ConstantVelocity():
+            case ConstantVelocity() | Learned():  # the latter without an action
                 continue
             case Wandering():
                 new[k] = wandered(own, predator.angular_diffusion * dt, minds.draws)

@@ -34,9 +34,9 @@ from flockesc_env import (
 )
 from flockesc_env.errors import ActionError, EpisodeError, ScenarioError
 from flockesc_env.policies import FixedRange, RandomRange
+from flockesc_env.predators import Target
 from flockesc_env.rollout import record
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
-from flockesc_env.predators import Target
 
 SIDE = 20.0
 SEEDS = range(12)

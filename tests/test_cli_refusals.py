@@ -95,7 +95,7 @@ BAD = {
     ),
     "unknown preset": (["presets", "escape"], "scenario: expected one of paper-flock, paper-line,"),
     "no range of seeds": (["sweep", "--seeds", "5"], "expected START:STOP"),
-    "command": (["fly"], "simulate, sweep, presets, paper, watch, replay, bench"),
+    "command": (["fly"], "simulate, sweep, presets, paper, worlds, watch, replay, bench"),
 }
 
 

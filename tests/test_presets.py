@@ -136,13 +136,13 @@ def test_the_command_prints_a_file_to_start_from(
     assert type(known.scenario).from_json(json.dumps(entry["scenario"])) == known.scenario
     path = tmp_path / "mine.toml"
     path.write_text(document)
-    flags = ["--interaction-range", 0.2, "--num-agents", 8, "--seed", 1, "--json"]
+    flags = ["--interaction-range", 0.2, "--repulsion-strength", 3, "--seed", 1, "--json"]
     runs = [
         Ran(capsys, "simulate", "--scenario", name, *flags).json(),
         Ran(capsys, "simulate", "--model", entry["model"], "--scenario", path, *flags).json(),
     ]
     assert runs[0] == runs[1]
-    assert runs[0]["scenario"] == {**entry["scenario"], "num_agents": 8}
+    assert runs[0]["scenario"] == {**entry["scenario"], "repulsion_strength": 3.0}
 
 
 def test_flags_override_a_preset(capsys: pytest.CaptureFixture[str]) -> None:

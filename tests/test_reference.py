@@ -80,7 +80,8 @@ def flock_scenarios(draw: st.DrawFn) -> FlockScenario:
     agents = draw(st.integers(1, 70))
     motion = draw(
         st.sampled_from(
-            [Inertial(), Vicsek(), Reynolds(), Reynolds(2.0, 0.5, 12.0), Reynolds(3.0, 0.0, HUGE)]
+            # Of unequal weights, so that no forces cancel and leave a heading of rounding errors.
+            [Inertial(), Vicsek(), Reynolds(1.0, 0.7), Reynolds(2.0, 0.5, 12.0), Reynolds(3.0, 0.0, HUGE)]
         )
     )
     return FlockScenario(

@@ -186,6 +186,10 @@ def test_flock_defaults_are_the_papers_setting() -> None:
         "capture_radius": None,
         "predators": ({"position": (-30.0, -30.0), "velocity": (10.0, 10.0)},),
         "neighbor_rule": {},
+        "blind_angle": 0.0,
+        "mutual": False,
+        "frozen_graph": False,
+        "periodic_side": None,
         "randomization": (),
     }
     assert FlockScenario().predators == (ConstantVelocity(),)

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from flockesc_env.errors import ArgumentError
 from flockesc_env.graph import component_labels
+from flockesc_env.neighbors import Metric
+from flockesc_env.scenario import FlockScenario
 from flockesc_env.simulate import Trajectory
 
 Run = tuple[str, Trajectory]
@@ -75,8 +77,18 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
         # The seed of a flock that can be drawn again; 64 bits do not fit into a JS number.
         "seed": None if trajectory.is_start_given else str(trajectory.seed),
         "scenario": json.loads(trajectory.scenario.to_json()),
+        "rangeUnit": trajectory.scenario.neighbor_rule.unit,
+        "isMetric": _is_metric(trajectory.scenario),
         "columns": columns,
     }
+
+
+def _is_metric(scenario: FlockScenario) -> bool:
+    """Whether ranges alone tell who is whose neighbor."""
+    is_plain = not (
+        scenario.blind_angle or scenario.mutual or scenario.frozen_graph or scenario.periodic_side
+    )
+    return is_plain and isinstance(scenario.neighbor_rule, Metric)
 
 
 def _labels(trajectory: Trajectory, step: int, ranges: NDArray[np.float64]) -> NDArray[np.int64]:

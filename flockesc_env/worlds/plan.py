@@ -8,6 +8,7 @@ from typing import Final
 
 from flockesc_env.errors import ArgumentError
 from flockesc_env.paper.jobs import Study
+from flockesc_env.predators import Learned
 from flockesc_env.presets import PRESETS
 from flockesc_env.scenario import FlockScenario
 
@@ -50,7 +51,7 @@ def grid_of(scenario: FlockScenario) -> Grid:
 
 
 def worlds(names: Iterable[str] | None = None) -> dict[str, FlockScenario]:
-    """Return the scenarios by their presets' names; ``None``: all flocks with predators.
+    """Return the scenarios by their presets' names; ``None``: all flocks that are attacked.
 
     Raises:
         ArgumentError: for a name that is none of theirs, or for none at all.
@@ -58,7 +59,7 @@ def worlds(names: Iterable[str] | None = None) -> dict[str, FlockScenario]:
     known = {
         name: entry.scenario
         for name, entry in PRESETS.items()
-        if isinstance(entry.scenario, FlockScenario) and entry.scenario.predators
+        if isinstance(entry.scenario, FlockScenario) and _is_attacked(entry.scenario)
     }
     if names is None:
         return known
@@ -70,6 +71,11 @@ def worlds(names: Iterable[str] | None = None) -> dict[str, FlockScenario]:
     if not chosen:
         raise ArgumentError("presets", f"any of {', '.join(known)}", "none")
     return chosen
+
+
+def _is_attacked(scenario: FlockScenario) -> bool:
+    kinds = [type(predator) for predator in scenario.predators]
+    return bool(kinds) and Learned not in kinds
 
 
 def studies(scenarios: Mapping[str, FlockScenario], num_flocks: int) -> dict[str, Study]:

@@ -31,13 +31,38 @@ def _misses_the_center(scenario: FlockScenario) -> bool:
     return False
 
 
+def _cooperate(scenario: FlockScenario) -> bool:
+    return any(
+        predator.kind in {"encircle", "herd"} or getattr(predator, "target", None) == "assigned"
+        for predator in scenario.predators
+    )
+
+
+def _listens_otherwise(scenario: FlockScenario) -> bool:
+    return scenario.neighbor_rule.kind != "metric" or scenario.blind_angle > 0 or scenario.mutual
+
+
+def _moves_otherwise(scenario: FlockScenario) -> bool:
+    paper = FlockScenario()
+    fields = ("motion", "angular_noise", "sensing_noise", "sensing_delay", "alignment_strength")
+    return any(getattr(scenario, field) != getattr(paper, field) for field in fields)
+
+
+def _is_control(scenario: FlockScenario) -> bool:
+    return scenario.frozen_graph or scenario.repulsion_strength == 0
+
+
 QUESTIONS: Final[dict[str, Callable[[FlockScenario], bool]]] = {
-    "another neighbor rule": lambda scenario: scenario.neighbor_rule.kind != "metric",
-    "parameters that are drawn anew": lambda scenario: bool(scenario.randomization),
-    "several predators that steer": lambda scenario: len(scenario.predators) > 1 and _steers(scenario),
-    "a predator that steers": _steers,
-    "an attack on the edge": _misses_the_center,
     "the paper's own setting": lambda scenario: scenario == FlockScenario(),
+    "an attack on the edge": _misses_the_center,
+    "predators that catch agents": lambda scenario: scenario.capture_radius is not None,
+    "predators that cooperate": _cooperate,
+    "several predators on their own": lambda scenario: len(scenario.predators) > 1,
+    "a predator that steers": _steers,
+    "other neighbor rules": _listens_otherwise,
+    "other laws of motion, noise, delay, unlike agents": _moves_otherwise,
+    "controls: a frozen graph, no flight": _is_control,
+    "parameters that are drawn anew": lambda scenario: bool(scenario.randomization),
     "other flocks and predators": lambda _: True,
 }
 """What differs from the paper, in order of precedence: a world belongs to the first that is true of it."""

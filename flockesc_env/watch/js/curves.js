@@ -18,7 +18,8 @@ const CHARTS = [
     objective: "lowestMean",
   },
   {
-    title: "Interaction range (m)",
+    title: "Interaction range",
+    unit: (run) => run.rangeUnit,
     key: "line: mean over agents, shade: standard deviation",
     series: [
       { column: "lowRange", width: 0, steps: true },
@@ -57,7 +58,8 @@ class Curves {
   }
 
   build(spec, container) {
-    const place = element("div", { className: "chart" }, element("h3", {}, spec.title), element("p", {}, spec.key));
+    const title = spec.unit ? `${spec.title} (${spec.unit(this.runs[0])})` : spec.title;
+    const place = element("div", { className: "chart" }, element("h3", {}, title), element("p", {}, spec.key));
     container.append(place);
     const chart = new uPlot(this.optionsOf(spec, place.clientWidth), this.dataOf(spec), place);
     chart.now = element("div", { className: "now" });

@@ -16,11 +16,13 @@ async function decodeColumn({ dtype, data }) {
 }
 
 /** One run: its columns as typed arrays, flat and in the order of (time, agent, axis). */
-async function decodeRun({ name, seed, scenario, columns }) {
+async function decodeRun({ name, seed, scenario, rangeUnit, isMetric, columns }) {
   const run = {
     name,
     seed,
     scenario,
+    rangeUnit,
+    isMetric, // whether ranges alone tell neighbors, as the page draws them
     dimension: scenario.dimension,
     numAgents: scenario.num_agents,
     numPredators: scenario.predators.length,

@@ -58,7 +58,7 @@ class Live {
       min: 0,
       max: Math.max(this.options.maxRange, start?.split(":")[1] ?? 0),
       step: "any", // the start may lie between the steps of a drag
-      ariaLabel: "Interaction range in m",
+      ariaLabel: `Interaction range in ${panel.run.rangeUnit}`,
     });
     const shown = element("output");
     const isFixed = start?.startsWith("fixed:");
@@ -66,7 +66,7 @@ class Live {
     slider.value = isFixed ? start.slice("fixed:".length) : SLIDER_START;
     const show = () => {
       slider.hidden = shown.hidden = select.value !== "fixed:RHO";
-      shown.value = `${slider.value} m`;
+      shown.value = `${slider.value} ${panel.run.rangeUnit}`;
     };
     show();
     const latest = new LatestOnly(async (query) => {

@@ -40,6 +40,8 @@ class Page {
     this.camera.fit(this.box);
     this.look.largestRange = runs.reduce((largest, run) => Math.max(largest, run.largestRange), 0);
     this.showKey();
+    const areMetric = runs.every((run) => run.isMetric);
+    for (const id of ["edges", "discs"]) document.getElementById(id).parentElement.hidden = !areMetric;
     this.curves.setRuns(runs);
     const durations = runs.map((run) => run.numSteps * run.timeStep);
     this.player.setDuration(Math.max(...durations), Math.min(...runs.map((run) => run.timeStep)));
@@ -85,7 +87,7 @@ class Page {
     if (color === "range") {
       const ramp = dot(`linear-gradient(90deg, ${theme.rampStops})`);
       ramp.className = "ramp";
-      key.replaceChildren("0", ramp, `${Number(largestRange.toFixed(1))} m`);
+      key.replaceChildren("0", ramp, `${Number(largestRange.toFixed(1))} ${this.runs[0].rangeUnit}`);
     } else {
       const named = theme.groups.slice(0, NUM_GROUP_COLORS).map(dot);
       key.replaceChildren(...named, "largest", dot(theme.groups[OTHER_GROUP]), "others", dot(theme.groups[ALONE]), "alone");

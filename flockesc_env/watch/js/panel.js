@@ -60,12 +60,12 @@ class Panel {
     values.survivors.textContent = run.survivors[step];
     const [mean, low, high] = [run.meanRange[step], run.lowRange[step], run.highRange[step]];
     const spread = high > low ? element("small", {}, ` (${low.toFixed(0)}–${high.toFixed(0)})`) : "";
-    values.range.replaceChildren(...quantity(mean.toFixed(1)), spread);
+    values.range.replaceChildren(...quantity(mean.toFixed(1), run.rangeUnit), spread);
   }
 }
 
-function quantity(metres) {
-  return [metres, element("small", {}, " m")];
+function quantity(value, unit = "m") {
+  return [value, element("small", {}, ` ${unit}`)];
 }
 
 /** Drag, pinch or ctrl and wheel, double click. */
