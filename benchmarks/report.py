@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 from rich.console import Console
@@ -34,14 +33,14 @@ class Layout:
     case: set[str]
     columns: str
     value: Callable[[Record], float]
-    only: Mapping[str, Any] = MappingProxyType({})
+    only: tuple[tuple[str, Any], ...] = ()
 
     def has(self, record: Record) -> bool:
         """Whether a record belongs into the table."""
         return (
             record.section == self.section
             and set(record.case) == self.case
-            and self.only.items() <= record.case.items()
+            and set(self.only) <= record.case.items()
         )
 
 
@@ -88,7 +87,7 @@ LAYOUTS = (
             {"rule", "rho"},
             "rho",
             lambda record: 1e6 * record.median,
-            {"rule": name},
+            (("rule", name),),
         )
         for name, columns in {"topological": "their number", "voronoi": "the range in m"}.items()
     ),

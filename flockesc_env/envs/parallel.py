@@ -203,7 +203,10 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         if self._predators or predator_actions is not None:
             controls = self.predator_control.plain(predator_actions, len(self._predators))
         rows, rewards, ended, ranges, columns = self._step(actions, STACKED, controls)
-        return rows, rewards, self._caught.copy(), ended[0] & ~self._caught, self._info(columns, ranges)
+        terminations, truncations = self._caught.copy(), np.full(len(self._caught), ended[0])
+        if self.scenario.capture_radius is not None:
+            truncations &= ~terminations
+        return rows, rewards, terminations, truncations, self._info(columns, ranges)
 
     def state(self) -> NDArray[np.float32]:
         """Return time, running minima, positions and velocities of agents, then of predators, flat."""

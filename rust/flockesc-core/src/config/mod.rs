@@ -6,7 +6,7 @@ mod episode;
 mod flock;
 mod line;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub(crate) use bounds::{finite, length, not_negative, positive, vector, within, within_bounds};
 pub(crate) use document::parse;

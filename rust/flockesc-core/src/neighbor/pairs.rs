@@ -3,7 +3,7 @@
 use super::links::NOWHERE;
 use super::lists::Lists;
 use super::rule::NeighborOptions;
-use super::sight::Torus;
+use super::sight::{Sight, Torus};
 use super::tree::{Bounds, Tree};
 use crate::agents::{Agents, Column, FAN, GROUP, TILE};
 use crate::metrics::{larger, squared_norm};
@@ -149,6 +149,9 @@ impl<const D: usize> Pairs<'_, D> {
         let NeighborOptions {
             sight, is_mutual, ..
         } = *self.options;
+        if sight == Sight::ALL_ROUND && !is_mutual {
+            return true;
+        }
         let (offset, squared) = self.offset(group, lane, place);
         let (other_group, other_lane) = (place / GROUP, place % GROUP);
         let velocity = |group: usize, lane: usize| {

@@ -1,28 +1,30 @@
 //! How far the k-th nearest agent is, of those that are seen.
 
+use multiversion::multiversion;
+
 use super::Ranges;
 use super::rule::NeighborOptions;
+use super::sight::Sight;
 use super::tree::Tree;
-use crate::agents::{Agents, Column, FAN, GROUP, TILE};
+use crate::agents::{Agents, Column, FAN, GROUP, Group, TILE};
 use crate::metrics::{larger, squared_norm};
 
-/// By how much a search that has found too few is widened: the factor of the squared distance.
+/// The factor of the squared distance by which a search looks beyond what sufficed in the last step.
+const AHEAD: f64 = 1.3;
+/// The factor by which a search that has found too few is widened.
 const WIDER: f64 = 4.0;
 
 /// Lists that keep their memory from step to step.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Scratch {
     tiles: Vec<u32>,
-    distances: Vec<f64>,
-}
-
-/// k, the number that a range stands for: the nearest whole one.
-fn number(range: f64) -> usize {
-    (range + 0.5) as usize
+    /// Squared distances in m^2 as bits, which have the order of the numbers where none is negative.
+    distances: Vec<u64>,
 }
 
 /// Replaces `squares`, of the groups from `first` on, by the squared distance in m^2 to the k-th nearest other agent of
 /// those that are seen: the largest number where there are fewer, 0 for k = 0. What it held guides the search.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(super) fn reach_nearest<const D: usize>(
     agents: &Agents<D>,
     tree: &Tree<D>,
@@ -35,8 +37,8 @@ pub(super) fn reach_nearest<const D: usize>(
     let mut numbers = [0; GROUP];
     for (group, squares) in (first..).zip(squares) {
         let names = agents.names_of(group);
-        for (number_of, &name) in numbers.iter_mut().zip(names) {
-            *number_of = number(ranges.of(name));
+        for (number, &name) in numbers.iter_mut().zip(names) {
+            *number = (ranges.of(name) + 0.5) as usize;
         }
         for start in (0..names.len()).step_by(TILE) {
             let lanes = start..names.len().min(start + TILE);
@@ -63,19 +65,26 @@ struct Search<'a, const D: usize> {
 }
 
 impl<const D: usize> Search<'_, D> {
+    #[inline(always)]
     fn fill(&self, numbers: &[usize], squares: &mut [f64], scratch: &mut Scratch) {
         let bounds = self.tree.levels[0][self.group].bounds_of(self.start / TILE);
-        let size: [f64; D] = std::array::from_fn(|axis| bounds.high[axis] - bounds.low[axis]);
-        let guess = squares.iter().copied().filter(|square| *square < f64::MAX);
-        // A little more than in the last step; at first, as far as the tile is wide.
-        let mut square = WIDER.sqrt() * larger(guess.fold(0.0, larger), squared_norm(&size));
+        let known = squares.iter().copied().filter(|square| *square < f64::MAX);
+        let mut square = AHEAD * known.fold(0.0, larger);
+        if square <= 0.0 {
+            let size: [f64; D] = std::array::from_fn(|axis| bounds.high[axis] - bounds.low[axis]);
+            square = squared_norm(&size);
+        }
         let mut next = 0;
         while next < numbers.len() {
             scratch.tiles.clear();
-            self.tree
-                .near(&bounds, square, self.options.torus, &mut scratch.tiles);
+            let torus = self.options.torus;
+            self.tree.near(&bounds, square, torus, &mut scratch.tiles);
             while next < numbers.len() {
-                match self.reach(next, numbers[next], square, scratch) {
+                let own = (AHEAD * squares[next]).min(square);
+                let reach = self
+                    .reach(next, numbers[next], own, scratch)
+                    .or_else(|| self.reach(next, numbers[next], square, scratch));
+                match reach {
                     Some(reach) => squares[next] = reach,
                     None if square >= f64::MAX => squares[next] = f64::MAX,
                     None => break,
@@ -93,6 +102,7 @@ impl<const D: usize> Search<'_, D> {
     }
 
     /// The squared distance to the k-th nearest agent that the agent sees, where it is at most `square`.
+    #[inline(always)]
     fn reach(&self, agent: usize, k: usize, square: f64, scratch: &mut Scratch) -> Option<f64> {
         let Self {
             agents, options, ..
@@ -106,23 +116,46 @@ impl<const D: usize> Search<'_, D> {
         let lane = self.start + agent;
         let group = &agents.groups[self.group];
         let own: [f64; D] = std::array::from_fn(|axis| group.position[axis][lane]);
-        let velocity: [f64; D] = std::array::from_fn(|axis| group.velocity[axis][lane]);
         let Scratch { tiles, distances } = scratch;
-        distances.resize(tiles.len() * TILE, 0.0);
+        distances.resize(tiles.len() * TILE, 0);
         let mut found = 0;
         for &tile in tiles.iter() {
-            let other = &agents.groups[tile as usize / FAN].position;
-            for place in (tile as usize % FAN * TILE..).take(TILE) {
-                let offset: [f64; D] =
-                    std::array::from_fn(|axis| options.torus.offset(own[axis], other[axis][place]));
-                let squared = squared_norm(&offset);
-                let is_seen = squared <= square && options.sight.sees(&velocity, &offset, squared);
-                distances[found] = squared;
-                found += usize::from(is_seen);
+            let others = &agents.groups[tile as usize / FAN];
+            let first = tile as usize % FAN * TILE;
+            let mut squared = [0.0; TILE];
+            for axis in 0..D {
+                let column = &others.position[axis][first..first + TILE];
+                for (squared, &place) in squared.iter_mut().zip(column) {
+                    let offset = options.torus.offset(own[axis], place);
+                    *squared += offset * offset;
+                }
+            }
+            for (place, squared) in (first..).zip(squared) {
+                let is_near = squared <= square && self.sees(lane, others, place, squared);
+                distances[found] = squared.to_bits();
+                found += usize::from(is_near);
             }
         }
         // The agent itself is the nearest.
         let found = &mut distances[..found];
-        (found.len() > k).then(|| *found.select_nth_unstable_by(k, f64::total_cmp).1)
+        (found.len() > k).then(|| f64::from_bits(*found.select_nth_unstable(k).1))
+    }
+
+    /// Whether the agent in `lane` sees the one in `place` of a group.
+    #[inline(always)]
+    fn sees(&self, lane: usize, others: &Group<D>, place: usize, squared: f64) -> bool {
+        let Self {
+            agents, options, ..
+        } = *self;
+        if options.sight == Sight::ALL_ROUND {
+            return true;
+        }
+        let group = &agents.groups[self.group];
+        let velocity = std::array::from_fn(|axis| group.velocity[axis][lane]);
+        let offset = std::array::from_fn(|axis| {
+            let (own, other) = (group.position[axis][lane], others.position[axis][place]);
+            options.torus.offset(own, other)
+        });
+        options.sight.sees::<D>(&velocity, &offset, squared)
     }
 }

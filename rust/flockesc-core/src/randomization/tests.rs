@@ -3,17 +3,13 @@ use std::sync::Arc;
 use serde_json::json;
 
 use super::*;
+use crate::config::tests::paper;
 
 fn scenario(randomization: Value) -> Result<Arc<FlockConfig>> {
-    let document = json!({
-        "num_agents": 5, "dimension": 2, "num_steps": 240, "time_step": 0.05, "mass": 0.1,
-        "speed": 10.0, "initial_side": 100.0, "predator_range": 30.0,
-        "initial_positions": {"ring": {"radius": 40.0, "width": 10.0}},
-        "initial_headings": {"random": {}},
-        "initial_plane": false, "repulsion_strength": 10.0, "constant_speed": true,
-        "predators": [{"constant_velocity": {"position": [-30.0, -30.0], "velocity": [10.0, 10.0]}}],
-        "neighbor_rule": {"metric": {}}, "randomization": randomization
-    });
+    let mut document = paper();
+    document["num_agents"] = json!(5);
+    document["initial_positions"] = json!({"ring": {"radius": 40.0, "width": 10.0}});
+    document["randomization"] = randomization;
     FlockConfig::from_json(&document.to_string()).map(Arc::new)
 }
 
