@@ -32,13 +32,9 @@ class Grid:
         return f"{', '.join(f'{action:g}' for action in self.actions)} {self.unit}"
 
 
-METERS: Final = Grid(
-    "m",
-    (0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 25.0, 30.0, 40.0, 50.0, 70.0, 100.0),
-)
+METERS: Final = Grid("m", (0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 20.0, 30.0, 50.0, 100.0))
 NEIGHBORS: Final = Grid(
-    "neighbors",
-    (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 16.0, 24.0, 40.0, 80.0, 150.0, 300.0),
+    "neighbors", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 25.0, 50.0, 100.0, 300.0)
 )
 
 GRIDS: Final[Mapping[str, Grid]] = {"topological": NEIGHBORS}

@@ -1,9 +1,13 @@
 //! Every agent and every neighbor of it, one after the other, under any rule.
 
+use std::ops::Range;
+
+use multiversion::multiversion;
+
 use super::links::NOWHERE;
 use super::lists::Lists;
 use super::rule::NeighborOptions;
-use super::sight::{Sight, Torus};
+use super::sight::Torus;
 use super::tree::{Bounds, Tree};
 use crate::agents::{Agents, Column, FAN, GROUP, TILE};
 use crate::metrics::{larger, squared_norm};
@@ -44,7 +48,10 @@ impl<const D: usize> Pairs<'_, D> {
             Candidates::All => {
                 let mut tests = 0;
                 for tile in 0..lanes.div_ceil(TILE) {
-                    tests += self.visit_tile(group, tile, tiles, &mut visit);
+                    self.list_near(group, tile, tiles);
+                    tests += tiles.len();
+                    let lanes = tile * TILE..lanes.min((tile + 1) * TILE);
+                    visit_near(self, group, lanes, tiles, &mut visit);
                 }
                 tests
             }
@@ -90,84 +97,62 @@ impl<const D: usize> Pairs<'_, D> {
         pairs
     }
 
-    fn visit_tile(
-        &self,
-        group: usize,
-        tile: usize,
-        tiles: &mut Vec<u32>,
-        visit: &mut impl FnMut(usize, usize),
-    ) -> usize {
+    /// Lists the tiles that are near a tile, as `visit` needs them.
+    fn list_near(&self, group: usize, tile: usize, tiles: &mut Vec<u32>) {
         let lanes = tile * TILE..self.agents.names_of(group).len().min((tile + 1) * TILE);
-        let squares = &self.squares[group];
-        let longest = squares[lanes.clone()].iter().copied().fold(0.0, larger);
+        let longest = self.squares[group][lanes].iter().copied().fold(0.0, larger);
         let bounds = self.tree.levels[0][group].bounds_of(tile);
         tiles.clear();
         self.tree.near(&bounds, longest, self.options.torus, tiles);
-        for lane in lanes {
-            visit(lane, group * GROUP + lane);
-            for &tile in tiles.iter() {
-                let first = tile as usize * TILE;
-                let mut near = self.near(group, lane, tile as usize);
-                while near != 0 {
-                    let place = first + near.trailing_zeros() as usize;
-                    near &= near - 1;
-                    if place != group * GROUP + lane && self.is_linked(group, lane, place) {
-                        visit(lane, place);
-                    }
-                }
-            }
-        }
-        tiles.len()
     }
 
-    /// Which agents of a tile are within reach of an agent: one bit per agent.
+    /// Which agents of a tile are within reach of an agent and seen by it: one bit per agent.
     #[inline(always)]
     fn near(&self, group: usize, lane: usize, tile: usize) -> u8 {
+        let NeighborOptions { sight, torus, .. } = *self.options;
         let (one, other) = (&self.agents.groups[group], &self.agents.groups[tile / FAN]);
         let first = tile % FAN * TILE;
-        let mut squared = [0.0; TILE];
+        let (mut squared, mut along) = ([0.0; TILE], [0.0; TILE]);
         for axis in 0..D {
-            let own = one.position[axis][lane];
+            let (place, speed) = (one.position[axis][lane], one.velocity[axis][lane]);
             let column = &other.position[axis][first..first + TILE];
-            for (squared, &place) in squared.iter_mut().zip(column) {
-                let offset = self.options.torus.offset(own, place);
-                *squared += offset * offset;
+            for k in 0..TILE {
+                let offset = torus.offset(place, column[k]);
+                squared[k] += offset * offset;
+                along[k] += speed * offset;
             }
         }
         let reach = self.squares[group][lane];
-        (0..TILE).fold(0, |bits, k| bits | u8::from(squared[k] <= reach) << k)
+        let speed = self.speed(group, lane);
+        (0..TILE).fold(0, |bits, k| {
+            let is_near = (squared[k] <= reach) & sight.sees(along[k], speed, squared[k]);
+            bits | u8::from(is_near) << k
+        })
     }
 
     /// Whether the agent in `place` is within reach and seen, and the other way round where that counts.
     fn is_neighbor(&self, group: usize, lane: usize, place: usize) -> bool {
-        let (_, squared) = self.offset(group, lane, place);
-        squared <= self.squares[group][lane] && self.is_linked(group, lane, place)
+        let bit = 1 << (place % TILE);
+        self.near(group, lane, place / TILE) & bit != 0 && self.listens_back(group, lane, place)
     }
 
-    /// Whether the agent in `place`, which is within reach, is seen, and reaches and sees back where that counts.
-    fn is_linked(&self, group: usize, lane: usize, place: usize) -> bool {
-        let NeighborOptions {
-            sight, is_mutual, ..
-        } = *self.options;
-        if sight == Sight::ALL_ROUND && !is_mutual {
+    /// Whether the agent in `place` reaches and sees back, where that counts.
+    #[inline(always)]
+    fn listens_back(&self, group: usize, lane: usize, place: usize) -> bool {
+        if !self.options.is_mutual {
             return true;
         }
-        let (offset, squared) = self.offset(group, lane, place);
-        let (other_group, other_lane) = (place / GROUP, place % GROUP);
-        let velocity = |group: usize, lane: usize| {
-            let columns = &self.agents.groups[group].velocity;
-            std::array::from_fn(|axis| columns[axis][lane])
-        };
-        if !sight.sees::<D>(&velocity(group, lane), &offset, squared) {
-            return false;
-        }
-        !is_mutual
-            || squared <= self.squares[other_group][other_lane]
-                && sight.sees(
-                    &velocity(other_group, other_lane),
-                    &offset.map(|x| -x),
-                    squared,
-                )
+        let bit = 1 << (lane % TILE);
+        let tile = (group * GROUP + lane) / TILE;
+        self.near(place / GROUP, place % GROUP, tile) & bit != 0
+    }
+
+    /// ||v|| in m/s, as the field of view takes it.
+    #[inline(always)]
+    fn speed(&self, group: usize, lane: usize) -> f64 {
+        let columns = &self.agents.groups[group].velocity;
+        let velocity: [f64; D] = std::array::from_fn(|axis| columns[axis][lane]);
+        squared_norm(&velocity).sqrt()
     }
 
     /// From an agent to the one in `place` in m, and the square of the distance.
@@ -180,6 +165,31 @@ impl<const D: usize> Pairs<'_, D> {
             self.options.torus.offset(own, place)
         });
         (offset, squared_norm(&offset))
+    }
+}
+
+/// Visits the neighbors of some agents among the tiles listed.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn visit_near<const D: usize, F: FnMut(usize, usize)>(
+    pairs: &Pairs<'_, D>,
+    group: usize,
+    lanes: Range<usize>,
+    tiles: &[u32],
+    visit: &mut F,
+) {
+    for lane in lanes {
+        let own = group * GROUP + lane;
+        visit(lane, own);
+        for &tile in tiles {
+            let mut near = pairs.near(group, lane, tile as usize);
+            while near != 0 {
+                let place = tile as usize * TILE + near.trailing_zeros() as usize;
+                near &= near - 1;
+                if place != own && pairs.listens_back(group, lane, place) {
+                    visit(lane, place);
+                }
+            }
+        }
     }
 }
 

@@ -72,20 +72,10 @@ impl Sight {
         }
     }
 
-    /// Whether an agent with this velocity sees what is `offset` away. One at rest sees all round, and everyone what is
-    /// in the same place.
+    /// Whether an agent with this speed sees what is `squared` m^2 away, and has a scalar product of `along` with its velocity.
+    /// One at rest sees all round, and everyone what is in the same place.
     #[inline(always)]
-    pub(super) fn sees<const D: usize>(
-        self,
-        velocity: &[f64; D],
-        offset: &[f64; D],
-        squared: f64,
-    ) -> bool {
-        if self == Self::ALL_ROUND {
-            return true;
-        }
-        let speed = squared_norm(velocity).sqrt();
-        let along = (0..D).fold(0.0, |sum, axis| sum + velocity[axis] * offset[axis]);
-        along >= self.edge * (speed * squared.sqrt())
+    pub(super) fn sees(self, along: f64, speed: f64, squared: f64) -> bool {
+        self == Self::ALL_ROUND || along >= self.edge * (speed * squared.sqrt())
     }
 }

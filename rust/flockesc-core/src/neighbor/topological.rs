@@ -151,11 +151,12 @@ impl<const D: usize> Search<'_, D> {
             return true;
         }
         let group = &agents.groups[self.group];
-        let velocity = std::array::from_fn(|axis| group.velocity[axis][lane]);
-        let offset = std::array::from_fn(|axis| {
-            let (own, other) = (group.position[axis][lane], others.position[axis][place]);
-            options.torus.offset(own, other)
-        });
-        options.sight.sees::<D>(&velocity, &offset, squared)
+        let (mut along, mut speed) = (0.0, 0.0);
+        for axis in 0..D {
+            let (own, velocity) = (group.position[axis][lane], group.velocity[axis][lane]);
+            along += velocity * options.torus.offset(own, others.position[axis][place]);
+            speed += velocity * velocity;
+        }
+        options.sight.sees(along, speed.sqrt(), squared)
     }
 }

@@ -91,8 +91,11 @@ impl Reynolds {
             add(terms, self.cohesion_strength);
             terms.retain_mut(|offset| {
                 let square = squared_norm(offset);
-                *offset = offset.map(|entry| -entry / square);
-                square > 0.0 && square <= close
+                let is_close = square > 0.0 && square <= close;
+                if is_close {
+                    *offset = offset.map(|entry| -entry / square);
+                }
+                is_close
             });
             add(terms, self.separation_strength);
         }
