@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from flockesc_env._checks import FloatArray
 from flockesc_env.render.camera import Rect
 from flockesc_env.render.canvas import Canvas
-from flockesc_env.render.colors import FAINT_TEXT, FRAME, GRID, MEAN, MINIMUM, TEXT
+from flockesc_env.render.colors import FAINT_TEXT, FRAME, GRID, MEAN, MINIMUM, PREDATOR, TEXT
 from flockesc_env.render.frame import FlockFrame
 from flockesc_env.render.ground import nice
 
@@ -18,11 +18,10 @@ def draw_strip(canvas: Canvas, frame: FlockFrame, rect: Rect, *, num_components:
     size, moment = canvas.size, frame.moment
     canvas.fill(Rect(rect.left, rect.top, rect.width, max(1.0, 0.002 * size)), FRAME)
     one = "" if num_components == 1 else "s"
-    caught = f", {moment.caught.sum()} caught" if moment.caught.any() else ""
     words = [
         f"t = {frame.times[-1]:.2f} s",
         f"range {range_text(moment.interaction_range)} {frame.scenario.neighbor_rule.unit}",
-        f"{num_components} component{one}{caught}",
+        f"{num_components} component{one}",
         f"J = {moment.objective:.1f} m" if np.isfinite(moment.objective) else "no predator",
     ]
     row = rect.top + 0.017 * size
@@ -39,6 +38,8 @@ def draw_strip(canvas: Canvas, frame: FlockFrame, rect: Rect, *, num_components:
     at = 0.022 * size
     for word, color in legend:
         at += canvas.text(word, (at, row), small, color) + 0.012 * size
+    if moment.caught.any():
+        canvas.text(f"{moment.caught.sum()} caught", (0.97 * size, row), small, PREDATOR, "topright")
     canvas.dots(np.array([(at + 0.006 * size, row + 0.3 * small)]), 0.008 * size, [TEXT])
     _plot(
         canvas, frame, Rect(0.085 * size, rect.top + 0.125 * size, 0.885 * size, rect.height - 0.172 * size)

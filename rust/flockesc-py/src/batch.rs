@@ -1,8 +1,7 @@
 //! `FlockBatch`: the batch of either dimension behind one Python class.
 
 use flockesc_core::{
-    AtEnd, Batch, Entry, EpisodeConfig, Error, FlockConfig, InitialState, View, entries,
-    predator_entries,
+    AtEnd, Batch, EpisodeConfig, Error, FlockConfig, InitialState, predator_entries,
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn};
 use pyo3::intern;
@@ -316,7 +315,9 @@ impl FlockBatch {
     fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
         self.clone()
     }
+}
 
+impl FlockBatch {
     /// Whether the episode in each slot has ended.
     fn ended<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<bool>>, CoreError> {
         let ended: Vec<bool> = (0..self.num_flocks)
@@ -324,9 +325,7 @@ impl FlockBatch {
             .collect::<Result<_, _>>()?;
         Ok(ended.into_pyarray(py))
     }
-}
 
-impl FlockBatch {
     fn is_ignored(&self, at_end: AtEnd) -> Result<Vec<bool>, CoreError> {
         let mut ignored = if self.rows > 1 {
             self.is_caught()?
@@ -386,28 +385,4 @@ fn parsed(at_end: &str) -> Result<AtEnd, CoreError> {
         "stay" => Ok(AtEnd::Stay),
         other => Err(Error::argument("at_end", "refuse, restart or stay", other).into()),
     }
-}
-
-/// Seed of the `episode`-th episode after one that was given `seed`.
-#[pyfunction]
-pub(crate) fn episode_seed(seed: u64, episode: u64) -> u64 {
-    flockesc_core::episode_seed(seed, episode)
-}
-
-/// Name, lower and upper bound of every entry of an observation row.
-#[pyfunction]
-pub(crate) fn observation_entries(per_agent: bool, dimension: usize) -> Vec<(String, f32, f32)> {
-    let view = if per_agent { View::Agent } else { View::Flock };
-    bounds(entries(view, dimension))
-}
-
-/// The same of a learned predator's row.
-#[pyfunction]
-pub(crate) fn predator_observation_entries(dimension: usize) -> Vec<(String, f32, f32)> {
-    bounds(predator_entries(dimension))
-}
-
-fn bounds(entries: Vec<Entry>) -> Vec<(String, f32, f32)> {
-    let bounds = |entry: Entry| (entry.name, entry.low, entry.high);
-    entries.into_iter().map(bounds).collect()
 }

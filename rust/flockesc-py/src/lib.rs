@@ -4,7 +4,9 @@ mod actions;
 mod arrays;
 mod batch;
 mod errors;
+mod graph;
 mod info;
+mod layouts;
 mod line;
 mod long_call;
 mod models;
@@ -23,14 +25,14 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(models::simulate_line, module)?)?;
     module.add_function(wrap_pyfunction!(models::sweep_flock, module)?)?;
     module.add_function(wrap_pyfunction!(models::sweep_line, module)?)?;
-    module.add_function(wrap_pyfunction!(models::component_labels, module)?)?;
-    module.add_function(wrap_pyfunction!(models::neighbor_pairs, module)?)?;
-    module.add_function(wrap_pyfunction!(models::laplacian, module)?)?;
-    module.add_function(wrap_pyfunction!(models::perron_matrix, module)?)?;
-    module.add_function(wrap_pyfunction!(batch::episode_seed, module)?)?;
-    module.add_function(wrap_pyfunction!(batch::observation_entries, module)?)?;
+    module.add_function(wrap_pyfunction!(graph::component_labels, module)?)?;
+    module.add_function(wrap_pyfunction!(graph::neighbor_pairs, module)?)?;
+    module.add_function(wrap_pyfunction!(graph::laplacian, module)?)?;
+    module.add_function(wrap_pyfunction!(graph::perron_matrix, module)?)?;
+    module.add_function(wrap_pyfunction!(layouts::episode_seed, module)?)?;
+    module.add_function(wrap_pyfunction!(layouts::observation_entries, module)?)?;
     module.add_function(wrap_pyfunction!(
-        batch::predator_observation_entries,
+        layouts::predator_observation_entries,
         module
     )?)?;
     module.add_function(wrap_pyfunction!(line::line_observation_entries, module)?)?;

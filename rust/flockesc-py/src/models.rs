@@ -2,12 +2,8 @@
 
 use std::sync::Arc;
 
-use flockesc_core::{FlockConfig, InitialState, LineConfig, NeighborGraph, Ranges, Schedule};
-use nalgebra::SVector;
-use numpy::{
-    IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn,
-    PyUntypedArrayMethods,
-};
+use flockesc_core::{FlockConfig, InitialState, LineConfig, Schedule};
+use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -172,115 +168,4 @@ pub(crate) fn sweep_line<'py>(
     )?;
     dict.set_item("converged", grid(py, &cells, shape, |cell| cell.converged)?)?;
     Ok(dict)
-}
-
-#[pyfunction]
-pub(crate) fn component_labels<'py>(
-    py: Python<'py>,
-    scenario: Option<&str>,
-    positions: PyReadonlyArray2<'py, f64>,
-    velocities: PyReadonlyArray2<'py, f64>,
-    ranges: PyReadonlyArray1<'py, f64>,
-) -> PyResult<Bound<'py, PyArray1<i64>>> {
-    let moment = Moment::new(scenario, &positions, &velocities, &ranges)?;
-    let labels = py
-        .detach(|| match moment.dimension {
-            2 => moment.graph::<2>().component_labels(moment.ranges()),
-            _ => moment.graph::<3>().component_labels(moment.ranges()),
-        })
-        .map_err(CoreError::from)?;
-    let labels: Vec<i64> = labels.into_iter().map(i64::from).collect();
-    Ok(labels.into_pyarray(py))
-}
-
-#[pyfunction]
-pub(crate) fn neighbor_pairs<'py>(
-    py: Python<'py>,
-    scenario: Option<&str>,
-    positions: PyReadonlyArray2<'py, f64>,
-    velocities: PyReadonlyArray2<'py, f64>,
-    ranges: PyReadonlyArray1<'py, f64>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let moment = Moment::new(scenario, &positions, &velocities, &ranges)?;
-    let pairs = py
-        .detach(|| match moment.dimension {
-            2 => moment.graph::<2>().pairs(moment.ranges()),
-            _ => moment.graph::<3>().pairs(moment.ranges()),
-        })
-        .map_err(CoreError::from)?;
-    let flat = pairs.iter().flat_map(|&(i, j)| [i.into(), j.into()]);
-    shaped(py, flat.collect::<Vec<i64>>(), [pairs.len(), 2])
-}
-
-/// A flock at one moment whose neighbor graph is asked for.
-struct Moment {
-    config: Option<FlockConfig>,
-    dimension: usize,
-    positions: Vec<f64>,
-    velocities: Vec<f64>,
-    ranges: Vec<f64>,
-}
-
-impl Moment {
-    fn new(
-        scenario: Option<&str>,
-        positions: &PyReadonlyArray2<'_, f64>,
-        velocities: &PyReadonlyArray2<'_, f64>,
-        ranges: &PyReadonlyArray1<'_, f64>,
-    ) -> PyResult<Self> {
-        let config = scenario.map(FlockConfig::from_json).transpose();
-        Ok(Self {
-            config: config.map_err(CoreError::from)?,
-            dimension: positions.shape()[1],
-            positions: positions.as_slice()?.to_vec(),
-            velocities: velocities.as_slice()?.to_vec(),
-            ranges: ranges.as_slice()?.to_vec(),
-        })
-    }
-
-    fn graph<const D: usize>(&self) -> NeighborGraph<D> {
-        let vectors = |flat: &[f64]| -> Vec<_> {
-            let rows = flat.chunks_exact(D);
-            rows.map(SVector::<f64, D>::from_column_slice).collect()
-        };
-        let (positions, velocities) = (vectors(&self.positions), vectors(&self.velocities));
-        NeighborGraph::new(self.config.as_ref(), &positions, &velocities)
-    }
-
-    fn ranges(&self) -> Ranges<'_> {
-        match self.ranges[..] {
-            [range] => Ranges::Shared(range),
-            _ => Ranges::PerAgent(&self.ranges),
-        }
-    }
-}
-
-#[pyfunction]
-pub(crate) fn laplacian<'py>(
-    py: Python<'py>,
-    states: PyReadonlyArray1<'py, f64>,
-    interaction_range: f64,
-) -> PyResult<Bound<'py, PyAny>> {
-    square(
-        py,
-        flockesc_core::laplacian(states.as_slice()?, interaction_range),
-    )
-}
-
-#[pyfunction]
-pub(crate) fn perron_matrix<'py>(
-    py: Python<'py>,
-    states: PyReadonlyArray1<'py, f64>,
-    interaction_range: f64,
-) -> PyResult<Bound<'py, PyAny>> {
-    square(
-        py,
-        flockesc_core::perron_matrix(states.as_slice()?, interaction_range),
-    )
-}
-
-/// A matrix of nalgebra (column-major) as a numpy array (row-major).
-fn square(py: Python<'_>, matrix: nalgebra::DMatrix<f64>) -> PyResult<Bound<'_, PyAny>> {
-    let n = matrix.nrows();
-    shaped(py, matrix.transpose().data.into(), [n, n])
 }
