@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
@@ -10,14 +10,18 @@ from numpy.typing import NDArray
 
 from flockesc_env._checks import as_seed
 from flockesc_env.batch import FlockBatch, infos, is_over
+from flockesc_env.envs.rendered import Rendered
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorPolicy
 from flockesc_env.presets import as_scenario
-from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
+from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second
 from flockesc_env.scenario import FlockScenario
 
+if TYPE_CHECKING:
+    from flockesc_env.render.viewer import FlockViewer
 
-class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
+
+class FlockEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
     """A flock under attack, ``flockesc/FlockEscape-v0``; the action is its interaction range.
 
     Observations, rewards and ``info`` are described in docs/model.md. The horizon truncates; a flock of which
@@ -65,7 +69,7 @@ class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
         fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
         self.metadata = {**self.metadata, "render_fps": fps}
         self.render_mode = render_mode
-        self._viewer = flock_viewer(self._batch, render_mode, render_options, fps)
+        self._viewer: FlockViewer | None = flock_viewer(self._batch, render_mode, render_options, fps)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -101,17 +105,3 @@ class FlockEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
             self._viewer.update()
         terminated = bool(is_over(info))
         return observation, reward, terminated, has_ended and not terminated, info
-
-    def render(self) -> NDArray[np.uint8] | None:
-        """Return a picture, shape (size, size, 3), or show it in mode ``"human"``.
-
-        Raises:
-            EpisodeError: before ``reset``.
-        """
-        pictures = render(self._viewer)
-        return pictures[0] if pictures else None
-
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        if self._viewer is not None:
-            self._viewer.close()

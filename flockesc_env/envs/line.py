@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
@@ -11,16 +11,20 @@ from numpy.typing import NDArray
 
 from flockesc_env import _core
 from flockesc_env._checks import as_floats, as_seed
+from flockesc_env.envs.rendered import Rendered
 from flockesc_env.errors import ArgumentError, EpisodeError
 from flockesc_env.options import LineOptions
 from flockesc_env.presets import as_scenario
-from flockesc_env.render import RENDER_MODES, RenderOptions, line_viewer, render
+from flockesc_env.render import RENDER_MODES, RenderOptions, line_viewer
 from flockesc_env.scenario import LineScenario
 from flockesc_env.seeds import EpisodeSeeds
 from flockesc_env.spaces import Control, ObservationLayout, RangeActions
 
+if TYPE_CHECKING:
+    from flockesc_env.render.viewer import LineViewer
 
-class LineEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
+
+class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
     """A line under attack, ``flockesc/LineEscape-v0``; the action is its interaction range.
 
     The episode terminates when the line stands still (its steady state) and is truncated after
@@ -64,7 +68,9 @@ class LineEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
         self.observation_space = self.control.layout.space()
         self.action_space = self.control.actions.space()
         self.render_mode = render_mode
-        self._viewer = line_viewer(self.scenario, render_mode, render_options, self.metadata["render_fps"])
+        self._viewer: LineViewer | None = line_viewer(
+            self.scenario, render_mode, render_options, self.metadata["render_fps"]
+        )
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -107,20 +113,6 @@ class LineEscapeEnv(gymnasium.Env[NDArray[np.float32], Any]):
         self._show(episode)
         is_truncated = episode.has_ended and not episode.is_steady
         return episode.observe(), reward, episode.is_steady, is_truncated, self._info(episode)
-
-    def render(self) -> NDArray[np.uint8] | None:
-        """Return the line's states over time, shape (size, size, 3), or show them in mode ``"human"``.
-
-        Raises:
-            EpisodeError: before ``reset``.
-        """
-        pictures = render(self._viewer)
-        return pictures[0] if pictures else None
-
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        if self._viewer is not None:
-            self._viewer.close()
 
     def _show(self, episode: _core.LineEpisode) -> None:
         if self._viewer is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import compress
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import gymnasium
 import numpy as np
@@ -13,18 +13,22 @@ from pettingzoo.utils import parallel_to_aec, wrappers
 
 from flockesc_env._checks import FloatArray, as_seed
 from flockesc_env.batch import STARTS, Columns, FlockBatch, Step, infos, is_over
+from flockesc_env.envs.rendered import Rendered
 from flockesc_env.errors import ActionError, ArgumentError, EpisodeError
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorPolicy, all_learned, opposite
 from flockesc_env.presets import as_scenario
-from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
+from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second
 from flockesc_env.scenario import FlockScenario
 from flockesc_env.spaces import STACKED, Label
 
 Observation = NDArray[np.float32]
 
+if TYPE_CHECKING:
+    from flockesc_env.render.viewer import FlockViewer
 
-class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
+
+class FlockParallelEnv(Rendered, ParallelEnv[str, Observation, Any]):
     """A flock under attack; the action of every agent is its own interaction range.
 
     Observations, rewards and ``info`` are described in docs/model.md. Team rewards pay every agent the
@@ -87,7 +91,7 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
         self.metadata = {**self.metadata, "render_fps": fps}
         self.render_mode = render_mode
-        self._viewer = flock_viewer(self._batch, render_mode, render_options, fps)
+        self._viewer: FlockViewer | None = flock_viewer(self._batch, render_mode, render_options, fps)
         count = self.scenario.num_agents
         self._flock = _names("agent", count)
         are_agents = predator_policy is None
@@ -215,20 +219,6 @@ class FlockParallelEnv(ParallelEnv[str, Observation, Any]):
         scalars = [state["step"], metrics["min_mean_distance"][0], metrics["min_min_distance"][0]]
         names = ("positions", "velocities", "predator_positions", "predator_velocities")
         return np.concatenate([scalars, *(state[name].ravel() for name in names)], dtype=np.float32)
-
-    def render(self) -> NDArray[np.uint8] | None:
-        """Return a picture of the flock, shape (size, size, 3), or show it in mode ``"human"``.
-
-        Raises:
-            EpisodeError: before ``reset``.
-        """
-        pictures = render(self._viewer)
-        return pictures[0] if pictures else None
-
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        if self._viewer is not None:
-            self._viewer.close()
 
     def _reset(self, seed: int | None, options: dict[str, Any] | None) -> tuple[Observation, Columns]:
         known = {name: value for name, value in (options or {}).items() if name in STARTS}

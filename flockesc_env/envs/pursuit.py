@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
@@ -10,16 +10,20 @@ from numpy.typing import NDArray
 
 from flockesc_env._checks import as_seed
 from flockesc_env.batch import FlockBatch, Observations, infos, is_over
+from flockesc_env.envs.rendered import Rendered
 from flockesc_env.errors import EpisodeError, ScenarioError
 from flockesc_env.options import EnvOptions
 from flockesc_env.policies import FixedRange, Policy
 from flockesc_env.predator_policies import opposite, with_learned
 from flockesc_env.presets import as_scenario
-from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
+from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second
 from flockesc_env.scenario import FlockScenario
 
+if TYPE_CHECKING:
+    from flockesc_env.render.viewer import FlockViewer
 
-class FlockPursuitEnv(gymnasium.Env[NDArray[np.float32], Any]):
+
+class FlockPursuitEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
     """A predator after a flock, ``flockesc/FlockPursuit-v0``; the action is its acceleration.
 
     Observations ("Predator view"), rewards, which are minus those of the flock, and ``info`` are described in
@@ -73,7 +77,7 @@ class FlockPursuitEnv(gymnasium.Env[NDArray[np.float32], Any]):
         fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
         self.metadata = {**self.metadata, "render_fps": fps}
         self.render_mode = render_mode
-        self._viewer = flock_viewer(self._batch, render_mode, render_options, fps)
+        self._viewer: FlockViewer | None = flock_viewer(self._batch, render_mode, render_options, fps)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -113,17 +117,3 @@ class FlockPursuitEnv(gymnasium.Env[NDArray[np.float32], Any]):
         terminated = bool(is_over(columns)[0])
         truncated = bool(ended[0]) and not terminated
         return self._batch.observe_predators([0])[0], reward, terminated, truncated, infos(columns)[0]
-
-    def render(self) -> NDArray[np.uint8] | None:
-        """Return a picture, shape (size, size, 3), or show it in mode ``"human"``.
-
-        Raises:
-            EpisodeError: before ``reset``.
-        """
-        pictures = render(self._viewer)
-        return pictures[0] if pictures else None
-
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        if self._viewer is not None:
-            self._viewer.close()
