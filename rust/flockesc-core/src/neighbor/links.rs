@@ -63,7 +63,7 @@ impl Links {
         }
         if options.is_frozen {
             let pairs = self.pairs(options, agents, tree).by_name();
-            self.lists = Lists::new(agents.num_names(), pairs);
+            self.lists = Lists::new(agents.num_names(), &pairs);
             self.places = places(agents);
             self.is_frozen = true;
         }

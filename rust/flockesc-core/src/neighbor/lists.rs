@@ -9,24 +9,24 @@ pub(super) struct Lists {
 }
 
 impl Lists {
-    /// The lists of `num_agents` agents, from pairs (whose list, who is in it).
-    pub(super) fn new(num_agents: usize, mut pairs: Vec<(u32, u32)>) -> Self {
-        pairs.sort_unstable();
-        pairs.dedup();
+    /// The lists of `num_agents` agents, from pairs (whose list, who is in it), none of them twice.
+    pub(super) fn new(num_agents: usize, pairs: &[(u32, u32)]) -> Self {
         let mut starts = vec![0; num_agents + 1];
-        for &(name, _) in &pairs {
+        for &(name, _) in pairs {
             starts[name as usize + 1] += 1;
         }
         for name in 0..num_agents {
             starts[name + 1] += starts[name];
         }
-        Self {
-            starts,
-            others: pairs.into_iter().map(|(_, other)| other).collect(),
+        let (mut next, mut others) = (starts.clone(), vec![0; pairs.len()]);
+        for &(name, other) in pairs {
+            others[next[name as usize]] = other;
+            next[name as usize] += 1;
         }
+        Self { starts, others }
     }
 
-    /// The names in the list of one agent, in order.
+    /// The names in the list of one agent, in no order that means anything.
     pub(super) fn of(&self, name: usize) -> &[u32] {
         &self.others[self.starts[name]..self.starts[name + 1]]
     }

@@ -213,7 +213,7 @@ impl<const D: usize> Neighborhood<D> {
         } else {
             Links::default()
         };
-        let mut scratch = self.scratch.clone();
+        let mut scratch = vec![Scratch::default(); self.scratch.len()];
         links.update(options, agents, &self.tree, ranges, &mut scratch);
         links
     }

@@ -7,7 +7,7 @@ use multiversion::multiversion;
 use super::links::NOWHERE;
 use super::lists::Lists;
 use super::rule::NeighborOptions;
-use super::sight::Torus;
+use super::sight::{Sight, Torus};
 use super::tree::{Bounds, Tree};
 use crate::agents::{Agents, Column, FAN, GROUP, TILE};
 use crate::metrics::{larger, squared_norm};
@@ -106,45 +106,76 @@ impl<const D: usize> Pairs<'_, D> {
         self.tree.near(&bounds, longest, self.options.torus, tiles);
     }
 
-    /// Which agents of a tile are within reach of an agent and seen by it: one bit per agent.
+    /// Which agents of a tile are within reach of an agent (where it counts, within reach of each other) and seen by it: one
+    /// bit per agent.
     #[inline(always)]
     fn near(&self, group: usize, lane: usize, tile: usize) -> u8 {
-        let NeighborOptions { sight, torus, .. } = *self.options;
+        let NeighborOptions {
+            sight,
+            torus,
+            is_mutual,
+            ..
+        } = *self.options;
         let (one, other) = (&self.agents.groups[group], &self.agents.groups[tile / FAN]);
         let first = tile % FAN * TILE;
-        let (mut squared, mut along) = ([0.0; TILE], [0.0; TILE]);
+        let reach = self.squares[group][lane];
+        let (mut squared, mut reaches) = ([0.0; TILE], [reach; TILE]);
         for axis in 0..D {
-            let (place, speed) = (one.position[axis][lane], one.velocity[axis][lane]);
+            let own = one.position[axis][lane];
             let column = &other.position[axis][first..first + TILE];
             for k in 0..TILE {
-                let offset = torus.offset(place, column[k]);
+                let offset = torus.offset(own, column[k]);
                 squared[k] += offset * offset;
-                along[k] += speed * offset;
             }
         }
-        let reach = self.squares[group][lane];
-        let speed = self.speed(group, lane);
-        (0..TILE).fold(0, |bits, k| {
-            let is_near = (squared[k] <= reach) & sight.sees(along[k], speed, squared[k]);
-            bits | u8::from(is_near) << k
-        })
+        if is_mutual {
+            let others = &self.squares[tile / FAN][first..first + TILE];
+            for k in 0..TILE {
+                reaches[k] = if others[k] < reach { others[k] } else { reach };
+            }
+        }
+        let mut near = [false; TILE];
+        for k in 0..TILE {
+            near[k] = squared[k] <= reaches[k];
+        }
+        if sight != Sight::ALL_ROUND {
+            let mut along = [0.0; TILE];
+            for axis in 0..D {
+                let (own, velocity) = (one.position[axis][lane], one.velocity[axis][lane]);
+                let column = &other.position[axis][first..first + TILE];
+                for k in 0..TILE {
+                    along[k] += velocity * torus.offset(own, column[k]);
+                }
+            }
+            let speed = self.speed(group, lane);
+            for k in 0..TILE {
+                near[k] &= sight.sees(along[k], speed, squared[k]);
+            }
+        }
+        (0..TILE).fold(0, |bits, k| bits | u8::from(near[k]) << k)
     }
 
     /// Whether the agent in `place` is within reach and seen, and the other way round where that counts.
     fn is_neighbor(&self, group: usize, lane: usize, place: usize) -> bool {
         let bit = 1 << (place % TILE);
-        self.near(group, lane, place / TILE) & bit != 0 && self.listens_back(group, lane, place)
+        self.near(group, lane, place / TILE) & bit != 0 && self.sees_back(group, lane, place)
     }
 
-    /// Whether the agent in `place` reaches and sees back, where that counts.
+    /// Whether the agent in `place` sees back, where that counts.
     #[inline(always)]
-    fn listens_back(&self, group: usize, lane: usize, place: usize) -> bool {
-        if !self.options.is_mutual {
+    fn sees_back(&self, group: usize, lane: usize, place: usize) -> bool {
+        let NeighborOptions {
+            sight, is_mutual, ..
+        } = *self.options;
+        if !is_mutual || sight == Sight::ALL_ROUND {
             return true;
         }
-        let bit = 1 << (lane % TILE);
-        let tile = (group * GROUP + lane) / TILE;
-        self.near(place / GROUP, place % GROUP, tile) & bit != 0
+        let (offset, squared) = self.offset(group, lane, place);
+        let velocity = &self.agents.groups[place / GROUP].velocity;
+        let along = (0..D).fold(0.0, |sum, axis| {
+            sum - velocity[axis][place % GROUP] * offset[axis]
+        });
+        sight.sees(along, self.speed(place / GROUP, place % GROUP), squared)
     }
 
     /// ||v|| in m/s, as the field of view takes it.
@@ -185,7 +216,7 @@ fn visit_near<const D: usize, F: FnMut(usize, usize)>(
             while near != 0 {
                 let place = tile as usize * TILE + near.trailing_zeros() as usize;
                 near &= near - 1;
-                if place != own && pairs.listens_back(group, lane, place) {
+                if place != own && pairs.sees_back(group, lane, place) {
                     visit(lane, place);
                 }
             }

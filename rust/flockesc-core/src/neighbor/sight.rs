@@ -23,14 +23,10 @@ impl Torus {
     /// The shortest way from `a` to `b` along one axis in m, both in [0, side).
     #[inline(always)]
     pub(super) fn offset(self, a: f64, b: f64) -> f64 {
-        let offset = b - a;
-        if offset > 0.5 * self.0 {
-            offset - self.0
-        } else if offset < -0.5 * self.0 {
-            offset + self.0
-        } else {
-            offset
-        }
+        let (offset, half) = (b - a, 0.5 * self.0);
+        let turn = if offset > half { self.0 } else { 0.0 };
+        let back = if offset < -half { self.0 } else { 0.0 };
+        offset - turn + back
     }
 
     /// The square of a distance that no two agents in these boxes fall below, in m^2.
@@ -76,6 +72,6 @@ impl Sight {
     /// One at rest sees all round, and everyone what is in the same place.
     #[inline(always)]
     pub(super) fn sees(self, along: f64, speed: f64, squared: f64) -> bool {
-        self == Self::ALL_ROUND || along >= self.edge * (speed * squared.sqrt())
+        along >= self.edge * (speed * squared.sqrt())
     }
 }

@@ -56,7 +56,7 @@ pub(super) fn voronoi_neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
         link(other, one);
     }
     pairs.retain(|(name, other)| name != other);
-    Lists::new(agents.num_names(), pairs)
+    Lists::new(agents.num_names(), &pairs)
 }
 
 /// The position as the triangulation takes it: tiny coordinates are 0, and there is one 0 only.

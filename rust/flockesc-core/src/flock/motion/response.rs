@@ -92,13 +92,16 @@ impl<const D: usize> Response<D> {
         neighborhood: &Neighborhood<D>,
     ) {
         let pairs = neighborhood.pairs(agents);
+        let (low, high) = neighborhood.bounds();
+        let extent = (0..D).fold(0.0, |most: f64, axis| most.max(high[axis] - low[axis]));
+        let scale = Scale::for_registers(extent, agents.len());
         let chunks = threads::num_chunks(self.forces.len());
         self.lists.resize_with(chunks, Lists::new);
         threads::for_each_chunk_with(&mut self.forces, &mut self.lists, |first, forces, lists| {
             let mut traits = Traits::of_first(config);
             for (group, force) in (first..).zip(forces) {
                 traits.follow(config, agents.names_of(group));
-                law.add_forces(&pairs, group, &traits, lists, force);
+                law.add_forces(&pairs, scale, group, &traits, lists, force);
             }
         });
     }

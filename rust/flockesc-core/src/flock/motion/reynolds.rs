@@ -27,18 +27,15 @@ pub struct Reynolds {
 #[derive(Debug, Clone)]
 pub(super) struct Lists<const D: usize> {
     tiles: Vec<u32>,
-    /// Lane of an agent and the way to a neighbor in m, agent by agent.
-    offsets: Vec<(usize, [f64; D])>,
-    /// One agent's vectors to be summed.
-    terms: Vec<[f64; D]>,
+    /// Lane of an agent and what a close neighbor adds to its separation, in 1/m, agent by agent.
+    close: Vec<(usize, [f64; D])>,
 }
 
 impl<const D: usize> Lists<D> {
     pub(super) fn new() -> Self {
         Self {
             tiles: Vec::new(),
-            offsets: Vec::new(),
-            terms: Vec::new(),
+            close: Vec::new(),
         }
     }
 }
@@ -53,62 +50,60 @@ impl Reynolds {
         not_negative("motion.reynolds.separation_range", self.separation_range)
     }
 
-    /// Adds both forces on the agents of a group, each of the norm of its weight times v0.
+    /// Adds both forces on the agents of a group, each of the norm of its weight times v0. No coordinate of a way from one
+    /// agent to another is beyond what `scale` is for.
     pub(super) fn add_forces<const D: usize>(
         &self,
         pairs: &Pairs<'_, D>,
+        scale: Scale,
         group: usize,
         traits: &Traits,
         lists: &mut Lists<D>,
         force: &mut Force<D>,
     ) {
-        let Lists {
-            tiles,
-            offsets,
-            terms,
-        } = lists;
-        offsets.clear();
+        let Lists { tiles, close } = lists;
+        close.clear();
+        let range = self.separation_range * self.separation_range;
+        let mut ways = [[0; D]; GROUP];
         pairs.visit(group, tiles, |lane, place| {
-            if place != group * GROUP + lane {
-                offsets.push((lane, pairs.offset(group, lane, place).0));
+            let (offset, squared) = pairs.offset(group, lane, place);
+            for axis in 0..D {
+                ways[lane][axis] += scale.quantize(offset[axis]);
+            }
+            if squared > 0.0 && squared <= range {
+                close.push((lane, offset.map(|entry| -entry / squared)));
             }
         });
-        let close = self.separation_range * self.separation_range;
-        for neighbors in offsets.chunk_by(|a, b| a.0 == b.0) {
-            let lane = neighbors[0].0;
-            let mut add = |terms: &[[f64; D]], strength: f64| {
-                let sum = sum(terms);
-                let norm = squared_norm(&sum).sqrt();
-                if norm > 0.0 {
-                    let factor = strength * traits.speed[lane] / norm;
-                    for axis in 0..D {
-                        force[axis][lane] += sum[axis] * factor;
-                    }
+        let mut add = |lane: usize, vector: [f64; D], strength: f64| {
+            let norm = squared_norm(&vector).sqrt();
+            if norm > 0.0 {
+                let factor = strength * traits.speed[lane] / norm;
+                for axis in 0..D {
+                    force[axis][lane] += vector[axis] * factor;
                 }
-            };
-            terms.clear();
-            terms.extend(neighbors.iter().map(|(_, offset)| *offset));
-            add(terms, self.cohesion_strength);
-            terms.retain_mut(|offset| {
-                let square = squared_norm(offset);
-                let is_close = square > 0.0 && square <= close;
-                if is_close {
-                    *offset = offset.map(|entry| -entry / square);
-                }
-                is_close
-            });
-            add(terms, self.separation_strength);
+            }
+        };
+        for (lane, way) in ways.iter().enumerate() {
+            // The direction of the sum is that of the mean.
+            add(
+                lane,
+                way.map(|sum| scale.value(sum)),
+                self.cohesion_strength,
+            );
+        }
+        for neighbors in close.chunk_by(|a, b| a.0 == b.0) {
+            add(neighbors[0].0, sum(neighbors), self.separation_strength);
         }
     }
 }
 
 /// The sum of some vectors, free of their order: as multiples of what the largest of their entries allows for.
-fn sum<const D: usize>(terms: &[[f64; D]]) -> [f64; D] {
-    let entries = terms.iter().flatten();
+fn sum<const D: usize>(terms: &[(usize, [f64; D])]) -> [f64; D] {
+    let entries = terms.iter().flat_map(|(_, term)| term);
     let largest = entries.fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
-    let scale = Scale::new(largest, terms.len().max(1));
+    let scale = Scale::new(largest, terms.len());
     let mut units = [0; D];
-    for term in terms {
+    for (_, term) in terms {
         for axis in 0..D {
             units[axis] += scale.truncate(term[axis]);
         }
