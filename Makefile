@@ -43,7 +43,7 @@ paper: build ## reproduce the paper: every figure, every claim beside its measur
 	$(BIN)/flockesc paper --output results/paper --page docs/paper.md
 
 .PHONY: worlds
-worlds: build ## the best fixed range in every flock preset (about WORLDS_MINUTES minutes)
+worlds: build ## the best fixed range in every flock preset (about 35 minutes)
 	$(BIN)/flockesc worlds --output results/worlds --page docs/worlds.md
 
 .PHONY: test
