@@ -33,9 +33,7 @@ class Grid:
 
 
 METERS: Final = Grid("m", (0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 20.0, 30.0, 50.0, 100.0))
-NEIGHBORS: Final = Grid(
-    "neighbors", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 15.0, 30.0, 300.0)
-)
+NEIGHBORS: Final = Grid("neighbors", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 15.0, 30.0, 300.0))
 
 GRIDS: Final[Mapping[str, Grid]] = {"topological": NEIGHBORS}
 """By the kind of the neighbor rule; an action of any other rule is a range in m."""
