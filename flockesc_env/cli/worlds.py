@@ -43,7 +43,7 @@ def run(
 
     Writes worlds.md, worlds.png and worlds.svg, results.json.
 
-    About half an hour for all worlds on two cores; interrupted, run it again to go on.
+    About 35 minutes on two cores; interrupted, run it again to go on.
 
     Example: flockesc worlds --num-flocks 50 --presets paper-flock pursuit
     """
