@@ -10,7 +10,7 @@ from flockesc_env.errors import ArgumentError
 from flockesc_env.options import EnvOptions
 from flockesc_env.policies import FixedRange, Policy, RandomRange, StubbornLeaders
 from flockesc_env.rollout import record
-from flockesc_env.scenario import FlockScenario
+from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.simulate import Trajectory
 
 NAMES = ("fixed:RHO", "random", "stubborn-leaders", "stubborn-leaders-local")
@@ -26,13 +26,15 @@ class Contender:
         name: how tables and figures call it.
         policy: the policy.
         per_agent: whether it sets one range per agent.
-        options: environment options (``EnvOptions``).
+        options: environment options (``EnvOptions`` or, for a line, ``LineOptions``).
+        scenario: what it was trained in; ``None``: nothing in particular.
     """
 
     name: str
     policy: Policy
     per_agent: bool = False
     options: dict[str, Any] = field(default_factory=dict)
+    scenario: FlockScenario | LineScenario | None = None
 
     def record(self, seed: int, scenario: FlockScenario | None = None) -> Trajectory:
         """Run the policy on one flock and record all of it; see ``flockesc_env.record``."""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env._atomic import writing
+from flockesc_env.atomic import writing
 from flockesc_env.errors import RecordError
 from flockesc_env.predators import Learned
 from flockesc_env.scenario import FlockScenario, LineScenario

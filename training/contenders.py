@@ -1,39 +1,46 @@
-"""What can be compared: built-in policies by name, and runs by their folder."""
+"""What can be compared: built-in policies by name, policies in files, runs by their folder, one's own code."""
 
 from __future__ import annotations
 
-import dataclasses
+import importlib
 from pathlib import Path
 
-from stable_baselines3 import PPO
-
-from flockesc_env.contenders import Contender, built_in
+from flockesc_env.contenders import NAMES, Contender
 from flockesc_env.errors import ArgumentError
-from flockesc_env.policies import SB3Policy
-from training.config import RunRecord
-from training.train import MODEL_FILE
+from flockesc_env.policy_files import find_policy
+from training.config import POLICY_FILE
+
+EXPECTED = f"{', '.join(NAMES)}, a policy's file, the folder of a finished run or module:function"
 
 
 def contender(spec: str) -> Contender:
     """Make a contender of its name.
 
     Args:
-        spec: a built-in policy (``flockesc_env.contenders.NAMES``), or the folder of a run.
+        spec: a built-in policy (``flockesc_env.contenders.NAMES``), a file that ``save_policy`` wrote, the
+            folder of a finished run, or ``module:function``, a function that returns a ``Contender``.
 
     Raises:
-        ArgumentError: if there is neither such a policy nor such a run.
+        ArgumentError: if there is nothing of that name.
+        RecordError: if the file is no policy.
     """
-    run = Path(spec)
-    if not (run / MODEL_FILE).is_file():
-        try:
-            return built_in(spec)
-        except ArgumentError as error:
-            expected = f"{error.expected} or the folder of a finished run"
-            raise ArgumentError(error.field, expected, error.given) from None
-    args = RunRecord.read(run).args
-    return Contender(
-        f"learned: {run.name}",
-        SB3Policy(PPO.load(run / MODEL_FILE, device="cpu")),
-        per_agent=args.per_agent,
-        options=dataclasses.asdict(args.env_options()),
-    )
+    file = Path(spec) / POLICY_FILE
+    if file.is_file():
+        return find_policy(str(file))
+    module, is_code, function = spec.partition(":")
+    if is_code and module != "fixed":
+        return _own(module, function, spec)
+    try:
+        return find_policy(spec)
+    except ArgumentError as error:
+        raise ArgumentError(error.field, f"one of {EXPECTED}", error.given) from None
+
+
+def _own(module: str, function: str, spec: str) -> Contender:
+    try:
+        made = getattr(importlib.import_module(module), function)()
+    except (ImportError, AttributeError) as error:
+        raise ArgumentError("policies", f"one of {EXPECTED}", f"{spec!r} ({error})") from None
+    if not isinstance(made, Contender):
+        raise ArgumentError("policies", f"a Contender from {spec}", type(made).__name__)
+    return made

@@ -1,7 +1,7 @@
 """Which flocks are for what: ranges of seeds that never meet.
 
-Later episodes of a training run have seeds of 2^32 or more (``flockesc_env.episode_seed``), far beyond all
-of these.
+Later episodes of a training run's environments have seeds of 2^32 or more (``flockesc_env.episode_seed``),
+far beyond all of these.
 """
 
 TUNING = range(1_000_000, 2_000_000)
@@ -10,24 +10,30 @@ TUNING = range(1_000_000, 2_000_000)
 HELD_OUT = range(2_000_000, 3_000_000)
 """Flocks on which results are reported, and nothing else."""
 
-TRAINING = range(3_000_000, 4_000_000)
-"""First episodes of training runs."""
+TRAINING = range(3_000_000, 1_003_000_000)
+"""Flocks of training runs."""
 
-_FLOCKS_PER_RUN = 1_000
+FLOCKS_PER_RUN = 1_000_000
 
 
-def training_seed(seed: int, num_flocks: int) -> int:
-    """Return the seed of the first flock of a training run.
+def training_seeds(seed: int, first: int, count: int) -> range:
+    """Return the seeds of some flocks of a training run.
+
+    Args:
+        seed: of the run; its flocks are no other run's.
+        first: number of the first flock.
+        count: how many flocks.
 
     Raises:
-        ValueError: if the run would leave the training range.
+        ValueError: if they would leave the run's part of ``TRAINING``.
     """
-    if not 1 <= num_flocks <= _FLOCKS_PER_RUN:
-        raise ValueError(f"num_flocks: expected 1 to {_FLOCKS_PER_RUN}, got {num_flocks}")
-    first = TRAINING.start + seed * _FLOCKS_PER_RUN
-    if first not in TRAINING:
-        raise ValueError(f"seed: expected 0 to {len(TRAINING) // _FLOCKS_PER_RUN - 1}, got {seed}")
-    return first
+    runs = len(TRAINING) // FLOCKS_PER_RUN
+    if not 0 <= seed < runs:
+        raise ValueError(f"seed: expected 0 to {runs - 1}, got {seed}")
+    if first < 0 or count < 1 or first + count > FLOCKS_PER_RUN:
+        raise ValueError(f"flocks of a run: expected 1 to {FLOCKS_PER_RUN}, got {first} to {first + count}")
+    start = TRAINING.start + seed * FLOCKS_PER_RUN + first
+    return range(start, start + count)
 
 
 def first_seeds(purpose: range, count: int) -> range:

@@ -16,9 +16,9 @@ from flockesc_env.errors import ArgumentError, EpisodeError
 from flockesc_env.options import LineOptions
 from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, line_viewer
+from flockesc_env.rollout_line import line_control
 from flockesc_env.scenario import LineScenario
 from flockesc_env.seeds import EpisodeSeeds
-from flockesc_env.spaces import Control, ObservationLayout, RangeActions
 
 if TYPE_CHECKING:
     from flockesc_env.render.viewer import LineViewer
@@ -58,13 +58,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         _core.LineEpisode(self.scenario.to_json(), self._document, 0)  # refuses what cannot be played
         self._episode: _core.LineEpisode | None = None
         self._seeds = EpisodeSeeds()
-        self.control = Control(
-            actions=RangeActions(self.options),
-            layout=ObservationLayout.of(_core.line_observation_entries(self.scenario.num_agents)),
-            per_agent=False,
-            num_agents=self.scenario.num_agents,
-            num_steps=self.scenario.max_steps,
-        )
+        self.control = line_control(self.scenario, self.options)
         self.observation_space = self.control.layout.space()
         self.action_space = self.control.actions.space()
         self.render_mode = render_mode

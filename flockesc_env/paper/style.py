@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from flockesc_env._atomic import writing
+from flockesc_env.atomic import writing
 from flockesc_env.stats import FloatArray
 
 INK = "0.25"

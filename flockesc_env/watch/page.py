@@ -10,7 +10,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-from flockesc_env._atomic import writing
+from flockesc_env.atomic import writing
 from flockesc_env.records import versions
 from flockesc_env.watch.document import Run, check_runs, run_document
 

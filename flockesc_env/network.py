@@ -1,0 +1,103 @@
+"""Small neural networks as policies, in NumPy alone: one, or a whole population stepped at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flockesc_env._checks import as_floats
+from flockesc_env.errors import ArgumentError
+from flockesc_env.policies import Observations
+from flockesc_env.spaces import Control
+
+Parameters = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Architecture:
+    """What a network sees and how it is built: tanh layers, then a linear one cut to [-1, 1].
+
+    Attributes:
+        inputs: names of the entries of an observation row that it sees (docs/model.md, "Observations").
+        hidden: width of every hidden layer.
+        memory: numbers in [-1, 1] that the network writes after every action and reads before the next;
+            zeros where an episode begins.
+    """
+
+    inputs: tuple[str, ...]
+    hidden: tuple[int, ...] = (8,)
+    memory: int = 0
+
+    @property
+    def shapes(self) -> list[tuple[int, int]]:
+        """Rows and columns of the weights of every layer."""
+        return list(pairwise([len(self.inputs) + self.memory, *self.hidden, 1 + self.memory]))
+
+    @property
+    def size(self) -> int:
+        """Number of parameters: per layer the weights, row by row, then the biases."""
+        return sum((rows + 1) * columns for rows, columns in self.shapes)
+
+
+class NetworkPolicy:
+    """Networks of one architecture; needs ``action_mode="normalized"``.
+
+    Args:
+        architecture: what the networks see and how they are built.
+        parameters: of one network, shape (size,), or of several, (networks, size). Several share the rows of
+            an observation in equal, consecutive parts.
+    """
+
+    def __init__(self, architecture: Architecture, parameters: ArrayLike) -> None:
+        given = as_floats(parameters, "parameters")
+        if given.ndim not in {1, 2} or given.shape[-1] != architecture.size:
+            expected = f"shape ({architecture.size},) or (networks, {architecture.size})"
+            raise ArgumentError("parameters", expected, f"shape {given.shape}")
+        self.architecture = architecture
+        self.parameters: Parameters = given.astype(np.float32)
+        self._layers = list(_layers(architecture, np.atleast_2d(self.parameters)))
+        self._memory: Parameters | None = None
+
+    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+        """Let the networks choose.
+
+        Raises:
+            ArgumentError: if the actions are not normalized ones, an input is not observed or, with a memory,
+                rows appear or vanish within an episode.
+        """
+        if control.actions.mode != "normalized":
+            raise ArgumentError("action_mode", "'normalized'", repr(control.actions.mode))
+        columns = [control.layout.index(name) for name in self.architecture.inputs]
+        values = observations[:, columns]
+        if self.architecture.memory:
+            values = np.concatenate([values, self._recall(observations, control)], axis=1)
+        networks = len(self._layers[0][0])
+        values = values.reshape(networks, -1, values.shape[1])
+        for weights, biases in self._layers[:-1]:
+            values = np.tanh(values @ weights + biases)
+        weights, biases = self._layers[-1]
+        values = (values @ weights + biases).reshape(len(observations), -1)
+        self._memory = np.tanh(values[:, 1:])
+        return np.clip(values[:, :1], -1, 1)
+
+    def _recall(self, observations: Observations, control: Control) -> Parameters:
+        begins = observations[:, control.layout.index("time")] == 0
+        if self._memory is None or begins.all():
+            return np.zeros((len(observations), self.architecture.memory), np.float32)
+        if len(self._memory) != len(observations):
+            raise ArgumentError("observations", f"{len(self._memory)} rows as before", len(observations))
+        return np.where(begins[:, None], 0, self._memory)
+
+
+def _layers(architecture: Architecture, parameters: Parameters) -> Any:
+    """Yield weights (networks, rows, columns) and biases (networks, 1, columns) of every layer."""
+    at = 0
+    for rows, columns in architecture.shapes:
+        weights = parameters[:, at : at + rows * columns].reshape(-1, rows, columns)
+        at += rows * columns
+        yield weights, parameters[:, None, at : at + columns]
+        at += columns

@@ -1,0 +1,95 @@
+"""Policies in files: the numbers of a network or of a schedule, with the options that it was made for."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flockesc_env.atomic import writing
+from flockesc_env.contenders import NAMES, Contender, built_in
+from flockesc_env.errors import ArgumentError, FlockescError, RecordError
+from flockesc_env.network import Architecture, NetworkPolicy
+from flockesc_env.records import versions
+from flockesc_env.scenario import FlockScenario, LineScenario
+
+SUFFIX = ".npz"
+_MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
+
+
+def save_policy(contender: Contender, path: str | Path) -> None:
+    """Write a network and what it was made for to a file; an older one stays whole until this is complete.
+
+    Args:
+        contender: a ``NetworkPolicy`` of one network, with the scenario that it was trained in.
+        path: where to.
+
+    Raises:
+        RecordError: if it is another policy, or its scenario is not known.
+    """
+    policy, scenario = contender.policy, contender.scenario
+    if not isinstance(policy, NetworkPolicy) or policy.parameters.ndim != 1 or scenario is None:
+        raise RecordError("contender", "one network and its scenario", type(policy).__name__)
+    header = {
+        "name": contender.name,
+        "model": "flock" if isinstance(scenario, FlockScenario) else "line",
+        "scenario": json.loads(scenario.to_json()),
+        "per_agent": contender.per_agent,
+        "options": contender.options,
+        "architecture": dataclasses.asdict(policy.architecture),
+        "versions": versions(),
+    }
+    with writing(Path(path)) as file:
+        np.savez_compressed(file, header=np.array(json.dumps(header)), parameters=policy.parameters)
+
+
+def load_policy(path: str | Path) -> Contender:
+    """Read a policy that ``save_policy`` wrote; nothing in the file is executed.
+
+    Raises:
+        FileNotFoundError: if there is no such file.
+        RecordError: if the file is cut off or something else.
+        ScenarioError: if the scenario is none of this version's.
+    """
+    try:
+        with Path(path).open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+            header, parameters = json.loads(str(file["header"])), file["parameters"]
+        return _contender(header, parameters)
+    except (EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
+        if isinstance(error, FlockescError):
+            raise
+        raise RecordError(str(path), "a policy", repr(error)) from None
+
+
+def find_policy(spec: str, argument: str = "policies") -> Contender:
+    """Return a policy by the name of a built-in one, or by its file.
+
+    Args:
+        spec: one of ``flockesc_env.contenders.NAMES``, or the path of a file that ``save_policy`` wrote.
+        argument: what an error calls the argument that the name came in.
+
+    Raises:
+        ArgumentError: if there is neither such a policy nor such a file.
+        RecordError: as ``load_policy``.
+    """
+    if Path(spec).suffix != SUFFIX:
+        return built_in(spec, argument)
+    if not Path(spec).is_file():
+        raise ArgumentError(argument, f"one of {', '.join(NAMES)} or a policy's file", repr(spec))
+    return load_policy(spec)
+
+
+def _contender(header: dict[str, Any], parameters: Any) -> Contender:
+    fields = header["architecture"]
+    architecture = Architecture(tuple(fields["inputs"]), tuple(fields["hidden"]), fields["memory"])
+    return Contender(
+        header["name"],
+        NetworkPolicy(architecture, parameters),
+        per_agent=header["per_agent"],
+        options=header["options"],
+        scenario=_MODELS[header["model"]].from_json(json.dumps(header["scenario"])),
+    )

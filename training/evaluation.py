@@ -1,0 +1,83 @@
+"""The objective of a setting under a policy, flock by flock."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from flockesc_env import (
+    Episodes,
+    FlockEscapeEnv,
+    FlockScenario,
+    LineEscapeEnv,
+    LineScenario,
+    parallel_env,
+    rollout,
+)
+from flockesc_env.contenders import Contender
+from flockesc_env.policies import Policy
+from flockesc_env.progress import bar
+from flockesc_env.rollout_line import rollout_line
+from flockesc_env.spaces import Control
+from flockesc_env.stats import FloatArray
+from training.config import Setting
+
+
+def objective(
+    setting: Setting,
+    policy: Policy,
+    seeds: Iterable[int],
+    *,
+    batch_size: int = 64,
+    num_threads: int | None = 1,
+) -> FloatArray:
+    """Run a policy that was made for a setting; return the objective in m, shape (seeds,).
+
+    Args:
+        setting: what is played, and what counts.
+        policy: sets the ranges.
+        seeds: of the flocks.
+        batch_size: flocks stepped together.
+        num_threads: of the engine; ``None``: one per core.
+    """
+    model, options = setting.model, setting.env_options()
+    if isinstance(model, LineScenario):
+        return rollout_line(policy, seeds, scenario=model, batch_size=batch_size, **options).escape_distance
+    episodes = rollout(
+        policy,
+        seeds,
+        scenario=model,
+        per_agent=setting.per_agent,
+        batch_size=batch_size,
+        num_threads=num_threads,
+        **options,
+    )
+    return outcome(episodes, setting.objective)
+
+
+def control(setting: Setting) -> Control:
+    """Return what a policy of a setting needs to know."""
+    model, options = setting.model, setting.env_options()
+    if isinstance(model, LineScenario):
+        return LineEscapeEnv(model, **options).control
+    return (parallel_env if setting.per_agent else FlockEscapeEnv)(model, **options).control
+
+
+def outcome(episodes: Episodes, objective: str) -> FloatArray:
+    """Return what an objective is about, in m, shape (seeds,)."""
+    return {"mean": episodes.min_mean_distance, "minimum": episodes.min_min_distance}[objective]
+
+
+def run_contender(
+    entry: Contender, flocks: range, *, scenario: FlockScenario, num_threads: int | None = None
+) -> Episodes:
+    """Run one policy with the options that it was made for, with a progress bar."""
+    with bar(f"Policy {entry.name}", len(flocks)) as report:
+        return rollout(
+            entry.policy,
+            flocks,
+            scenario=scenario,
+            per_agent=entry.per_agent,
+            num_threads=num_threads,
+            progress=report,
+            **entry.options,
+        )
