@@ -18,7 +18,16 @@ CONFIG_FILE = "config.json"
 POLICY_FILE = "policy.npz"
 CURVE_FILE = "curve.parquet"
 _RECORDED = (
-    *("cmaes", "flockesc-env", "gymnasium", "numpy", "pettingzoo", "sb3-contrib", "stable-baselines3", "torch"),
+    *(
+        "cmaes",
+        "flockesc-env",
+        "gymnasium",
+        "numpy",
+        "pettingzoo",
+        "sb3-contrib",
+        "stable-baselines3",
+        "torch",
+    ),
 )
 
 
@@ -94,7 +103,8 @@ class SearchArgs(TrainArgs):
         hidden: hidden layers of the network.
         memory: numbers that the network hands from one action to the next.
         population: networks per generation.
-        flocks: flocks that every network of a generation plays, the same for all.
+        flocks: flocks that every network of the first generation plays, the same for all.
+        final_flocks: the same of the last generation; in between the number grows geometrically.
         generations: how many.
         step_size: first standard deviation of the parameters.
     """
@@ -103,8 +113,9 @@ class SearchArgs(TrainArgs):
     hidden: tuple[int, ...] = (8,)
     memory: int = 0
     population: int = 16
-    flocks: int = 16
-    generations: int = 200
+    flocks: int = 4
+    final_flocks: int = 32
+    generations: int = 300
     step_size: float = 0.5
 
 
@@ -173,7 +184,9 @@ class TQCArgs(TrainArgs):
 
 
 Args = SearchArgs | PPOArgs | TQCArgs
-_KINDS: dict[str, type[Args]] = {"search": SearchArgs, "ppo": PPOArgs, "tqc": TQCArgs}
+_TYPES: dict[str, type[Args]] = {"search": SearchArgs, "ppo": PPOArgs, "tqc": TQCArgs}
+KINDS: dict[type[Args], str] = {args: kind for kind, args in _TYPES.items()}
+"""What a preset calls each learner."""
 
 
 @dataclass(frozen=True)
@@ -182,11 +195,18 @@ class Learner:
 
     Attributes:
         args: of its runs, but for folder and seed.
-        seeds: training seeds that the comparison reports.
+        seeds: number of training seeds that the comparison reports.
+        note: what is to know about it.
     """
 
     args: Args
     seeds: int
+    note: str = ""
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments that runs of all seeds share."""
+        own = {"run", "seed", "progress"}
+        return {name: value for name, value in dataclasses.asdict(self.args).items() if name not in own}
 
 
 @dataclass(frozen=True)
@@ -197,11 +217,13 @@ class Preset:
         title: what the page calls the row.
         setting: what is to be solved.
         learners: by name.
+        explained: the learner whose policy is looked into; empty: none.
     """
 
     title: str
     setting: Setting
     learners: dict[str, Learner]
+    explained: str = ""
 
 
 @dataclass(frozen=True)
@@ -213,9 +235,8 @@ class RunRecord:
 
     def write(self, run: Path) -> None:
         """Write the record into the run's folder."""
-        kind = next(kind for kind, args in _KINDS.items() if type(self.args) is args)
         args = {**dataclasses.asdict(self.args), "run": run.name}
-        document = {"learner": kind, "args": args, "versions": self.versions}
+        document = {"learner": KINDS[type(self.args)], "args": args, "versions": self.versions}
         (run / CONFIG_FILE).write_text(json.dumps(document, indent=2) + "\n")
 
     @classmethod
@@ -237,7 +258,10 @@ def versions() -> dict[str, str]:
 
 def presets() -> dict[str, Preset]:
     """Return the presets of ``training/configs`` by name."""
-    return {file.stem: _preset(tomllib.loads(file.read_text()), file.stem) for file in sorted(PRESETS.glob("*.toml"))}
+    return {
+        file.stem: _preset(tomllib.loads(file.read_text()), file.stem)
+        for file in sorted(PRESETS.glob("*.toml"))
+    }
 
 
 def train_presets() -> dict[str, Args]:
@@ -254,11 +278,11 @@ def _preset(document: dict[str, Any], name: str) -> Preset:
     learners = {}
     for learner, values in document["learners"].items():
         fields = {**setting, "run": Path("runs") / f"{name}-{learner}", **values}
-        seeds, kind = fields.pop("seeds", 0), fields.pop("kind")
-        learners[learner] = Learner(_args(kind, fields), seeds)
-    return Preset(document["title"], Setting(**setting), learners)
+        seeds, note, kind = fields.pop("seeds", 0), fields.pop("note", ""), fields.pop("kind")
+        learners[learner] = Learner(_args(kind, fields), seeds, note)
+    return Preset(document["title"], Setting(**setting), learners, document.get("explained", ""))
 
 
 def _args(kind: str, values: dict[str, Any]) -> Args:
     """Build arguments from a document, where tuples are lists."""
-    return _KINDS[kind](**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})
+    return _TYPES[kind](**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})

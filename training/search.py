@@ -26,8 +26,8 @@ from training.evaluation import control, objective
 from training.seeds import TUNING, first_seeds, training_seeds
 
 CHECKPOINT = "checkpoint.pickle"
-CURVE_FLOCKS = 100
-"""Tuning flocks on which learning curves are measured."""
+CURVE_FLOCKS = 200
+"""Tuning flocks on which learning curves are measured and the best checkpoint is chosen."""
 
 
 @dataclass
@@ -37,14 +37,18 @@ class State:
     Attributes:
         optimizer: of cmaes; it is seeded anew for every generation, so its own random state does not count.
         generation: number of the next one.
-        seconds: spent so far.
+        episodes: played so far.
+        seconds: of the processor, spent on that.
         curve: a row per checkpoint.
+        best: parameters of the best checkpoint.
     """
 
     optimizer: Any
     generation: int = 0
+    episodes: int = 0
     seconds: float = 0.0
     curve: list[dict[str, float]] = field(default_factory=list)
+    best: FloatArray | None = None
 
 
 def search(args: SearchArgs) -> Path:
@@ -55,14 +59,15 @@ def search(args: SearchArgs) -> Path:
     )
     with bar(f"Search {args.run.name}", args.generations, always=args.progress) as report:
         while state.generation < args.generations:
-            begun = time.perf_counter()
+            begun = time.process_time()
             _generation(state, args, architecture)
-            state.seconds += time.perf_counter() - begun
+            state.seconds += time.process_time() - begun
             if state.generation % args.checkpoint_every == 0 or state.generation == args.generations:
                 _measure(state, args, architecture)
                 _save(state, args)
             report(state.generation, args.generations)
-    policy = NetworkPolicy(architecture, state.optimizer.mean)
+    assert state.best is not None  # noqa: S101, the last generation is a checkpoint
+    policy = NetworkPolicy(architecture, state.best)
     made_for = {"per_agent": args.per_agent, "options": args.env_options(), "scenario": args.model}
     save_policy(Contender(args.run.name, policy, **made_for), args.run / POLICY_FILE)
     pl.DataFrame(state.curve).write_parquet(args.run / CURVE_FILE)
@@ -75,11 +80,14 @@ def _generation(state: State, args: SearchArgs, architecture: Architecture) -> N
     optimizer, number = state.optimizer, state.generation
     optimizer.reseed_rng(np.random.SeedSequence([args.seed, number]).generate_state(1)[0])
     networks = np.array([optimizer.ask() for _ in range(args.population)])
-    flocks = training_seeds(args.seed, number * args.flocks, args.flocks)
+    # Few flocks find the way, many tell good networks from lucky ones.
+    growth = (args.final_flocks / args.flocks) ** (number / args.generations)
+    flocks = training_seeds(args.seed, state.episodes // args.population, round(args.flocks * growth))
     fitness = _play(args, architecture, networks, flocks).mean(axis=1)
     # cmaes minimizes.
     optimizer.tell(list(zip(networks, -fitness, strict=True)))
     state.generation += 1
+    state.episodes += args.population * len(flocks)
 
 
 def _play(args: SearchArgs, architecture: Architecture, networks: FloatArray, flocks: range) -> FloatArray:
@@ -91,10 +99,11 @@ def _play(args: SearchArgs, architecture: Architecture, networks: FloatArray, fl
 
 def _measure(state: State, args: SearchArgs, architecture: Architecture) -> None:
     """Add a point to the learning curve: the mean of the search distribution on tuning flocks."""
-    center = np.atleast_2d(state.optimizer.mean)
-    value = _play(args, architecture, center, first_seeds(TUNING, CURVE_FLOCKS)).mean()
-    episodes = state.generation * args.population * args.flocks
-    state.curve.append({"episodes": episodes, "seconds": state.seconds, "objective": float(value)})
+    center = state.optimizer.mean
+    value = float(_play(args, architecture, center[None], first_seeds(TUNING, CURVE_FLOCKS)).mean())
+    if all(value > point["objective"] for point in state.curve):
+        state.best = center.copy()
+    state.curve.append({"episodes": state.episodes, "seconds": state.seconds, "objective": value})
 
 
 def _save(state: State, args: SearchArgs) -> None:

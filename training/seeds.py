@@ -13,6 +13,9 @@ HELD_OUT = range(2_000_000, 3_000_000)
 TRAINING = range(3_000_000, 1_003_000_000)
 """Flocks of training runs."""
 
+TUNING_RUN = 999
+"""Seed of the training runs by which hyperparameters are chosen; no reported run has it."""
+
 FLOCKS_PER_RUN = 1_000_000
 
 

@@ -1,0 +1,179 @@
+"""Why a learned policy works: what it does when, what it needs to see, and where else it works."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from flockesc_env import FlockScenario, preset
+from flockesc_env.contenders import Contender
+from flockesc_env.paper.jobs import Cache, Job
+from flockesc_env.policies import FixedRange, Observations, Policy
+from flockesc_env.progress import bar
+from flockesc_env.rollout import rollout
+from flockesc_env.spaces import Control, ObservationLayout
+from training import seeds
+from training.config import Setting
+from training.evaluation import outcome
+
+GROUPS: dict[str, tuple[str, ...]] = {
+    "time": ("time",),
+    "running minimum": ("running_minimum",),
+    "last range": ("last_range",),
+    "number of neighbors": ("neighbor_count",),
+    "heard velocity": ("heard_velocity",),
+    "predator distance": ("predator_distance", "mean_distance", "min_distance", "centroid_distance"),
+    "predator direction": ("predator_direction", "heading_away", "velocity_away"),
+    "predator velocity": ("predator_velocity", "predator_speed", "predator_aim"),
+}
+"""Entries of an observation that are hidden together, by the beginnings of their names."""
+
+SIZES = (100, 1_000, 10_000)
+WORLDS = ("edge-attack", "pursuit", "intercept", "wandering", "two-predators", "assigned-pair", "clusters")
+"""Presets in which the policy was not trained."""
+
+
+@dataclass
+class Watching:
+    """A policy that keeps what another one saw and did.
+
+    Attributes:
+        policy: the other one.
+        seen: its observations, one array per action.
+        ranges: its ranges in m.
+    """
+
+    policy: Policy
+
+    def __post_init__(self) -> None:
+        self.seen: list[Observations] = []
+        self.ranges: list[NDArray[np.float64]] = []
+
+    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+        """Let the other one choose."""
+        actions = self.policy.act(observations, control)
+        self.seen.append(observations.copy())
+        self.ranges.append(control.actions.to_ranges(actions, len(observations)))
+        return actions
+
+
+@dataclass
+class Blinded:
+    """A policy that is shown some entries as constants.
+
+    Attributes:
+        policy: the policy.
+        shown: per column of the observation, what is shown.
+    """
+
+    policy: Policy
+    shown: dict[int, float]
+
+    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+        """Let the policy choose without what is hidden."""
+        hidden = observations.copy()
+        for column, value in self.shown.items():
+            hidden[:, column] = value
+        return self.policy.act(hidden, control)
+
+
+def watch(entry: Contender, flocks: range) -> tuple[ObservationLayout, Observations, NDArray[np.float64]]:
+    """Run a policy on some flocks of the scenario that it was trained in.
+
+    Returns:
+        Layout; observations (actions, rows, entries); ranges in m (actions, rows).
+    """
+    watching = Watching(entry.policy)
+    layouts = []
+
+    class _Layout:
+        def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+            layouts.append(control.layout)
+            return watching.act(observations, control)
+
+    rollout(_Layout(), flocks, batch_size=len(flocks), **_made_for(entry))
+    return layouts[0], np.array(watching.seen), np.array(watching.ranges)
+
+
+def ablation(entry: Contender, setting: Setting, flocks: int) -> pl.DataFrame:
+    """Measure the policy with groups of entries hidden: shown as their means over tuning flocks."""
+    layout, seen, _ = watch(entry, seeds.first_seeds(seeds.TUNING, 20))
+    means = seen.reshape(-1, seen.shape[-1]).mean(axis=0)
+    held_out = seeds.first_seeds(seeds.HELD_OUT, flocks)
+    hidden = {"nothing": dict[int, float]()}
+    for group, beginnings in GROUPS.items():
+        columns = [i for i, name in enumerate(layout.names) if name.startswith(beginnings)]
+        hidden[group] = {column: float(means[column]) for column in columns}
+    frames = []
+    with bar("Hidden entries", len(hidden)) as report:
+        for group, shown in hidden.items():
+            if group == "nothing" or shown:
+                episodes = rollout(Blinded(entry.policy, shown), held_out, **_made_for(entry))
+                values = outcome(episodes, setting.objective)
+                frames.append(pl.DataFrame({"removed": group, "flock": held_out, "objective": values}))
+            report(len(frames), len(hidden))
+    return pl.concat(frames)
+
+
+def transfer(
+    entry: Contender, setting: Setting, home: float, flocks: int, grid: tuple[float, ...], cache: Cache
+) -> pl.DataFrame:
+    """Measure the policy in worlds that it was not trained in, beside fixed ranges.
+
+    Args:
+        entry: the policy.
+        setting: that it was trained in.
+        home: best fixed range there, in m.
+        flocks: held-out flocks per world; fewer for the largest flock.
+        grid: ranges among which each world's own best is chosen, on as many tuning flocks.
+        cache: of the grid searches.
+    """
+    frames = []
+    names = dict(_worlds())
+    with bar("Other worlds", len(names)) as report:
+        for done, (world, scenario) in enumerate(names.items(), start=1):
+            count = flocks if scenario.num_agents <= 1_000 else max(flocks // 20, 2)
+            held_out = seeds.first_seeds(seeds.HELD_OUT, count)
+            own = _best(scenario, grid, seeds.first_seeds(seeds.TUNING, count), setting, cache)
+            options = {"max_range": max(grid)}
+            contenders = {
+                "learned": {"policy": entry.policy, "per_agent": entry.per_agent, **entry.options},
+                "best fixed range there": {"policy": FixedRange(own), **options},
+                "best fixed range of the paper's flock": {"policy": FixedRange(home), **options},
+            }
+            for contender, chosen in contenders.items():
+                episodes = rollout(seeds=held_out, scenario=scenario, **chosen)
+                values = outcome(episodes, setting.objective)
+                frames.append(
+                    pl.DataFrame(
+                        {"world": world, "contender": contender, "flock": held_out, "objective": values}
+                    )
+                )
+            report(done, len(names))
+    return pl.concat(frames)
+
+
+def _worlds() -> Iterator[tuple[str, FlockScenario]]:
+    for size in SIZES:
+        yield f"n = {size:,}", FlockScenario(num_agents=size)
+    for name in WORLDS:
+        scenario = preset(name)
+        assert isinstance(scenario, FlockScenario)  # noqa: S101, all of them are flocks
+        yield name, scenario
+
+
+def _best(
+    scenario: FlockScenario, grid: tuple[float, ...], flocks: range, setting: Setting, cache: Cache
+) -> float:
+    column = {"mean": "min_mean_distance", "minimum": "min_min_distance"}[setting.objective]
+    values = cache.get(Job("objectives", scenario, grid, flocks))[column]
+    return grid[int(values.mean(axis=1).argmax())]
+
+
+def _made_for(entry: Contender) -> dict[str, Any]:
+    return {"scenario": entry.scenario, "per_agent": entry.per_agent, **entry.options}

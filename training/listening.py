@@ -1,0 +1,104 @@
+"""What a policy does when: ranges against time, against the predator's place, and who stops listening."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from flockesc_env.atomic import writing
+from flockesc_env.contenders import Contender
+from training import seeds
+from training.explain import watch
+from training.seeds import first_seeds
+
+SILENT = 1.0
+"""Range in m below which an agent counts as one that does not listen: it hardly ever has a neighbor there."""
+
+_QUANTILES = (0.1, 0.25, 0.5, 0.75, 0.9)
+_FLOCKS = 50
+
+
+def measure_listening(entry: Contender, path: Path) -> None:
+    """Watch a policy on held-out flocks of its own scenario, and keep the statistics that the figure shows.
+
+    - ``quantiles``: of the ranges in m at every action, shape (5, actions); ``silent``: share of agents below
+      ``SILENT``;
+    - with one range per agent ``range_by_place``: mean range in m by cosine between heading and the
+      direction away from the predator (edges ``cosines``) and by predator distance in m (``distances``),
+      where it is sensed; NaN where nobody was;
+    - ``stopped``: share of agents that listen no more from this action on, by thirds of the agents in order
+      of their predator distance at the start, shape (3, actions); of all, where they do not see it then.
+    """
+    flocks = first_seeds(seeds.HELD_OUT, _FLOCKS)
+    layout, seen, ranges = watch(entry, flocks)
+    found: dict[str, NDArray[Any]] = {
+        "quantiles": np.quantile(ranges, _QUANTILES, axis=1),
+        "silent": (ranges < SILENT).mean(axis=1),
+    }
+    if entry.per_agent:
+        side = entry.scenario.initial_side  # type: ignore[union-attr]
+        sensed = seen[..., layout.index("predator_sensed")] > 0
+        scaled = seen[..., layout.index("predator_distance")].astype(np.float64)
+        distance = side * scaled / (1 - scaled)
+        cosine = -seen[..., layout.index("predator_direction_ahead")]
+        edges = np.linspace(-1, 1, 21), np.linspace(0, np.quantile(distance[sensed], 0.98), 25)
+        sums, _, _ = np.histogram2d(cosine[sensed], distance[sensed], edges, weights=ranges[sensed])
+        counts, _, _ = np.histogram2d(cosine[sensed], distance[sensed], edges)
+        found["range_by_place"] = np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
+        found["cosines"], found["distances"] = edges
+        agents = ranges.reshape(len(ranges), len(flocks), -1)
+        last = np.max(np.where(agents >= SILENT, np.arange(len(agents))[:, None, None] + 1, 0), axis=0)
+        start = distance[0].reshape(agents.shape[1:]) if sensed[0].all() else None
+        thirds = [np.ones_like(last, bool)] if start is None else _thirds(start)
+        found["stopped"] = np.array(
+            [[(last[third] <= action).mean() for action in range(len(agents))] for third in thirds]
+        )
+    with writing(path) as file:
+        np.savez_compressed(file, allow_pickle=False, **found)
+
+
+def _thirds(start: NDArray[np.float64]) -> list[NDArray[np.bool]]:
+    ranks = start.argsort(axis=1).argsort(axis=1) * 3 // start.shape[1]
+    return [ranks == third for third in range(3)]
+
+
+def draw_listening(source: Path, title: str, seconds: float, path: Path) -> Path:
+    """Draw what ``measure_listening`` kept.
+
+    Args:
+        source: its file.
+        title: of the figure.
+        seconds: length of an episode.
+        path: of the picture (.png).
+    """
+    with np.load(source, allow_pickle=False) as file:
+        kept = {name: file[name] for name in file.files}
+    per_agent = "range_by_place" in kept
+    figure = Figure(figsize=(12 if per_agent else 5.5, 3.6), layout="constrained")
+    figure.suptitle(title)
+    panels = np.atleast_1d(figure.subplots(1, 3 if per_agent else 1))
+    times = np.linspace(0, seconds, kept["quantiles"].shape[1], endpoint=False)
+    low, lower, middle, upper, high = kept["quantiles"]
+    panels[0].fill_between(times, low, high, step="post", color="tab:blue", alpha=0.15, lw=0, label="80 %")
+    panels[0].fill_between(times, lower, upper, step="post", color="tab:blue", alpha=0.3, lw=0, label="50 %")
+    panels[0].step(times, middle, where="post", color="tab:blue", label="median")
+    panels[0].set(xlabel="time (s)", ylabel="interaction range (m)", xlim=(0, seconds))
+    panels[0].legend(frameon=False, fontsize=8)
+    if per_agent:
+        mesh = panels[1].pcolormesh(
+            kept["distances"], kept["cosines"], kept["range_by_place"], cmap="viridis"
+        )
+        figure.colorbar(mesh, ax=panels[1], label="mean range (m)")
+        panels[1].set(xlabel="predator distance (m)", ylabel="cosine of heading with away")
+        names = ("nearest third", "middle third", "farthest third")
+        for row, name in zip(kept["stopped"], names if len(kept["stopped"]) == 3 else ("all",), strict=True):
+            panels[2].step(times, row, where="post", label=name)
+        panels[2].step(times, kept["silent"], where="post", color="0.5", ls=":", label="range below 1 m now")
+        panels[2].set(xlabel="time (s)", ylabel="share that listens no more", xlim=(0, seconds), ylim=(0, 1))
+        panels[2].legend(frameon=False, fontsize=8)
+    figure.savefig(path, dpi=150)
+    return path

@@ -1,0 +1,254 @@
+"""A row of the comparison from nothing: training runs, fixed ranges, held-out flocks, files for the page."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import platform
+import shlex
+import shutil
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from flockesc_env import FlockScenario
+from flockesc_env.contenders import Contender, built_in
+from flockesc_env.paper.jobs import Cache, Job
+from flockesc_env.progress import bar
+from flockesc_env.stats import FloatArray, mean
+from training import explain, seeds
+from training.config import CURVE_FILE, KINDS, POLICY_FILE, Preset, presets, versions
+from training.contenders import contender
+from training.evaluation import objective
+from training.listening import measure_listening
+from training.outputs import RUN_FILE, write_frame
+from training.processes import train_apart
+
+FLOCK_GRID = (*range(0, 21, 2), 25, 30, 40, 50, 75, 100, 150)
+"""Fixed ranges in m among which the best is chosen."""
+
+LINE_GRID = tuple(np.linspace(0, 1, 51).tolist())
+
+EXPLAINED_FLOCKS = 200
+"""Held-out flocks of ablations and other worlds."""
+
+TrainingRun = tuple[str, int, Path]
+"""Learner, training seed and folder."""
+
+RULES = ("stubborn-leaders", "stubborn-leaders-local")
+_COLUMNS = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyArgs:
+    """Arguments of ``study``.
+
+    Attributes:
+        setting: name of a preset.
+        output: folder of the results; the setting's go into a folder of its name.
+        runs: folder of the training runs; finished ones are used, unfinished ones continued.
+        learners: which of the preset's learners; none: all that have training seeds.
+        held_out_flocks: flocks that results are reported on.
+        tuning_flocks: other flocks, on which the best fixed range is chosen.
+        jobs: training runs at a time, each on one core.
+    """
+
+    setting: str
+    output: Path = Path("results/learned")
+    runs: Path = Path("runs/study")
+    learners: tuple[str, ...] = ()
+    held_out_flocks: int = 1000
+    tuning_flocks: int = 1000
+    jobs: int = 2
+
+
+def study(args: StudyArgs) -> Path:
+    """Train, evaluate and write the files of one setting; return its folder.
+
+    Raises:
+        ValueError: for an unknown setting or learner, or an argument out of bounds.
+        RuntimeError: if a training run fails; finished runs stay.
+    """
+    preset = _preset(args)
+    held_out = seeds.first_seeds(seeds.HELD_OUT, args.held_out_flocks)
+    tuning = seeds.first_seeds(seeds.TUNING, args.tuning_flocks)
+    runs = _train(args, preset)
+    folder = args.output / args.setting
+    (folder / "policies").mkdir(parents=True, exist_ok=True)
+
+    cache = Cache(args.runs / "fixed")
+    best = _choose(preset, _fixed("Fixed ranges on tuning flocks", preset, tuning, cache))
+    fixed = _fixed("Fixed ranges on held-out flocks", preset, held_out, cache)
+    rows = [
+        _rows("best fixed range", None, held_out, fixed[_grid(preset).index(best)]),
+        _rows("hindsight oracle", None, held_out, fixed.max(axis=0)),
+    ]
+    entries = [(entry.name, None, entry) for entry in _rules(preset)]
+    entries += [(name, seed, contender(str(run))) for name, seed, run in runs]
+    with bar("Policies on held-out flocks", len(entries)) as report:
+        for done, (name, seed, entry) in enumerate(entries, start=1):
+            values = objective(preset.setting, entry.policy, held_out, num_threads=None)
+            rows.append(_rows(name, seed, held_out, values))
+            report(done, len(entries))
+    write_frame(pl.concat(rows), folder / "episodes.parquet")
+    write_frame(_grid_frame(preset, fixed), folder / "grid.parquet")
+    _collect(runs, folder)
+    explained = _explain(args, preset, runs, best, cache, folder)
+    _describe(args, preset, best, explained, folder)
+    return folder
+
+
+def _preset(args: StudyArgs) -> Preset:
+    known = presets()
+    if args.setting not in known:
+        raise ValueError(f"setting: expected one of {', '.join(known)}, got {args.setting!r}")
+    preset = known[args.setting]
+    for name in args.learners:
+        if name not in preset.learners:
+            raise ValueError(f"learners: expected any of {', '.join(preset.learners)}, got {name!r}")
+    reported = {
+        name: learner
+        for name, learner in preset.learners.items()
+        if learner.seeds and (not args.learners or name in args.learners)
+    }
+    return dataclasses.replace(preset, learners=reported)
+
+
+def _train(args: StudyArgs, preset: Preset) -> list[TrainingRun]:
+    """Do all training runs that are not finished; return learner, training seed and folder of each."""
+    runs = [
+        (name, seed, args.runs / args.setting / f"{name}-{seed}")
+        for name, learner in preset.learners.items()
+        for seed in range(learner.seeds)
+    ]
+    missing = [run for run in runs if not (run[2] / POLICY_FILE).is_file()]
+    with (
+        bar(f"Training runs of {args.setting}", len(missing)) as report,
+        ThreadPoolExecutor(args.jobs) as workers,
+    ):
+        finished = workers.map(lambda run: _run(args.setting, preset, *run), missing)
+        for done, _ in enumerate(finished, start=1):
+            report(done, len(missing))
+    return runs
+
+
+def _run(setting: str, preset: Preset, learner: str, seed: int, folder: Path) -> None:
+    args = dataclasses.replace(preset.learners[learner].args, run=folder, seed=seed)
+    train_apart(f"{setting}-{learner}", args)
+
+
+def _grid(preset: Preset) -> tuple[float, ...]:
+    return LINE_GRID if preset.setting.is_line else tuple(float(rho) for rho in FLOCK_GRID)
+
+
+def _fixed(title: str, preset: Preset, flocks: range, cache: Cache) -> FloatArray:
+    """Return the objective under every fixed range, shape (ranges, flocks)."""
+    column = "escape_distance" if preset.setting.is_line else _COLUMNS[preset.setting.objective]
+    parts = []
+    with bar(title, len(flocks)) as report:
+        for start in range(0, len(flocks), 50):
+            chunk = flocks[start : start + 50]
+            parts.append(cache.get(Job("objectives", preset.setting.model, _grid(preset), chunk))[column])
+            report(start + len(chunk), len(flocks))
+    return np.concatenate(parts, axis=1)
+
+
+def _choose(preset: Preset, values: FloatArray) -> float:
+    return _grid(preset)[int(values.mean(axis=1).argmax())]
+
+
+def _rules(preset: Preset) -> Iterator[Contender]:
+    """Yield the built-in rules that see what the setting shows."""
+    setting = preset.setting
+    if setting.per_agent and isinstance(setting.model, FlockScenario):
+        yield built_in(RULES[0] if setting.predator_visible else RULES[1])
+
+
+def _rows(name: str, seed: int | None, flocks: range, values: FloatArray) -> pl.DataFrame:
+    columns = {"contender": name, "training_seed": pl.Series([seed] * len(flocks), dtype=pl.Int64)}
+    return (
+        pl.DataFrame({"flock": flocks, "objective": values})
+        .with_columns(
+            **{key: pl.lit(value) if isinstance(value, str) else value for key, value in columns.items()}
+        )
+        .select("contender", "training_seed", "flock", "objective")
+    )
+
+
+def _grid_frame(preset: Preset, values: FloatArray) -> pl.DataFrame:
+    estimates = [mean(row) for row in values]
+    return pl.DataFrame(
+        {
+            "interaction_range": _grid(preset),
+            "mean": [e.mean for e in estimates],
+            "low": [e.low for e in estimates],
+            "high": [e.high for e in estimates],
+        }
+    )
+
+
+def _explain(
+    args: StudyArgs,
+    preset: Preset,
+    runs: Sequence[TrainingRun],
+    best: float,
+    cache: Cache,
+    folder: Path,
+) -> dict[str, object]:
+    """Look into the run of the explained learner that was best on tuning flocks."""
+    candidates = [run for run in runs if run[0] == preset.explained]
+    if not candidates:
+        return {}
+    name, seed, run = max(candidates, key=lambda run: pl.read_parquet(run[2] / CURVE_FILE)["objective"].max())
+    entry = contender(str(run))
+    few = min(args.held_out_flocks, EXPLAINED_FLOCKS)
+    write_frame(explain.ablation(entry, preset.setting, few), folder / "ablation.parquet")
+    worlds = explain.transfer(entry, preset.setting, best, few, _grid(preset), cache)
+    write_frame(worlds, folder / "transfer.parquet")
+    measure_listening(entry, folder / "listening.npz")
+    return {"explained": name, "explained_seed": seed}
+
+
+def _collect(runs: Sequence[TrainingRun], folder: Path) -> None:
+    """Copy the policies, and put what the runs measured into one file each."""
+    outputs, curves = [], []
+    for name, seed, run in runs:
+        shutil.copy(run / POLICY_FILE, folder / "policies" / f"{name}-{seed}.npz")
+        origin = {"learner": name, "training_seed": seed}
+        outputs.append({**origin, **json.loads((run / RUN_FILE).read_text())})
+        curves.append(
+            pl.read_parquet(run / CURVE_FILE).select(
+                pl.lit(name).alias("learner"), pl.lit(seed).alias("training_seed"), pl.all()
+            )
+        )
+    write_frame(pl.DataFrame(outputs), folder / "runs.parquet")
+    write_frame(pl.concat(curves), folder / "curves.parquet")
+
+
+def _describe(
+    args: StudyArgs, preset: Preset, best: float, explained: dict[str, object], folder: Path
+) -> None:
+    chosen = ["--learners", *args.learners] if args.learners else []
+    document = {
+        "setting": args.setting,
+        "title": preset.title,
+        "command": shlex.join(["python", "-m", "training", "study", args.setting, *chosen]),
+        "objective": preset.setting.objective,
+        "is_line": preset.setting.is_line,
+        "tuning_flocks": args.tuning_flocks,
+        "held_out_flocks": args.held_out_flocks,
+        "best_fixed_range": best,
+        **explained,
+        "learners": {
+            name: {"kind": KINDS[type(learner.args)], "arguments": learner.arguments(), "note": learner.note}
+            for name, learner in preset.learners.items()
+        },
+        "versions": versions(),
+        "machine": f"{os.cpu_count()} cores, {platform.machine()}",
+    }
+    (folder / "study.json").write_text(json.dumps(document, indent=1) + "\n")

@@ -1,0 +1,108 @@
+"""Hyperparameters by Optuna: short training runs, judged on tuning flocks alone; the study is kept."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import optuna
+from optuna.storages import JournalStorage
+from optuna.storages.journal import JournalFileBackend
+
+from training import seeds
+from training.config import POLICY_FILE, Args, PPOArgs, SearchArgs, TQCArgs, train_presets
+from training.contenders import contender
+from training.evaluation import objective
+from training.processes import train_apart
+
+
+@dataclass(frozen=True, kw_only=True)
+class TuneArgs:
+    """Arguments of ``tune``.
+
+    Attributes:
+        run: name of a learner's preset, as ``train`` takes it.
+        trials: how many sets of hyperparameters are tried, those of earlier calls included.
+        share: of the preset's generations or episodes that a trial trains for.
+        flocks: tuning flocks on which a trial is judged.
+        output: folder of the study (``<run>.journal``) and its table (``<run>.csv``).
+        runs: folder of the trials' training runs.
+        jobs: trials at a time, each on one core.
+    """
+
+    run: str
+    trials: int = 20
+    share: float = 0.5
+    flocks: int = 200
+    output: Path = Path("results/learned/tuning")
+    runs: Path = Path("runs/tuning")
+    jobs: int = 2
+
+
+def tune(args: TuneArgs) -> optuna.Study:
+    """Go on with the study of a learner, or begin it; return it.
+
+    Raises:
+        ValueError: for an unknown preset.
+    """
+    known = train_presets()
+    if args.run not in known:
+        raise ValueError(f"run: expected one of {', '.join(known)}, got {args.run!r}")
+    preset = known[args.run]
+    args.output.mkdir(parents=True, exist_ok=True)
+    study = optuna.create_study(
+        storage=JournalStorage(JournalFileBackend(str(args.output / f"{args.run}.journal"))),
+        sampler=optuna.samplers.TPESampler(seed=0),
+        study_name=args.run,
+        direction="maximize",
+        load_if_exists=True,
+    )
+    finished = len(study.get_trials(states=[optuna.trial.TrialState.COMPLETE]))
+    study.optimize(
+        lambda trial: _value(trial, preset, args), max(args.trials - finished, 0), n_jobs=args.jobs
+    )
+    study.trials_dataframe().to_csv(args.output / f"{args.run}.csv", index=False)
+    return study
+
+
+def _value(trial: optuna.Trial, preset: Args, args: TuneArgs) -> float:
+    """Train with the trial's hyperparameters; return the mean objective on tuning flocks."""
+    folder = args.runs / f"{args.run}-{trial.number}"
+    length = "generations" if isinstance(preset, SearchArgs) else "num_episodes"
+    shorter = {length: max(round(args.share * getattr(preset, length)), 1)}
+    short = dataclasses.replace(
+        preset, **suggest(trial, preset), **shorter, run=folder, seed=seeds.TUNING_RUN
+    )
+    if not (folder / POLICY_FILE).is_file():
+        train_apart(args.run, short)
+    policy = contender(str(folder)).policy
+    return float(objective(short, policy, seeds.first_seeds(seeds.TUNING, args.flocks)).mean())
+
+
+def suggest(trial: optuna.Trial, preset: Args) -> dict[str, Any]:
+    """Return hyperparameters of a learner's kind."""
+    shared = {
+        "max_range": trial.suggest_categorical("max_range", [10.0, 15.0, 20.0, 30.0, 40.0]),
+        "steps_per_action": trial.suggest_categorical("steps_per_action", [2, 3, 4, 6]),
+    }
+    if isinstance(preset, SearchArgs):
+        return shared | {
+            "hidden": (trial.suggest_categorical("hidden", [4, 8, 16]),),
+            "memory": trial.suggest_categorical("memory", [0, 2]),
+            "population": trial.suggest_categorical("population", [12, 16, 24, 32]),
+            "step_size": trial.suggest_float("step_size", 0.2, 1.0, log=True),
+        }
+    assert isinstance(preset, PPOArgs | TQCArgs)  # noqa: S101, there are three kinds
+    found: dict[str, Any] = shared | {
+        "learning_rate": trial.suggest_float("learning_rate", 1e-4, 3e-3, log=True),
+        "gamma": trial.suggest_categorical("gamma", [0.8, 0.9, 0.95, 0.98]),
+    }
+    if isinstance(preset, PPOArgs):
+        found |= {
+            "n_epochs": trial.suggest_categorical("n_epochs", [3, 5, 10]),
+            "gae_lambda": trial.suggest_categorical("gae_lambda", [0.8, 0.9, 0.95, 1.0]),
+            "batch_size": trial.suggest_categorical("batch_size", [2000, 8000, 24000]),
+        }
+    return found
