@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from flockesc_env._checks import as_floats
 from flockesc_env.errors import ArgumentError
 from flockesc_env.policies import Observations
-from flockesc_env.spaces import Control
+from flockesc_env.spaces import Control, ObservationLayout
 
 Parameters = NDArray[np.float32]
 
@@ -26,11 +26,13 @@ class Architecture:
         hidden: width of every hidden layer.
         memory: numbers in [-1, 1] that the network writes after every action and reads before the next;
             zeros where an episode begins.
+        mirror: whether agents see the world such that the predator is on their left (``mirrored``).
     """
 
     inputs: tuple[str, ...]
     hidden: tuple[int, ...] = (8,)
     memory: int = 0
+    mirror: bool = False
 
     @property
     def shapes(self) -> list[tuple[int, int]]:
@@ -71,6 +73,8 @@ class NetworkPolicy:
         """
         if control.actions.mode != "normalized":
             raise ArgumentError("action_mode", "'normalized'", repr(control.actions.mode))
+        if self.architecture.mirror:
+            observations = mirrored(observations, control.layout)
         columns = [control.layout.index(name) for name in self.architecture.inputs]
         values = observations[:, columns]
         if self.architecture.memory:
@@ -91,6 +95,20 @@ class NetworkPolicy:
         if len(self._memory) != len(observations):
             raise ArgumentError("observations", f"{len(self._memory)} rows as before", len(observations))
         return np.where(begins[:, None], 0, self._memory)
+
+
+def mirrored(observations: Observations, layout: ObservationLayout) -> Observations:
+    """Return rows of agents reflected such that the predator or, unseen, what is heard is on the left.
+
+    The model does not tell left from right, so neither needs a policy.
+    """
+    predator = observations[:, layout.index("predator_direction_left")]
+    heard = observations[:, layout.index("heard_velocity_left")]
+    is_right = np.where(predator != 0, predator, heard) < 0
+    reflected = observations.copy()
+    columns = [column for column, name in enumerate(layout.names) if name.endswith("_left")]
+    reflected[np.ix_(is_right, columns)] *= -1
+    return reflected
 
 
 def _layers(architecture: Architecture, parameters: Parameters) -> Any:

@@ -102,6 +102,7 @@ class SearchArgs(TrainArgs):
             is an open-loop schedule.
         hidden: hidden layers of the network.
         memory: numbers that the network hands from one action to the next.
+        mirror: whether agents see the world reflected such that the predator is on their left.
         population: networks per generation.
         flocks: flocks that every network of the first generation plays, the same for all.
         final_flocks: the same of the last generation; in between the number grows geometrically.
@@ -112,6 +113,7 @@ class SearchArgs(TrainArgs):
     inputs: tuple[str, ...] = ()
     hidden: tuple[int, ...] = (8,)
     memory: int = 0
+    mirror: bool = False
     population: int = 16
     flocks: int = 4
     final_flocks: int = 32

@@ -53,7 +53,7 @@ class State:
 
 def search(args: SearchArgs) -> Path:
     """Search, or go on with an unfinished search, and return the policy's file."""
-    architecture = Architecture(args.inputs or control(args).layout.names, args.hidden, args.memory)
+    architecture = Architecture(args.inputs or control(args).layout.names, args.hidden, args.memory, args.mirror)
     state = _load(args) or State(
         CMA(np.zeros(architecture.size), args.step_size, population_size=args.population, seed=args.seed)
     )
