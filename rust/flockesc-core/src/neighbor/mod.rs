@@ -175,12 +175,32 @@ impl<const D: usize> Neighborhood<D> {
 
     /// Pairs of an agent and a neighbor other than itself where the agents are now, by name.
     pub(crate) fn pairs_by_name(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> Vec<(u32, u32)> {
+        self.with_pairs(agents, ranges, |pairs| pairs.by_name())
+    }
+
+    /// Calls `visit(agent, neighbor)`, by name, for all pairs where the agents are now; each agent is its own neighbor.
+    pub(crate) fn visit_pairs(
+        &self,
+        agents: &Agents<D>,
+        ranges: Ranges<'_>,
+        visit: impl FnMut(usize, usize),
+    ) {
+        self.with_pairs(agents, ranges, |pairs| pairs.visit_by_name(visit));
+    }
+
+    /// What `look` finds among the pairs where the agents are now.
+    fn with_pairs<T>(
+        &self,
+        agents: &Agents<D>,
+        ranges: Ranges<'_>,
+        look: impl FnOnce(Pairs<'_, D>) -> T,
+    ) -> T {
         let options = NeighborOptions {
             visits: true,
             ..self.options
         };
         let links = self.links_now(&options, agents, ranges);
-        links.pairs(&options, agents, &self.tree).by_name()
+        look(links.pairs(&options, agents, &self.tree))
     }
 
     /// Number of weakly connected components of the neighbor graph where the agents are now.
