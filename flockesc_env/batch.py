@@ -34,7 +34,7 @@ RESET_OPTIONS: Final = (*STARTS, "episode")
 """Keys of the ``options`` of a reset: arrays, and a number of an episode."""
 
 Start = Mapping[str, Any]
-"""Those that were given, checked; the rest is the seed's, or the scenario's, and the next episode of a schedule."""
+"""Those that were given, checked; the rest is the seed's or the scenario's, the episode the next one."""
 
 NO_START: Final[Start] = MappingProxyType({})
 
@@ -116,7 +116,9 @@ class FlockBatch:
                 raise ArgumentError(f"options[{name!r}]", f"one of {known}", "an unknown option")
             if value is not None:
                 shape = shapes.get(name)
-                start[name] = as_seed(value, f"options[{name!r}]") if shape is None else as_floats(value, name, shape)
+                start[name] = (
+                    as_seed(value, f"options[{name!r}]") if shape is None else as_floats(value, name, shape)
+                )
         return start
 
     def reset(

@@ -81,8 +81,8 @@ class EnvOptions(ActionOptions):
             per agent also ``"own_distance"``: as ``"distance"``, each agent its own;
             ``"own_distance_change"``: d_i(t) - d_i(t-1), which tells an agent at once what it gained;
             ``"neighborhood_distance_change"``: the mean of that over the agents within ``max_range``, itself
-            included; and ``"difference"``: what the objective's value after an action gains by what the agent
-            hears during it, at the cost of as many more steps as there are agents.
+            included; and ``"difference"``: what the objective's value after an action of several steps gains
+            by what the agent hears during it, at the cost of one more such action per agent.
         predator_sensing_range: distance in m up to which observations show a predator;
             ``"predator_range"``: the scenario's predator range; ``None``: any distance.
         count_components: whether ``info`` holds ``num_components``, which takes a search of the neighbor

@@ -61,8 +61,9 @@ class _BatchVecEnv(VecEnv):
     def reset(self) -> VecEnvObs:
         """Start an episode in every flock, with the seeds and options set since the last reset.
 
-        ``set_options`` takes those of ``FlockEscapeEnv.reset``, for all slots or one dict per slot; the first
-        slot of a flock speaks for it. So ``seed(s)`` and an ``episode`` for each flock go on where a run stopped.
+        ``set_options`` takes those of ``FlockEscapeEnv.reset``, for all slots or one dict per slot; the
+        first slot of a flock speaks for it. With ``seed(s)`` and an ``episode`` for each flock a run that was
+        stopped goes on.
 
         Raises:
             ArgumentError: naming a bad option; the running episodes go on.

@@ -190,14 +190,6 @@ impl<const D: usize> World<D> {
         self.neighborhood.num_components(&self.agents, ranges)
     }
 
-    /// Calls `visit(agent, neighbor)`, by name, for all neighbors of all agents under `ranges` where they are now; each
-    /// agent is its own, too.
-    pub(crate) fn visit_neighbors(&self, ranges: Ranges<'_>, visit: impl FnMut(usize, usize)) {
-        if self.agents.len() > 0 {
-            self.neighborhood.visit_pairs(&self.agents, ranges, visit);
-        }
-    }
-
     /// Norm of the mean heading, in [0, 1].
     #[must_use]
     pub fn polarization(&self) -> f64 {

@@ -178,18 +178,8 @@ impl<const D: usize> Neighborhood<D> {
         self.with_pairs(agents, ranges, |pairs| pairs.by_name())
     }
 
-    /// Calls `visit(agent, neighbor)`, by name, for all pairs where the agents are now; each agent is its own neighbor.
-    pub(crate) fn visit_pairs(
-        &self,
-        agents: &Agents<D>,
-        ranges: Ranges<'_>,
-        visit: impl FnMut(usize, usize),
-    ) {
-        self.with_pairs(agents, ranges, |pairs| pairs.visit_by_name(visit));
-    }
-
-    /// What `look` finds among the pairs where the agents are now.
-    fn with_pairs<T>(
+    /// What `look` finds among the pairs of agents and neighbors where the agents are now.
+    pub(crate) fn with_pairs<T>(
         &self,
         agents: &Agents<D>,
         ranges: Ranges<'_>,

@@ -82,25 +82,18 @@ impl<const D: usize> Pairs<'_, D> {
         }
     }
 
-    /// Calls `visit(agent, neighbor)`, by name, for all agents and all of their neighbors, themselves included.
-    pub(crate) fn visit_by_name(&self, mut visit: impl FnMut(usize, usize)) {
-        let mut tiles = Vec::new();
-        for group in 0..self.agents.groups.len() {
-            self.visit(group, &mut tiles, |lane, place| {
-                let agent = self.agents.name(group * GROUP + lane);
-                visit(agent, self.agents.name(place));
-            });
-        }
-    }
-
     /// All pairs of an agent and a neighbor other than itself, by name.
     pub(crate) fn by_name(&self) -> Vec<(u32, u32)> {
         let mut pairs = Vec::new();
-        self.visit_by_name(|agent, neighbor| {
-            if agent != neighbor {
-                pairs.push((agent as u32, neighbor as u32));
-            }
-        });
+        let mut tiles = Vec::new();
+        for group in 0..self.agents.groups.len() {
+            self.visit(group, &mut tiles, |lane, place| {
+                if place != group * GROUP + lane {
+                    let name = self.agents.names_of(group)[lane];
+                    pairs.push((name, self.agents.name(place) as u32));
+                }
+            });
+        }
         pairs
     }
 
