@@ -54,10 +54,12 @@ class FlockBatch:
         self,
         slots: Sequence[int],
         seeds: Sequence[int | None],
-        positions: NDArray[np.float64] | None = None,
-        velocities: NDArray[np.float64] | None = None,
+        *,
+        initial_positions: NDArray[np.float64] | None = None,
+        initial_velocities: NDArray[np.float64] | None = None,
         predator_positions: NDArray[np.float64] | None = None,
         predator_velocities: NDArray[np.float64] | None = None,
+        episode: int | None = None,
     ) -> tuple[NDArray[np.float32], dict[str, NDArray[Any]]]: ...
     def step(
         self,

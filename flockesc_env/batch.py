@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import FloatArray, as_count, as_floats, as_threads
+from flockesc_env._checks import FloatArray, as_count, as_floats, as_seed, as_threads
 from flockesc_env.errors import ArgumentError
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorControl, PredatorPolicy, with_learned
@@ -29,12 +30,13 @@ ended (num_flocks,), ranges in m (num_flocks * rows,), and columns of ``info``."
 AtEnd = Literal["refuse", "restart", "stay"]
 
 STARTS: Final = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
-"""Keys of the ``options`` of a reset."""
+RESET_OPTIONS: Final = (*STARTS, "episode")
+"""Keys of the ``options`` of a reset: arrays, and a number of an episode."""
 
-Start = Sequence[FloatArray | None]
-"""The arrays of ``STARTS``; ``None``: the seed's, or the scenario's."""
+Start = Mapping[str, Any]
+"""Those that were given, checked; the rest is the seed's or the scenario's, the episode the next one."""
 
-NO_START: Final[Start] = (None, None, None, None)
+NO_START: Final[Start] = MappingProxyType({})
 
 
 class FlockBatch:
@@ -96,38 +98,46 @@ class FlockBatch:
 
         Args:
             options: any of ``initial_positions`` and ``initial_velocities``, shape (n, D), and
-                ``predator_positions`` and ``predator_velocities``, shape (P, D), in m and m/s.
+                ``predator_positions`` and ``predator_velocities``, shape (P, D), in m and m/s; and
+                ``episode``, which episode of the schedule this is (``episode_seed``).
 
         Raises:
-            ArgumentError: naming what has an unknown name, a wrong shape or an entry that is not finite.
+            ArgumentError: naming what has an unknown name, a wrong shape or an entry that is not finite, or
+                is no integer from 0 to 2^64 - 1.
         """
         dimension = self.scenario.dimension
         agents = (self.scenario.num_agents, dimension)
         predators = (len(self.scenario.predators), dimension)
         shapes = dict(zip(STARTS, (agents, agents, predators, predators), strict=True))
-        options = options or {}
-        for name in options:
-            if name not in shapes:
-                raise ArgumentError(f"options[{name!r}]", f"one of {', '.join(shapes)}", "an unknown option")
-        given = {name: options.get(name) for name in shapes}
-        return [
-            None if value is None else as_floats(value, name, shapes[name]) for name, value in given.items()
-        ]
+        start: dict[str, Any] = {}
+        for name, value in (options or {}).items():
+            if name not in RESET_OPTIONS:
+                known = ", ".join(RESET_OPTIONS)
+                raise ArgumentError(f"options[{name!r}]", f"one of {known}", "an unknown option")
+            if value is not None:
+                shape = shapes.get(name)
+                start[name] = (
+                    as_seed(value, f"options[{name!r}]") if shape is None else as_floats(value, name, shape)
+                )
+        return start
 
     def reset(
         self, slots: Sequence[int], seeds: Sequence[int | None] | None = None, start: Start = NO_START
     ) -> tuple[Observations, Columns]:
         """Start episodes in some slots, in the states that ``start`` gives and else in those of the seeds.
 
+        Without an ``episode`` in ``start`` it is the first of a seed that is given, or else the next one.
+
         Args:
             slots: which.
-            seeds: one per slot of ``slots``; ``None``: the next of the slot's schedule (``episode_seed``).
+            seeds: one per slot of ``slots``, which begins a schedule (``episode_seed``); ``None``: the slot's
+                own goes on.
             start: what ``start`` returned.
 
         Returns:
             Observations (len(slots) * rows, entries) and columns of ``info``, of ``slots`` only.
         """
-        return self._core.reset(slots, seeds or [None] * len(slots), *start)
+        return self._core.reset(slots, seeds or [None] * len(slots), **start)
 
     def step(
         self,

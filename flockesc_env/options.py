@@ -12,7 +12,9 @@ from flockesc_env.errors import ScenarioError
 
 ActionMode = Literal["normalized", "range", "discrete"]
 Objective = Literal["mean", "minimum", "survival"]
-Reward = Literal["running_minimum", "distance", "own_distance", "own_distance_change", "terminal"]
+TeamReward = Literal["running_minimum", "distance", "terminal"]
+OwnReward = Literal["own_distance", "own_distance_change", "neighborhood_distance_change", "difference"]
+Reward = Literal[TeamReward, OwnReward]
 LineReward = Literal["difference", "terminal"]
 
 GRID_SIZE = 21
@@ -76,8 +78,11 @@ class EnvOptions(ActionOptions):
         reward: ``"running_minimum"``: r_t = m_t - m_(t-1), m the objective's running minimum, so that the
             return is exactly the objective minus its start; ``"distance"``: the objective's value over the
             number of steps; ``"terminal"``: the objective minus its start, at the end. With one range
-            per agent also ``"own_distance"``: as ``"distance"``, each agent its own; and
-            ``"own_distance_change"``: d_i(t) - d_i(t-1), which tells an agent at once what it gained.
+            per agent also ``"own_distance"``: as ``"distance"``, each agent its own;
+            ``"own_distance_change"``: d_i(t) - d_i(t-1), which tells an agent at once what it gained;
+            ``"neighborhood_distance_change"``: the mean of that over the agents within ``max_range``, itself
+            included; and ``"difference"``: what the objective's value after an action of several steps gains
+            by what the agent hears during it, at the cost of one more such action per agent.
         predator_sensing_range: distance in m up to which observations show a predator;
             ``"predator_range"``: the scenario's predator range; ``None``: any distance.
         count_components: whether ``info`` holds ``num_components``, which takes a search of the neighbor
@@ -103,7 +108,7 @@ class EnvOptions(ActionOptions):
     @property
     def is_own(self) -> bool:
         """Whether the reward pays every agent its own."""
-        return self.reward.startswith("own_")
+        return self.reward in get_args(OwnReward)
 
     def to_core(self, *, per_agent: bool) -> str:
         """Return the JSON document that the core takes."""

@@ -59,7 +59,15 @@ class _BatchVecEnv(VecEnv):
         self.metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": fps}
 
     def reset(self) -> VecEnvObs:
-        """Start an episode in every flock, with the seeds and options set since the last reset."""
+        """Start an episode in every flock, with the seeds and options set since the last reset.
+
+        ``set_options`` takes those of ``FlockEscapeEnv.reset``, for all slots or one dict per slot; the
+        first slot of a flock speaks for it. With ``seed(s)`` and an ``episode`` for each flock a run that was
+        stopped goes on.
+
+        Raises:
+            ArgumentError: naming a bad option; the running episodes go on.
+        """
         rows, flocks = self._batch.rows, range(self._batch.num_flocks)
         seeds = self._seeds[::rows]
         if any(self._options):

@@ -4,14 +4,14 @@ from itertools import product
 from typing import Any, get_args
 
 from flockesc_env import FlockScenario
-from flockesc_env.options import ActionMode, LineReward, Objective, Reward
+from flockesc_env.options import ActionMode, LineReward, Objective, OwnReward, TeamReward
 
 # Taken from the schema, so that a new variant is tested without a change here.
 ACTION_MODES = get_args(ActionMode)
 OBJECTIVES = get_args(Objective)
-AGENT_REWARDS = get_args(Reward)
-OWN_REWARDS = tuple(reward for reward in AGENT_REWARDS if reward.startswith("own_"))
-FLOCK_REWARDS = tuple(reward for reward in AGENT_REWARDS if reward not in OWN_REWARDS)
+FLOCK_REWARDS = get_args(TeamReward)
+OWN_REWARDS = get_args(OwnReward)
+AGENT_REWARDS = FLOCK_REWARDS + OWN_REWARDS
 SENSING_RANGES = ("predator_range", None, 5.0)
 STEPS_PER_ACTION = (1, 4, 7)
 DIMENSIONS = (2, 3)

@@ -13,7 +13,7 @@ from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from option_table import ACTION_MODES, DIMENSIONS, FLOCK_REWARDS, OBJECTIVES
+from option_table import ACTION_MODES, DIMENSIONS, FLOCK_REWARDS, OBJECTIVES, OWN_REWARDS
 from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, seed_test
 from stable_baselines3.common.env_checker import check_env as check_sb3
 
@@ -217,7 +217,7 @@ def play_array(scenario: FlockScenario, seed: int, **options: Any) -> list[tuple
 
 @dimensions
 @pytest.mark.parametrize("objective", OBJECTIVES)
-@pytest.mark.parametrize("reward", ["running_minimum", "own_distance", "own_distance_change"])
+@pytest.mark.parametrize("reward", ["running_minimum", *OWN_REWARDS])
 def test_dicts_and_arrays_play_one_episode(dimension: int, objective: str, reward: str) -> None:
     scenario = hunted(dimension)
     options = {"objective": objective, "reward": reward, "steps_per_action": 2}

@@ -31,6 +31,7 @@ FLOCK_OPTIONS = [
     ("initial_velocities", SPOILT.astype(str), "initial_velocities"),
     ("predator_positions", np.zeros(2), "predator_positions"),
     ("predator_velocities", np.zeros((2, 2)), "predator_velocities"),
+    *[("episode", number, "options['episode']") for number in (-1, 2**64, 1.5, "2", [1])],
 ]
 LINE_OPTIONS = [
     ("initial_state", np.zeros(4), "initial_state"),

@@ -79,7 +79,9 @@ class FlockEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         Args:
             seed: seed of the flock, the same as in ``simulate(seed=seed)``; ``None``: the next one.
             options: any of ``initial_positions``, ``initial_velocities``, shape (n, D), and
-                ``predator_positions``, ``predator_velocities``, shape (P, D), in m and m/s.
+                ``predator_positions``, ``predator_velocities``, shape (P, D), in m and m/s; and ``episode``,
+                the number of the episode to start in the schedule of the seed, given now or before
+                (``episode_seed``); default: 0 with a seed, else the next one.
 
         Raises:
             ArgumentError: naming a bad seed or option; the running episode goes on.

@@ -12,7 +12,7 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
 from flockesc_env._checks import FloatArray, as_seed
-from flockesc_env.batch import STARTS, Columns, FlockBatch, Step, infos, is_over
+from flockesc_env.batch import RESET_OPTIONS, Columns, FlockBatch, Step, infos, is_over
 from flockesc_env.envs.rendered import Rendered
 from flockesc_env.errors import ActionError, ArgumentError, EpisodeError
 from flockesc_env.options import EnvOptions
@@ -123,8 +123,10 @@ class FlockParallelEnv(Rendered, ParallelEnv[str, Observation, Any]):
         Args:
             seed: seed of the flock, the same as in ``simulate(seed=seed)``; ``None``: the next one.
             options: any of ``initial_positions``, ``initial_velocities``, shape (n, D), and
-                ``predator_positions``, ``predator_velocities``, shape (P, D), in m and m/s. Others are
-                ignored, as PettingZoo asks.
+                ``predator_positions``, ``predator_velocities``, shape (P, D), in m and m/s; and ``episode``,
+                the number of the episode to start in the schedule of the seed, given now or before
+                (``episode_seed``); default: 0 with a seed, else the next one. Others are ignored, as
+                PettingZoo asks.
 
         Raises:
             ArgumentError: naming a bad seed or option; the running episode goes on.
@@ -221,7 +223,7 @@ class FlockParallelEnv(Rendered, ParallelEnv[str, Observation, Any]):
         return np.concatenate([scalars, *(state[name].ravel() for name in names)], dtype=np.float32)
 
     def _reset(self, seed: int | None, options: dict[str, Any] | None) -> tuple[Observation, Columns]:
-        known = {name: value for name, value in (options or {}).items() if name in STARTS}
+        known = {name: value for name, value in (options or {}).items() if name in RESET_OPTIONS}
         start = self._batch.start(known)
         started = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
         self.agents = self.possible_agents.copy()

@@ -99,7 +99,7 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
         """Start an episode in every slot, or in some.
 
         Args:
-            seed: slot i takes ``seed + i``, or entry i of a list; ``None``: the next of its schedule
+            seed: slot i takes ``seed + i``, or entry i of a list; ``None``: it goes on with its schedule
                 (``episode_seed``).
             options: those of the single environment, which hold for every slot that is reset, and
                 ``reset_mask``, bool of shape (num_envs,): which slots; default: all.

@@ -113,10 +113,11 @@ impl<const D: usize> Batch<D> {
     /// # Errors
     /// [`Error::Argument`] if there is no such slot or `start` does not fit the scenario.
     pub fn reset(&mut self, slot: usize, start: &InitialState) -> Result<()> {
-        self.reset_many(&[(slot, Some(start.seed))], start)
+        self.reset_many(&[(slot, Some(start.seed))], None, start)
     }
 
-    /// Starts new episodes in several slots: with a seed of their own, or with the next one of their schedule.
+    /// Starts new episodes in several slots: of the schedule of a seed of their own, or of the one that they follow. It is
+    /// that of number `episode` or, where that is `None`, the next one.
     /// All take the arrays of `start`, whose seed does not count.
     ///
     /// # Errors
@@ -125,6 +126,7 @@ impl<const D: usize> Batch<D> {
     pub fn reset_many(
         &mut self,
         resets: &[(usize, Option<u64>)],
+        episode: Option<u64>,
         start: &InitialState,
     ) -> Result<()> {
         start.check(&self.scenario)?;
@@ -139,6 +141,9 @@ impl<const D: usize> Batch<D> {
             is_reset[slot] = true;
             if let Some(seed) = seed {
                 self.slots[slot].seed(seed);
+            }
+            if let Some(episode) = episode {
+                self.slots[slot].turn_to(episode);
             }
         }
         let (scenario, config) = (&self.scenario, &self.config);

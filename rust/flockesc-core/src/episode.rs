@@ -6,7 +6,7 @@ use crate::config::{EpisodeConfig, FlockConfig, Objective, View};
 use crate::flock::{InitialState, Summary, World};
 use crate::neighbor::Ranges;
 use crate::observation;
-use crate::reward::Moment;
+use crate::reward::{Moment, Reward, difference};
 
 /// One distance over an episode, in m; or the share of agents that were not caught.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,8 +86,11 @@ impl<const D: usize> Episode<D> {
         self.world.control(controls);
         self.ranges.copy_from_slice(ranges);
         let caught_before = self.world.caught().len();
+        let before = (self.config.reward == Reward::Difference).then(|| self.world.clone());
+        let left = self.world.config().num_steps - self.step;
+        let num_steps = self.config.steps_per_action.min(left);
         rewards.fill(0.0);
-        for _ in 0..self.config.steps_per_action {
+        for _ in 0..num_steps {
             if self.has_ended() {
                 break;
             }
@@ -105,16 +108,21 @@ impl<const D: usize> Episode<D> {
                 .update(self.world.fraction_surviving());
             let objective = self.objective();
             let moment = Moment {
+                world: &self.world,
+                max_range: self.config.max_range,
                 value: objective.now,
                 minimum_before,
                 minimum: objective.minimum,
                 minimum_at_start: objective.start,
                 own_distances_before: &self.own_distances_before,
                 own_distances: &self.own_distances,
-                num_steps: self.world.config().num_steps,
                 is_last: self.has_ended(),
             };
             self.config.reward.add(&moment, rewards);
+        }
+        if let Some(before) = before {
+            let (objective, value) = (self.config.objective, self.objective().now);
+            difference::add(&before, objective, ranges, num_steps, value, rewards);
         }
         if self.config.view == View::Agent {
             for agent in self.world.caught().take(caught_before) {

@@ -33,6 +33,11 @@ impl<const D: usize> Slot<D> {
         (self.seed, self.next) = (seed, 0);
     }
 
+    /// Makes the episode of this number in the schedule the next one.
+    pub(crate) fn turn_to(&mut self, episode: u64) {
+        self.next = episode;
+    }
+
     /// Starts the next episode of the schedule; `start` has passed [`InitialState::check`], its seed does not
     /// count.
     pub(crate) fn start(
@@ -46,7 +51,7 @@ impl<const D: usize> Slot<D> {
             seed: self.playing,
             ..start.clone()
         };
-        self.next += 1;
+        self.next = self.next.wrapping_add(1);
         self.episode = Some(Episode::new(scenario.clone(), config.clone(), &start));
     }
 

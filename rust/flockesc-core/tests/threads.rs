@@ -167,7 +167,7 @@ fn play<const D: usize>(
         .map(|(slot, &seed)| (slot, Some(seed)))
         .collect();
     batch
-        .reset_many(&resets, &InitialState::default())
+        .reset_many(&resets, None, &InitialState::default())
         .expect("slots");
     let rows = batch.rows();
     let ranges: Vec<f64> = seeds
@@ -218,6 +218,7 @@ fn a_batch_of_one_large_flock() {
     for (view, reward) in [
         (View::Flock, Reward::Distance),
         (View::Agent, Reward::OwnDistanceChange),
+        (View::Agent, Reward::NeighborhoodDistanceChange),
     ] {
         let episode = episodes(view, reward);
         let played = |threads| play::<2>(&config, &episode, &[3], threads, |_, _| 10.0);
@@ -243,6 +244,8 @@ fn assert_places_do_not_matter<const D: usize>(side: f64, capture_radius: Option
     for (view, reward) in [
         (View::Flock, Reward::RunningMinimum),
         (View::Agent, Reward::OwnDistance),
+        (View::Agent, Reward::NeighborhoodDistanceChange),
+        (View::Agent, Reward::Difference),
     ] {
         let config = episodes(view, reward);
         let range = |seed: u64, agent: usize| 3.0 + (seed as usize + agent) as f64 % 13.0;

@@ -89,23 +89,25 @@ impl FlockBatch {
         })
     }
 
-    /// Starts episodes in `slots`, each with its seed or, where that is `None`, the next of its schedule.
-    #[pyo3(signature = (slots, seeds, positions=None, velocities=None, predator_positions=None, predator_velocities=None))]
-    #[expect(clippy::too_many_arguments, reason = "the arrays of a reset's options")]
+    /// Starts episodes in `slots`, each of the schedule of its seed or, where that is `None`, of the one it follows: that
+    /// of number `episode` or, where that is `None`, the next one.
+    #[pyo3(signature = (slots, seeds, *, initial_positions=None, initial_velocities=None, predator_positions=None, predator_velocities=None, episode=None))]
+    #[expect(clippy::too_many_arguments, reason = "a reset's options")]
     fn reset<'py>(
         &mut self,
         py: Python<'py>,
         slots: Vec<usize>,
         seeds: Vec<Option<u64>>,
-        positions: Option<PyReadonlyArrayDyn<'py, f64>>,
-        velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
+        initial_positions: Option<PyReadonlyArrayDyn<'py, f64>>,
+        initial_velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
         predator_positions: Option<PyReadonlyArrayDyn<'py, f64>>,
         predator_velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
+        episode: Option<u64>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>)> {
         let start = InitialState {
             seed: 0,
-            positions: flat(positions)?,
-            velocities: flat(velocities)?,
+            positions: flat(initial_positions)?,
+            velocities: flat(initial_velocities)?,
             predator_positions: flat(predator_positions)?,
             predator_velocities: flat(predator_velocities)?,
         };
@@ -116,7 +118,7 @@ impl FlockBatch {
         let measured = py
             .detach(|| -> flockesc_core::Result<Vec<Measured>> {
                 on_batch!(inner, batch => {
-                    batch.reset_many(&resets, &start)?;
+                    batch.reset_many(&resets, episode, &start)?;
                     batch.observe(&slots, &mut observations)?;
                     let started = slots.iter().map(|slot| batch.episode(*slot));
                     started.map(|episode| Ok(Measured::of(episode?, count_components))).collect()

@@ -112,7 +112,7 @@ fn slots_restart_at_their_own_horizon() {
         let mut crowd = batch(3, threads);
         let all: Vec<_> = (0..3).map(|slot| (slot, Some(slot as u64))).collect();
         crowd
-            .reset_many(&all, &InitialState::default())
+            .reset_many(&all, None, &InitialState::default())
             .expect("slots");
         let mut alone: Vec<_> = (0..3).map(|_| batch(1, 1)).collect();
         for (seed, batch) in alone.iter_mut().enumerate() {
@@ -127,7 +127,7 @@ fn slots_restart_at_their_own_horizon() {
             if action == 2 {
                 let next = InitialState::seeded(episode_seed(1, 1));
                 crowd
-                    .reset_many(&[(1, None)], &InitialState::seeded(99))
+                    .reset_many(&[(1, None)], None, &InitialState::seeded(99))
                     .expect("a slot");
                 alone[1].reset(0, &next).expect("a slot");
                 numbers[1] = 1;
@@ -166,6 +166,30 @@ fn slots_restart_at_their_own_horizon() {
     }
 }
 
+/// Episodes of a schedule that are started directly, in some slots, and the ones after them.
+#[test]
+fn an_episode_of_a_schedule_starts_directly() {
+    let mut batch = batch(3, 1);
+    batch.seed(5);
+    let all: Vec<_> = (0..3).map(|slot| (slot, None)).collect();
+    let some = [(0, Some(7)), (2, None)];
+    let seeds =
+        |batch: &Batch<2>| [0, 1, 2].map(|slot| batch.episode_seed(slot).expect("an episode"));
+    let own = |slot: u64, episode| episode_seed(episode_seed(5, slot + 1), episode);
+    let start = InitialState::default();
+    batch.reset_many(&all, None, &start).expect("slots");
+    assert!(batch.reset_many(&[(3, None)], Some(9), &start).is_err());
+    batch.reset_many(&some, Some(4), &start).expect("slots");
+    assert_eq!(seeds(&batch), [episode_seed(7, 4), own(1, 0), own(2, 4)]);
+    batch.reset_many(&all, None, &start).expect("slots");
+    assert_eq!(seeds(&batch), [episode_seed(7, 5), own(1, 1), own(2, 5)]);
+    batch
+        .reset_many(&all, Some(u64::MAX), &start)
+        .expect("slots");
+    batch.reset_many(&all, None, &start).expect("slots");
+    assert_eq!(seeds(&batch), [7, own(1, 0), own(2, 0)]); // no number is larger
+}
+
 #[test]
 fn unseeded_slots_start_apart_and_refused_resets_change_nothing() {
     let mut batch = batch(3, 1);
@@ -173,17 +197,17 @@ fn unseeded_slots_start_apart_and_refused_resets_change_nothing() {
     let all: Vec<_> = (0..3).map(|slot| (slot, None)).collect();
     assert!(
         batch
-            .reset_many(&[(0, None), (3, None)], &InitialState::default())
+            .reset_many(&[(0, None), (3, None)], None, &InitialState::default())
             .is_err()
     );
     let spoilt = InitialState {
         positions: Some(vec![0.0]),
         ..InitialState::default()
     };
-    assert!(batch.reset_many(&all, &spoilt).is_err());
+    assert!(batch.reset_many(&all, None, &spoilt).is_err());
     assert!(batch.metrics().is_err());
     batch
-        .reset_many(&all, &InitialState::default())
+        .reset_many(&all, None, &InitialState::default())
         .expect("slots");
     let metrics = batch.metrics().expect("episodes");
     assert!(metrics[0] != metrics[1] && metrics[1] != metrics[2] && metrics[0] != metrics[2]);

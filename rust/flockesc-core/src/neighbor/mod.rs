@@ -175,12 +175,22 @@ impl<const D: usize> Neighborhood<D> {
 
     /// Pairs of an agent and a neighbor other than itself where the agents are now, by name.
     pub(crate) fn pairs_by_name(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> Vec<(u32, u32)> {
+        self.with_pairs(agents, ranges, |pairs| pairs.by_name())
+    }
+
+    /// What `look` finds among the pairs of agents and neighbors where the agents are now.
+    pub(crate) fn with_pairs<T>(
+        &self,
+        agents: &Agents<D>,
+        ranges: Ranges<'_>,
+        look: impl FnOnce(Pairs<'_, D>) -> T,
+    ) -> T {
         let options = NeighborOptions {
             visits: true,
             ..self.options
         };
         let links = self.links_now(&options, agents, ranges);
-        links.pairs(&options, agents, &self.tree).by_name()
+        look(links.pairs(&options, agents, &self.tree))
     }
 
     /// Number of weakly connected components of the neighbor graph where the agents are now.

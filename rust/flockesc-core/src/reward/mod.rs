@@ -1,6 +1,11 @@
 //! What one step of the model pays, to the flock or to each agent (docs/model.md, "Rewards").
 
+pub(crate) mod difference;
+mod neighborhood;
+
 use serde::Deserialize;
+
+use crate::flock::World;
 
 /// The reward term; team terms pay every agent the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -14,13 +19,20 @@ pub enum Reward {
     OwnDistance,
     /// d_i(t) - d_i(t-1), each agent the change of its own distance; sums to d_i(T) - d_i(0).
     OwnDistanceChange,
+    /// As `OwnDistanceChange`, each agent the mean over those near it.
+    NeighborhoodDistanceChange,
+    /// G - G_-i, what the objective's value after an action gains by what agent i hears during it.
+    Difference,
     /// J - m_0 on the last step, 0 before.
     Terminal,
 }
 
 /// What the terms look at after a step; distances in m, 0 of agents that were caught.
 #[derive(Debug)]
-pub(crate) struct Moment<'a> {
+pub(crate) struct Moment<'a, const D: usize> {
+    pub(crate) world: &'a World<D>,
+    /// In m.
+    pub(crate) max_range: f64,
     /// The objective's value now.
     pub(crate) value: f64,
     /// Its running minimum before and after the step, and at the start of the episode.
@@ -30,7 +42,6 @@ pub(crate) struct Moment<'a> {
     /// Every agent's distance before and after the step.
     pub(crate) own_distances_before: &'a [f64],
     pub(crate) own_distances: &'a [f64],
-    pub(crate) num_steps: usize,
     pub(crate) is_last: bool,
 }
 
@@ -38,14 +49,18 @@ impl Reward {
     /// Whether agents are paid differently, so that only an environment with one range per agent can pay it.
     pub(crate) fn is_own(self) -> bool {
         match self {
-            Self::OwnDistance | Self::OwnDistanceChange => true,
+            Self::OwnDistance
+            | Self::OwnDistanceChange
+            | Self::NeighborhoodDistanceChange
+            | Self::Difference => true,
             Self::RunningMinimum | Self::Distance | Self::Terminal => false,
         }
     }
 
-    /// Adds what `moment` pays to `rewards`: one entry for the flock, or one per agent.
-    pub(crate) fn add(self, moment: &Moment<'_>, rewards: &mut [f64]) {
-        let share = (moment.num_steps as f64).recip();
+    /// Adds what `moment` pays to `rewards`: one entry for the flock, or one per agent. `Difference` pays by the action,
+    /// not by the step.
+    pub(crate) fn add<const D: usize>(self, moment: &Moment<'_, D>, rewards: &mut [f64]) {
+        let share = (moment.world.config().num_steps as f64).recip();
         let team = match self {
             Self::RunningMinimum => moment.minimum - moment.minimum_before,
             Self::Distance => moment.value * share,
@@ -64,6 +79,11 @@ impl Reward {
                 }
                 return;
             }
+            Self::NeighborhoodDistanceChange => {
+                neighborhood::add_mean_changes(moment, rewards);
+                return;
+            }
+            Self::Difference => return,
             Self::Terminal if moment.is_last => moment.minimum - moment.minimum_at_start,
             Self::Terminal => 0.0,
         };

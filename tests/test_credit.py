@@ -1,0 +1,267 @@
+"""Rewards that tell an agent what it did for others: against references in NumPy, and copies of the flock."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+import reference
+from option_table import DIMENSIONS, OBJECTIVES, small_flock
+
+from flockesc_env import (
+    ConstantVelocity,
+    FlockParallelEnv,
+    FlockScenario,
+    Learned,
+    PurePursuit,
+    Wandering,
+    parallel_env,
+    simulate,
+)
+from flockesc_env.batch import FlockBatch
+from flockesc_env.graph import neighbor_pairs
+from flockesc_env.neighbors import Topological
+from flockesc_env.options import EnvOptions
+
+MAX_RANGE = 12.0
+NAMES = {"mean": "mean_distance", "minimum": "min_distance", "survival": "fraction_surviving"}
+
+dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
+objectives = pytest.mark.parametrize("objective", OBJECTIVES)
+
+HUNTERS = (
+    PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0, confusion_rate=2.0, sight=1e3),
+    Wandering((25.0, 0.0), (0.0, 15.0), 2.0),
+    ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
+)
+FLOCKS: dict[str, dict[str, Any]] = {
+    "paper": {},
+    "noise and delay": {"angular_noise": 1.0, "sensing_noise": 0.5, "sensing_delay": 2},
+    "random predators": {"predators": HUNTERS},
+    "capture": {"predators": HUNTERS, "capture_radius": 7.0},
+    "blind angle": {"blind_angle": 2.0},
+    "frozen graph": {"frozen_graph": True},
+    "nearest": {"neighbor_rule": Topological()},
+}
+DENSE: dict[str, Any] = {"num_agents": 12, "num_steps": 30, "initial_side": 18.0}
+flocks = pytest.mark.parametrize("flock", FLOCKS)
+
+
+def played(scenario: FlockScenario, reward: str, **options: Any) -> FlockParallelEnv:
+    env = parallel_env(scenario, reward=reward, action_mode="range", max_range=MAX_RANGE, **options)
+    env.reset_array(seed=6)
+    return env
+
+
+def some_ranges(scenario: FlockScenario, rng: np.random.Generator) -> np.ndarray:
+    """Return a range of every agent, shape (n, 1): of some of them 0."""
+    ranges = rng.uniform(0, MAX_RANGE, (scenario.num_agents, 1))
+    return np.where(rng.random(ranges.shape) < 0.2, 0.0, ranges)
+
+
+# Difference.
+
+
+@dimensions
+@objectives
+@flocks
+def test_difference_is_what_a_copy_lacks(flock: str, objective: str, dimension: int) -> None:
+    """Copies of the environment, in each of which one agent hears nobody: bit for bit, whatever is random."""
+    scenario = small_flock(dimension, **DENSE, **FLOCKS[flock])
+    env = played(scenario, "difference", objective=objective, steps_per_action=4)
+    rng = np.random.default_rng(0)
+    alive, paid = np.ones(scenario.num_agents, bool), []
+    while env.agents:
+        ranges = some_ranges(scenario, rng)
+        copies = [copy.deepcopy(env) for _ in range(scenario.num_agents)]
+        _, rewards, terminations, _, info = env.step_array(ranges)
+        for agent, alone in enumerate(copies):
+            without = alone.step_array(np.where(np.arange(scenario.num_agents) == agent, 0, ranges.T).T)[-1]
+            gain = info[NAMES[objective]] - without[NAMES[objective]] if alive[agent] else 0.0
+            assert rewards[agent] == gain
+            assert gain == 0.0 or ranges[agent] > 0
+        alive = ~terminations
+        paid.append(rewards)
+    assert np.any(paid) or objective != "mean"
+    assert alive.all() == ("capture" not in flock)
+
+
+@dimensions
+def test_difference_follows_the_equations(dimension: int) -> None:
+    """Against the model in NumPy, from the engine's own state, so that no error grows."""
+    scenario = small_flock(dimension, num_agents=8, num_steps=15, initial_side=15.0)
+    env = played(scenario, "difference", steps_per_action=5)
+    rng = np.random.default_rng(1)
+
+    def value(before: dict[str, Any], ranges: np.ndarray) -> float:
+        state = reference.flock_start(scenario, before["positions"], before["velocities"])
+        state.predator_positions = before["predator_positions"]
+        for _ in range(5):
+            state = reference.flock_step(scenario, state, ranges)
+        return reference.predator_distances(state.positions, state.predator_positions).mean()
+
+    paid = []
+    for _ in range(3):
+        ranges = some_ranges(scenario, rng)
+        before = env._batch.state(0)
+        together = value(before, ranges.ravel())
+        gains = [
+            together - value(before, np.where(np.arange(8) == agent, 0.0, ranges.ravel()))
+            for agent in range(8)
+        ]
+        rewards = env.step_array(ranges)[1]
+        np.testing.assert_allclose(rewards, gains, rtol=0, atol=1e-12)
+        paid.append(rewards)
+    assert np.abs(paid).max() > 1e-4
+
+
+@dimensions
+@objectives
+def test_the_only_one_that_hears_is_paid_the_whole_gain(dimension: int, objective: str) -> None:
+    """Without it nobody hears anybody: its rewards are the gain over that, the others' exactly 0."""
+    scenario = small_flock(dimension, num_steps=6, initial_side=10.0)
+    ranges = np.zeros((5, 1))
+    ranges[2] = MAX_RANGE
+    env = played(scenario, "difference", objective=objective, steps_per_action=6)
+    rewards, _, _, info = env.step_array(ranges)[1:]
+    silent = simulate(scenario, 0.0, seed=6)
+    assert rewards.sum() == rewards[2] == info[NAMES[objective]] - getattr(silent, NAMES[objective])[-1]
+    assert rewards[2] != 0 or objective != "mean"
+
+
+@dimensions
+def test_what_is_heard_moves_nobody_in_the_same_step(dimension: int) -> None:
+    env = played(small_flock(dimension), "difference", steps_per_action=1)
+    while env.agents:
+        assert not env.step_array(np.full((5, 1), MAX_RANGE))[1].any()
+
+
+@objectives
+def test_learned_predators_are_steered_alike(objective: str) -> None:
+    scenario = small_flock(
+        num_agents=9, num_steps=24, capture_radius=3.0, predators=(Learned((0.0, 0.0), (8.0, 8.0)),)
+    )
+    env = played(scenario, "difference", objective=objective, steps_per_action=6)
+    rng = np.random.default_rng(2)
+    alive = np.ones(9, bool)
+    while env.agents:
+        ranges, steering = rng.uniform(0, MAX_RANGE, (9, 1)), rng.uniform(-1, 1, (1, 2))
+        copies = [copy.deepcopy(env) for _ in range(9)]
+        _, rewards, terminations, _, info = env.step_array(ranges, steering)
+        for agent in np.flatnonzero(alive):
+            without = ranges * (np.arange(9) != agent)[:, None]
+            alone = copies[agent].step_array(without, steering)[-1]
+            assert rewards[agent] == info[NAMES[objective]] - alone[NAMES[objective]]
+        assert not rewards[~alive].any()
+        alive = ~terminations
+
+
+# Neighborhood.
+
+
+def near(scenario: FlockScenario, state: dict[str, Any]) -> np.ndarray:
+    """Return who is a neighbor of whom under the largest range, shape (n, n)."""
+    pairs = neighbor_pairs(state["positions"], MAX_RANGE, scenario=scenario, velocities=state["velocities"])
+    graph = np.eye(scenario.num_agents, dtype=bool)
+    graph[tuple(pairs.T)] = True
+    return graph
+
+
+def assert_neighborhoods(scenario: FlockScenario, graph: Any, steps_per_action: int = 1) -> set[int]:
+    """Play an episode twice, one of them step by step, and return the numbers of neighbors in it.
+
+    The ranges that actions set do not count.
+    """
+    env = played(scenario, "neighborhood_distance_change", steps_per_action=steps_per_action)
+    steps = played(scenario, "distance", steps_per_action=1)
+    rng, counts = np.random.default_rng(3), set()
+    while env.agents:
+        ranges = some_ranges(scenario, rng)
+        expected = np.zeros(scenario.num_agents)
+        for _ in range(steps_per_action):
+            before = steps._batch.state(0)
+            terminations = steps.step_array(ranges)[2]
+            after = steps._batch.state(0)
+            change = after["distances"] - before["distances"]
+            neighbors = graph(after) & ~terminations
+            for agent in np.flatnonzero(~terminations):
+                expected[agent] += change[neighbors[agent]].mean()
+            counts |= {*neighbors.sum(axis=1).tolist()}
+        np.testing.assert_allclose(env.step_array(ranges)[1], expected, rtol=0, atol=1e-12)
+    assert not steps.agents
+    return counts
+
+
+@dimensions
+@pytest.mark.parametrize("steps_per_action", [1, 4])
+def test_neighborhood(dimension: int, steps_per_action: int) -> None:
+    """Over all pairs, in a flock of several groups."""
+    scenario = small_flock(dimension, num_agents=150, num_steps=40, initial_side=50.0)
+    largest = np.full(150, MAX_RANGE)
+    counts = assert_neighborhoods(
+        scenario, lambda state: reference.directed_graph(state["positions"], largest), steps_per_action
+    )
+    assert len(counts) > 10
+
+
+def test_agents_on_the_edge_of_a_neighborhood() -> None:
+    """One that ends up at exactly the largest range counts, one farther by a hair does not."""
+    scenario = small_flock(
+        num_agents=2, num_steps=1, time_step=1.0, predators=(ConstantVelocity((0, 0), (0, 0)),)
+    )
+    env = parallel_env(scenario, reward="neighborhood_distance_change", max_range=MAX_RANGE)
+    for gap, is_near in ((MAX_RANGE, True), (np.nextafter(MAX_RANGE, 99.0), False)):
+        # The second one comes to the predator from ahead, the first one leaves it.
+        start = {
+            "initial_positions": [[0.0, 32.0], [gap, 0.0]],
+            "initial_velocities": [[0.0, -32.0], [0.0, 0.0]],
+        }
+        env.reset_array(seed=0, options=start)
+        rewards = env.step_array(np.ones((2, 1), np.float32))[1]
+        assert rewards.tolist() == ([-16.0, -16.0] if is_near else [-32.0, 0.0])
+
+
+@dimensions
+@pytest.mark.parametrize("flock", [name for name in FLOCKS if name != "frozen graph"])
+def test_neighborhood_follows_the_neighbor_rule(flock: str, dimension: int) -> None:
+    scenario = small_flock(dimension, **(DENSE | {"num_agents": 30}), **FLOCKS[flock])
+    counts = assert_neighborhoods(scenario, lambda state: near(scenario, state))
+    assert len(counts) > 1 or (flock, counts) == ("nearest", {1 + MAX_RANGE})
+    assert (0 in counts) == (flock == "capture")
+
+
+def test_a_frozen_graph_is_the_neighborhood() -> None:
+    scenario = small_flock(num_agents=30, frozen_graph=True)
+    start = played(scenario, "distance")._batch.state(0)
+    first = some_ranges(scenario, np.random.default_rng(3)).ravel()
+    graph = reference.directed_graph(start["positions"], first)
+    assert len(assert_neighborhoods(scenario, lambda _: graph)) > 3
+
+
+# Both.
+
+
+@dimensions
+@objectives
+@pytest.mark.parametrize("reward", ["neighborhood_distance_change", "difference"])
+def test_place_in_the_batch_and_threads(reward: Any, objective: Any, dimension: int) -> None:
+    scenario = small_flock(dimension, num_agents=20, predators=HUNTERS, capture_radius=3.0, angular_noise=0.5)
+    options = EnvOptions(
+        action_mode="range", max_range=MAX_RANGE, reward=reward, objective=objective, steps_per_action=4
+    )
+    ranges = np.random.default_rng(0).uniform(0, MAX_RANGE, (3, 6, 20, 1))
+
+    def rewards(slots: list[int], num_threads: int | None) -> np.ndarray:
+        batch = FlockBatch(scenario, options, num_flocks=len(slots), per_agent=True, num_threads=num_threads)
+        batch.reset(range(len(slots)), [100 + slot for slot in slots])
+        paid = [batch.step(action[slots].reshape(-1, 1))[1] for action in ranges]
+        return np.array(paid).reshape(3, len(slots), 20)
+
+    together = rewards([0, 1, 2, 3, 4, 5], 1)
+    assert together.any() or objective == "survival"
+    for num_threads in (2, 5, None):
+        np.testing.assert_array_equal(rewards([5, 4, 3, 2, 1, 0], num_threads)[:, ::-1], together)
+    for slot in range(6):
+        np.testing.assert_array_equal(rewards([slot], 1)[:, 0], together[:, slot])

@@ -1,0 +1,159 @@
+"""Any episode of a schedule can be started directly, and the ones after it follow: a stopped run goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from option_table import small_flock
+from stable_baselines3.common.vec_env import VecEnv
+
+from flockesc_env import (
+    FlockEscapeEnv,
+    FlockPursuitEnv,
+    FlockVectorEnv,
+    Wandering,
+    env,
+    episode_seed,
+    parallel_env,
+    simulate,
+)
+from flockesc_env.errors import ArgumentError
+from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+
+STEPS = 4
+FLOCKS = 3
+SEED = 11
+SCENARIO = small_flock(
+    num_steps=STEPS, predators=(Wandering((10.0, 10.0), (5.0, 0.0), 2.0),), angular_noise=0.5
+)
+RHO = 25.0
+ACTION = np.array([-0.5], np.float32)  # exactly RHO of [0, 100]
+
+MAKERS: dict[str, Callable[[], Any]] = {
+    "gymnasium": lambda: FlockEscapeEnv(SCENARIO),
+    "pursuit": lambda: FlockPursuitEnv(SCENARIO),
+    "parallel": lambda: parallel_env(SCENARIO),
+    "aec": lambda: env(SCENARIO),
+    "vector": lambda: FlockVectorEnv(FLOCKS, SCENARIO),
+    "flock slots": lambda: FlockVecEnv(FLOCKS, SCENARIO),
+    "agent slots": lambda: AgentVecEnv(FLOCKS, SCENARIO),
+}
+interfaces = pytest.mark.parametrize("interface", MAKERS)
+
+
+def begin(environment: Any, **reset: Any) -> Any:
+    """Reset any environment and return what it shows first."""
+    if isinstance(environment, VecEnv):
+        if reset.get("seed") is not None:
+            environment.seed(reset["seed"])
+        environment.set_options(reset.get("options"))
+        return environment.reset()
+    started = environment.reset(**reset)
+    return environment.last()[0] if started is None else started[0]
+
+
+def go_on(environment: Any) -> Any:
+    """Take a step of any environment, by all of its agents, and return what it shows then."""
+    if hasattr(environment, "agent_selection"):
+        for _ in environment.agents:
+            environment.step(ACTION)
+        return environment.last()[0]
+    if hasattr(environment, "agents"):
+        return environment.step(dict.fromkeys(environment.agents, ACTION))[0]
+    if hasattr(environment, "num_envs"):
+        return environment.step(np.tile(ACTION, (environment.num_envs, 1)))[0]
+    return environment.step(np.resize(ACTION, environment.action_space.shape))[0]
+
+
+def play(environment: Any, episodes: int, **reset: Any) -> list[list[Any]]:
+    """Return what is seen in some episodes on end, the first one after a reset with these arguments."""
+    seen = []
+    for episode in range(episodes):
+        is_reset = episode == 0 or not hasattr(environment, "num_envs")
+        seen.append([begin(environment, **(reset if episode == 0 else {}))] if is_reset else [])
+        # SB3 resets in the last step of an episode, a vector environment in a step of its own.
+        is_slow = isinstance(environment, FlockVectorEnv) and not is_reset
+        seen[-1] += [go_on(environment) for _ in range(STEPS + is_slow)]
+    return seen
+
+
+@interfaces
+@pytest.mark.parametrize("episode", [0, 1, 3])
+def test_a_new_environment_takes_a_schedule_up(interface: str, episode: int) -> None:
+    make = MAKERS[interface]
+    undisturbed = play(make(), 6, seed=SEED)
+    resumed = play(make(), 6 - episode, seed=SEED, options={"episode": episode})
+    if interface.endswith("slots") and episode > 0:
+        # What a new episode shows first came with the last step of the one before.
+        np.testing.assert_equal(resumed[0].pop(0), undisturbed[episode - 1][-1])
+    np.testing.assert_equal(resumed, undisturbed[episode:])
+
+
+@interfaces
+def test_the_schedule_in_force_holds_without_a_seed(interface: str) -> None:
+    environment, twin = MAKERS[interface](), MAKERS[interface]()
+    begin(environment, seed=SEED)
+    for episode, number in (
+        (4, {"episode": 4}),
+        (5, {}),
+        (2, {"episode": 2}),
+        (3, {"episode": None}),
+        (0, {"episode": 0}),
+    ):
+        first = begin(environment, options=number)
+        np.testing.assert_equal(first, begin(twin, seed=SEED, options={"episode": episode}))
+
+
+@pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])
+def test_every_flock_has_its_own_number(make: Any) -> None:
+    """Flocks of a training run are in different episodes as soon as some of them lose all agents."""
+    numbers = [4, 0, 2]
+    environment = make(FLOCKS, SCENARIO)
+    rows = environment.num_envs // FLOCKS
+    environment.seed(SEED)
+    environment.set_options([{"episode": number} for number in numbers for _ in range(rows)])
+    environment.reset()
+    for later in range(3):
+        steps = [environment.step(np.tile(ACTION, (environment.num_envs, 1)))[-1] for _ in range(STEPS)]
+        for flock, number in enumerate(numbers):
+            run = simulate(SCENARIO, RHO, seed=episode_seed(SEED + flock, number + later))
+            seen = [infos[flock * rows]["mean_distance"] for infos in steps]
+            assert seen == run.mean_distance[1:].tolist()
+
+
+def test_given_states_go_with_a_number() -> None:
+    positions = np.arange(10.0).reshape(5, 2)
+    environment = FlockEscapeEnv(SCENARIO)
+    environment.reset(seed=SEED, options={"episode": 2, "initial_positions": positions})
+    infos = [environment.step(ACTION)[-1] for _ in range(STEPS)]
+    run = simulate(SCENARIO, RHO, seed=episode_seed(SEED, 2), initial_positions=positions)
+    assert [info["mean_distance"] for info in infos] == run.mean_distance[1:].tolist()
+    info = environment.reset()[-1]
+    assert info["mean_distance"] == simulate(SCENARIO, RHO, seed=episode_seed(SEED, 3)).mean_distance[0]
+
+
+def test_a_mask_keeps_other_slots() -> None:
+    environment = FlockVectorEnv(FLOCKS, SCENARIO)
+    before, _ = environment.reset(seed=SEED)
+    mask = np.array([False, True, False])
+    after, _ = environment.reset(options={"episode": np.int64(7), "reset_mask": mask})
+    np.testing.assert_array_equal(after[~mask], before[~mask])
+    expected, _ = FlockEscapeEnv(SCENARIO).reset(seed=episode_seed(SEED + 1, 7))
+    np.testing.assert_array_equal(after[1], expected)
+
+
+@interfaces
+@pytest.mark.parametrize("number", [-1, 2**64, 1.5, "2", [1]])
+def test_what_is_no_number_changes_nothing(interface: str, number: Any) -> None:
+    environment, twin = MAKERS[interface](), MAKERS[interface]()
+    for each in (environment, twin):
+        begin(each, seed=SEED)
+        go_on(each)
+    with pytest.raises(ArgumentError) as caught:
+        begin(environment, seed=None if isinstance(environment, VecEnv) else 5, options={"episode": number})
+    assert caught.value.field == "options['episode']"
+    np.testing.assert_equal(go_on(environment), go_on(twin))
+    np.testing.assert_equal(begin(environment), begin(twin))
