@@ -13,7 +13,13 @@ from flockesc_env.errors import ScenarioError
 ActionMode = Literal["normalized", "range", "discrete"]
 Objective = Literal["mean", "minimum", "survival"]
 TeamReward = Literal["running_minimum", "distance", "terminal"]
-OwnReward = Literal["own_distance", "own_distance_change", "neighborhood_distance_change", "difference"]
+OwnReward = Literal[
+    "own_distance",
+    "own_distance_change",
+    "own_running_minimum",
+    "neighborhood_distance_change",
+    "difference",
+]
 Reward = Literal[TeamReward, OwnReward]
 LineReward = Literal["difference", "terminal"]
 
@@ -80,6 +86,7 @@ class EnvOptions(ActionOptions):
             number of steps; ``"terminal"``: the objective minus its start, at the end. With one range
             per agent also ``"own_distance"``: as ``"distance"``, each agent its own;
             ``"own_distance_change"``: d_i(t) - d_i(t-1), which tells an agent at once what it gained;
+            ``"own_running_minimum"``: each agent's part of ``"running_minimum"`` of the mean distance;
             ``"neighborhood_distance_change"``: the mean of that over the agents within ``max_range``, itself
             included; and ``"difference"``: what the objective's value after an action of several steps gains
             by what the agent hears during it, at the cost of one more such action per agent.

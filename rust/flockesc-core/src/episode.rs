@@ -43,6 +43,8 @@ pub struct Episode<const D: usize> {
     /// d_i now and one step ago in m, for rewards that differ between agents; otherwise empty.
     own_distances: Vec<f64>,
     own_distances_before: Vec<f64>,
+    /// The same when the objective's running minimum fell last, or at the start.
+    own_distances_at_minimum: Vec<f64>,
     mean_distance: Running,
     min_distance: Running,
     fraction_surviving: Running,
@@ -74,6 +76,7 @@ impl<const D: usize> Episode<D> {
             world,
             step: 0,
             own_distances_before: own_distances.clone(),
+            own_distances_at_minimum: own_distances.clone(),
             own_distances,
             ranges,
         }
@@ -116,9 +119,14 @@ impl<const D: usize> Episode<D> {
                 minimum_at_start: objective.start,
                 own_distances_before: &self.own_distances_before,
                 own_distances: &self.own_distances,
+                own_distances_at_minimum: &self.own_distances_at_minimum,
                 is_last: self.has_ended(),
             };
             self.config.reward.add(&moment, rewards);
+            if objective.minimum < minimum_before {
+                self.own_distances_at_minimum
+                    .clone_from(&self.own_distances);
+            }
         }
         if let Some(before) = before {
             let (objective, value) = (self.config.objective, self.objective().now);

@@ -19,6 +19,9 @@ pub enum Reward {
     OwnDistance,
     /// d_i(t) - d_i(t-1), each agent the change of its own distance; sums to d_i(T) - d_i(0).
     OwnDistanceChange,
+    /// Each agent's part of `RunningMinimum` of the mean distance: d_i where the minimum falls, minus d_i where it fell
+    /// last.
+    OwnRunningMinimum,
     /// As `OwnDistanceChange`, each agent the mean over those near it.
     NeighborhoodDistanceChange,
     /// G - G_-i, what the objective's value after an action gains by what agent i hears during it.
@@ -42,6 +45,8 @@ pub(crate) struct Moment<'a, const D: usize> {
     /// Every agent's distance before and after the step.
     pub(crate) own_distances_before: &'a [f64],
     pub(crate) own_distances: &'a [f64],
+    /// The same when the running minimum fell last before this step, or at the start.
+    pub(crate) own_distances_at_minimum: &'a [f64],
     pub(crate) is_last: bool,
 }
 
@@ -51,6 +56,7 @@ impl Reward {
         match self {
             Self::OwnDistance
             | Self::OwnDistanceChange
+            | Self::OwnRunningMinimum
             | Self::NeighborhoodDistanceChange
             | Self::Difference => true,
             Self::RunningMinimum | Self::Distance | Self::Terminal => false,
@@ -71,11 +77,16 @@ impl Reward {
                 return;
             }
             Self::OwnDistanceChange => {
-                let before = moment.own_distances_before;
-                for ((reward, own), before) in
-                    rewards.iter_mut().zip(moment.own_distances).zip(before)
-                {
-                    *reward += own - before;
+                add_changes(moment.own_distances, moment.own_distances_before, rewards);
+                return;
+            }
+            Self::OwnRunningMinimum => {
+                if moment.minimum < moment.minimum_before {
+                    add_changes(
+                        moment.own_distances,
+                        moment.own_distances_at_minimum,
+                        rewards,
+                    );
                 }
                 return;
             }
@@ -90,5 +101,11 @@ impl Reward {
         for reward in rewards {
             *reward += team;
         }
+    }
+}
+
+fn add_changes(now: &[f64], before: &[f64], rewards: &mut [f64]) {
+    for ((reward, now), before) in rewards.iter_mut().zip(now).zip(before) {
+        *reward += now - before;
     }
 }
