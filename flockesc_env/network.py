@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,18 +19,20 @@ Parameters = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class Architecture:
-    """What a network sees and how it is built: tanh layers, then a linear one cut to [-1, 1].
+    """What a network sees and how it is built: tanh layers, then a linear one brought into [-1, 1].
 
     Attributes:
         inputs: names of the entries of an observation row that it sees (docs/model.md, "Observations").
         hidden: width of every hidden layer.
         memory: numbers in [-1, 1] that the network writes after every action and reads before the next;
             zeros where an episode begins.
+        squash: how the action is brought into [-1, 1]: cut off, or by tanh.
     """
 
     inputs: tuple[str, ...]
     hidden: tuple[int, ...] = (8,)
     memory: int = 0
+    squash: Literal["clip", "tanh"] = "clip"
 
     @property
     def shapes(self) -> list[tuple[int, int]]:
@@ -82,7 +84,8 @@ class NetworkPolicy:
         weights, biases = self._layers[-1]
         values = (values @ weights + biases).reshape(len(observations), -1)
         self._memory = np.tanh(values[:, 1:])
-        return np.clip(values[:, :1], -1, 1)
+        action = values[:, :1]
+        return np.tanh(action) if self.architecture.squash == "tanh" else np.clip(action, -1, 1)
 
     def _recall(self, observations: Observations, control: Control) -> Parameters:
         begins = observations[:, control.layout.index("time")] == 0

@@ -85,7 +85,9 @@ def find_policy(spec: str, argument: str = "policies") -> Contender:
 
 def _contender(header: dict[str, Any], parameters: Any) -> Contender:
     fields = header["architecture"]
-    architecture = Architecture(tuple(fields["inputs"]), tuple(fields["hidden"]), fields["memory"])
+    architecture = Architecture(
+        **{**fields, "inputs": tuple(fields["inputs"]), "hidden": tuple(fields["hidden"])}
+    )
     return Contender(
         header["name"],
         NetworkPolicy(architecture, parameters),
