@@ -84,8 +84,8 @@ class NetworkPolicy:
         weights, biases = self._layers[-1]
         values = (values @ weights + biases).reshape(len(observations), -1)
         self._memory = np.tanh(values[:, 1:])
-        action = values[:, :1]
-        return np.tanh(action) if self.architecture.squash == "tanh" else np.clip(action, -1, 1)
+        action: NDArray[Any] = values[:, :1]
+        return np.tanh(action) if self.architecture.squash == "tanh" else action.clip(-1, 1)
 
     def _recall(self, observations: Observations, control: Control) -> Parameters:
         begins = observations[:, control.layout.index("time")] == 0

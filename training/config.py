@@ -121,8 +121,8 @@ class SearchArgs(TrainArgs):
 class SB3Args(TrainArgs):
     """What the learners of stable-baselines3 have in common.
 
-    They train in rounds, each on flocks of its own: one episode of every flock or, on the line, where episodes
-    last a few steps, 64 actions of every line.
+    They train in rounds, each on flocks of its own: one episode of every flock or, on the line, where
+    episodes last a few steps, 64 actions of every line.
 
     Attributes:
         reward: what training pays; reports always use the objective itself.
@@ -280,4 +280,5 @@ def _preset(document: dict[str, Any], name: str) -> Preset:
 
 def _args(kind: str, values: dict[str, Any]) -> Args:
     """Build arguments from a document, where tuples are lists."""
-    return _KINDS[kind](**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})
+    fields: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
+    return _KINDS[kind](**fields)

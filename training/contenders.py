@@ -1,4 +1,4 @@
-"""What can be compared: built-in policies by name, policies in files, runs by their folder, one's own code."""
+"""What can be compared: built-in policies by name, files, folders of runs, one's own code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a learner writes into its run's folder: checkpoints, and at the end the policy, its curve and its speed."""
+"""What a learner writes into its run's folder: checkpoints; at the end policy, learning curve and speed."""
 
 from __future__ import annotations
 
@@ -87,8 +87,9 @@ def finish(args: Args, policy: NetworkPolicy, measured: Measured) -> Path:
     }
     with writing(args.run / RUN_FILE) as file:
         file.write(json.dumps(speed, indent=2).encode() + b"\n")
-    made_for = {"per_agent": control(args).per_agent, "options": args.env_options(), "scenario": args.model}
+    per_agent, options = control(args).per_agent, args.env_options()
+    contender = Contender(args.run.name, policy, per_agent=per_agent, options=options, scenario=args.model)
     # Last, since it marks the run as finished.
-    save_policy(Contender(args.run.name, policy, **made_for), args.run / POLICY_FILE)
+    save_policy(contender, args.run / POLICY_FILE)
     (args.run / CHECKPOINT).unlink()
     return args.run / POLICY_FILE

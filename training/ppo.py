@@ -47,5 +47,5 @@ class PPORounds(Rounds[PPOArgs]):
         return network(self.args, [*actor.mlp_extractor.policy_net, actor.action_net])
 
     def _learning_rate(self, _: float) -> float:
-        left = 1 - self.done / self.args.num_episodes if self.args.anneal else 1
-        return self.args.learning_rate * left
+        args: PPOArgs = self.args
+        return args.learning_rate * (1 - self.done / args.num_episodes if args.anneal else 1)

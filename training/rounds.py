@@ -1,7 +1,7 @@
 """Learners of stable-baselines3, trained round by round: killed and continued, a run ends as if left alone.
 
-Every round draws from generators seeded for it and plays flocks of its own from their start, so that it depends
-on the networks, the optimizers and the scale of rewards before it, and on nothing else.
+Every round draws from generators seeded for it and plays flocks of its own from their start: it depends on
+networks, optimizers and the scale of rewards as the round before left them, and on nothing else.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from flockesc_env import FlockScenario, LineEscapeEnv, LineScenario
 from flockesc_env.network import Architecture, NetworkPolicy
 from flockesc_env.progress import bar
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
-from training.config import SB3Args
+from training.config import PPOArgs, SB3Args, TQCArgs
 from training.evaluation import control
 from training.outputs import Measured, begin, finish, load_checkpoint, save_checkpoint
 from training.seeds import training_seeds
@@ -35,7 +35,7 @@ from training.seeds import training_seeds
 LINE_ACTIONS = 64
 """Actions of a round on the line, where episodes last about 7 steps."""
 
-A = TypeVar("A", bound=SB3Args)
+A = TypeVar("A", PPOArgs, TQCArgs)
 
 
 @dataclass
@@ -68,7 +68,7 @@ class Rounds(ABC, Generic[A]):
     def __init__(self, args: A) -> None:
         training_seeds(args.seed, 0, args.num_flocks * args.num_episodes)  # refuses too many
         torch.set_num_threads(args.threads)
-        self.args = args
+        self.args: A = args
         self.steps = round_steps(args)
         self.done = 0
         self._measured = Measured()

@@ -56,5 +56,7 @@ class TQCRounds(Rounds[TQCArgs]):
         """Take over what ``learned`` returned."""
         super().relearn(learned)
         self.model.replay_buffer = learned["replay_buffer"]
+        coefficient = self.model.log_ent_coef
+        assert coefficient is not None, "ent_coef is learned"  # noqa: S101, for the types
         with torch.no_grad():
-            self.model.log_ent_coef.copy_(learned["log_ent_coef"])  # its optimizer holds on to it
+            coefficient.copy_(learned["log_ent_coef"])  # in place: its optimizer holds on to it
