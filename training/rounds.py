@@ -69,10 +69,10 @@ class Rounds(ABC, Generic[A]):
         training_seeds(args.seed, 0, args.num_flocks * args.num_episodes)  # refuses too many
         torch.set_num_threads(args.threads)
         self.args: A = args
-        self.steps = round_steps(args)
         self.done = 0
         self._measured = Measured()
         self._timed = Timed(_vec_env(args), args.num_flocks)
+        self.steps = round_steps(args)
         # Observations are scaled already; returns are brought to unit scale for the value networks.
         self._env = VecNormalize(self._timed, norm_obs=False, gamma=args.gamma)
         self.model = self.make(self._env)
