@@ -27,7 +27,7 @@ build: $(VENV)/installed ## make the virtual environment .venv and build the pac
 .PHONY: demo
 demo: build ## train a range policy and compare it with the grid search (about 4 minutes on 2 cores)
 	rm -rf $(DEMO)
-	$(BIN)/python -m training train demo --run $(DEMO)
+	$(BIN)/python -m training train demo-ppo --run $(DEMO)
 	$(BIN)/python -m training compare --policies stubborn-leaders $(DEMO) --output $(DEMO)/comparison
 
 $(VENV)/bench-installed: $(VENV)/installed

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +19,7 @@ Parameters = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class Architecture:
-    """What a network sees and how it is built: tanh layers, then a linear one cut to [-1, 1].
+    """What a network sees and how it is built: tanh layers, then a linear one brought into [-1, 1].
 
     Attributes:
         inputs: names of the entries of an observation row that it sees (docs/model.md, "Observations").
@@ -27,12 +27,14 @@ class Architecture:
         memory: numbers in [-1, 1] that the network writes after every action and reads before the next;
             zeros where an episode begins.
         mirror: whether agents see the world such that the predator is on their left (``mirrored``).
+        squash: how the action is brought into [-1, 1]: cut off, or by tanh.
     """
 
     inputs: tuple[str, ...]
     hidden: tuple[int, ...] = (8,)
     memory: int = 0
     mirror: bool = False
+    squash: Literal["clip", "tanh"] = "clip"
 
     @property
     def shapes(self) -> list[tuple[int, int]]:
@@ -86,7 +88,8 @@ class NetworkPolicy:
         weights, biases = self._layers[-1]
         values = (values @ weights + biases).reshape(len(observations), -1)
         self._memory = np.tanh(values[:, 1:])
-        return np.clip(values[:, :1], -1, 1)
+        action: NDArray[Any] = values[:, :1]
+        return np.tanh(action) if self.architecture.squash == "tanh" else action.clip(-1, 1)
 
     def _recall(self, observations: Observations, control: Control) -> Parameters:
         begins = observations[:, control.layout.index("time")] == 0

@@ -1,43 +1,37 @@
 """`python -m training`: seeds never meet, a run can be trained, evaluated and compared, records are whole."""
 
-import dataclasses
 import json
+import sys
 from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 import pytest
+from small_runs import SMALL, small_run
 
-from flockesc_env import FlockScenario, episode_seed, rollout, stats, sweep
+from flockesc_env import LineScenario, episode_seed, rollout, stats, sweep
+from flockesc_env.contenders import Contender
 from flockesc_env.policies import FixedRange
 from training import seeds
+from training.__main__ import app
 from training.compare import CompareArgs, compare
-from training.config import RunRecord, TrainArgs, presets
+from training.config import PRESETS, RunRecord, presets, train_presets
+from training.contenders import contender, scenario_of
 from training.evaluate import EvaluateArgs, evaluate
+from training.evaluation import control
 from training.train import train
-
-SMALL = FlockScenario(num_agents=12, num_steps=24, initial_side=20.0)
-
-
-def small_run(folder: Path, **changes: object) -> TrainArgs:
-    args = TrainArgs(
-        run=folder,
-        reward="own_distance_change",
-        num_flocks=2,
-        num_episodes=2,
-        batch_size=48,
-        checkpoint_every=1,
-        progress=False,
-    )
-    return dataclasses.replace(args, **changes)
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("runs") / "small"
-    train(small_run(folder), SMALL)
+    train(small_run(folder))
     return folder
+
+
+def three() -> Contender:
+    return Contender("my three", FixedRange(3))
 
 
 def test_seed_ranges_are_disjoint_and_out_of_reach_of_drawn_seeds() -> None:
@@ -49,34 +43,34 @@ def test_seed_ranges_are_disjoint_and_out_of_reach_of_drawn_seeds() -> None:
 
 
 def test_training_seeds_stay_in_their_range() -> None:
-    assert seeds.training_seed(0, 4) in seeds.TRAINING
-    assert seeds.training_seed(1, 4) - seeds.training_seed(0, 4) >= 4
-    for seed, flocks in ((-1, 4), (1000, 4), (0, 0), (0, 1001)):
+    first, second = seeds.training_seeds(0, 0, 4), seeds.training_seeds(0, 4, 4)
+    assert first.stop == second.start
+    assert seeds.training_seeds(0, 999_996, 4).stop == seeds.training_seeds(1, 0, 1).start
+    assert seeds.training_seeds(999, 999_996, 4).stop == seeds.TRAINING.stop
+    for bad in ((-1, 0, 4), (1000, 0, 4), (0, 0, 0), (0, -1, 4), (0, 999_997, 4)):
         with pytest.raises(ValueError, match="expected"):
-            seeds.training_seed(seed, flocks)
+            seeds.training_seeds(*bad)
     with pytest.raises(ValueError, match="flocks: expected"):
         seeds.first_seeds(seeds.HELD_OUT, 0)
 
 
-def test_a_run_leaves_model_checkpoints_logs_and_record(run: Path) -> None:
-    assert (run / "model.zip").is_file()
-    assert len(list((run / "checkpoints").glob("*.zip"))) == 2
-    assert list((run / "tensorboard").rglob("events*"))
+def test_a_run_leaves_policy_curve_speed_and_record(run: Path) -> None:
+    files = {file.name for file in run.iterdir()}
+    assert files == {"config.json", "curve.parquet", "policy.npz", "run.json"}
     record = RunRecord.read(run)
     assert record.args == small_run(run)
-    assert record.scenario == SMALL
-    assert {"python", "torch", "flockesc-env", "stable-baselines3"} <= record.versions.keys()
-    assert str(run.parent) not in (run / "config.json").read_text()
+    assert {"python", "torch", "flockesc-env", "stable-baselines3", "sb3-contrib"} <= record.versions.keys()
+    assert contender(str(run)).scenario == SMALL
 
 
 def test_a_run_is_not_overwritten(run: Path) -> None:
     with pytest.raises(FileExistsError, match="run: expected"):
-        train(small_run(run), SMALL)
+        train(small_run(run))
 
 
 def test_equal_seeds_train_equal_policies(run: Path, tmp_path: Path) -> None:
-    train(small_run(tmp_path / "again"), SMALL)
-    train(small_run(tmp_path / "other", seed=1), SMALL)
+    train(small_run(tmp_path / "again"))
+    train(small_run(tmp_path / "other", seed=1))
     results = [
         evaluate(EvaluateArgs(policy=str(folder), flocks=4))["min_mean_distance"].to_list()
         for folder in (run, tmp_path / "again", tmp_path / "other")
@@ -87,7 +81,7 @@ def test_equal_seeds_train_equal_policies(run: Path, tmp_path: Path) -> None:
 
 def test_comparison_is_what_its_parts_say(run: Path, tmp_path: Path) -> None:
     args = CompareArgs(
-        policies=("fixed:3", "random", "stubborn-leaders", str(run)),
+        policies=("fixed:3", "random", "stubborn-leaders", f"{__name__}:three", str(run)),
         output=tmp_path / "comparison",
         flocks=6,
         tuning_flocks=5,
@@ -104,6 +98,7 @@ def test_comparison_is_what_its_parts_say(run: Path, tmp_path: Path) -> None:
     assert rows[table["policy"][0]]["objective"] == pytest.approx(fixed.mean(), abs=1e-12)
     assert rows["fixed:3"]["difference"] == pytest.approx((three - fixed).mean(), abs=1e-12)
     chance = ((three > fixed) + 0.5 * (three == fixed)).mean()
+    assert rows["my three"]["objective"] == rows["fixed:3"]["objective"]
     assert rows["fixed:3"]["improvement"] == pytest.approx(chance, abs=1e-12)
     assert rows["hindsight oracle over fixed ranges"]["difference"] >= 0
     for row in rows.values():
@@ -120,16 +115,46 @@ def test_comparison_is_what_its_parts_say(run: Path, tmp_path: Path) -> None:
             assert (args.output / name).with_suffix(suffix).stat().st_size > 5_000
 
 
-def test_unknown_policies_are_named(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"policies: expected .* got 'nobody'"):
-        compare(CompareArgs(policies=("nobody",), output=tmp_path / "none"))
+@pytest.mark.parametrize("spec", ["nobody", "nowhere:function", f"{__name__}:nothing", "lost.npz"])
+def test_unknown_policies_are_named(spec: str, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=rf"policies: expected .* got '{spec}'"):
+        compare(CompareArgs(policies=(spec,), output=tmp_path / "none"))
     assert not (tmp_path / "none").exists()
 
 
+def test_policies_of_several_scenarios_are_not_compared(run: Path) -> None:
+    mine, line = contender(str(run)), Contender("line", FixedRange(1), scenario=LineScenario())
+    paper = Contender("paper", FixedRange(1), scenario=SMALL.replace(num_agents=7))
+    assert scenario_of([contender("random"), mine]) == SMALL
+    for others, message in (
+        ([mine, paper], "of one scenario, got of 2"),
+        ([line], "of a flock, got of a line"),
+    ):
+        with pytest.raises(ValueError, match=f"policies: expected policies {message}"):
+            scenario_of(others)
+
+
 def test_presets_are_valid() -> None:
-    assert {"demo", "shared", "per-agent-visible", "per-agent-local"} <= presets().keys()
-    for args in presets().values():
-        args.env_options()
+    assert {"demo", "per-agent-visible"} <= presets().keys()
+    assert len(presets()) == len(list(PRESETS.glob("*.toml")))
+    for name, args in train_presets().items():
+        assert args.run == Path("runs") / name
+        assert control(args).num_agents == args.model.num_agents
+
+
+def test_commands_train_evaluate_and_compare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    args = small_run(tmp_path / "run")
+    run = ["train", "demo-ppo", "--run", str(args.run), "--scenario", args.scenario, "--no-progress"]
+    app.cli(args=[*run, "--num-flocks", "2", "--num-episodes", "2", "--net-arch", "8", "--seed", "3"])
+    trained = RunRecord.read(args.run).args
+    assert (trained.reward, trained.seed, trained.net_arch) == ("own_distance_change", 3, (8,))
+    monkeypatch.setattr(sys, "argv", ["training", "compare"])
+    few = ["--flocks", "3", "--output", str(tmp_path / "out")]
+    app.cli(args=["evaluate", "--policy", str(args.run), "--flocks", "3", "--output", str(tmp_path / "e")])
+    app.cli(args=["compare", "--policies", str(args.run), *few, "--tuning-flocks", "2", "--grid-size", "3"])
+    alone = pl.read_parquet(tmp_path / "e")["min_mean_distance"]
+    beside = pl.read_parquet(tmp_path / "out" / "episodes.parquet").filter(policy="run")["objective"]
+    assert alone.to_list() == beside.to_list()
 
 
 def test_bootstrap_interval_covers_the_mean_as_often_as_it_says() -> None:

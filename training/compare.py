@@ -6,7 +6,6 @@ import dataclasses
 import json
 import shlex
 import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -14,18 +13,16 @@ from typing import Literal
 import numpy as np
 import polars as pl
 
-from flockesc_env import Episodes, FlockScenario, FlockSweepResult, records, rollout, stats, sweep
-from flockesc_env.contenders import Contender
+from flockesc_env import FlockScenario, FlockSweepResult, records, stats, sweep
 from flockesc_env.progress import bar
 from flockesc_env.stats import FloatArray
 from training import plots, seeds
-from training.config import CONFIG_FILE, RunRecord, versions
-from training.contenders import contender
+from training.config import versions
+from training.contenders import contender, scenario_of
+from training.evaluation import outcome, run_contender
 
 RECORDS = ("best_fixed_range.npz", "last_policy.npz")
 """One flock under each, for ``flockesc watch``."""
-
-RESULTS = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,8 +30,8 @@ class CompareArgs:
     """Arguments of ``compare``.
 
     Attributes:
-        policies: built-in policies (fixed:RHO, random, stubborn-leaders, stubborn-leaders-local) and
-            folders of runs.
+        policies: built-in policies (fixed:RHO, random, stubborn-leaders, stubborn-leaders-local), files of
+            policies, folders of runs, and module:function.
         output: folder of the table, the records and the figures.
         objective: the distance that is compared.
         flocks: held-out flocks that results are reported on.
@@ -61,7 +58,7 @@ def compare(args: CompareArgs) -> pl.DataFrame:
         ValueError: for an argument out of bounds or an unknown policy.
     """
     contenders = [contender(spec) for spec in args.policies]
-    scenario = scenario_of(args.policies)
+    scenario = scenario_of(contenders)
     held_out = seeds.first_seeds(seeds.HELD_OUT, args.flocks)
     tuning = seeds.first_seeds(seeds.TUNING, args.tuning_flocks)
     grid = np.linspace(0.0, args.max_range, args.grid_size)
@@ -78,8 +75,8 @@ def compare(args: CompareArgs) -> pl.DataFrame:
         "hindsight oracle over fixed ranges": search.hindsight_oracle(args.objective),
     }
     for entry in contenders:
-        episodes = run_policy(entry, held_out, scenario=scenario, num_threads=args.num_threads)
-        outcomes[entry.name] = getattr(episodes, RESULTS[args.objective])
+        episodes = run_contender(entry, held_out, scenario=scenario, num_threads=args.num_threads)
+        outcomes[entry.name] = outcome(episodes, args.objective)
 
     table = _table(outcomes, fixed)
     _write(args, table, outcomes, held_out)
@@ -98,36 +95,11 @@ def compare(args: CompareArgs) -> pl.DataFrame:
     return table
 
 
-def run_policy(
-    entry: Contender, flocks: range, *, scenario: FlockScenario, num_threads: int | None = None
-) -> Episodes:
-    """Run one policy on all flocks, with a progress bar."""
-    with bar(f"Policy {entry.name}", len(flocks)) as report:
-        return rollout(
-            entry.policy,
-            flocks,
-            scenario=scenario,
-            per_agent=entry.per_agent,
-            num_threads=num_threads,
-            progress=report,
-            **entry.options,
-        )
-
-
 def _sweep(
     title: str, scenario: FlockScenario, grid: FloatArray, flocks: range, args: CompareArgs
 ) -> FlockSweepResult:
     with bar(title, grid.size * len(flocks)) as report:
         return sweep(scenario, grid, flocks, num_threads=args.num_threads, progress=report)
-
-
-def scenario_of(policies: Sequence[str]) -> FlockScenario:
-    """Return the scenario of the runs; the paper's where there are none."""
-    runs = [Path(spec) for spec in policies if (Path(spec) / CONFIG_FILE).is_file()]
-    scenarios = {RunRecord.read(run).scenario for run in runs} or {FlockScenario()}
-    if len(scenarios) > 1:
-        raise ValueError(f"policies: expected runs of one scenario, got {len(scenarios)}")
-    return scenarios.pop()
 
 
 def _table(outcomes: dict[str, FloatArray], fixed: FloatArray) -> pl.DataFrame:

@@ -12,22 +12,22 @@ from platform import python_version
 from typing import Any, Literal
 
 from flockesc_env import FlockScenario, LineScenario, preset
+from flockesc_env.atomic import writing
 
 PRESETS = Path(__file__).parent / "configs"
 CONFIG_FILE = "config.json"
 POLICY_FILE = "policy.npz"
 CURVE_FILE = "curve.parquet"
+RUN_FILE = "run.json"
 _RECORDED = (
-    *(
-        "cmaes",
-        "flockesc-env",
-        "gymnasium",
-        "numpy",
-        "pettingzoo",
-        "sb3-contrib",
-        "stable-baselines3",
-        "torch",
-    ),
+    "cmaes",
+    "flockesc-env",
+    "gymnasium",
+    "numpy",
+    "pettingzoo",
+    "sb3-contrib",
+    "stable-baselines3",
+    "torch",
 )
 
 
@@ -122,67 +122,73 @@ class SearchArgs(TrainArgs):
 
 
 @dataclass(frozen=True, kw_only=True)
-class PPOArgs(TrainArgs):
-    """PPO of stable-baselines3.
+class SB3Args(TrainArgs):
+    """What the learners of stable-baselines3 have in common.
+
+    They train in rounds, each on flocks of its own: one episode of every flock or, on the line, where
+    episodes last a few steps, 64 actions of every line.
 
     Attributes:
         reward: what training pays; reports always use the objective itself.
-        num_flocks: flocks stepped together.
-        num_episodes: episodes of every flock.
+        num_flocks: flocks (or lines) stepped together.
+        num_episodes: rounds.
         batch_size: rows per gradient step.
-        n_epochs: passes over a rollout, which is one episode of every flock.
         learning_rate: of Adam.
         gamma: discount per action.
-        gae_lambda: of the advantage estimate.
-        clip_range: of PPO.
-        ent_coef: weight of the entropy bonus.
-        net_arch: hidden layers of policy and value network.
-        log_std_init: logarithm of the first standard deviation of actions.
-        torch_threads: threads of torch.
+        net_arch: hidden layers of policy and value networks.
+        threads: of torch and of the engine.
+        tensorboard: whether to write logs for TensorBoard.
     """
 
     reward: str = "running_minimum"
     num_flocks: int = 4
     num_episodes: int = 100
-    batch_size: int = 8000
-    n_epochs: int = 5
-    learning_rate: float = 5e-4
-    gamma: float = 0.9
-    gae_lambda: float = 0.95
-    clip_range: float = 0.2
-    ent_coef: float = 0.0
-    net_arch: tuple[int, ...] = (32, 32)
-    log_std_init: float = 0.0
-    torch_threads: int = 1
-
-
-@dataclass(frozen=True, kw_only=True)
-class TQCArgs(TrainArgs):
-    """Truncated quantile critics of sb3-contrib, off-policy; one range for all.
-
-    Attributes:
-        reward: what training pays; reports always use the objective itself.
-        num_flocks: flocks stepped together.
-        num_episodes: episodes of every flock.
-        learning_starts: transitions before the first gradient step.
-        gradient_steps: per action of all flocks.
-        batch_size: rows per gradient step.
-        learning_rate: of Adam.
-        gamma: discount per action.
-        net_arch: hidden layers of policy and value networks.
-        torch_threads: threads of torch.
-    """
-
-    reward: str = "running_minimum"
-    num_flocks: int = 16
-    num_episodes: int = 100
-    learning_starts: int = 5000
-    gradient_steps: int = 4
     batch_size: int = 256
     learning_rate: float = 5e-4
     gamma: float = 0.99
     net_arch: tuple[int, ...] = (64, 64)
-    torch_threads: int = 1
+    threads: int = 1
+    tensorboard: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class PPOArgs(SB3Args):
+    """PPO of stable-baselines3.
+
+    Attributes:
+        n_epochs: passes over a round.
+        anneal: whether the learning rate falls linearly to 0.
+        gae_lambda: of the advantage estimate.
+        clip_range: of PPO.
+        ent_coef: weight of the entropy bonus.
+        log_std_init: logarithm of the first standard deviation of actions.
+    """
+
+    batch_size: int = 8000
+    gamma: float = 0.9
+    net_arch: tuple[int, ...] = (32, 32)
+    n_epochs: int = 5
+    anneal: bool = True
+    gae_lambda: float = 0.95
+    clip_range: float = 0.2
+    ent_coef: float = 0.0
+    log_std_init: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class TQCArgs(SB3Args):
+    """Truncated quantile critics of sb3-contrib, off-policy; for one range for all.
+
+    Attributes:
+        learning_starts: transitions before the first gradient step.
+        gradient_steps: per action of all flocks.
+        buffer_size: transitions that are kept.
+    """
+
+    num_flocks: int = 16
+    learning_starts: int = 5000
+    gradient_steps: int = 4
+    buffer_size: int = 100_000
 
 
 Args = SearchArgs | PPOArgs | TQCArgs
@@ -239,7 +245,8 @@ class RunRecord:
         """Write the record into the run's folder."""
         args = {**dataclasses.asdict(self.args), "run": run.name}
         document = {"learner": KINDS[type(self.args)], "args": args, "versions": self.versions}
-        (run / CONFIG_FILE).write_text(json.dumps(document, indent=2) + "\n")
+        with writing(run / CONFIG_FILE) as file:
+            file.write(json.dumps(document, indent=2).encode() + b"\n")
 
     @classmethod
     def read(cls, run: Path) -> RunRecord:
@@ -287,4 +294,5 @@ def _preset(document: dict[str, Any], name: str) -> Preset:
 
 def _args(kind: str, values: dict[str, Any]) -> Args:
     """Build arguments from a document, where tuples are lists."""
-    return _TYPES[kind](**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})
+    fields: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
+    return _TYPES[kind](**fields)

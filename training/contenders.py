@@ -1,10 +1,12 @@
-"""What can be compared: built-in policies by name, files, runs by their folder, one's own code."""
+"""What can be compared: built-in policies by name, files, folders of runs, one's own code."""
 
 from __future__ import annotations
 
 import importlib
+from collections.abc import Iterable
 from pathlib import Path
 
+from flockesc_env import FlockScenario
 from flockesc_env.contenders import NAMES, Contender
 from flockesc_env.errors import ArgumentError
 from flockesc_env.policy_files import find_policy
@@ -34,6 +36,21 @@ def contender(spec: str) -> Contender:
         return find_policy(spec)
     except ArgumentError as error:
         raise ArgumentError(error.field, f"one of {EXPECTED}", error.given) from None
+
+
+def scenario_of(entries: Iterable[Contender]) -> FlockScenario:
+    """Return the flock that contenders were trained in; the paper's where none was.
+
+    Raises:
+        ArgumentError: if they were trained in several, or in a line.
+    """
+    scenarios = {entry.scenario for entry in entries if entry.scenario is not None} or {FlockScenario()}
+    if len(scenarios) > 1:
+        raise ArgumentError("policies", "policies of one scenario", f"of {len(scenarios)}")
+    scenario = scenarios.pop()
+    if not isinstance(scenario, FlockScenario):
+        raise ArgumentError("policies", "policies of a flock", "of a line")
+    return scenario
 
 
 def _own(module: str, function: str, spec: str) -> Contender:

@@ -9,8 +9,8 @@ import polars as pl
 
 from flockesc_env import stats
 from training import seeds
-from training.compare import run_policy, scenario_of
-from training.contenders import contender
+from training.contenders import contender, scenario_of
+from training.evaluation import run_contender
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,8 +18,8 @@ class EvaluateArgs:
     """Arguments of ``evaluate``.
 
     Attributes:
-        policy: a built-in policy (fixed:RHO, random, stubborn-leaders, stubborn-leaders-local) or the
-            folder of a run.
+        policy: a built-in policy (fixed:RHO, random, stubborn-leaders, stubborn-leaders-local), a policy's
+            file, the folder of a run, or module:function.
         flocks: number of held-out flocks.
         output: Parquet file for the record per flock; default: none is written.
         num_threads: threads of the engine; default: one per core.
@@ -39,7 +39,7 @@ def evaluate(args: EvaluateArgs) -> pl.DataFrame:
     """
     entry = contender(args.policy)
     flocks = seeds.first_seeds(seeds.HELD_OUT, args.flocks)
-    episodes = run_policy(entry, flocks, scenario=scenario_of([args.policy]), num_threads=args.num_threads)
+    episodes = run_contender(entry, flocks, scenario=scenario_of([entry]), num_threads=args.num_threads)
     record = pl.DataFrame(
         {
             "seed": episodes.seeds,

@@ -1,0 +1,24 @@
+"""A training run in a process of its own, which may be killed; imported by the server that forks it."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import torch
+
+from training.config import Args, PPOArgs, SearchArgs
+from training.ppo import PPORounds
+from training.tqc import TQCRounds
+from training.train import train
+
+
+def run(args: Args, weights: Path) -> None:
+    """Train, then write all parameters of the networks and of their optimizers."""
+    torch.set_num_threads(1)
+    if isinstance(args, SearchArgs):
+        train(args)
+        return
+    rounds = (PPORounds if isinstance(args, PPOArgs) else TQCRounds)(args)
+    rounds.train()
+    weights.write_bytes(pickle.dumps(rounds.learned()))

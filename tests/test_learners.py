@@ -1,0 +1,152 @@
+"""PPO and TQC: the policy's file is the model's actor, its record is true, its flocks are the run's own."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+import pytest
+from small_runs import SMALL, small_run
+
+from flockesc_env.policy_files import load_policy
+from flockesc_env.sb3 import AgentVecEnv
+from training.config import CONFIG_FILE, CURVE_FILE, RUN_FILE, Args, PPOArgs, TQCArgs
+from training.evaluation import control, objective
+from training.ppo import PPORounds
+from training.rounds import LINE_ACTIONS, Rounds
+from training.seeds import TUNING, first_seeds, training_seeds
+from training.tqc import TQCRounds
+from training.train import train
+
+LEARNERS = ("per-agent PPO", "shared PPO", "TQC", "line PPO", "line TQC")
+
+
+def learner_args(folder: Path, learner: str, **changes: Any) -> PPOArgs | TQCArgs:
+    if learner.startswith("line"):
+        line = {"scenario": "paper-line", "reward": "difference", "max_range": 1.0, "steps_per_action": 1}
+        changes = {**line, "per_agent": False, "num_episodes": 2, "batch_size": 64, **changes}
+        learner = learner.replace("line", "shared").replace("shared TQC", "TQC")
+    args = small_run(folder, learner, **changes)
+    assert isinstance(args, PPOArgs | TQCArgs)
+    return args
+
+
+def rounds_of(args: PPOArgs | TQCArgs) -> Rounds[Any]:
+    return PPORounds(args) if isinstance(args, PPOArgs) else TQCRounds(args)
+
+
+@pytest.fixture(scope="module", params=LEARNERS)
+def trained(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Rounds[Any]:
+    # A rate at which the small run leaves its first weights far behind.
+    folder = tmp_path_factory.mktemp("runs") / "run"
+    rounds = rounds_of(learner_args(folder, request.param, learning_rate=0.02))
+    rounds.train()
+    return rounds
+
+
+def test_the_file_holds_the_actor(trained: Rounds[Any]) -> None:
+    policy = load_policy(trained.args.run / "policy.npz")
+    seen = control(trained.args)
+    rng = np.random.default_rng(0)
+    for scale in (1, 30):  # outputs within their bounds, and beyond
+        observations = scale * rng.normal(size=(500, len(seen.layout.names))).astype(np.float32)
+        expected, _ = trained.model.predict(observations, deterministic=True)
+        np.testing.assert_allclose(policy.policy.act(observations, seen), expected, rtol=0, atol=1e-6)
+        assert np.ptp(expected) > 0
+    assert policy.scenario == trained.args.model
+    assert policy.per_agent == trained.args.per_agent
+    assert policy.options == trained.args.env_options()
+
+
+def test_the_curve_ends_with_the_policy_in_the_file(trained: Rounds[Any]) -> None:
+    args = trained.args
+    curve, speed = pl.read_parquet(args.run / CURVE_FILE), json.loads((args.run / RUN_FILE).read_text())
+    assert curve.columns == ["episodes", "seconds", "objective"]
+    assert len(curve) == args.num_episodes // args.checkpoint_every
+    policy = load_policy(args.run / "policy.npz").policy
+    assert curve["objective"][-1] == objective(args, policy, first_seeds(TUNING, 100)).mean()
+    assert curve["episodes"][-1] == speed["episodes"]
+    assert curve["seconds"][-1] == pytest.approx(60 * speed["minutes"])
+
+
+def test_the_record_counts_actions_and_episodes(trained: Rounds[Any]) -> None:
+    args, speed = trained.args, json.loads((trained.args.run / RUN_FILE).read_text())
+    rounds = args.num_flocks * args.num_episodes
+    if args.is_line:
+        assert speed["samples"] == rounds * LINE_ACTIONS
+        assert rounds <= speed["episodes"] <= rounds * LINE_ACTIONS
+    else:
+        rows = SMALL.num_agents if args.per_agent else 1
+        assert speed["samples"] == rounds * rows * SMALL.num_steps / args.steps_per_action
+        assert speed["episodes"] == rounds
+    assert speed["samples_per_second"] == pytest.approx(speed["samples"] / (60 * speed["minutes"]))
+    assert 0 < speed["environment_share"] < 1
+
+
+def test_every_round_plays_flocks_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    played: list[int] = []
+    reset = AgentVecEnv.reset
+
+    def recorded(env: AgentVecEnv) -> Any:
+        played.extend(env._seeds[:: SMALL.num_agents])
+        return reset(env)
+
+    monkeypatch.setattr(AgentVecEnv, "reset", recorded)
+    train(small_run(tmp_path / "run", seed=7))
+    assert played == list(training_seeds(7, 0, 2 * 4))
+
+
+@pytest.mark.parametrize(("anneal", "last"), [(True, 0.25), (False, 1.0)])
+def test_the_learning_rate_falls_to_a_last_round_above_zero(
+    anneal: bool, last: float, tmp_path: Path
+) -> None:
+    rounds = PPORounds(small_run(tmp_path / "run", anneal=anneal, learning_rate=1e-3))
+    rounds.train()
+    assert rounds.model.policy.optimizer.param_groups[0]["lr"] == pytest.approx(last * 1e-3)
+
+
+@pytest.mark.parametrize("learner", ["per-agent PPO", "TQC"])
+def test_logs_are_written_where_asked_for(learner: str, tmp_path: Path) -> None:
+    train(small_run(tmp_path / "with", learner, tensorboard=True))
+    train(small_run(tmp_path / "without", learner))
+    assert list((tmp_path / "with" / "tensorboard").glob("events*"))
+    assert not (tmp_path / "without" / "tensorboard").exists()
+    files = [(tmp_path / name / "policy.npz") for name in ("with", "without")]
+    first, second = (load_policy(file).policy.parameters for file in files)
+    np.testing.assert_array_equal(first, second)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"reward": "praise"}, "reward: expected one of .* got 'praise'"),
+        ({"steps_per_action": 0}, "steps_per_action: expected"),
+        ({"scenario": "nowhere"}, "scenario: expected one of"),
+        ({"seed": 1000}, "seed: expected 0 to 999, got 1000"),
+        ({"num_episodes": 500_001}, "flocks of a run: expected 1 to 1000000"),
+    ],
+)
+def test_bad_arguments_are_refused_before_anything_is_written(
+    changes: dict[str, Any], message: str, tmp_path: Path
+) -> None:
+    args: Args = small_run(tmp_path / "run", **changes)
+    with pytest.raises(ValueError, match=message):
+        train(args)
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_record_that_is_cut_off_by_a_kill_is_never_seen(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    args = small_run(tmp_path / "run")
+
+    def stop(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "replace", stop)
+    with pytest.raises(KeyboardInterrupt):
+        train(args)
+    assert not (args.run / CONFIG_FILE).exists()

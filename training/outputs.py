@@ -1,0 +1,95 @@
+"""What a learner writes into its run's folder: checkpoints; at the end policy, learning curve and speed."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+from flockesc_env.atomic import writing
+from flockesc_env.contenders import Contender
+from flockesc_env.network import NetworkPolicy
+from flockesc_env.policy_files import save_policy
+from training.config import CONFIG_FILE, CURVE_FILE, POLICY_FILE, RUN_FILE, Args, RunRecord
+from training.evaluation import control, objective
+from training.seeds import TUNING, first_seeds
+
+CHECKPOINT = "checkpoint.pickle"
+CURVE_FLOCKS = 100
+"""Tuning flocks on which learning curves are measured."""
+
+
+@dataclass
+class Measured:
+    """What was measured of a run so far.
+
+    Attributes:
+        episodes: that were played to their end.
+        samples: actions chosen, one per agent or one per flock.
+        seconds: of the training loop alone, measurements and checkpoints left out.
+        environment_seconds: the part of them that was spent in the environment.
+        curve: a row per checkpoint.
+    """
+
+    episodes: int = 0
+    samples: int = 0
+    seconds: float = 0.0
+    environment_seconds: float = 0.0
+    curve: list[dict[str, float]] = field(default_factory=list)
+
+    def add_point(self, args: Args, policy: NetworkPolicy) -> None:
+        """Add the policy's mean objective on tuning flocks to the learning curve."""
+        value = objective(args, policy, first_seeds(TUNING, CURVE_FLOCKS)).mean()
+        self.curve.append({"episodes": self.episodes, "seconds": self.seconds, "objective": float(value)})
+
+
+def begin(args: Args) -> None:
+    """Make the run's folder with its record, or see that it holds an unfinished run of the same arguments.
+
+    Raises:
+        FileExistsError: if it holds a finished run, or an unfinished one of other arguments.
+    """
+    if (args.run / POLICY_FILE).exists():
+        raise FileExistsError(f"run: expected a folder without a finished run, got {args.run}")
+    args.run.mkdir(parents=True, exist_ok=True)
+    record = RunRecord(args)
+    if (args.run / CONFIG_FILE).exists() and RunRecord.read(args.run) != record:
+        raise FileExistsError(f"run: expected the arguments and versions of {args.run}, got others")
+    record.write(args.run)
+
+
+def save_checkpoint(state: Any, run: Path) -> None:
+    """Write all that the rest of a run depends on; an older checkpoint stays whole until this is complete."""
+    with writing(run / CHECKPOINT) as file:
+        pickle.dump(state, file)
+
+
+def load_checkpoint(run: Path) -> Any:
+    """Read the last checkpoint of a run; ``None`` if there is none."""
+    path = run / CHECKPOINT
+    return pickle.loads(path.read_bytes()) if path.is_file() else None  # noqa: S301, of our own making
+
+
+def finish(args: Args, policy: NetworkPolicy, measured: Measured) -> Path:
+    """Write curve, speed and policy, drop the checkpoint, and return the policy's file."""
+    with writing(args.run / CURVE_FILE) as file:
+        pl.DataFrame(measured.curve).write_parquet(file)
+    speed = {
+        "minutes": measured.seconds / 60,
+        "episodes": measured.episodes,
+        "samples": measured.samples,
+        "samples_per_second": measured.samples / measured.seconds,
+        "environment_share": measured.environment_seconds / measured.seconds,
+    }
+    with writing(args.run / RUN_FILE) as file:
+        file.write(json.dumps(speed, indent=2).encode() + b"\n")
+    per_agent, options = control(args).per_agent, args.env_options()
+    contender = Contender(args.run.name, policy, per_agent=per_agent, options=options, scenario=args.model)
+    # Last, since it marks the run as finished.
+    save_policy(contender, args.run / POLICY_FILE)
+    (args.run / CHECKPOINT).unlink()
+    return args.run / POLICY_FILE

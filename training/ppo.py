@@ -1,0 +1,51 @@
+"""PPO: one policy shared by all agents, or one range for all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from stable_baselines3 import PPO
+from stable_baselines3.common.vec_env import VecEnv
+
+from flockesc_env.network import NetworkPolicy
+from training.config import PPOArgs
+from training.rounds import Rounds, network
+
+
+def ppo(args: PPOArgs) -> Path:
+    """Train, or go on with an unfinished run, and return the policy's file."""
+    return PPORounds(args).train()
+
+
+class PPORounds(Rounds[PPOArgs]):
+    """A run of PPO; a rollout is a round."""
+
+    model: PPO
+
+    def make(self, env: VecEnv) -> PPO:
+        """Make the model."""
+        args = self.args
+        return PPO(
+            "MlpPolicy",
+            env,
+            n_steps=self.steps,
+            batch_size=min(args.batch_size, self.steps * env.num_envs),
+            n_epochs=args.n_epochs,
+            learning_rate=self._learning_rate,
+            gamma=args.gamma,
+            gae_lambda=args.gae_lambda,
+            clip_range=args.clip_range,
+            ent_coef=args.ent_coef,
+            policy_kwargs={"net_arch": list(args.net_arch), "log_std_init": args.log_std_init},
+            seed=args.seed,
+            device="cpu",
+        )
+
+    def policy(self) -> NetworkPolicy:
+        """Return the mean of the action distribution."""
+        actor = self.model.policy
+        return network(self.args, [*actor.mlp_extractor.policy_net, actor.action_net])
+
+    def _learning_rate(self, _: float) -> float:
+        args: PPOArgs = self.args
+        return args.learning_rate * (1 - self.done / args.num_episodes if args.anneal else 1)
