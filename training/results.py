@@ -138,6 +138,8 @@ def load_study(folder: Path) -> Study:
         raise RecordError(f"{folder / STUDY_FILE}: setting", repr(folder.name), repr(study.setting))
     _check_episodes(study, folder / EPISODES_FILE)
     _check_learners(study, folder)
+    _check_pairs(study.ablation, folder / "ablation.parquet", (), "removed", "nothing")
+    _check_pairs(study.transfer, folder / "transfer.parquet", ("world",), "contender", "learned")
     return study
 
 
@@ -195,3 +197,17 @@ def _check_learners(study: Study, folder: Path) -> None:
         if missing or not expected:
             given = f"none for {', '.join(sorted(missing))}" if expected else "no learner"
             raise RecordError(f"{folder / name}.parquet", "rows of every learner", given)
+
+
+def _check_pairs(
+    table: pl.DataFrame | None, path: Path, groups: tuple[str, ...], column: str, reference: str
+) -> None:
+    """All that is compared with a reference was run once on every flock of it."""
+    if table is None:
+        return
+    parts = [rows for _, rows in table.group_by(*groups)] if groups else [table]
+    for rows in parts:
+        flocks = rows.filter(pl.col(column) == reference)["flock"].sort().to_list()
+        for (name,), one in rows.group_by(column):
+            if one["flock"].sort().to_list() != flocks:
+                raise RecordError(f"{path}: {name}", f"the flocks of {reference!r}, each once", f"{len(one)} rows")
