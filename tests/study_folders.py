@@ -66,7 +66,9 @@ def write_study(
 
 
 def _episodes(flocks: range, values: np.ndarray, **labels: Any) -> pl.DataFrame:
-    table = pl.DataFrame({"flock": flocks, "objective": values}, schema={"flock": pl.Int64, "objective": pl.Float64})
+    table = pl.DataFrame(
+        {"flock": flocks, "objective": values}, schema={"flock": pl.Int64, "objective": pl.Float64}
+    )
     seed = {"training_seed": pl.lit(labels["training_seed"], pl.Int64)} if "training_seed" in labels else {}
     return table.with_columns(**{name: pl.lit(label) for name, label in labels.items()} | seed)
 

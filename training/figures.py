@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -22,15 +24,23 @@ Row = tuple[str, Estimate]
 """A label and what is drawn beside it."""
 
 _DPI = 150
-_COLORS = mpl.color_sequences["tab10"]
 _FLAT = "0.5"
+_COLORS = [
+    color
+    for palette in (mpl.color_sequences["tab20"][::2], mpl.color_sequences["tab20"][1::2])
+    for place, color in enumerate(palette)
+    if place != 7  # the grays
+]
+_UP, _DOWN = "tab:blue", "tab:red"
 
 
 def learning_curves(studies: Sequence[Study]) -> Figure:
     """Draw the objective on tuning flocks against episodes: median and range over training seeds."""
     figure, panels = _panels(len(studies))
+    colors = _colors(studies)
     for axes, study in zip(panels, studies, strict=True):
-        for name, color in zip(study.trained, _COLORS, strict=False):
+        for name in study.trained:
+            color = colors[name]
             points = study.curves.filter(learner=name).group_by("episodes").agg(
                 pl.col("objective").median().alias("median"),
                 pl.col("objective").min().alias("low"),
@@ -46,13 +56,12 @@ def learning_curves(studies: Sequence[Study]) -> Figure:
         axes.set_xscale("log")
         axes.set_xlabel("training episodes")
         axes.set_ylabel(_label(study))
-        axes.set_title(study.title)
-        axes.legend(frameon=False, fontsize=8)
+        _title_and_legend(axes, study)
     return figure
 
 
 def gains(summaries: Sequence[Summary]) -> Figure:
-    """Draw the paired gain of every learner, a panel per objective, and one for the line, which has no unit."""
+    """Draw the paired gain of every learner, a panel per objective and one for the line, without unit."""
     panels: dict[str, list[Row]] = {}
     for kind in ("mean distance", "minimum distance", "line"):
         rows = [
@@ -69,19 +78,17 @@ def gains(summaries: Sequence[Summary]) -> Figure:
 def performance_profiles(studies: Sequence[Study], profiles: dict[str, dict[str, Profile]]) -> Figure:
     """Draw the share of episodes above every value of the objective, with 95 % bands."""
     figure, panels = _panels(len(studies))
+    colors = _colors(studies)
     for axes, study in zip(panels, studies, strict=True):
         values = thresholds(study)
-        others = [name for name in profiles[study.setting] if name != BEST_FIXED]
-        colors = {BEST_FIXED: _FLAT, **dict(zip(others, _COLORS, strict=False))}
-        for name, color in colors.items():
-            profile = profiles[study.setting][name]
+        for name, profile in profiles[study.setting].items():
+            color = colors[name]
             axes.fill_between(values, profile.low, profile.high, color=color, alpha=0.2, lw=0)
             style = "--" if name == BEST_FIXED else "-"
             axes.plot(values, profile.share, style, color=color, lw=1.5, label=name)
         axes.set_xlabel(_label(study))
         axes.set_ylabel("share of episodes above")
-        axes.set_title(study.title)
-        axes.legend(frameon=False, fontsize=8)
+        _title_and_legend(axes, study)
     return figure
 
 
@@ -98,7 +105,7 @@ def dots_and_bars(panels: dict[str, list[Row]]) -> Figure:
     drawn = figure.subplots(len(panels), 1, squeeze=False, height_ratios=heights)[:, 0]
     for axes, (label, rows) in zip(drawn, panels.items(), strict=True):
         for place, (_, estimate) in enumerate(rows):
-            color = _COLORS[0] if estimate.low > 0 else _COLORS[3] if estimate.high < 0 else _FLAT
+            color = _UP if estimate.low > 0 else _DOWN if estimate.high < 0 else _FLAT
             axes.plot([estimate.low, estimate.high], [place, place], color=color, lw=2, solid_capstyle="butt")
             axes.plot(estimate.mean, place, "o", color=color, ms=5)
         axes.axvline(0, color=INK, lw=0.8)
@@ -120,11 +127,23 @@ def save(figure: Figure, path: Path) -> None:
 def _panels(count: int) -> tuple[Figure, list[Axes]]:
     columns = min(2, count)
     rows = -(-count // columns)
-    figure = Figure(figsize=(5.2 * columns, 3.6 * rows), layout="constrained")
+    figure = Figure(figsize=(6.2 * columns, 3.2 * rows), layout="constrained")
     panels = list(figure.subplots(rows, columns, squeeze=False).flat)
     for axes in panels[count:]:
         axes.set_axis_off()
     return figure, panels[:count]
+
+
+def _colors(studies: Sequence[Study]) -> dict[str, Any]:
+    """Return a color per contender, the same in all panels and figures."""
+    trained = [name for study in studies for name in study.trained]
+    others = [name for study in studies for name in study.contenders if name != BEST_FIXED]
+    return {BEST_FIXED: _FLAT, **dict(zip(dict.fromkeys(trained + others), cycle(_COLORS), strict=False))}
+
+
+def _title_and_legend(axes: Axes, study: Study) -> None:
+    axes.set_title(study.title, fontsize=10)
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=8)
 
 
 def _label(study: Study) -> str:

@@ -186,7 +186,9 @@ def _check_episodes(study: Study, path: Path) -> None:
         raise RecordError(f"{path}: flock", f"{study.held_out_flocks} flocks, at least 2", len(flocks))
     for (name, seed), rows in study.episodes.group_by("contender", "training_seed"):
         if rows["flock"].sort().to_list() != flocks:
-            raise RecordError(f"{path}: {name}, training seed {seed}", "every flock once", f"{len(rows)} rows")
+            raise RecordError(
+                f"{path}: {name}, training seed {seed}", "every flock once", f"{len(rows)} rows"
+            )
 
 
 def _check_learners(study: Study, folder: Path) -> None:
@@ -210,4 +212,6 @@ def _check_pairs(
         flocks = rows.filter(pl.col(column) == reference)["flock"].sort().to_list()
         for (name,), one in rows.group_by(column):
             if one["flock"].sort().to_list() != flocks:
-                raise RecordError(f"{path}: {name}", f"the flocks of {reference!r}, each once", f"{len(one)} rows")
+                raise RecordError(
+                    f"{path}: {name}", f"the flocks of {reference!r}, each once", f"{len(one)} rows"
+                )

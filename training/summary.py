@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
 import polars as pl
 
 from flockesc_env import stats
@@ -46,8 +47,8 @@ class Summary:
 
     def median(self, learner: str, column: str, digits: str) -> str:
         """Return the median over training seeds of a column of the table of runs."""
-        value = self.study.runs.filter(learner=learner)[column].median()
-        return UNKNOWN if value is None else f"{value:{digits}}"
+        values = self.study.runs.filter(learner=learner)[column].drop_nulls().to_numpy()
+        return f"{np.median(values):{digits}}" if values.size else UNKNOWN
 
     def show(self, estimate: Estimate, sign: str = "") -> str:
         """Return a figure of the objective, or with the sign "+" a difference, with its interval."""
@@ -76,10 +77,12 @@ class Summary:
 
     def verdict(self) -> str:
         """Return the verdicts in short."""
-        return "; ".join(
-            f"{self._goal(target)}: {target.verdict(self.contenders[who]).value}"
-            for target, who in self._judged()
-        )
+        told = []
+        for target, who in self._judged():
+            subject = f"`{target.learner}` " if target.learner else ""
+            verdict = target.verdict(self.contenders[who]).value
+            told.append(f"{subject}above {self._number(target)}: {verdict}")
+        return "; ".join(told)
 
     def _judged(self) -> list[tuple[Target, str]]:
         """Return the targets with whom they are about, those left out whose learner was not run."""
@@ -87,14 +90,15 @@ class Summary:
         return [(target, who) for target, who in pairs if who in self.contenders]
 
     def _sentence(self, target: Target, who: str) -> str:
-        row, unit = self.contenders[who], self.study.unit
+        row = self.contenders[who]
         what, sign = ("gains", "+") if target.is_gain else ("reaches", "")
-        told = self.show(target.estimate(row), sign)
-        return f"`{who}` {what} {told}{unit}. {self._goal(target)}: **{target.verdict(row).value}**."
+        told = self.show(target.estimate(row), sign) + self.study.unit
+        goal = f"{target.name}, above {self._number(target)}"
+        return f"`{who}` {what} {told}; {goal}: **{target.verdict(row).value}**."
 
-    def _goal(self, target: Target) -> str:
-        sign = "+" if target.is_gain and target.value else ""
-        return f"{target.name} ({'gain ' if target.is_gain else ''}above {target.value:{sign}g}{self.study.unit})"
+    def _number(self, target: Target) -> str:
+        sign = "+" if target.is_gain else ""
+        return f"{target.value:{sign}g}{self.study.unit}" if target.value else "0"
 
 
 def summarize(studies: Iterable[Study]) -> list[Summary]:
