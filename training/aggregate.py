@@ -107,10 +107,11 @@ def _mean_intervals(scores: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _weights(drawn: Indices, size: int) -> FloatArray:
-    """Return the share of draws that each of ``size`` indices has: (resamples, draws) to (resamples, size)."""
+    """Return the share of draws that each index has: (resamples, draws) to (resamples, size)."""
     places = drawn + size * np.arange(len(drawn))[:, None]
     counts = np.bincount(places.ravel(), minlength=len(drawn) * size)
-    return counts.reshape(len(drawn), size) / drawn.shape[1]
+    shares: FloatArray = counts.reshape(len(drawn), size) / drawn.shape[1]
+    return shares
 
 
 def _interval(

@@ -18,16 +18,7 @@ CONFIG_FILE = "config.json"
 POLICY_FILE = "policy.npz"
 CURVE_FILE = "curve.parquet"
 _RECORDED = (
-    *(
-        "cmaes",
-        "flockesc-env",
-        "gymnasium",
-        "numpy",
-        "pettingzoo",
-        "sb3-contrib",
-        "stable-baselines3",
-        "torch",
-    ),
+    *("cmaes", "flockesc-env", "gymnasium", "numpy", "pettingzoo", "sb3-contrib", "stable-baselines3", "torch"),
 )
 
 
@@ -246,10 +237,7 @@ def versions() -> dict[str, str]:
 
 def presets() -> dict[str, Preset]:
     """Return the presets of ``training/configs`` by name."""
-    return {
-        file.stem: _preset(tomllib.loads(file.read_text()), file.stem)
-        for file in sorted(PRESETS.glob("*.toml"))
-    }
+    return {file.stem: _preset(tomllib.loads(file.read_text()), file.stem) for file in sorted(PRESETS.glob("*.toml"))}
 
 
 def train_presets() -> dict[str, Args]:

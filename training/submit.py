@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from pathlib import Path
 
 import polars as pl
@@ -18,7 +19,7 @@ from training.config import Setting, presets
 from training.contenders import contender
 from training.evaluation import outcome, run_contender
 from training.page import write_page
-from training.results import EPISODES_FILE, load_study
+from training.results import EPISODES_FILE, load_studies
 from training.seeds import HELD_OUT, first_seeds
 
 
@@ -41,11 +42,14 @@ def submit(setting: str, policy: str, name: str, results: Path, page: Path) -> N
         RecordError: if the results are not whole.
     """
     known = presets()
-    if setting not in known:
-        raise ArgumentError("setting", f"one of {', '.join(known)}", repr(setting))
-    study = load_study(results / setting)
-    if not name.strip() or "|" in name or name in study.contenders:
-        raise ArgumentError("name", f"a name other than {', '.join(study.contenders)}", repr(name))
+    studies = {study.setting: study for study in load_studies(results) if study.setting in known}
+    if setting not in studies:
+        raise ArgumentError("setting", f"one of {', '.join(studies)}", repr(setting))
+    study = studies[setting]
+    if name in study.contenders:
+        raise ArgumentError("name", f"another name than {', '.join(study.contenders)}", repr(name))
+    if not re.fullmatch(r"\w[\w .,:=+()-]*", name):  # it gets into Markdown
+        raise ArgumentError("name", "letters, digits, spaces and . , : = + ( ) -", repr(name))
     flocks = first_seeds(HELD_OUT, study.held_out_flocks)
     if study.flocks != list(flocks):
         raise ArgumentError("results", f"flocks {flocks.start} to {flocks.stop - 1}", "others")
