@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from rliable.library import score_distributions
 from rliable.metrics import aggregate_iqm
 from scipy.stats import bootstrap
 from study_folders import write_study
@@ -98,7 +99,7 @@ def test_intervals_are_those_of_the_plain_bootstrap_over_seeds_and_flocks(seeds:
     assert middle.mean == pytest.approx(aggregate_iqm(values))
     assert (middle.low, middle.high) == pytest.approx(plain(aggregate_iqm))
     above = profile(values, np.array([0.3]))
-    assert above.share == pytest.approx([(values > 0.3).mean()])
+    assert above.share == pytest.approx(score_distributions(values, [0.3]))
     assert (above.low[0], above.high[0]) == pytest.approx(plain(lambda part: np.mean(part > 0.3)))
 
 
@@ -176,6 +177,10 @@ def test_folders_that_hold_something_else_are_refused(results: Path, tmp_path: P
     (folder / "study.json").write_text("{")
     with pytest.raises(RecordError, match=r"study\.json"):
         load_study(folder)
+    whole = json.loads((results / "per-agent-visible" / "study.json").read_text())
+    (results / "per-agent-visible" / "study.json").write_text(json.dumps({**whole, "explained": "nobody"}))
+    with pytest.raises(RecordError, match="explained"):
+        load_study(results / "per-agent-visible")
     moved = (results / "per-agent-visible").rename(results / "shared")
     with pytest.raises(RecordError, match="setting"):
         load_study(moved)
@@ -217,6 +222,7 @@ def test_the_page_says_what_the_files_say(results: Path, tmp_path: Path) -> None
         for sentence in summary.verdicts():
             assert f"- {sentence}\n" in text
     assert "+10.00 to +12.00" in text
+    assert "would have been 8.5 m, with 2 m" in text
     assert "- `ppo`: a remark\n" in text
     (row,) = [row for row in rows_of(text, "ppo") if "own_distance_change" in row]
     assert row[1] == "ppo"
@@ -226,9 +232,7 @@ def test_the_page_says_what_the_files_say(results: Path, tmp_path: Path) -> None
     assert len(pictures) == 5
     for picture in pictures:
         assert (page.parent / picture).read_bytes().startswith(b"\x89PNG")
-    before = {file: file.read_bytes() for file in [page, *(results / FIGURES).iterdir()]}
-    write_page(results, page)
-    assert {file: file.read_bytes() for file in before} == before
+    assert text == markdown_page([visible, line], results / FIGURES, page)
 
 
 def test_the_page_leaves_out_what_was_not_studied(results: Path, tmp_path: Path) -> None:

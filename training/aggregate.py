@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rliable.library import score_distributions
 from rliable.metrics import aggregate_iqm
 from scipy.stats import bootstrap, trim_mean
 
@@ -89,9 +88,15 @@ def iqm(values: FloatArray) -> Estimate:
 
 
 def profile(values: FloatArray, thresholds: FloatArray) -> Profile:
-    """Return the performance profile of a contender, shape (training seeds, flocks)."""
-    low, high = _mean_intervals((values > thresholds[:, None, None]).astype(np.float64))
-    return Profile(score_distributions(values, thresholds), low, high)
+    """Return the performance profile of a contender.
+
+    Args:
+        values: objective, shape (training seeds, flocks).
+        thresholds: shape (thresholds,).
+    """
+    above = (values > thresholds[:, None, None]).astype(np.float64)
+    low, high = _mean_intervals(above)
+    return Profile(above.mean(axis=(1, 2)), low, high)
 
 
 def _mean_intervals(scores: FloatArray) -> tuple[FloatArray, FloatArray]:

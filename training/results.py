@@ -115,6 +115,12 @@ class Study:
         means = last.group_by("learner").agg(pl.col("objective").mean())
         return str(means.sort("objective", "learner")["learner"][-1])
 
+    @property
+    def best_of_grid(self) -> tuple[float, float]:
+        """The fixed range that is best on the held-out flocks themselves, and its mean objective there."""
+        best = self.grid.sort("mean", descending=True).row(0, named=True)
+        return best["interaction_range"], best["mean"]
+
     def values(self, contender: str) -> FloatArray:
         """Return the objective, shape (training seeds, flocks); one row where nothing was trained."""
         rows = self.episodes.filter(contender=contender).sort("training_seed", "flock")
@@ -138,6 +144,8 @@ def load_study(folder: Path) -> Study:
         raise RecordError(f"{folder / STUDY_FILE}: setting", repr(folder.name), repr(study.setting))
     _check_episodes(study, folder / EPISODES_FILE)
     _check_learners(study, folder)
+    if study.ablation is not None and study.explained not in study.learners:
+        raise RecordError(f"{folder / STUDY_FILE}: explained", "a learner", repr(study.explained))
     _check_pairs(study.ablation, folder / "ablation.parquet", (), "removed", "nothing")
     _check_pairs(study.transfer, folder / "transfer.parquet", ("world",), "contender", "learned")
     return study

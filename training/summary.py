@@ -81,7 +81,9 @@ class Summary:
         for target, who in self._judged():
             subject = f"`{target.learner}` " if target.learner else ""
             verdict = target.verdict(self.contenders[who]).value
-            told.append(f"{subject}above {self._number(target)}: {verdict}")
+            told.append(
+                f"{subject}{'gain ' if target.is_gain else ''}above {self._number(target)}: {verdict}"
+            )
         return "; ".join(told)
 
     def _judged(self) -> list[tuple[Target, str]]:
