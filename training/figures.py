@@ -40,15 +40,12 @@ def learning_curves(studies: Sequence[Study]) -> Figure:
     colors = _colors(studies)
     for axes, study in zip(panels, studies, strict=True):
         for name in study.trained:
-            color = colors[name]
-            points = study.curves.filter(learner=name).group_by("episodes").agg(
-                pl.col("objective").median().alias("median"),
-                pl.col("objective").min().alias("low"),
-                pl.col("objective").max().alias("high"),
-            )  # fmt: skip
-            episodes, median, low, high = (
-                points.sort("episodes")[column].to_numpy() for column in ("episodes", "median", "low", "high")
+            color, value = colors[name], pl.col("objective")
+            points = study.curves.filter(learner=name).group_by("episodes")
+            table = points.agg(
+                value.median().alias("median"), value.min().alias("low"), value.max().alias("high")
             )
+            episodes, median, low, high = table.sort("episodes").to_numpy().T
             axes.fill_between(episodes, low, high, color=color, alpha=0.2, lw=0)
             axes.plot(episodes, median, color=color, lw=1.5, label=name)
         level = float(study.values(BEST_FIXED).mean())
