@@ -1,0 +1,100 @@
+"""Made-up results of studies, in the files that a study leaves."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from training.seeds import HELD_OUT
+
+LEARNER = {"kind": "search", "arguments": {}, "note": ""}
+
+
+def write_study(
+    results: Path,
+    setting: str,
+    baselines: Mapping[str, np.ndarray],
+    learners: Mapping[str, np.ndarray],
+    *,
+    about: Mapping[str, Mapping[str, Any]] | None = None,
+    ablation: Iterable[tuple[str, np.ndarray]] = (),
+    transfer: Iterable[tuple[str, str, np.ndarray]] = (),
+    **fields: Any,
+) -> Path:
+    """Write one folder: baselines are of shape (flocks,), learners of shape (training seeds, flocks)."""
+    folder = results / setting
+    folder.mkdir(parents=True)
+    flocks = HELD_OUT[: len(baselines["best fixed range"])]
+    document = {
+        "setting": setting,
+        "title": f"about {setting}",
+        "command": f"python -m training study {setting}",
+        "objective": "mean",
+        "is_line": False,
+        "tuning_flocks": 40,
+        "held_out_flocks": len(flocks),
+        "best_fixed_range": 8.5,
+        "learners": {name: {**LEARNER, **(about or {}).get(name, {})} for name in learners},
+        "versions": {"numpy": "2.0"},
+        "machine": "1 core",
+        **fields,
+    }
+    (folder / "study.json").write_text(json.dumps(document))
+    rows = [(name, None, values) for name, values in baselines.items()]
+    rows += [(name, seed, values) for name, runs in learners.items() for seed, values in enumerate(runs)]
+    episodes = [_episodes(flocks, values, contender=name, training_seed=seed) for name, seed, values in rows]
+    pl.concat(episodes).select("contender", "training_seed", "flock", "objective").write_parquet(
+        folder / "episodes.parquet"
+    )
+    runs = [(name, seed) for name, values in learners.items() for seed in range(len(values))]
+    _runs(runs).write_parquet(folder / "runs.parquet")
+    _curves(learners).write_parquet(folder / "curves.parquet")
+    grid = {"interaction_range": [0.0, 8.5], "mean": [1.0, 2.0], "low": [0.5, 1.5], "high": [1.5, 2.5]}
+    pl.DataFrame(grid).write_parquet(folder / "grid.parquet")
+    parts = [_episodes(flocks, values, removed=name) for name, values in ablation]
+    if parts:
+        pl.concat(parts).write_parquet(folder / "ablation.parquet")
+    worlds = [_episodes(flocks, values, world=world, contender=name) for world, name, values in transfer]
+    if worlds:
+        pl.concat(worlds).write_parquet(folder / "transfer.parquet")
+    return folder
+
+
+def _episodes(flocks: range, values: np.ndarray, **labels: Any) -> pl.DataFrame:
+    table = pl.DataFrame(
+        {"flock": flocks, "objective": values}, schema={"flock": pl.Int64, "objective": pl.Float64}
+    )
+    seed = {"training_seed": pl.lit(labels["training_seed"], pl.Int64)} if "training_seed" in labels else {}
+    return table.with_columns(**{name: pl.lit(label) for name, label in labels.items()} | seed)
+
+
+def _runs(runs: list[tuple[str, int]]) -> pl.DataFrame:
+    names, seeds = zip(*runs, strict=True)
+    return pl.DataFrame(
+        {
+            "learner": names,
+            "training_seed": seeds,
+            "minutes": [2.0 + seed for seed in seeds],
+            "episodes": [1000] * len(runs),
+            "samples_per_second": [50_000.0 if name == "ppo" else None for name in names],
+            "environment_share": [0.25 if name == "ppo" else None for name in names],
+        },
+        schema_overrides={"samples_per_second": pl.Float64, "environment_share": pl.Float64},
+    )
+
+
+def _curves(learners: Mapping[str, np.ndarray]) -> pl.DataFrame:
+    """Rise to where the learner ends up on the held-out flocks."""
+    rows = [
+        (name, seed, episodes, episodes / 10, values.mean() * (1 - 0.5 * 64 / episodes))
+        for name, runs in learners.items()
+        for seed, values in enumerate(runs)
+        for episodes in (64, 128, 256, 512, 1024, 2048, 4096)
+    ]
+    columns = ["learner", "training_seed", "episodes", "seconds", "objective"]
+    return pl.DataFrame(rows, schema=columns, orient="row")

@@ -1,0 +1,386 @@
+"""Results of studies: known aggregates, intervals that cover, pages that say what files say, own policies."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from rliable.library import score_distributions
+from rliable.metrics import aggregate_iqm
+from scipy.stats import bootstrap
+from study_folders import write_study
+
+from flockesc_env import ArgumentError, FlockScenario, rollout, stats
+from flockesc_env.contenders import Contender
+from flockesc_env.errors import RecordError
+from flockesc_env.policies import FixedRange, StubbornLeaders
+from flockesc_env.stats import Estimate
+from training import config
+from training.aggregate import RESAMPLES, Aggregate, aggregate, iqm, means, profile
+from training.config import Setting
+from training.page import FIGURES, markdown_page, readme_table, write_page
+from training.results import BEST_FIXED, ORACLE, Study, load_studies, load_study
+from training.seeds import HELD_OUT
+from training.submit import check_fits, submit
+from training.summary import Summary, elsewhere, hidden, summarize
+from training.targets import AIMS, Target, Verdict
+
+ROOT = Path(__file__).parent.parent
+COMMITTED = ROOT / "results" / "learned"
+FLOCKS = 40
+
+
+def drawn(*shape: int, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).normal(size=shape)
+
+
+@pytest.fixture
+def results(tmp_path: Path) -> Path:
+    """A setting with all there can be, and the line with the least."""
+    folder = tmp_path / "results"
+    fixed = 75 + drawn(FLOCKS)
+    own = {"ppo": {"kind": "ppo", "arguments": {"reward": "own_distance_change"}, "note": "a remark"}}
+    write_study(
+        folder,
+        "per-agent-visible",
+        {BEST_FIXED: fixed, ORACLE: fixed + 4, "stubborn-leaders": fixed + 13},
+        {"ppo": fixed + np.array([[10.0], [12.0]]), "search": fixed + np.array([[22.5], [22.0], [23.5]])},
+        about=own,
+        explained="search",
+        ablation=[("nothing", fixed), ("time", fixed - 1.0), ("predator", fixed - 9.0)],
+        transfer=[
+            (world, name, fixed + gain)
+            for world, name, gain in [
+                ("pursuit", "learned", 3.0),
+                ("pursuit", "best fixed range there", 1.0),
+                ("n = 1,000", "learned", -3.0),
+                ("n = 1,000", "best fixed range there", 1.0),
+            ]
+        ],
+    )
+    line = 0.4 + drawn(FLOCKS) / 100
+    write_study(folder, "line", {BEST_FIXED: line}, {"search": line[None] + 0.125}, is_line=True)
+    return folder
+
+
+def test_aggregates_of_known_episodes() -> None:
+    baseline = np.array([0.0, 1.0, 2.0, 3.0])
+    found = aggregate(baseline + np.array([[1.0], [-1.0], [6.0]]), baseline)
+    assert found.objective.mean == pytest.approx(3.5)
+    assert found.difference.mean == pytest.approx(2.0)
+    assert (found.lowest, found.highest) == pytest.approx((-1.0, 6.0))
+    assert found.improvement.mean == pytest.approx(2 / 3)
+    # Twelve episodes: -1 0 1 | 1 2 2 3 3 4... of which the middle six count.
+    assert found.iqm.mean == pytest.approx(np.sort([1, 2, 3, 4, -1, 0, 1, 2, 6, 7, 8, 9])[3:9].mean())
+    assert aggregate(baseline[None], baseline).improvement.mean == pytest.approx(0.5)
+    assert aggregate(baseline[None], baseline).difference == Estimate(0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("seeds", [1, 3])
+def test_intervals_are_those_of_the_plain_bootstrap_over_seeds_and_flocks(seeds: int) -> None:
+    values = drawn(seeds, 12)
+    samples = [np.arange(size) for size in values.shape if size > 1]
+
+    def plain(statistic: object) -> object:
+        def one(*chosen: np.ndarray) -> float:
+            rows = chosen[0] if seeds > 1 else [0]
+            return statistic(values[np.ix_(rows, chosen[-1])])  # type: ignore[operator]
+
+        options = {"n_resamples": RESAMPLES, "batch": 100, "method": "percentile", "vectorized": False}
+        return bootstrap(samples, one, rng=np.random.default_rng(0), **options).confidence_interval
+
+    (mean,) = means(values[None])
+    assert (mean.low, mean.high) == pytest.approx(plain(np.mean))
+    middle = iqm(values)
+    assert middle.mean == pytest.approx(aggregate_iqm(values))
+    assert (middle.low, middle.high) == pytest.approx(plain(aggregate_iqm))
+    above = profile(values, np.array([0.3]))
+    assert above.share == pytest.approx(score_distributions(values, [0.3]))
+    assert (above.low[0], above.high[0]) == pytest.approx(plain(lambda part: np.mean(part > 0.3)))
+
+
+def test_intervals_cover_the_truth_where_those_over_flocks_alone_do_not() -> None:
+    rng = np.random.default_rng(0)
+    both = flocks_alone = 0
+    for _ in range(100):
+        values = rng.normal(size=(10, 1)) + rng.normal(size=50) + rng.normal(size=(10, 50))
+        (found,) = means(values[None])
+        both += found.low < 0 < found.high
+        (found,) = means(values.mean(axis=0)[None, None])
+        flocks_alone += found.low < 0 < found.high
+    assert both >= 88
+    assert flocks_alone < 75
+
+
+def test_studies_are_read_as_written(results: Path) -> None:
+    line, study = load_studies(results)
+    assert (line.setting, line.unit, study.unit) == ("line", "", " m")
+    assert study.contenders == [BEST_FIXED, ORACLE, "stubborn-leaders", "ppo", "search"]
+    assert study.trained == ["ppo", "search"]
+    assert study.best_learner == "search"
+    fixed = 75 + drawn(FLOCKS)
+    assert study.values(BEST_FIXED) == pytest.approx(fixed[None])
+    assert study.values("ppo") == pytest.approx(fixed + np.array([[10.0], [12.0]]))
+    assert study.flocks == list(HELD_OUT[:FLOCKS])
+    assert line.ablation is None
+    assert hidden(line) == []
+    assert elsewhere(line) == {}
+    assert [(name, change.mean) for name, change in hidden(study)] == [
+        ("predator", pytest.approx(-9.0)),
+        ("time", pytest.approx(-1.0)),
+    ]
+    (rows,) = elsewhere(study).values()
+    assert [(world, change.mean) for world, change in rows] == [
+        ("pursuit", pytest.approx(2.0)),
+        ("n = 1,000", pytest.approx(-4.0)),
+    ]
+
+
+def edit(path: Path, change: object) -> None:
+    change(pl.read_parquet(path)).write_parquet(path)  # type: ignore[operator]
+
+
+@pytest.mark.parametrize(
+    ("file", "change", "named"),
+    [
+        ("episodes", lambda t: t[:-1], "search, training seed 2"),
+        ("episodes", lambda t: pl.concat([t, t[-1:]]), "search, training seed 2"),
+        ("episodes", lambda t: t.filter(pl.col("contender") != BEST_FIXED), "contender"),
+        ("episodes", lambda t: t.filter(pl.col("contender") != "ppo"), "every learner"),
+        ("episodes", lambda t: t.with_columns(objective=pl.lit(float("nan"))), "objective"),
+        ("episodes", lambda t: t.filter(pl.col("flock") != HELD_OUT[3]), "40 flocks"),
+        ("episodes", lambda t: t.drop("flock"), "columns"),
+        ("runs", lambda t: t.filter(pl.col("learner") == "ppo"), "none for search"),
+        ("curves", lambda t: t.filter(pl.col("learner") == "ppo"), "none for search"),
+        ("ablation", lambda t: t[:-1], "predator"),
+        ("transfer", lambda t: t[:-1], "best fixed range there"),
+    ],
+)
+def test_results_that_are_not_whole_are_refused(results: Path, file: str, change: object, named: str) -> None:
+    edit(results / "per-agent-visible" / f"{file}.parquet", change)
+    with pytest.raises(RecordError, match=named) as caught:
+        load_studies(results)
+    assert f"{file}.parquet" in caught.value.field
+
+
+def test_folders_that_hold_something_else_are_refused(results: Path, tmp_path: Path) -> None:
+    with pytest.raises(RecordError, match=r"study\.json"):
+        load_studies(tmp_path / "nothing")
+    folder = results / "line"
+    (folder / "grid.parquet").unlink()
+    with pytest.raises(RecordError, match="grid"):
+        load_study(folder)
+    (folder / "study.json").write_text("{")
+    with pytest.raises(RecordError, match=r"study\.json"):
+        load_study(folder)
+    whole = json.loads((results / "per-agent-visible" / "study.json").read_text())
+    (results / "per-agent-visible" / "study.json").write_text(json.dumps({**whole, "explained": "nobody"}))
+    with pytest.raises(RecordError, match="explained"):
+        load_study(results / "per-agent-visible")
+    moved = (results / "per-agent-visible").rename(results / "shared")
+    with pytest.raises(RecordError, match="setting"):
+        load_study(moved)
+    (moved / "study.json").write_text(json.dumps({"learners": {}, "surplus": 1}))
+    with pytest.raises(RecordError, match="surplus"):
+        load_study(moved)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "expected"),
+    [(6.1, 7.0, Verdict.REACHED), (5.0, 7.0, Verdict.OPEN), (5.0, 5.9, Verdict.MISSED)],
+)
+@pytest.mark.parametrize("is_gain", [True, False])
+def test_verdicts_follow_one_rule(low: float, high: float, expected: Verdict, is_gain: bool) -> None:
+    told, other = Estimate((low + high) / 2, low, high), Estimate(0.0, -100.0, 100.0)
+    gain, objective = (told, other) if is_gain else (other, told)
+    measured = Aggregate(objective, other, gain, 0.0, 0.0, other)
+    assert Target(6.0, "target", is_gain).verdict(measured) is expected
+
+
+def rows_of(page: str, first: str) -> list[list[str]]:
+    lines = re.findall(rf"^\| {re.escape(first)} \|.*$", page, re.MULTILINE)
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+
+
+def test_the_page_says_what_the_files_say(results: Path, tmp_path: Path) -> None:
+    page = tmp_path / "docs" / "results.md"
+    write_page(results, page)
+    text = page.read_text()
+    visible, line = summarize(load_studies(results))  # in the order of the table of targets
+    assert text.index("## per-agent-visible") < text.index("## line")
+    for summary in (visible, line):
+        for name, figures in summary.contenders.items():
+            cells = next(row for row in rows_of(text, name) if summary.show(figures.objective) in row)
+            assert summary.show(figures.iqm) in cells
+            assert summary.difference(name) in cells
+            assert summary.seeds(name) in cells
+        assert f"`python -m training study {summary.study.setting}`" in text
+        for sentence in summary.verdicts():
+            assert f"- {sentence}\n" in text
+    assert "+10.00 to +12.00" in text
+    assert "would have been 8.5 m, with 2 m" in text
+    assert "- `ppo`: a remark\n" in text
+    (row,) = [row for row in rows_of(text, "ppo") if "own_distance_change" in row]
+    assert row[1] == "ppo"
+    assert "seeds 2,000,000 to 2,999,999" in text
+    assert ["per-agent-visible", "ppo", "50,000", "25%"] in rows_of(text, "per-agent-visible")
+    pictures = re.findall(r"\]\((.*\.png)\)", text)
+    assert len(pictures) == 5
+    for picture in pictures:
+        assert (page.parent / picture).read_bytes().startswith(b"\x89PNG")
+    assert text == markdown_page([visible, line], results / FIGURES, page)
+
+
+def test_the_page_leaves_out_what_was_not_studied(results: Path, tmp_path: Path) -> None:
+    (line,) = [summary for summary in summarize(load_studies(results)) if summary.study.is_line]
+    text = markdown_page([line], results / FIGURES, tmp_path / "results.md")
+    for heading in ("Credit assignment", "What the policies look at", "Transfer"):
+        assert heading not in text
+    assert line.verdicts() == [
+        "`search` gains +0.125 [+0.125, +0.125]; better than the best fixed range, above 0: **reached**."
+    ]
+
+
+def test_targets_of_learners_that_were_not_run_are_left_out(results: Path) -> None:
+    visible, _ = summarize(load_studies(results))
+    assert any("`ppo` reaches" in sentence for sentence in visible.verdicts())
+    without = Summary(visible.study, {k: v for k, v in visible.contenders.items() if k != "ppo"})
+    assert (
+        len(without.verdicts()) == len(visible.verdicts()) - 1 == len(AIMS["per-agent-visible"].targets) - 1
+    )
+
+
+def test_the_table_of_the_readme_has_a_row_per_setting(results: Path) -> None:
+    table = readme_table(results).splitlines()
+    assert len(table) == 4
+    cells = [cell.strip() for cell in table[2].strip("|").split("|")]
+    assert cells[0] == "per-agent-visible"
+    assert cells[2].endswith("(`search`)")
+    assert cells[3].startswith("+22.67 [")
+    assert cells[4:] == ["3", "3.0"]
+    assert {line.count("|") for line in table} == {7}
+
+
+SMALL = FlockScenario(num_agents=12, num_steps=24, initial_side=20.0)
+
+
+@pytest.fixture
+def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Results of a tiny setting: one range per agent, the predator seen nearby."""
+    presets = tmp_path / "presets"
+    presets.mkdir()
+    (tmp_path / "small.toml").write_text(SMALL.to_toml())
+    (presets / "tiny.toml").write_text(
+        f'title = "tiny"\n[setting]\nscenario = "{tmp_path / "small.toml"}"\nper_agent = true\n'
+        'predator_visible = false\nobjective = "minimum"\n[learners.search]\nkind = "search"\n'
+    )
+    monkeypatch.setattr(config, "PRESETS", presets)
+    results = tmp_path / "results"
+    fixed = 20 + drawn(6)
+    write_study(
+        results, "tiny", {BEST_FIXED: fixed}, {"search": fixed + np.ones((2, 1))}, objective="minimum"
+    )
+    return results
+
+
+def test_a_submission_end_to_end(tiny: Path, tmp_path: Path) -> None:
+    page = tmp_path / "docs" / "results.md"
+    before = load_study(tiny / "tiny")
+    submit("tiny", "stubborn-leaders-local", "my rule (v2)", tiny, page)
+    study = load_study(tiny / "tiny")
+    assert study.contenders == [*before.contenders, "my rule (v2)"]
+    assert study.episodes[: len(before.episodes)].equals(before.episodes)
+    told = rollout(StubbornLeaders(), HELD_OUT[:6], scenario=SMALL, per_agent=True)
+    assert study.values("my rule (v2)") == pytest.approx(told.min_min_distance[None])
+    assert study.episodes["training_seed"][-6:].null_count() == 6
+    (row,) = rows_of(page.read_text(), "my rule (v2)")
+    assert f"{told.min_min_distance.mean():.2f} [" in row[2]
+    with pytest.raises(ArgumentError, match="name"):
+        submit("tiny", "stubborn-leaders-local", "my rule (v2)", tiny, page)
+
+
+@pytest.mark.parametrize(
+    ("setting", "policy", "name", "field"),
+    [
+        ("huge", "stubborn-leaders-local", "mine", "setting"),
+        ("tiny", "stubborn-leaders-local", "search", "name"),
+        ("tiny", "stubborn-leaders-local", "a|b", "name"),
+        ("tiny", "stubborn-leaders-local", "", "name"),
+        ("tiny", "fixed:10", "mine", "per_agent"),
+        ("tiny", "stubborn-leaders", "mine", "predator_sensing_range"),
+        ("tiny", "stubborn-followers", "mine", "policies"),
+    ],
+)
+def test_refused_submissions_change_nothing(
+    tiny: Path, tmp_path: Path, setting: str, policy: str, name: str, field: str
+) -> None:
+    before = (tiny / "tiny" / "episodes.parquet").read_bytes()
+    with pytest.raises(ArgumentError) as caught:
+        submit(setting, policy, name, tiny, tmp_path / "results.md")
+    assert caught.value.field == field
+    assert (tiny / "tiny" / "episodes.parquet").read_bytes() == before
+    assert not (tmp_path / "results.md").exists()
+
+
+def test_other_flocks_than_the_held_out_ones_are_refused(tiny: Path, tmp_path: Path) -> None:
+    edit(tiny / "tiny" / "episodes.parquet", lambda t: t.with_columns(pl.col("flock") + 1))
+    with pytest.raises(ArgumentError, match="flocks 2000000 to 2000005"):
+        submit("tiny", "stubborn-leaders-local", "mine", tiny, tmp_path / "results.md")
+
+
+LOCAL = Setting(per_agent=False, predator_visible=False)
+VISIBLE = Setting(per_agent=False)
+LINE = Setting(scenario="paper-line")
+RHO = FixedRange(0.1)
+
+
+@pytest.mark.parametrize(
+    ("entry", "setting"),
+    [
+        (Contender("", RHO), LOCAL),
+        (Contender("", RHO, options={"predator_sensing_range": 5.0}), LOCAL),
+        (Contender("", RHO, options={"max_range": 1.0, "steps_per_action": 7, "reward": "terminal"}), LOCAL),
+        (Contender("", RHO, options={"predator_sensing_range": None}), VISIBLE),
+        (Contender("", RHO, options={"predator_sensing_range": 1000.0}), VISIBLE),
+        (Contender("", RHO, options={"max_range": 0.5}), LINE),
+    ],
+)
+def test_policies_that_see_no_more_than_the_setting_shows_fit(entry: Contender, setting: Setting) -> None:
+    check_fits(entry, setting)
+
+
+@pytest.mark.parametrize(
+    ("entry", "setting", "field"),
+    [
+        (Contender("", RHO, options={"predator_sensing_range": None}), LOCAL, "predator_sensing_range"),
+        (Contender("", RHO, options={"predator_sensing_range": 30.5}), LOCAL, "predator_sensing_range"),
+        (Contender("", RHO, per_agent=True), LOCAL, "per_agent"),
+        (Contender("", RHO, per_agent=True), LINE, "per_agent"),
+        (Contender("", RHO, scenario=SMALL), LINE, "scenario"),
+        (Contender("", RHO, options={"predator_sensing_range": None}), LINE, "options"),
+        (Contender("", RHO, options={"max_rage": 1.0}), LOCAL, "options"),
+    ],
+)
+def test_policies_for_other_problems_do_not(entry: Contender, setting: Setting, field: str) -> None:
+    with pytest.raises(ArgumentError) as caught:
+        check_fits(entry, setting)
+    assert caught.value.field == field
+
+
+@pytest.mark.skipif(not COMMITTED.is_dir(), reason="no results are committed")
+def test_the_committed_page_is_that_of_the_committed_results() -> None:
+    page = ROOT / "docs" / "results.md"
+    studies: list[Study] = load_studies(COMMITTED)
+    assert page.read_text() == markdown_page(summarize(studies), COMMITTED / FIGURES, page)
+    assert {study.setting for study in studies} <= set(AIMS)
+
+
+def test_figures_of_flocks_agree_with_those_of_single_runs() -> None:
+    values = drawn(1, FLOCKS)
+    (found,) = means(values[None])
+    plain = stats.mean(values[0])
+    assert (found.low, found.high) == pytest.approx((plain.low, plain.high), abs=0.03)

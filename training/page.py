@@ -1,0 +1,107 @@
+"""The page of results and the README's table: what the studies say, made from their files alone."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from flockesc_env.atomic import writing
+from flockesc_env.paper.page import environment
+from flockesc_env.stats import CONFIDENCE
+from training import figures
+from training.aggregate import RESAMPLES, profile
+from training.results import BEST_FIXED, ORACLE, load_studies
+from training.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
+from training.summary import Summary, elsewhere, hidden, summarize
+from training.targets import RULE
+
+FIGURES = "figures"
+CREDIT = "per-agent-visible"
+"""The setting in which learners are paid in several ways."""
+
+
+def write_page(results: Path, page: Path) -> None:
+    """Write the page, and its pictures into a folder of the results.
+
+    Raises:
+        RecordError: if the results are not whole.
+    """
+    summaries = summarize(load_studies(results))
+    for name, picture in _pictures(summaries).items():
+        figures.save(picture, results / FIGURES / f"{name}.png")
+    text = markdown_page(summaries, results / FIGURES, page)
+    page.parent.mkdir(parents=True, exist_ok=True)
+    with writing(page) as file:
+        file.write(text.encode())
+
+
+def markdown_page(summaries: Sequence[Summary], pictures: Path, page: Path) -> str:
+    """Return the page as Markdown, for the file ``page``, with the pictures in the folder ``pictures``."""
+    folder = Path(os.path.relpath(pictures.resolve(), page.resolve().parent)).as_posix()
+    rendered: str = (
+        environment("training")
+        .get_template("results.md")
+        .render(
+            summaries=summaries,
+            credit=[summary for summary in summaries if summary.study.setting == CREDIT],
+            hidden=hidden,
+            elsewhere=elsewhere,
+            pictures=folder,
+            best_fixed=BEST_FIXED,
+            oracle=ORACLE,
+            rule=RULE,
+            confidence=CONFIDENCE,
+            resamples=RESAMPLES,
+            tuning=TUNING,
+            held_out=HELD_OUT,
+            training=TRAINING,
+            flocks_per_run=FLOCKS_PER_RUN,
+        )
+    )
+    return rendered
+
+
+def readme_table(results: Path) -> str:
+    """Return a short table, one row per setting, as Markdown.
+
+    Raises:
+        RecordError: if the results are not whole.
+    """
+    rendered: str = (
+        environment("training")
+        .get_template("readme_table.md")
+        .render(summaries=summarize(load_studies(results)), best_fixed=BEST_FIXED)
+    )
+    return rendered
+
+
+def _pictures(summaries: Sequence[Summary]) -> dict[str, Figure]:
+    """Return the figures by the names of their files, those left out for which there is nothing to draw."""
+    studies = [summary.study for summary in summaries]
+    profiles = {
+        study.setting: {
+            name: profile(study.values(name), figures.thresholds(study)) for name in study.contenders
+        }
+        for study in studies
+    }
+    drawn = {
+        "gains": figures.gains(summaries),
+        "learning_curves": figures.learning_curves(studies),
+        "performance_profiles": figures.performance_profiles(studies, profiles),
+    }
+    parts = {
+        f"{study.setting}: change of the objective{study.unit and ' (m)'}": hidden(study) for study in studies
+    }
+    worlds = {
+        f"{study.setting}: learned minus {name}{study.unit and ' (m)'}": rows
+        for study in studies
+        for name, rows in elsewhere(study).items()
+    }
+    for name, panels in (("ablation", parts), ("transfer", worlds)):
+        filled = {label: rows for label, rows in panels.items() if rows}
+        if filled:
+            drawn[name] = figures.dots_and_bars(filled)
+    return drawn

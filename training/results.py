@@ -1,0 +1,225 @@
+"""What the studies left in ``results/learned``, read and checked; nothing is computed here."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import polars as pl
+
+from flockesc_env.errors import RecordError
+from flockesc_env.stats import FloatArray
+
+STUDY_FILE = "study.json"
+EPISODES_FILE = "episodes.parquet"
+BEST_FIXED = "best fixed range"
+ORACLE = "hindsight oracle"
+
+_COLUMNS = {
+    "episodes": ("contender", "training_seed", "flock", "objective"),
+    "runs": ("learner", "training_seed", "minutes", "episodes", "samples_per_second", "environment_share"),
+    "curves": ("learner", "training_seed", "episodes", "seconds", "objective"),
+    "grid": ("interaction_range", "mean", "low", "high"),
+    "ablation": ("removed", "flock", "objective"),
+    "transfer": ("world", "contender", "flock", "objective"),
+}
+_OPTIONAL = ("ablation", "transfer")
+
+
+@dataclass(frozen=True)
+class LearnerInfo:
+    """How a learner was run.
+
+    Attributes:
+        kind: "search", "ppo" or "tqc".
+        arguments: of its runs.
+        note: a remark, or nothing.
+    """
+
+    kind: str
+    arguments: dict[str, Any]
+    note: str = ""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Study:
+    """One folder of ``results/learned``.
+
+    Attributes:
+        setting: its name, which is the folder's.
+        title: of the setting.
+        command: that gives these results.
+        objective: the distance that counts.
+        is_line: whether it is about the line, whose objective has no unit.
+        tuning_flocks: on which the best fixed range was chosen.
+        held_out_flocks: on which every contender is reported.
+        best_fixed_range: the choice.
+        learners: by name.
+        versions: of Python and packages.
+        machine: where it ran.
+        explained: the learner of ``ablation``.
+        episodes: contender, training_seed (null where nothing was trained), flock, objective.
+        runs: learner, training_seed, minutes, episodes, samples_per_second, environment_share.
+        curves: learner, training_seed, episodes, seconds, objective (on tuning flocks).
+        grid: interaction_range, mean, low, high, of fixed ranges on the held-out flocks.
+        ablation: removed, flock, objective; ``None`` if there is none.
+        transfer: world, contender, flock, objective; ``None`` if there is none.
+    """
+
+    setting: str
+    title: str
+    command: str
+    objective: Literal["mean", "minimum"]
+    is_line: bool
+    tuning_flocks: int
+    held_out_flocks: int
+    best_fixed_range: float
+    learners: dict[str, LearnerInfo]
+    versions: dict[str, str]
+    machine: str
+    explained: str | None = None
+    episodes: pl.DataFrame
+    runs: pl.DataFrame
+    curves: pl.DataFrame
+    grid: pl.DataFrame
+    ablation: pl.DataFrame | None
+    transfer: pl.DataFrame | None
+
+    @property
+    def unit(self) -> str:
+        """What follows a number of the objective."""
+        return "" if self.is_line else " m"
+
+    @property
+    def contenders(self) -> list[str]:
+        """Names, in the order in which the file has them."""
+        return self.episodes["contender"].unique(maintain_order=True).to_list()
+
+    @property
+    def trained(self) -> list[str]:
+        """Those of the contenders that were trained here."""
+        return [name for name in self.contenders if name in self.learners]
+
+    @property
+    def flocks(self) -> list[int]:
+        """Seeds of the held-out flocks, in rising order."""
+        return self.episodes["flock"].unique().sort().to_list()
+
+    @property
+    def best_learner(self) -> str:
+        """The learner of the largest objective at the end of training, on tuning flocks, mean over seeds."""
+        last = self.curves.sort("episodes").group_by("learner", "training_seed").last()
+        means = last.group_by("learner").agg(pl.col("objective").mean())
+        return str(means.sort("objective", "learner")["learner"][-1])
+
+    @property
+    def best_of_grid(self) -> tuple[float, float]:
+        """The fixed range that is best on the held-out flocks themselves, and its mean objective there."""
+        best = self.grid.sort("mean", descending=True).row(0, named=True)
+        return best["interaction_range"], best["mean"]
+
+    def values(self, contender: str) -> FloatArray:
+        """Return the objective, shape (training seeds, flocks); one row where nothing was trained."""
+        rows = self.episodes.filter(contender=contender).sort("training_seed", "flock")
+        return rows["objective"].to_numpy().reshape(-1, self.held_out_flocks)
+
+
+def load_study(folder: Path) -> Study:
+    """Read the results of one setting.
+
+    Raises:
+        RecordError: naming the file that is missing or holds something else.
+    """
+    document = _document(folder / STUDY_FILE)
+    tables = {name: _table(folder / f"{name}.parquet", columns) for name, columns in _COLUMNS.items()}
+    try:
+        learners = {name: LearnerInfo(**fields) for name, fields in document.pop("learners").items()}
+        study = Study(learners=learners, **document, **tables)  # type: ignore[arg-type]
+    except (KeyError, TypeError) as error:
+        raise RecordError(str(folder / STUDY_FILE), "a study's fields", repr(error)) from None
+    if study.setting != folder.name:
+        raise RecordError(f"{folder / STUDY_FILE}: setting", repr(folder.name), repr(study.setting))
+    _check_episodes(study, folder / EPISODES_FILE)
+    _check_learners(study, folder)
+    if study.ablation is not None and study.explained not in study.learners:
+        raise RecordError(f"{folder / STUDY_FILE}: explained", "a learner", repr(study.explained))
+    _check_pairs(study.ablation, folder / "ablation.parquet", (), "removed", "nothing")
+    _check_pairs(study.transfer, folder / "transfer.parquet", ("world",), "contender", "learned")
+    return study
+
+
+def load_studies(results: Path) -> list[Study]:
+    """Read all settings of a folder, in the order of their names.
+
+    Raises:
+        RecordError: if there is none, or as ``load_study``.
+    """
+    found = sorted(file.parent for file in results.glob(f"*/{STUDY_FILE}"))
+    if not found:
+        raise RecordError(str(results), f"folders with {STUDY_FILE}", "none")
+    return [load_study(folder) for folder in found]
+
+
+def _document(path: Path) -> dict[str, Any]:
+    try:
+        document: dict[str, Any] = json.loads(path.read_text())
+    except (OSError, ValueError) as error:
+        raise RecordError(str(path), "a study", repr(error)) from None
+    return document
+
+
+def _table(path: Path, columns: tuple[str, ...]) -> pl.DataFrame | None:
+    if path.stem in _OPTIONAL and not path.is_file():
+        return None
+    try:
+        table = pl.read_parquet(path)
+    except (OSError, pl.exceptions.PolarsError) as error:
+        raise RecordError(str(path), "a table", repr(error)) from None
+    if set(columns) - set(table.columns):
+        raise RecordError(str(path), f"columns {', '.join(columns)}", ", ".join(table.columns))
+    return table
+
+
+def _check_episodes(study: Study, path: Path) -> None:
+    """Differences are paired: every contender needs every flock once, for every training seed."""
+    if BEST_FIXED not in study.contenders:
+        raise RecordError(f"{path}: contender", repr(BEST_FIXED), ", ".join(study.contenders))
+    if not np.isfinite(study.episodes["objective"].cast(pl.Float64).fill_null(np.nan).to_numpy()).all():
+        raise RecordError(f"{path}: objective", "finite numbers", "others too")
+    flocks = study.flocks
+    if len(flocks) != study.held_out_flocks or len(flocks) < 2:
+        raise RecordError(f"{path}: flock", f"{study.held_out_flocks} flocks, at least 2", len(flocks))
+    for (name, seed), rows in study.episodes.group_by("contender", "training_seed"):
+        if rows["flock"].sort().to_list() != flocks:
+            raise RecordError(
+                f"{path}: {name}, training seed {seed}", "every flock once", f"{len(rows)} rows"
+            )
+
+
+def _check_learners(study: Study, folder: Path) -> None:
+    """Whoever was trained here has episodes, runs and curves."""
+    expected = set(study.learners)
+    for name, column in (("episodes", "contender"), ("runs", "learner"), ("curves", "learner")):
+        missing = expected - set(getattr(study, name)[column].to_list())
+        if missing or not expected:
+            given = f"none for {', '.join(sorted(missing))}" if expected else "no learner"
+            raise RecordError(f"{folder / name}.parquet", "rows of every learner", given)
+
+
+def _check_pairs(
+    table: pl.DataFrame | None, path: Path, groups: tuple[str, ...], column: str, reference: str
+) -> None:
+    """All that is compared with a reference was run once on every flock of it."""
+    if table is None:
+        return
+    parts = [rows for _, rows in table.group_by(*groups)] if groups else [table]
+    for rows in parts:
+        flocks = rows.filter(pl.col(column) == reference)["flock"].sort().to_list()
+        for (name,), one in rows.group_by(column):
+            if one["flock"].sort().to_list() != flocks:
+                raise RecordError(
+                    f"{path}: {name}", f"the flocks of {reference!r}, each once", f"{len(one)} rows"
+                )
