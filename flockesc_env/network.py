@@ -109,8 +109,9 @@ def mirrored(observations: Observations, layout: ObservationLayout) -> Observati
     heard = observations[:, layout.index("heard_velocity_left")]
     is_right = np.where(predator != 0, predator, heard) < 0
     reflected = observations.copy()
-    columns = [column for column, name in enumerate(layout.names) if name.endswith("_left")]
-    reflected[np.ix_(is_right, columns)] *= -1
+    for column, name in enumerate(layout.names):
+        if name.endswith("_left"):
+            reflected[is_right, column] *= -1
     return reflected
 
 

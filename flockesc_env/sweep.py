@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env.atomic import writing
 from flockesc_env._checks import FloatArray, as_floats, as_seed, as_threads
+from flockesc_env.atomic import writing
 from flockesc_env.errors import ArgumentError
 from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.simulate import IntArray

@@ -1,5 +1,6 @@
-"""Command line: ``python -m training train | evaluate | compare``."""
+"""Command line: ``python -m training --help``."""
 
+from pathlib import Path
 from typing import Annotated
 
 import tyro
@@ -7,7 +8,13 @@ import tyro
 from training.compare import CompareArgs, compare
 from training.config import train_presets
 from training.evaluate import EvaluateArgs, evaluate
+from training.page import write_page
+from training.study import StudyArgs, study
+from training.submit import submit
 from training.train import train
+from training.tune import TuneArgs, tune
+
+RESULTS, PAGE = Path("results/learned"), Path("docs/results.md")
 
 Preset = tyro.extras.subcommand_type_from_defaults(train_presets(), prefix_names=False)
 
@@ -30,6 +37,44 @@ def _evaluate(args: Annotated[EvaluateArgs, tyro.conf.arg(name="")]) -> None:
 def _compare(args: Annotated[CompareArgs, tyro.conf.arg(name="")]) -> None:
     """Compare policies with the best fixed range on the same held-out flocks."""
     compare(args)
+
+
+@app.command(name="tune")
+def _tune(args: Annotated[TuneArgs, tyro.conf.arg(name="")]) -> None:
+    """Choose hyperparameters of a learner on tuning flocks, with Optuna."""
+    found = tune(args)
+    print("Best:", found.best_value, found.best_params)
+
+
+@app.command(name="study")
+def _study(args: Annotated[StudyArgs, tyro.conf.arg(name="")]) -> None:
+    """Rerun one row of the comparison from nothing: training, evaluation, files for the page."""
+    print("Results:", study(args))
+
+
+@app.command(name="page")
+def _page(results: Path = RESULTS, page: Path = PAGE) -> None:
+    """Write the page of results and its figures from the studies' files.
+
+    Args:
+        results: folder of the studies.
+        page: the page's file.
+    """
+    write_page(results, page)
+
+
+@app.command(name="submit")
+def _submit(setting: str, policy: str, name: str, results: Path = RESULTS, page: Path = PAGE) -> None:
+    """Run your own policy on the held-out flocks of a setting, and add it to the page.
+
+    Args:
+        setting: name of the preset.
+        policy: built-in policy, policy file, folder of a run, or module:function.
+        name: what tables and figures call it.
+        results: folder of the studies.
+        page: the page's file.
+    """
+    submit(setting, policy, name, results, page)
 
 
 if __name__ == "__main__":

@@ -80,7 +80,7 @@ def draw_listening(source: Path, title: str, seconds: float, path: Path) -> Path
     per_agent = "range_by_place" in kept
     figure = Figure(figsize=(12 if per_agent else 5.5, 3.6), layout="constrained")
     figure.suptitle(title)
-    panels = np.atleast_1d(figure.subplots(1, 3 if per_agent else 1))
+    panels = figure.subplots(1, 3 if per_agent else 1, squeeze=False)[0]
     times = np.linspace(0, seconds, kept["quantiles"].shape[1], endpoint=False)
     low, lower, middle, upper, high = kept["quantiles"]
     panels[0].fill_between(times, low, high, step="post", color="tab:blue", alpha=0.15, lw=0, label="80 %")

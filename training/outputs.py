@@ -19,7 +19,7 @@ from training.evaluation import control, objective
 from training.seeds import TUNING, first_seeds
 
 CHECKPOINT = "checkpoint.pickle"
-CURVE_FLOCKS = 100
+CURVE_FLOCKS = 200
 """Tuning flocks on which learning curves are measured."""
 
 
@@ -30,15 +30,15 @@ class Measured:
     Attributes:
         episodes: that were played to their end.
         samples: actions chosen, one per agent or one per flock.
-        seconds: of the training loop alone, measurements and checkpoints left out.
-        environment_seconds: the part of them that was spent in the environment.
+        seconds: of the processor in the training loop alone, measurements and checkpoints left out.
+        environment_seconds: the part of them that was spent in the environment, if that is measured.
         curve: a row per checkpoint.
     """
 
     episodes: int = 0
     samples: int = 0
     seconds: float = 0.0
-    environment_seconds: float = 0.0
+    environment_seconds: float | None = None
     curve: list[dict[str, float]] = field(default_factory=list)
 
     def add_point(self, args: Args, policy: NetworkPolicy) -> None:
@@ -74,16 +74,22 @@ def load_checkpoint(run: Path) -> Any:
     return pickle.loads(path.read_bytes()) if path.is_file() else None  # noqa: S301, of our own making
 
 
+def write_table(table: pl.DataFrame, path: Path) -> None:
+    """Write a table as Parquet; an older file stays whole until this is complete."""
+    with writing(path) as file:
+        table.write_parquet(file)
+
+
 def finish(args: Args, policy: NetworkPolicy, measured: Measured) -> Path:
     """Write curve, speed and policy, drop the checkpoint, and return the policy's file."""
-    with writing(args.run / CURVE_FILE) as file:
-        pl.DataFrame(measured.curve).write_parquet(file)
+    write_table(pl.DataFrame(measured.curve), args.run / CURVE_FILE)
+    inside = measured.environment_seconds
     speed = {
         "minutes": measured.seconds / 60,
         "episodes": measured.episodes,
         "samples": measured.samples,
         "samples_per_second": measured.samples / measured.seconds,
-        "environment_share": measured.environment_seconds / measured.seconds,
+        "environment_share": None if inside is None else inside / measured.seconds,
     }
     with writing(args.run / RUN_FILE) as file:
         file.write(json.dumps(speed, indent=2).encode() + b"\n")

@@ -60,7 +60,8 @@ class Study:
         learners: by name.
         versions: of Python and packages.
         machine: where it ran.
-        explained: the learner of ``ablation``.
+        explained: the learner of ``ablation`` and ``transfer``.
+        explained_seed: its training seed: the one that was best on tuning flocks.
         episodes: contender, training_seed (null where nothing was trained), flock, objective.
         runs: learner, training_seed, minutes, episodes, samples_per_second, environment_share.
         curves: learner, training_seed, episodes, seconds, objective (on tuning flocks).
@@ -81,6 +82,7 @@ class Study:
     versions: dict[str, str]
     machine: str
     explained: str | None = None
+    explained_seed: int | None = None
     episodes: pl.DataFrame
     runs: pl.DataFrame
     curves: pl.DataFrame

@@ -5,29 +5,25 @@ Hansen, "The CMA Evolution Strategy: A Tutorial" (2016), as the library cmaes im
 
 from __future__ import annotations
 
-import pickle
 import time
+from copy import deepcopy
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import polars as pl
 from cmaes import CMA
+from numpy.typing import NDArray
 
-from flockesc_env.atomic import writing
-from flockesc_env.contenders import Contender
 from flockesc_env.network import Architecture, NetworkPolicy
-from flockesc_env.policy_files import save_policy
+from flockesc_env.policies import Observations
 from flockesc_env.progress import bar
+from flockesc_env.spaces import Control
 from flockesc_env.stats import FloatArray
-from training.config import CURVE_FILE, POLICY_FILE, SearchArgs
+from training.config import SearchArgs
 from training.evaluation import control, objective
-from training.seeds import TUNING, first_seeds, training_seeds
-
-CHECKPOINT = "checkpoint.pickle"
-CURVE_FLOCKS = 200
-"""Tuning flocks on which learning curves are measured and the best checkpoint is chosen."""
+from training.outputs import Measured, begin, finish, load_checkpoint, save_checkpoint
+from training.seeds import training_seeds
 
 
 @dataclass
@@ -37,80 +33,83 @@ class State:
     Attributes:
         optimizer: of cmaes; it is seeded anew for every generation, so its own random state does not count.
         generation: number of the next one.
-        episodes: played so far.
-        seconds: of the processor, spent on that.
-        curve: a row per checkpoint.
-        best: parameters of the best checkpoint.
+        best: parameters of the checkpoint that was best on tuning flocks.
+        measured: so far.
     """
 
-    optimizer: Any
+    optimizer: CMA
     generation: int = 0
-    episodes: int = 0
-    seconds: float = 0.0
-    curve: list[dict[str, float]] = field(default_factory=list)
-    best: FloatArray | None = None
+    best: FloatArray = field(default_factory=lambda: np.zeros(0))
+    measured: Measured = field(default_factory=Measured)
+
+
+class Counting:
+    """A policy that counts its actions.
+
+    Attributes:
+        actions: so far.
+    """
+
+    def __init__(self, policy: NetworkPolicy) -> None:
+        self.policy = policy
+        self.actions = 0
+
+    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+        """Let the policy choose."""
+        self.actions += len(observations)
+        return self.policy.act(observations, control)
 
 
 def search(args: SearchArgs) -> Path:
-    """Search, or go on with an unfinished search, and return the policy's file."""
-    architecture = Architecture(args.inputs or control(args).layout.names, args.hidden, args.memory, args.mirror)
-    state = _load(args) or State(
+    """Search, or go on with an unfinished search, and return the policy's file.
+
+    Raises:
+        FileExistsError: as ``begin``.
+    """
+    architecture = Architecture(
+        args.inputs or control(args).layout.names, args.hidden, args.memory, args.mirror
+    )
+    begin(args)
+    state: State = load_checkpoint(args.run) or State(
         CMA(np.zeros(architecture.size), args.step_size, population_size=args.population, seed=args.seed)
     )
     with bar(f"Search {args.run.name}", args.generations, always=args.progress) as report:
         while state.generation < args.generations:
-            begun = time.process_time()
+            report(state.generation, args.generations)
             _generation(state, args, architecture)
-            state.seconds += time.process_time() - begun
             if state.generation % args.checkpoint_every == 0 or state.generation == args.generations:
                 _measure(state, args, architecture)
-                _save(state, args)
-            report(state.generation, args.generations)
-    assert state.best is not None  # noqa: S101, the last generation is a checkpoint
-    policy = NetworkPolicy(architecture, state.best)
-    made_for = {"per_agent": args.per_agent, "options": args.env_options(), "scenario": args.model}
-    save_policy(Contender(args.run.name, policy, **made_for), args.run / POLICY_FILE)
-    pl.DataFrame(state.curve).write_parquet(args.run / CURVE_FILE)
-    (args.run / CHECKPOINT).unlink()
-    return args.run / POLICY_FILE
+                save_checkpoint(state, args.run)
+    return finish(args, NetworkPolicy(architecture, state.best), state.measured)
 
 
 def _generation(state: State, args: SearchArgs, architecture: Architecture) -> None:
     """Let the networks of one generation play the same flocks, and tell the optimizer how they fared."""
-    optimizer, number = state.optimizer, state.generation
-    optimizer.reseed_rng(np.random.SeedSequence([args.seed, number]).generate_state(1)[0])
+    begun = time.process_time()
+    optimizer, number, measured = state.optimizer, state.generation, state.measured
+    optimizer.reseed_rng(int(np.random.SeedSequence([args.seed, number]).generate_state(1)[0]))
     networks = np.array([optimizer.ask() for _ in range(args.population)])
     # Few flocks find the way, many tell good networks from lucky ones.
     growth = (args.final_flocks / args.flocks) ** (number / args.generations)
-    flocks = training_seeds(args.seed, state.episodes // args.population, round(args.flocks * growth))
-    fitness = _play(args, architecture, networks, flocks).mean(axis=1)
+    flocks = training_seeds(args.seed, measured.episodes // args.population, round(args.flocks * growth))
+    seeds = list(flocks) * args.population
+    played = Counting(NetworkPolicy(architecture, networks))
+    values = objective(args, played, seeds, batch_size=len(seeds))
+    fitness = values.reshape(args.population, -1).mean(axis=1)
     # cmaes minimizes.
     optimizer.tell(list(zip(networks, -fitness, strict=True)))
+    # A checkpoint holds one triangle of the covariance; so does, with this copy, an undisturbed run.
+    state.optimizer = deepcopy(optimizer)
     state.generation += 1
-    state.episodes += args.population * len(flocks)
-
-
-def _play(args: SearchArgs, architecture: Architecture, networks: FloatArray, flocks: range) -> FloatArray:
-    """Return the objective of every network on every flock, shape (networks, flocks)."""
-    seeds = list(flocks) * len(networks)
-    values = objective(args, NetworkPolicy(architecture, networks), seeds, batch_size=len(seeds))
-    return values.reshape(len(networks), -1)
+    measured.episodes += len(seeds)
+    measured.samples += played.actions
+    measured.seconds += time.process_time() - begun
 
 
 def _measure(state: State, args: SearchArgs, architecture: Architecture) -> None:
-    """Add a point to the learning curve: the mean of the search distribution on tuning flocks."""
+    """Add the mean of the search distribution to the learning curve; keep it if it is the best so far."""
     center = state.optimizer.mean
-    value = float(_play(args, architecture, center[None], first_seeds(TUNING, CURVE_FLOCKS)).mean())
-    if all(value > point["objective"] for point in state.curve):
+    curve = state.measured.curve
+    state.measured.add_point(args, NetworkPolicy(architecture, center))
+    if all(curve[-1]["objective"] > point["objective"] for point in curve[:-1]):
         state.best = center.copy()
-    state.curve.append({"episodes": state.episodes, "seconds": state.seconds, "objective": value})
-
-
-def _save(state: State, args: SearchArgs) -> None:
-    with writing(args.run / CHECKPOINT) as file:
-        pickle.dump(state, file)
-
-
-def _load(args: SearchArgs) -> State | None:
-    path = args.run / CHECKPOINT
-    return pickle.loads(path.read_bytes()) if path.is_file() else None  # noqa: S301, of our own making

@@ -22,11 +22,11 @@ from flockesc_env.paper.jobs import Cache, Job
 from flockesc_env.progress import bar
 from flockesc_env.stats import FloatArray, mean
 from training import explain, seeds
-from training.config import CURVE_FILE, KINDS, POLICY_FILE, Preset, presets, versions
+from training.config import CURVE_FILE, KINDS, POLICY_FILE, RUN_FILE, Preset, presets, versions
 from training.contenders import contender
 from training.evaluation import objective
 from training.listening import measure_listening
-from training.outputs import RUN_FILE, write_frame
+from training.outputs import write_table
 from training.processes import train_apart
 
 FLOCK_GRID = (*range(0, 21, 2), 25, 30, 40, 50, 75, 100, 150)
@@ -88,6 +88,7 @@ def study(args: StudyArgs) -> Path:
         _rows("best fixed range", None, held_out, fixed[_grid(preset).index(best)]),
         _rows("hindsight oracle", None, held_out, fixed.max(axis=0)),
     ]
+    entries: list[tuple[str, int | None, Contender]]
     entries = [(entry.name, None, entry) for entry in _rules(preset)]
     entries += [(name, seed, contender(str(run))) for name, seed, run in runs]
     with bar("Policies on held-out flocks", len(entries)) as report:
@@ -95,8 +96,8 @@ def study(args: StudyArgs) -> Path:
             values = objective(preset.setting, entry.policy, held_out, num_threads=None)
             rows.append(_rows(name, seed, held_out, values))
             report(done, len(entries))
-    write_frame(pl.concat(rows), folder / "episodes.parquet")
-    write_frame(_grid_frame(preset, fixed), folder / "grid.parquet")
+    write_table(pl.concat(rows), folder / "episodes.parquet")
+    write_table(_grid_frame(preset, fixed), folder / "grid.parquet")
     _collect(runs, folder)
     explained = _explain(args, preset, runs, best, cache, folder)
     _describe(args, preset, best, explained, folder)
@@ -170,14 +171,9 @@ def _rules(preset: Preset) -> Iterator[Contender]:
 
 
 def _rows(name: str, seed: int | None, flocks: range, values: FloatArray) -> pl.DataFrame:
-    columns = {"contender": name, "training_seed": pl.Series([seed] * len(flocks), dtype=pl.Int64)}
-    return (
-        pl.DataFrame({"flock": flocks, "objective": values})
-        .with_columns(
-            **{key: pl.lit(value) if isinstance(value, str) else value for key, value in columns.items()}
-        )
-        .select("contender", "training_seed", "flock", "objective")
-    )
+    schema = {"contender": pl.String, "training_seed": pl.Int64, "flock": pl.Int64, "objective": pl.Float64}
+    columns = {"contender": [name] * len(flocks), "training_seed": [seed] * len(flocks)}
+    return pl.DataFrame({**columns, "flock": flocks, "objective": values}, schema=schema)
 
 
 def _grid_frame(preset: Preset, values: FloatArray) -> pl.DataFrame:
@@ -204,14 +200,18 @@ def _explain(
     candidates = [run for run in runs if run[0] == preset.explained]
     if not candidates:
         return {}
-    name, seed, run = max(candidates, key=lambda run: pl.read_parquet(run[2] / CURVE_FILE)["objective"].max())
+    name, seed, run = max(candidates, key=lambda run: _best_point(run[2]))
     entry = contender(str(run))
     few = min(args.held_out_flocks, EXPLAINED_FLOCKS)
-    write_frame(explain.ablation(entry, preset.setting, few), folder / "ablation.parquet")
+    write_table(explain.ablation(entry, preset.setting, few), folder / "ablation.parquet")
     worlds = explain.transfer(entry, preset.setting, best, few, _grid(preset), cache)
-    write_frame(worlds, folder / "transfer.parquet")
+    write_table(worlds, folder / "transfer.parquet")
     measure_listening(entry, folder / "listening.npz")
     return {"explained": name, "explained_seed": seed}
+
+
+def _best_point(run: Path) -> float:
+    return float(pl.read_parquet(run / CURVE_FILE)["objective"].to_numpy().max())
 
 
 def _collect(runs: Sequence[TrainingRun], folder: Path) -> None:
@@ -226,8 +226,8 @@ def _collect(runs: Sequence[TrainingRun], folder: Path) -> None:
                 pl.lit(name).alias("learner"), pl.lit(seed).alias("training_seed"), pl.all()
             )
         )
-    write_frame(pl.DataFrame(outputs), folder / "runs.parquet")
-    write_frame(pl.concat(curves), folder / "curves.parquet")
+    write_table(pl.DataFrame(outputs), folder / "runs.parquet")
+    write_table(pl.concat(curves), folder / "curves.parquet")
 
 
 def _describe(

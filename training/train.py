@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from training.config import Args, PPOArgs, SearchArgs
-from training.outputs import begin
 from training.ppo import ppo
 from training.search import search
 from training.tqc import tqc
@@ -21,6 +20,5 @@ def train(args: Args) -> Path:
         ValueError: for an argument out of bounds.
     """
     if isinstance(args, SearchArgs):
-        begin(args)
         return search(args)
     return ppo(args) if isinstance(args, PPOArgs) else tqc(args)

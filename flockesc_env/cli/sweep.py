@@ -14,8 +14,8 @@ import numpy as np
 from tyro.conf import arg
 
 from flockesc_env import records
-from flockesc_env.atomic import writing
 from flockesc_env._checks import FloatArray, as_count, as_floats, as_seed, as_threads
+from flockesc_env.atomic import writing
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress, ScenarioFlags, Threads, optional
 from flockesc_env.cli.output import check_output, note, require, show, show_json, table
