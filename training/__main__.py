@@ -4,15 +4,10 @@ from pathlib import Path
 from typing import Annotated
 
 import tyro
+from tyro.conf import Positional
 
-from training.compare import CompareArgs, compare
+from training.arguments import CompareArgs, EvaluateArgs, StudyArgs, TuneArgs
 from training.config import train_presets
-from training.evaluate import EvaluateArgs, evaluate
-from training.page import write_page
-from training.study import StudyArgs, study
-from training.submit import submit
-from training.train import train
-from training.tune import TuneArgs, tune
 
 RESULTS, PAGE = Path("results/learned"), Path("docs/results.md")
 
@@ -24,24 +19,32 @@ app = tyro.extras.SubcommandApp()
 @app.command(name="train")
 def _train(args: Annotated[Preset, tyro.conf.arg(name="")]) -> None:  # type: ignore[valid-type]
     """Train a range policy, starting from a preset; an unfinished run is continued."""
+    from training.train import train
+
     print("Policy:", train(args))
 
 
 @app.command(name="evaluate")
 def _evaluate(args: Annotated[EvaluateArgs, tyro.conf.arg(name="")]) -> None:
     """Evaluate one policy on held-out flocks."""
+    from training.evaluate import evaluate
+
     evaluate(args)
 
 
 @app.command(name="compare")
 def _compare(args: Annotated[CompareArgs, tyro.conf.arg(name="")]) -> None:
     """Compare policies with the best fixed range on the same held-out flocks."""
+    from training.compare import compare
+
     compare(args)
 
 
 @app.command(name="tune")
 def _tune(args: Annotated[TuneArgs, tyro.conf.arg(name="")]) -> None:
     """Choose hyperparameters of a learner on tuning flocks, with Optuna."""
+    from training.tune import tune
+
     found = tune(args)
     print("Best:", found.best_value, found.best_params)
 
@@ -49,6 +52,8 @@ def _tune(args: Annotated[TuneArgs, tyro.conf.arg(name="")]) -> None:
 @app.command(name="study")
 def _study(args: Annotated[StudyArgs, tyro.conf.arg(name="")]) -> None:
     """Rerun one row of the comparison from nothing: training, evaluation, files for the page."""
+    from training.study import study
+
     print("Results:", study(args))
 
 
@@ -60,11 +65,19 @@ def _page(results: Path = RESULTS, page: Path = PAGE) -> None:
         results: folder of the studies.
         page: the page's file.
     """
+    from training.page import write_page
+
     write_page(results, page)
 
 
 @app.command(name="submit")
-def _submit(setting: str, policy: str, name: str, results: Path = RESULTS, page: Path = PAGE) -> None:
+def _submit(
+    setting: Positional[str],
+    policy: Positional[str],
+    name: Positional[str],
+    results: Path = RESULTS,
+    page: Path = PAGE,
+) -> None:
     """Run your own policy on the held-out flocks of a setting, and add it to the page.
 
     Args:
@@ -74,6 +87,8 @@ def _submit(setting: str, policy: str, name: str, results: Path = RESULTS, page:
         results: folder of the studies.
         page: the page's file.
     """
+    from training.submit import submit
+
     submit(setting, policy, name, results, page)
 
 

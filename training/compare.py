@@ -6,9 +6,6 @@ import dataclasses
 import json
 import shlex
 import sys
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Literal
 
 import numpy as np
 import polars as pl
@@ -17,38 +14,13 @@ from flockesc_env import FlockScenario, FlockSweepResult, records, stats, sweep
 from flockesc_env.progress import bar
 from flockesc_env.stats import FloatArray
 from training import plots, seeds
+from training.arguments import CompareArgs
 from training.config import versions
 from training.contenders import contender, scenario_of
 from training.evaluation import outcome, run_contender
 
 RECORDS = ("best_fixed_range.npz", "last_policy.npz")
 """One flock under each, for ``flockesc watch``."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class CompareArgs:
-    """Arguments of ``compare``.
-
-    Attributes:
-        policies: built-in policies (fixed:RHO, random, stubborn-leaders, stubborn-leaders-local), files of
-            policies, folders of runs, and module:function.
-        output: folder of the table, the records and the figures.
-        objective: the distance that is compared.
-        flocks: held-out flocks that results are reported on.
-        tuning_flocks: other flocks, on which the best fixed range is chosen.
-        max_range: largest range of the grid in m.
-        grid_size: number of ranges in the grid, 0 and ``max_range`` included.
-        num_threads: threads of the engine; default: one per core.
-    """
-
-    policies: tuple[str, ...]
-    output: Path = Path("runs/comparison")
-    objective: Literal["mean", "minimum"] = "mean"
-    flocks: int = 200
-    tuning_flocks: int = 400
-    max_range: float = 150.0
-    grid_size: int = 101
-    num_threads: int | None = None
 
 
 def compare(args: CompareArgs) -> pl.DataFrame:

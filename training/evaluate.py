@@ -2,33 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from pathlib import Path
-
 import polars as pl
 
 from flockesc_env import stats
 from training import seeds
+from training.arguments import EvaluateArgs
 from training.contenders import contender, scenario_of
 from training.evaluation import run_contender
-
-
-@dataclass(frozen=True, kw_only=True)
-class EvaluateArgs:
-    """Arguments of ``evaluate``.
-
-    Attributes:
-        policy: a built-in policy (fixed:RHO, random, stubborn-leaders, stubborn-leaders-local), a policy's
-            file, the folder of a run, or module:function.
-        flocks: number of held-out flocks.
-        output: Parquet file for the record per flock; default: none is written.
-        num_threads: threads of the engine; default: one per core.
-    """
-
-    policy: str
-    flocks: int = 200
-    output: Path | None = None
-    num_threads: int | None = None
 
 
 def evaluate(args: EvaluateArgs) -> pl.DataFrame:

@@ -10,7 +10,6 @@ import shlex
 import shutil
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +21,7 @@ from flockesc_env.paper.jobs import Cache, Job
 from flockesc_env.progress import bar
 from flockesc_env.stats import FloatArray, mean
 from training import explain, seeds
+from training.arguments import StudyArgs
 from training.config import CURVE_FILE, KINDS, POLICY_FILE, RUN_FILE, Preset, presets, versions
 from training.contenders import contender
 from training.evaluation import objective
@@ -42,29 +42,6 @@ TrainingRun = tuple[str, int, Path]
 
 RULES = ("stubborn-leaders", "stubborn-leaders-local")
 _COLUMNS = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
-
-
-@dataclass(frozen=True, kw_only=True)
-class StudyArgs:
-    """Arguments of ``study``.
-
-    Attributes:
-        setting: name of a preset.
-        output: folder of the results; the setting's go into a folder of its name.
-        runs: folder of the training runs; finished ones are used, unfinished ones continued.
-        learners: which of the preset's learners; none: all that have training seeds.
-        held_out_flocks: flocks that results are reported on.
-        tuning_flocks: other flocks, on which the best fixed range is chosen.
-        jobs: training runs at a time, each on one core.
-    """
-
-    setting: str
-    output: Path = Path("results/learned")
-    runs: Path = Path("runs/study")
-    learners: tuple[str, ...] = ()
-    held_out_flocks: int = 1000
-    tuning_flocks: int = 1000
-    jobs: int = 2
 
 
 def study(args: StudyArgs) -> Path:

@@ -5,9 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from training.config import Args, PPOArgs, SearchArgs
-from training.ppo import ppo
-from training.search import search
-from training.tqc import tqc
 
 
 def train(args: Args) -> Path:
@@ -19,6 +16,15 @@ def train(args: Args) -> Path:
         FileExistsError: if the run's folder holds a finished run, or an unfinished one of other arguments.
         ValueError: for an argument out of bounds.
     """
+    # Only what the learner needs: torch takes seconds to import.
     if isinstance(args, SearchArgs):
+        from training.search import search
+
         return search(args)
-    return ppo(args) if isinstance(args, PPOArgs) else tqc(args)
+    if isinstance(args, PPOArgs):
+        from training.ppo import ppo
+
+        return ppo(args)
+    from training.tqc import tqc
+
+    return tqc(args)

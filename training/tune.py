@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import optuna
@@ -12,33 +10,11 @@ from optuna.storages import JournalStorage
 from optuna.storages.journal import JournalFileBackend
 
 from training import seeds
+from training.arguments import TuneArgs
 from training.config import POLICY_FILE, Args, PPOArgs, SearchArgs, TQCArgs, train_presets
 from training.contenders import contender
 from training.evaluation import objective
 from training.processes import train_apart
-
-
-@dataclass(frozen=True, kw_only=True)
-class TuneArgs:
-    """Arguments of ``tune``.
-
-    Attributes:
-        run: name of a learner's preset, as ``train`` takes it.
-        trials: how many sets of hyperparameters are tried, those of earlier calls included.
-        share: of the preset's generations or episodes that a trial trains for.
-        flocks: tuning flocks on which a trial is judged.
-        output: folder of the study (``<run>.journal``) and its table (``<run>.csv``).
-        runs: folder of the trials' training runs.
-        jobs: trials at a time, each on one core.
-    """
-
-    run: str
-    trials: int = 20
-    share: float = 0.5
-    flocks: int = 200
-    output: Path = Path("results/learned/tuning")
-    runs: Path = Path("runs/tuning")
-    jobs: int = 2
 
 
 def tune(args: TuneArgs) -> optuna.Study:
