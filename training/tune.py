@@ -16,9 +16,15 @@ from training.contenders import contender
 from training.evaluation import objective
 from training.processes import train_apart
 
+_NAMES = {
+    *("max_range", "steps_per_action", "hidden", "memory", "population", "step_size"),
+    *("learning_rate", "gamma", "n_epochs", "gae_lambda", "batch_size"),
+}
+"""Hyperparameters of any learner."""
+
 
 def tune(args: TuneArgs) -> optuna.Study:
-    """Go on with the study of a learner, or begin it; return it.
+    """Go on with the study of a learner, or begin it with the preset itself; return it.
 
     Raises:
         ValueError: for an unknown preset.
@@ -35,6 +41,8 @@ def tune(args: TuneArgs) -> optuna.Study:
         direction="maximize",
         load_if_exists=True,
     )
+    if not study.trials:
+        study.enqueue_trial(_as_trial(preset))
     finished = len(study.get_trials(states=[optuna.trial.TrialState.COMPLETE]))
     study.optimize(
         lambda trial: _value(trial, preset, args), max(args.trials - finished, 0), n_jobs=args.jobs
@@ -55,6 +63,12 @@ def _value(trial: optuna.Trial, preset: Args, args: TuneArgs) -> float:
         train_apart(args.run, short)
     policy = contender(str(folder)).policy
     return float(objective(short, policy, seeds.first_seeds(seeds.TUNING, args.flocks)).mean())
+
+
+def _as_trial(preset: Args) -> dict[str, Any]:
+    """Return a preset's hyperparameters as a trial has them: one number each."""
+    fields = dataclasses.asdict(preset)
+    return {name: fields[name][0] if name == "hidden" else fields[name] for name in _NAMES & fields.keys()}
 
 
 def suggest(trial: optuna.Trial, preset: Args) -> dict[str, Any]:
