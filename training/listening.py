@@ -9,22 +9,24 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from flockesc_env import FlockScenario
 from flockesc_env.atomic import writing
 from flockesc_env.contenders import Contender
-from training import seeds
 from training.explain import watch
-from training.seeds import first_seeds
+from training.seeds import HELD_OUT, first_seeds
 
 SILENT = 1.0
 """Range in m below which an agent counts as one that does not listen: it hardly ever has a neighbor there."""
 
 _QUANTILES = (0.1, 0.25, 0.5, 0.75, 0.9)
-_FLOCKS = 50
+LISTENING_FILE = "listening.npz"
+LISTENING_FLOCKS = 50
 
 
 def measure_listening(entry: Contender, path: Path) -> None:
     """Watch a policy on held-out flocks of its own scenario, and keep the statistics that the figure shows.
 
+    - ``times``: of the actions, in s;
     - ``quantiles``: of the ranges in m at every action, shape (5, actions); ``silent``: share of agents below
       ``SILENT``;
     - with one range per agent ``range_by_place``: mean range in m by cosine between heading and the
@@ -33,14 +35,18 @@ def measure_listening(entry: Contender, path: Path) -> None:
     - ``stopped``: share of agents that listen no more from this action on, by thirds of the agents in order
       of their predator distance at the start, shape (3, actions); of all, where they do not see it then.
     """
-    flocks = first_seeds(seeds.HELD_OUT, _FLOCKS)
+    flocks = first_seeds(HELD_OUT, LISTENING_FLOCKS)
     layout, seen, ranges = watch(entry, flocks)
+    scenario = entry.scenario
+    assert isinstance(scenario, FlockScenario)  # noqa: S101, lines are not watched
+    times = np.arange(len(ranges)) * entry.options["steps_per_action"] * scenario.time_step
     found: dict[str, NDArray[Any]] = {
+        "times": times,
         "quantiles": np.quantile(ranges, _QUANTILES, axis=1),
         "silent": (ranges < SILENT).mean(axis=1),
     }
     if entry.per_agent:
-        side = entry.scenario.initial_side  # type: ignore[union-attr]
+        side = scenario.initial_side
         sensed = seen[..., layout.index("predator_sensed")] > 0
         scaled = seen[..., layout.index("predator_distance")].astype(np.float64)
         distance = side * scaled / (1 - scaled)
@@ -66,39 +72,30 @@ def _thirds(start: NDArray[np.float64]) -> list[NDArray[np.bool]]:
     return [ranks == third for third in range(3)]
 
 
-def draw_listening(source: Path, title: str, seconds: float, path: Path) -> Path:
-    """Draw what ``measure_listening`` kept.
-
-    Args:
-        source: its file.
-        title: of the figure.
-        seconds: length of an episode.
-        path: of the picture (.png).
-    """
+def draw_listening(source: Path, title: str) -> Figure:
+    """Draw what ``measure_listening`` kept in a file."""
     with np.load(source, allow_pickle=False) as file:
         kept = {name: file[name] for name in file.files}
     per_agent = "range_by_place" in kept
     figure = Figure(figsize=(12 if per_agent else 5.5, 3.6), layout="constrained")
     figure.suptitle(title)
     panels = figure.subplots(1, 3 if per_agent else 1, squeeze=False)[0]
-    times = np.linspace(0, seconds, kept["quantiles"].shape[1], endpoint=False)
+    times = kept["times"]
     low, lower, middle, upper, high = kept["quantiles"]
     panels[0].fill_between(times, low, high, step="post", color="tab:blue", alpha=0.15, lw=0, label="80 %")
     panels[0].fill_between(times, lower, upper, step="post", color="tab:blue", alpha=0.3, lw=0, label="50 %")
     panels[0].step(times, middle, where="post", color="tab:blue", label="median")
-    panels[0].set(xlabel="time (s)", ylabel="interaction range (m)", xlim=(0, seconds))
+    panels[0].set(xlabel="time (s)", ylabel="interaction range (m)", xlim=(0, times[-1]))
     panels[0].legend(frameon=False, fontsize=8)
     if per_agent:
-        mesh = panels[1].pcolormesh(
-            kept["distances"], kept["cosines"], kept["range_by_place"], cmap="viridis"
-        )
+        mesh = panels[1].pcolormesh(kept["distances"], kept["cosines"], kept["range_by_place"])
         figure.colorbar(mesh, ax=panels[1], label="mean range (m)")
         panels[1].set(xlabel="predator distance (m)", ylabel="cosine of heading with away")
         names = ("nearest third", "middle third", "farthest third")
         for row, name in zip(kept["stopped"], names if len(kept["stopped"]) == 3 else ("all",), strict=True):
             panels[2].step(times, row, where="post", label=name)
         panels[2].step(times, kept["silent"], where="post", color="0.5", ls=":", label="range below 1 m now")
-        panels[2].set(xlabel="time (s)", ylabel="share that listens no more", xlim=(0, seconds), ylim=(0, 1))
+        panels[2].set(xlabel="time (s)", ylabel="share that listens no more")
+        panels[2].set(xlim=(0, times[-1]), ylim=(0, 1))
         panels[2].legend(frameon=False, fontsize=8)
-    figure.savefig(path, dpi=150)
-    return path
+    return figure

@@ -13,6 +13,7 @@ from flockesc_env.paper.page import environment
 from flockesc_env.stats import CONFIDENCE
 from training import figures
 from training.aggregate import RESAMPLES, profile
+from training.listening import LISTENING_FILE, LISTENING_FLOCKS, draw_listening
 from training.results import BEST_FIXED, ORACLE, load_studies
 from training.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
 from training.summary import Summary, elsewhere, hidden, summarize
@@ -32,14 +33,33 @@ def write_page(results: Path, page: Path) -> None:
     summaries = summarize(load_studies(results))
     for name, picture in _pictures(summaries).items():
         figures.save(picture, results / FIGURES / f"{name}.png")
-    text = markdown_page(summaries, results / FIGURES, page)
+    for name in listened(results):
+        title = f"{name}: what the learned policy does on {LISTENING_FLOCKS} held-out flocks"
+        figures.save(
+            draw_listening(results / name / LISTENING_FILE, title), results / FIGURES / f"{name}.png"
+        )
+    text = markdown_page(summaries, results / FIGURES, page, listened(results))
     page.parent.mkdir(parents=True, exist_ok=True)
     with writing(page) as file:
         file.write(text.encode())
 
 
-def markdown_page(summaries: Sequence[Summary], pictures: Path, page: Path) -> str:
-    """Return the page as Markdown, for the file ``page``, with the pictures in the folder ``pictures``."""
+def listened(results: Path) -> list[str]:
+    """Return the settings whose explained policy was watched."""
+    return sorted(file.parent.name for file in results.glob(f"*/{LISTENING_FILE}"))
+
+
+def markdown_page(
+    summaries: Sequence[Summary], pictures: Path, page: Path, watched: Sequence[str] = ()
+) -> str:
+    """Return the page as Markdown.
+
+    Args:
+        summaries: of the settings.
+        pictures: folder of the pictures.
+        page: file that the page is for.
+        watched: settings that have a picture of what their policy does.
+    """
     folder = Path(os.path.relpath(pictures.resolve(), page.resolve().parent)).as_posix()
     rendered: str = (
         environment("training")
@@ -50,6 +70,7 @@ def markdown_page(summaries: Sequence[Summary], pictures: Path, page: Path) -> s
             hidden=hidden,
             elsewhere=elsewhere,
             pictures=folder,
+            watched=watched,
             best_fixed=BEST_FIXED,
             oracle=ORACLE,
             rule=RULE,

@@ -25,7 +25,7 @@ from training.arguments import StudyArgs
 from training.config import CURVE_FILE, KINDS, POLICY_FILE, RUN_FILE, Preset, presets, versions
 from training.contenders import contender
 from training.evaluation import objective
-from training.listening import measure_listening
+from training.listening import LISTENING_FILE, measure_listening
 from training.outputs import write_table
 from training.processes import train_apart
 
@@ -183,7 +183,7 @@ def _explain(
     write_table(explain.ablation(entry, preset.setting, few), folder / "ablation.parquet")
     worlds = explain.transfer(entry, preset.setting, best, few, _grid(preset), cache)
     write_table(worlds, folder / "transfer.parquet")
-    measure_listening(entry, folder / "listening.npz")
+    measure_listening(entry, folder / LISTENING_FILE)
     return {"explained": name, "explained_seed": seed}
 
 
