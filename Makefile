@@ -13,10 +13,11 @@ export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 help: ## list the commands
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
 
-# Dependencies, from the constraints file; again only if what they are made from changes.
+# Dependencies, from the constraints file; again only if what they are made from changes. What builds the package is
+# installed before it, and so is rliable, which comes as source that builds only apart from what is here.
 $(VENV)/installed: constraints.txt pyproject.toml
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(PIP) install --quiet --constraint constraints.txt maturin
+	$(PIP) install --quiet --constraint constraints.txt maturin rliable
 	$(PIP) install --constraint constraints.txt --no-build-isolation --editable ".[dev]"
 	touch $@
 
