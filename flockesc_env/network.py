@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Literal
@@ -75,10 +76,10 @@ class NetworkPolicy:
         """
         if control.actions.mode != "normalized":
             raise ArgumentError("action_mode", "'normalized'", repr(control.actions.mode))
-        if self.architecture.mirror:
-            observations = mirrored(observations, control.layout)
         columns = [control.layout.index(name) for name in self.architecture.inputs]
         values = observations[:, columns]
+        if self.architecture.mirror:
+            _reflect(values, self.architecture.inputs, _sides(observations, control.layout))
         if self.architecture.memory:
             values = np.concatenate([values, self._recall(observations, control)], axis=1)
         networks = len(self._layers[0][0])
@@ -105,14 +106,23 @@ def mirrored(observations: Observations, layout: ObservationLayout) -> Observati
 
     The model does not tell left from right, so neither needs a policy.
     """
+    reflected = observations.copy()
+    _reflect(reflected, layout.names, _sides(observations, layout))
+    return reflected
+
+
+def _sides(observations: Observations, layout: ObservationLayout) -> Parameters:
+    """Return -1 for rows that are to be reflected, else 1."""
     predator = observations[:, layout.index("predator_direction_left")]
     heard = observations[:, layout.index("heard_velocity_left")]
-    is_right = np.where(predator != 0, predator, heard) < 0
-    reflected = observations.copy()
-    for column, name in enumerate(layout.names):
+    return np.where(np.where(predator != 0, predator, heard) < 0, np.float32(-1), np.float32(1))
+
+
+def _reflect(values: Parameters, names: Sequence[str], sides: Parameters) -> None:
+    """Turn the signs of what points to the left, in place."""
+    for column, name in enumerate(names):
         if name.endswith("_left"):
-            reflected[is_right, column] *= -1
-    return reflected
+            values[:, column] *= sides
 
 
 def _layers(architecture: Architecture, parameters: Parameters) -> Any:
