@@ -137,7 +137,7 @@ def transfer(
     names = dict(_worlds())
     with bar("Other worlds", len(names)) as report:
         for done, (world, scenario) in enumerate(names.items(), start=1):
-            count = flocks if scenario.num_agents <= 1_000 else max(flocks // 20, 2)
+            count = flocks if scenario.num_agents <= 1_000 else max(flocks // 40, 2)
             held_out = seeds.first_seeds(seeds.HELD_OUT, count)
             own = _best(scenario, grid, seeds.first_seeds(seeds.TUNING, count), setting, cache)
             options = {"max_range": max(grid)}
