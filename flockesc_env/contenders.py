@@ -8,14 +8,14 @@ from typing import Any
 
 from flockesc_env.errors import ArgumentError
 from flockesc_env.options import EnvOptions
-from flockesc_env.policies import FixedRange, Policy, RandomRange, StubbornLeaders
+from flockesc_env.policies import FixedRange, Policy, RandomRange, StubbornLeaders, StubbornWitnesses
 from flockesc_env.rollout import record
 from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.simulate import Trajectory
 
-NAMES = ("fixed:RHO", "random", "stubborn-leaders", "stubborn-leaders-local")
-"""What ``built_in`` knows: the same range rho in m for all, ranges at random, and the rule of thumb with the
-predator visible at any distance, or only within its range."""
+NAMES = ("fixed:RHO", "random", "stubborn-leaders", "stubborn-leaders-local", "stubborn-witnesses")
+"""What ``built_in`` knows: the same range rho in m for all, ranges at random, the rule of thumb with the
+predator visible at any distance, or only within its range, and the rule made for the latter."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,8 @@ def built_in(name: str, argument: str = "policies") -> Contender:
         return Contender(name, StubbornLeaders(), per_agent=True, options={"predator_sensing_range": None})
     if name == "stubborn-leaders-local":
         return Contender(name, StubbornLeaders(), per_agent=True)
+    if name == "stubborn-witnesses":
+        return Contender(name, StubbornWitnesses(), per_agent=True)
     raise ArgumentError(argument, f"one of {', '.join(NAMES)}", repr(name))
 
 

@@ -144,6 +144,44 @@ class StubbornLeaders:
         return control.actions.from_ranges(ranges)
 
 
+class StubbornWitnesses:
+    """The rule where the predator is seen only nearby: wait, then listen, but never again once it was seen.
+
+    rho_i = 0 until ``patience`` has passed and, once agent i has sensed the predator, for the rest of the
+    episode; else ``interaction_range``. Needs one observation per agent, and all agents at every action: it
+    remembers who has seen the predator until an episode begins.
+
+    Args:
+        patience: share of the episode during which nobody listens: before the predator comes, agents would
+            only agree on some direction.
+        interaction_range: rho in m of those who listen.
+    """
+
+    def __init__(self, patience: float = 0.1, interaction_range: float = 20.0) -> None:
+        self.patience = float(as_floats(patience, "patience", ()))
+        self.interaction_range = float(as_floats(interaction_range, "interaction_range", ()))
+        self._has_seen = np.zeros(0, bool)
+
+    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+        """Choose who listens.
+
+        Raises:
+            ArgumentError: if rows are flocks instead of agents, or appear or vanish within an episode.
+        """
+        control.layout.index("predator_direction_ahead")  # an entry of agents only
+        time = observations[:, control.layout.index("time")]
+        begins = time == 0
+        if begins.all():
+            self._has_seen = np.zeros(len(observations), bool)
+        if len(self._has_seen) != len(observations):
+            raise ArgumentError("observations", f"{len(self._has_seen)} rows as before", len(observations))
+        is_seen = observations[:, control.layout.index("predator_sensed")] > 0
+        self._has_seen = (self._has_seen & ~begins) | is_seen
+        listens = (time >= self.patience) & ~self._has_seen
+        ranges: FloatArray = np.where(listens, self.interaction_range, 0.0)
+        return control.actions.from_ranges(ranges)
+
+
 class SB3Policy:
     """A model trained with stable-baselines3, or anything with its ``predict``.
 

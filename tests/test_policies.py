@@ -27,7 +27,15 @@ from flockesc_env import (
     simulate,
 )
 from flockesc_env.errors import ArgumentError
-from flockesc_env.policies import FixedRange, RandomRange, SB3Policy, ScheduledRange, StubbornLeaders, bind
+from flockesc_env.policies import (
+    FixedRange,
+    RandomRange,
+    SB3Policy,
+    ScheduledRange,
+    StubbornLeaders,
+    StubbornWitnesses,
+    bind,
+)
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 from flockesc_env.spaces import RangeActions
 
@@ -58,6 +66,7 @@ AGENT_POLICIES = {
     **SHARED_POLICIES,
     "scheduled per agent": lambda: ScheduledRange(OWN_SCHEDULE),
     "stubborn leaders": lambda: StubbornLeaders(),
+    "stubborn witnesses": lambda: StubbornWitnesses(),
 }
 
 
@@ -282,3 +291,34 @@ def test_bind_to_a_gymnasium_vector_environment(mode: str) -> None:
     *_, info = env.step(bind(FixedRange(7.0), env)(observations))
     env.close()
     assert info["interaction_range"].tolist() == [7.0, 7.0]
+
+
+def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
+    predators = (ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
+    scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0, predators=predators)
+    env = parallel_env(scenario, action_mode="range", predator_sensing_range=20.0)
+    act = bind(StubbornWitnesses(patience=0.25, interaction_range=14.0), env)
+    for seed in (0, 1):  # the second episode starts without memories
+        observations, _ = env.reset(seed=seed)
+        schedule = np.zeros((scenario.num_steps, 20))
+        has_seen = np.zeros(20, bool)
+        forgot = False
+        for t in range(scenario.num_steps):
+            run = simulate(scenario, schedule, seed=seed)  # right up to time t
+            distance = np.linalg.norm(run.positions[t] - run.predator_positions[t], axis=1)
+            forgot |= bool((has_seen & (distance > 20.0)).any())
+            has_seen |= distance <= 20.0
+            schedule[t] = np.where(has_seen | (t < 4), 0.0, 14.0)
+            observations, _, _, _, infos = env.step(act(observations))
+            ranges = [info["interaction_range"] for info in infos.values()]
+            np.testing.assert_allclose(ranges, schedule[t], atol=1e-6)
+        assert forgot  # somebody lost sight of the predator and had to remember
+        assert 0 < has_seen.sum() < 20
+
+
+def test_stubborn_witnesses_refuse_rows_that_appear() -> None:
+    env = parallel_env(small_flock(num_agents=4))
+    observations, _ = env.reset(seed=0)
+    observations, *_ = env.step({name: np.zeros(1, np.float32) for name in env.agents})
+    with pytest.raises(ArgumentError, match="observations: expected 0 rows as before, got 4"):
+        bind(StubbornWitnesses(), env)(observations)

@@ -14,7 +14,7 @@ class EvaluateArgs:
     """Arguments of ``evaluate``.
 
     Attributes:
-        policy: a built-in policy (fixed:RHO, random, stubborn-leaders, stubborn-leaders-local), a policy's
+        policy: a built-in policy (see ``flockesc simulate --help``), a policy's
             file, the folder of a run, or module:function.
         flocks: number of held-out flocks.
         output: Parquet file for the record per flock; default: none is written.
@@ -32,7 +32,7 @@ class CompareArgs:
     """Arguments of ``compare``.
 
     Attributes:
-        policies: built-in policies (fixed:RHO, random, stubborn-leaders, stubborn-leaders-local), files of
+        policies: built-in policies (see ``flockesc simulate --help``), files of
             policies, folders of runs, and module:function.
         output: folder of the table, the records and the figures.
         objective: the distance that is compared.

@@ -40,7 +40,8 @@ EXPLAINED_FLOCKS = 200
 TrainingRun = tuple[str, int, Path]
 """Learner, training seed and folder."""
 
-RULES = ("stubborn-leaders", "stubborn-leaders-local")
+VISIBLE_RULES = ("stubborn-leaders",)
+LOCAL_RULES = ("stubborn-leaders-local", "stubborn-witnesses")
 _COLUMNS = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
 
 
@@ -144,7 +145,8 @@ def _rules(preset: Preset) -> Iterator[Contender]:
     """Yield the built-in rules that see what the setting shows."""
     setting = preset.setting
     if setting.per_agent and isinstance(setting.model, FlockScenario):
-        yield built_in(RULES[0] if setting.predator_visible else RULES[1])
+        for name in VISIBLE_RULES if setting.predator_visible else LOCAL_RULES:
+            yield built_in(name)
 
 
 def _rows(name: str, seed: int | None, flocks: range, values: FloatArray) -> pl.DataFrame:
