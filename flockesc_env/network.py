@@ -107,6 +107,10 @@ class NetworkPolicy:
         action: NDArray[Any] = values[:, :1]
         return np.tanh(action) if self.architecture.squash == "tanh" else action.clip(-1, 1)
 
+    def forget(self) -> None:
+        """Empty the memory: the next rows begin with zeros."""
+        self._memory = None
+
     def _recall(self, observations: Observations, control: Control) -> Parameters:
         begins = observations[:, control.layout.index("time")] == 0
         if self._memory is None or begins.all():

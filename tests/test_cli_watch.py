@@ -14,13 +14,12 @@ from urllib.parse import urlencode
 import imageio_ffmpeg
 import numpy as np
 import pytest
-from cli_runs import SMALL, SMALL_FLAGS, TIMEOUT, Ran
+from cli_runs import SMALL, SMALL_FLAGS, TIMEOUT, Ran, policy_file
 
-from flockesc_env import LineScenario, load_policy, save_policy, simulate, simulate_line
+from flockesc_env import LineScenario, load_policy, simulate, simulate_line
 from flockesc_env.cli.exits import Exit
-from flockesc_env.contenders import NAMES, Contender, built_in
+from flockesc_env.contenders import NAMES, built_in
 from flockesc_env.errors import ArgumentError
-from flockesc_env.network import Architecture, NetworkPolicy
 from flockesc_env.paper.page import RESULTS_FILE
 from flockesc_env.records import save
 from flockesc_env.watch import write_page
@@ -37,21 +36,10 @@ def test_a_page_of_policies_on_one_flock(capsys: pytest.CaptureFixture[str], tmp
     assert page.read_bytes() == expected.read_bytes()
 
 
-def policy_file(path: Path) -> Path:
-    """Write a network whose ranges depend on what agents see, under the name of a built-in policy."""
-    architecture = Architecture(("predator_distance", "time"), (3,), memory=1)
-    policy = NetworkPolicy(architecture, np.random.default_rng(0).normal(size=architecture.size))
-    options = {"max_range": 30.0, "predator_sensing_range": None}
-    save_policy(Contender("random", policy, per_agent=True, options=options, scenario=SMALL), path)
-    return path
-
-
 def test_a_page_of_policies_in_files(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     page, expected = tmp_path / "page.html", tmp_path / "expected.html"
     spec = str(policy_file(tmp_path / "mine.npz"))
-    ran = Ran(
-        capsys, "watch", "--policies", "fixed:10", spec, "--seed", 7, *SMALL_FLAGS, "--output", page
-    )
+    ran = Ran(capsys, "watch", "--policies", "fixed:10", spec, "--seed", 7, *SMALL_FLAGS, "--output", page)
     assert (ran.code, ran.out) == (Exit.DONE, "")
     runs = [
         ("fixed:10", built_in("fixed:10").record(7, SMALL)),

@@ -111,9 +111,7 @@ def test_a_population_is_its_networks(architecture: Architecture, networks: int,
     for time in (0.0, 0.5):
         rows = some_rows(5 * networks, time, rng)
         parts = [one.act(part, control()) for one, part in zip(alone, np.split(rows, networks), strict=True)]
-        np.testing.assert_allclose(
-            population.act(rows, control()), np.concatenate(parts), rtol=0, atol=1e-6
-        )
+        np.testing.assert_allclose(population.act(rows, control()), np.concatenate(parts), rtol=0, atol=1e-6)
 
 
 def test_a_population_plays_as_its_networks_do() -> None:
@@ -128,7 +126,7 @@ def test_a_population_plays_as_its_networks_do() -> None:
     assert len(set(expected.round(3))) == 6
 
 
-# What it reads is its memory, what it writes the time that it sees: each action is the tanh of the time before.
+# It plays what it remembers, and remembers the time: an action is the tanh of the time before.
 REMEMBERING = NetworkPolicy(Architecture(("time",), (), memory=1), [0, 1, 1, 0, 0, 0])
 
 

@@ -10,6 +10,7 @@ import pytest
 from option_table import OBJECTIVES, STEPS_PER_ACTION, small_flock
 
 from flockesc_env import (
+    ConstantVelocity,
     FlockEscapeEnv,
     FlockScenario,
     LineEscapeEnv,
@@ -130,7 +131,8 @@ def test_distance_return_is_the_time_mean(interface: str, objective: str, steps_
 
 def own_distances(scenario: FlockScenario = SCENARIO) -> np.ndarray:
     run = simulate(scenario, RHO, seed=SEED)
-    return np.linalg.norm(run.positions - run.predator_positions, axis=2)
+    offsets = run.positions[:, :, None] - run.predator_positions[:, None]
+    return np.linalg.norm(offsets, axis=3).min(axis=2)
 
 
 @per_agent_interfaces
@@ -159,6 +161,13 @@ def test_own_distance_change_sums_to_what_each_agent_gained(interface: str, step
     np.testing.assert_allclose(rewards.sum(axis=0), expected, **tolerance(interface))
 
 
+TWO_WAVES = (
+    ConstantVelocity((-20.0, 35.0), (150.0, 0.0)),
+    ConstantVelocity((180.0, 15.0), (-180.0, 0.0)),
+)
+"""Predators of which the first passes by, and the second gets nearer later."""
+
+
 def falls(curve: np.ndarray) -> np.ndarray:
     """Return the times at which the running minimum of a curve falls."""
     return np.flatnonzero(np.diff(np.minimum.accumulate(curve)) < 0) + 1
@@ -171,18 +180,19 @@ def falls(curve: np.ndarray) -> np.ndarray:
 def test_own_running_minimum_pays_what_agents_lost_since_it_fell_last(
     interface: str, objective: str, steps_per_action: int, speed: float
 ) -> None:
-    scenario = SCENARIO.replace(speed=speed)
+    scenario = SCENARIO.replace(speed=speed, predators=TWO_WAVES)
     options = {"objective": objective, "steps_per_action": steps_per_action}
     rewards = PER_AGENT[interface](scenario, reward="own_running_minimum", **options)
     own, times = own_distances(scenario), falls(distances(objective, scenario))
-    assert 0 < len(times) < scenario.num_steps  # it falls, and not always
+    assert sorted(set(np.diff(times)))[0] == 1 < np.diff(times).max()  # it falls, rests and falls again
     expected = np.zeros((scenario.num_steps, scenario.num_agents))
     expected[times - 1] = np.diff(own[[0, *times]], axis=0)
     if interface == "agent rollout":
-        expected = expected.sum(axis=0, keepdims=True).mean(axis=1)
+        expected = expected.sum(axis=0, keepdims=True).mean(axis=1, keepdims=True)
     else:
         expected = np.add.reduceat(expected, range(0, scenario.num_steps, steps_per_action))
-        at_rest = np.add.reduceat(np.isin(range(1, len(own)), times), range(0, len(own) - 1, steps_per_action)) == 0
+        at_rest = (expected == 0).all(axis=1)
+        assert at_rest.any()
         assert (rewards[at_rest] == 0).all()
     np.testing.assert_allclose(rewards, expected, **tolerance(interface))
 
@@ -193,7 +203,7 @@ def test_own_running_minimum_pays_what_agents_lost_since_it_fell_last(
 def test_own_running_minimum_averages_to_the_mean_objective(
     interface: str, steps_per_action: int, speed: float
 ) -> None:
-    scenario = SCENARIO.replace(speed=speed)
+    scenario = SCENARIO.replace(speed=speed, predators=TWO_WAVES)
     own, team = (
         PER_AGENT[interface](scenario, reward=reward, objective="mean", steps_per_action=steps_per_action)
         for reward in ("own_running_minimum", "running_minimum")

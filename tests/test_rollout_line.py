@@ -102,7 +102,7 @@ def test_presets_are_known_by_name() -> None:
         ({"seeds": [0.5]}, ArgumentError, r"seeds\[0\]: expected an integer, got 0.5"),
         ({"batch_size": 0}, ArgumentError, "batch_size: expected an integer of at least 1"),
         ({"batch_size": 1.5}, ArgumentError, "batch_size: expected an integer"),
-        ({"scenario": "paper-flock"}, ArgumentError, "scenario: expected"),
+        ({"scenario": "paper-flock"}, ScenarioError, "scenario: expected"),
         ({"scenario": LineScenario(predator_position=None)}, ScenarioError, "predator_position: expected"),
         ({"max_range": 0.0}, ScenarioError, "max_range: expected"),
         ({"reward": "own_distance"}, ScenarioError, "reward: expected one of difference, terminal"),

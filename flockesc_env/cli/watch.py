@@ -37,8 +37,8 @@ def run(
     policies: Annotated[
         tuple[str, ...],
         arg(
-            help=f"policies to run where no recorded runs are given: {', '.join(NAMES)}, or files of policies "
-            "(.npz)"
+            help=f"policies to run where no recorded runs are given: {', '.join(NAMES)}, or "
+            "files of policies (.npz)"
         ),
     ] = ("fixed:15", "stubborn-leaders"),
     seed: Annotated[int, arg(help="seed of the flock")] = 0,
