@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from option_table import small_flock
 
-from flockesc_env import FlockScenario, record
+from flockesc_env import FlockScenario, parallel_env, record
 from flockesc_env.contenders import Contender
 from flockesc_env.network import Architecture, NetworkPolicy
 from flockesc_env.policies import FixedRange
@@ -24,18 +24,17 @@ FLOCKS = 12
 
 
 def listener(*, per_agent: bool, visible: bool = True, scenario: FlockScenario = SCENARIO) -> Contender:
-    """Return a network whose ranges lie below and above ``SILENT``, and change."""
+    """Return a policy whose ranges fall with time, from above ``SILENT`` to below, not for all alike."""
     names = (
         ("time", "predator_distance", "predator_direction_ahead") if per_agent else ("time", "min_distance")
     )
-    architecture = Architecture(names, (4,), memory=1)
-    numbers = np.random.default_rng(4).normal(0, 2.5, architecture.size)
+    numbers = [-3.0, 3.0, -0.8, -0.8] if per_agent else [-3.0, 3.0, -0.2]
     options = {
         "max_range": 20.0,
         "steps_per_action": STEPS,
         "predator_sensing_range": None if visible else "predator_range",
     }
-    policy = NetworkPolicy(architecture, numbers)
+    policy = NetworkPolicy(Architecture(names, ()), numbers)
     return Contender("it", policy, per_agent=per_agent, options=options, scenario=scenario)
 
 
@@ -139,8 +138,6 @@ def test_what_is_hidden_is_shown_as_a_constant() -> None:
     blind = Watching(FixedRange(1.0))
     blinded = Blinded(blind, shown)  # type: ignore[arg-type]
     before = seen[1].copy()
-    from flockesc_env import parallel_env
-
     blinded.act(seen[1], parallel_env(SCENARIO).control)
     np.testing.assert_array_equal(seen[1], before)
     for column, name in enumerate(layout.names):

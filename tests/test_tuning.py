@@ -104,6 +104,6 @@ def test_a_preset_whose_trial_was_killed_is_tried_again(
 
 
 def test_unknown_learners_are_named(tmp_path: Path, spy: Spy) -> None:
-    with pytest.raises(ValueError, match="run: expected one of tiny-search, .* got 'tiny-ppo'"):
+    with pytest.raises(ValueError, match=r"run: expected one of tiny-search, .* got 'tiny-ppo'"):
         tune(tune_args(tmp_path, run="tiny-ppo"))
     assert not (tmp_path / "tuning").exists()
