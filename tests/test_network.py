@@ -80,7 +80,7 @@ def reference(
     return float(action), [float(np.tanh(value)) for value in values[1:]]
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(architectures, st.integers(0, 2**32 - 1))
 def test_it_is_the_loop_over_rows_and_layers(architecture: Architecture, seed: int) -> None:
     rng = np.random.default_rng(seed)
