@@ -1,10 +1,12 @@
 """`python -m training`: seeds never meet, a run can be trained, evaluated and compared, records are whole."""
 
 import json
+import subprocess
 import sys
 from itertools import combinations
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import polars as pl
@@ -25,6 +27,7 @@ from flockesc_env.contenders import Contender
 from flockesc_env.policies import FixedRange
 from training import seeds
 from training.__main__ import app
+from training.arguments import StudyArgs, TuneArgs
 from training.compare import CompareArgs, compare
 from training.config import PRESETS, PPOArgs, RunRecord, SearchArgs, presets, train_presets
 from training.contenders import contender, scenario_of
@@ -206,3 +209,42 @@ def test_bootstrap_interval_covers_the_mean_as_often_as_it_says() -> None:
         for interval in (stats.mean(rng.normal(3.0, 2.0, 60)) for _ in range(200))
     )
     assert 180 <= covered <= 199  # 95 % of 200, give or take three standard errors
+
+
+COMMANDS = [
+    (
+        "study.study",
+        ["study", "shared", "--learners", "search", "tqc", "--held-out-flocks", "7", "--jobs", "1"],
+        StudyArgs(setting="shared", learners=("search", "tqc"), held_out_flocks=7, jobs=1),
+    ),
+    (
+        "tune.tune",
+        ["tune", "shared-tqc", "--trials", "3", "--share", "0.25", "--output", "somewhere"],
+        TuneArgs(run="shared-tqc", trials=3, share=0.25, output=Path("somewhere")),
+    ),
+    ("page.write_page", ["page", "--results", "a"], (Path("a"), Path("docs/results.md"))),
+    (
+        "submit.submit",
+        ["submit", "line", "my:policy", "it", "--page", "b.md"],
+        ("line", "my:policy", "it", Path("results/learned"), Path("b.md")),
+    ),
+]
+
+
+@pytest.mark.parametrize(("function", "words", "expected"), COMMANDS)
+def test_commands_take_what_their_functions_do(
+    function: str, words: list[str], expected: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    called = Mock()
+    monkeypatch.setattr(f"training.{function}", called)
+    app.cli(args=words)
+    called.assert_called_once_with(*(expected if isinstance(expected, tuple) else (expected,)))
+
+
+def test_the_command_line_starts_without_the_learners() -> None:
+    script = "import training.__main__, sys; print(*sys.modules)"
+    command = [sys.executable, "-c", script]
+    run = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
+    loaded = set(run.stdout.split())
+    assert "training.config" in loaded
+    assert not loaded & {"torch", "stable_baselines3", "optuna", "matplotlib", "polars", "cmaes"}
