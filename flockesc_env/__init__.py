@@ -2,12 +2,13 @@
 
 ``simulate``, ``simulate_line`` and ``sweep`` run the paper's models; ``parallel_env`` (PettingZoo),
 ``flockesc/FlockEscape-v0`` and ``flockesc/LineEscape-v0`` (Gymnasium) and ``flockesc_env.sb3``
-(stable-baselines3) make the range an action; ``flockesc_env.policies`` and ``rollout`` compare policies.
+(stable-baselines3) make the range an action; ``flockesc_env.policies`` and ``flockesc_env.network`` hold
+policies, ``rollout`` and ``rollout_line`` compare them.
 """
 
 import gymnasium as _gymnasium
 
-from flockesc_env import graph, policies, predator_policies, records
+from flockesc_env import contenders, graph, network, policies, predator_policies, records
 from flockesc_env._core import __version__
 from flockesc_env.approach import approach
 from flockesc_env.envs.flock import FlockEscapeEnv
@@ -38,6 +39,7 @@ from flockesc_env.initial import (
 from flockesc_env.motion import Inertial, Reynolds, Vicsek
 from flockesc_env.neighbors import Metric, NeighborRule, Topological, Voronoi
 from flockesc_env.options import EnvOptions, LineOptions
+from flockesc_env.policy_files import load_policy, save_policy
 from flockesc_env.predators import (
     ConstantVelocity,
     Encircle,
@@ -51,6 +53,7 @@ from flockesc_env.presets import PRESETS, preset
 from flockesc_env.randomization import Choice, LogUniform, Uniform
 from flockesc_env.render import RenderOptions
 from flockesc_env.rollout import Episodes, record, rollout
+from flockesc_env.rollout_line import LineEpisodes, rollout_line
 from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.seeds import episode_seed
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
@@ -84,6 +87,7 @@ __all__ = [
     "Inertial",
     "Intercept",
     "Learned",
+    "LineEpisodes",
     "LineEscapeEnv",
     "LineOptions",
     "LineScenario",
@@ -110,10 +114,13 @@ __all__ = [
     "Wandering",
     "__version__",
     "approach",
+    "contenders",
     "env",
     "episode_seed",
     "graph",
+    "load_policy",
     "load_state",
+    "network",
     "parallel_env",
     "policies",
     "predator_policies",
@@ -122,6 +129,8 @@ __all__ = [
     "record",
     "records",
     "rollout",
+    "rollout_line",
+    "save_policy",
     "simulate",
     "simulate_line",
     "sweep",

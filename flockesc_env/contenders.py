@@ -37,7 +37,13 @@ class Contender:
     scenario: FlockScenario | LineScenario | None = None
 
     def record(self, seed: int, scenario: FlockScenario | None = None) -> Trajectory:
-        """Run the policy on one flock and record all of it; see ``flockesc_env.record``."""
+        """Run the policy on one flock and record all of it; see ``flockesc_env.record``.
+
+        Raises:
+            ArgumentError: if it was trained on a line.
+        """
+        if isinstance(self.scenario, LineScenario):
+            raise ArgumentError("policy", "one for a flock", f"one for a line, {self.name}")
         return record(self.policy, seed, scenario=scenario, per_agent=self.per_agent, **self.options)
 
 

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flockesc_env._checks import as_floats
+from flockesc_env._checks import as_count, as_floats
 from flockesc_env.errors import ArgumentError
 from flockesc_env.policies import Observations
 from flockesc_env.spaces import Control, ObservationLayout
 
 Parameters = NDArray[np.float32]
+Squash = Literal["clip", "tanh"]
 
 
 @dataclass(frozen=True)
@@ -29,13 +30,26 @@ class Architecture:
             zeros where an episode begins.
         mirror: whether agents see the world such that the predator is on their left (``mirrored``).
         squash: how the action is brought into [-1, 1]: cut off, or by tanh.
+
+    Raises:
+        ArgumentError: naming the attribute that is out of bounds.
     """
 
     inputs: tuple[str, ...]
     hidden: tuple[int, ...] = (8,)
     memory: int = 0
     mirror: bool = False
-    squash: Literal["clip", "tanh"] = "clip"
+    squash: Squash = "clip"
+
+    def __post_init__(self) -> None:
+        if not self.inputs:
+            raise ArgumentError("inputs", "at least one name", "none")
+        for i, width in enumerate(self.hidden):
+            as_count(width, f"hidden[{i}]")
+        if not isinstance(self.memory, int) or self.memory < 0:
+            raise ArgumentError("memory", "an integer of at least 0", repr(self.memory))
+        if self.squash not in get_args(Squash):
+            raise ArgumentError("squash", f"one of {', '.join(get_args(Squash))}", repr(self.squash))
 
     @property
     def shapes(self) -> list[tuple[int, int]]:
@@ -59,7 +73,7 @@ class NetworkPolicy:
 
     def __init__(self, architecture: Architecture, parameters: ArrayLike) -> None:
         given = as_floats(parameters, "parameters")
-        if given.ndim not in {1, 2} or given.shape[-1] != architecture.size:
+        if given.ndim not in {1, 2} or given.shape[-1] != architecture.size or not given.size:
             expected = f"shape ({architecture.size},) or (networks, {architecture.size})"
             raise ArgumentError("parameters", expected, f"shape {given.shape}")
         self.architecture = architecture
@@ -72,8 +86,11 @@ class NetworkPolicy:
 
         Raises:
             ArgumentError: if the actions are not normalized ones, an input is not observed or, with a memory,
-                rows appear or vanish within an episode.
+                rows appear or vanish within an episode, or if several networks cannot share the rows.
         """
+        networks = len(self._layers[0][0])
+        if len(observations) % networks:
+            raise ArgumentError("observations", f"rows for {networks} networks", len(observations))
         if control.actions.mode != "normalized":
             raise ArgumentError("action_mode", "'normalized'", repr(control.actions.mode))
         columns = [control.layout.index(name) for name in self.architecture.inputs]
@@ -82,7 +99,6 @@ class NetworkPolicy:
             _reflect(values, self.architecture.inputs, _sides(observations, control.layout))
         if self.architecture.memory:
             values = np.concatenate([values, self._recall(observations, control)], axis=1)
-        networks = len(self._layers[0][0])
         values = values.reshape(networks, -1, values.shape[1])
         for weights, biases in self._layers[:-1]:
             values = np.tanh(values @ weights + biases)
@@ -91,6 +107,10 @@ class NetworkPolicy:
         self._memory = np.tanh(values[:, 1:])
         action: NDArray[Any] = values[:, :1]
         return np.tanh(action) if self.architecture.squash == "tanh" else action.clip(-1, 1)
+
+    def forget(self) -> None:
+        """Empty the memory: the next rows begin with zeros."""
+        self._memory = None
 
     def _recall(self, observations: Observations, control: Control) -> Parameters:
         begins = observations[:, control.layout.index("time")] == 0

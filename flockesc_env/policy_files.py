@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 import json
 import zipfile
+import zlib
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +14,18 @@ import numpy as np
 
 from flockesc_env.atomic import writing
 from flockesc_env.contenders import NAMES, Contender, built_in
-from flockesc_env.errors import ArgumentError, FlockescError, RecordError
+from flockesc_env.errors import ArgumentError, RecordError, ScenarioError
 from flockesc_env.network import Architecture, NetworkPolicy
 from flockesc_env.records import versions
 from flockesc_env.scenario import FlockScenario, LineScenario
 
 SUFFIX = ".npz"
+_FOREIGN = (
+    *(AttributeError, EOFError, KeyError, OSError, RuntimeError, TypeError, ValueError),
+    *(zipfile.BadZipFile, zlib.error),
+)
+"""What reading anything but a policy raises."""
+
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
 
 
@@ -55,13 +63,14 @@ def load_policy(path: str | Path) -> Contender:
         RecordError: if the file is cut off or something else.
         ScenarioError: if the scenario is none of this version's.
     """
+    raw = BytesIO(Path(path).read_bytes())
     try:
-        with Path(path).open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+        with np.load(raw, allow_pickle=False) as file:
             header, parameters = json.loads(str(file["header"])), file["parameters"]
         return _contender(header, parameters)
-    except (EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
-        if isinstance(error, FlockescError):
-            raise
+    except ScenarioError:
+        raise
+    except _FOREIGN as error:
         raise RecordError(str(path), "a policy", repr(error)) from None
 
 

@@ -5,12 +5,16 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from flockesc_env import FlockScenario
+from flockesc_env import FlockScenario, LineScenario, save_policy
 from flockesc_env.cli import main
+from flockesc_env.contenders import Contender
+from flockesc_env.network import Architecture, NetworkPolicy
 
 SMALL = FlockScenario(num_agents=12, num_steps=9)
 SMALL_FLAGS = ["--num-agents", "12", "--num-steps", "9"]
@@ -33,6 +37,17 @@ class Ran:
 def run_process(*argv: object, **streams: Any) -> subprocess.CompletedProcess[str]:
     command = [*FLOCKESC, *map(str, argv)]
     return subprocess.run(command, text=True, timeout=TIMEOUT, check=False, **streams)  # noqa: S603
+
+
+def policy_file(path: Path, scenario: FlockScenario | LineScenario = SMALL) -> Path:
+    """Write a network whose ranges depend on what is seen, under the name of a built-in policy."""
+    is_line = isinstance(scenario, LineScenario)
+    architecture = Architecture(("offset_0" if is_line else "predator_distance", "time"), (3,), memory=1)
+    policy = NetworkPolicy(architecture, np.random.default_rng(0).normal(size=architecture.size))
+    options = {} if is_line else {"max_range": 30.0, "predator_sensing_range": None}
+    entry = Contender("random", policy, per_agent=not is_line, options=options, scenario=scenario)
+    save_policy(entry, path)
+    return path
 
 
 def sweep_flags(*more: object) -> list[object]:

@@ -288,6 +288,32 @@ def test_own_distances_end_at_zero() -> None:
     np.testing.assert_allclose(paid, end - start)
 
 
+def test_own_running_minimum_pays_who_was_caught_no_more() -> None:
+    """Not even for the way until it was caught, where the minimum did not fall in that very step."""
+    late = 0
+    for seed in SEEDS:
+        scenario = hunted()
+        run = simulate(scenario, 3.0, seed=seed)
+        steps = range(1, scenario.num_steps + 1)
+        falls = [t for t in steps if run.mean_distance[t] < run.mean_distance[:t].min()]
+        own = np.stack(
+            [
+                reference.predator_distances(*at)
+                for at in zip(run.positions, run.predator_positions, strict=True)
+            ]
+        )
+        is_caught = (run.caught_at >= 0) & (run.caught_at <= np.arange(len(own))[:, None])
+        own[is_caught] = 0.0
+        for t, step in zip(steps, play_array(scenario, seed, reward="own_running_minimum"), strict=False):
+            before = max((fall for fall in falls if fall < t), default=0)
+            expected = (
+                np.where(is_caught[t - 1], 0.0, own[t] - own[before]) if t in falls else np.zeros(len(own[t]))
+            )
+            np.testing.assert_allclose(step[1], expected, atol=1e-9)
+            late += int((is_caught[t] & ~is_caught[t - 1]).any() and t not in falls)
+    assert late
+
+
 @pytest.mark.parametrize("reward", FLOCK_REWARDS)
 @pytest.mark.parametrize("steps_per_action", [1, 4])
 def test_survival_pays_what_survives(reward: str, steps_per_action: int) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from cli_runs import SMALL, SMALL_FLAGS, Ran, sweep_flags
+from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file, sweep_flags
 
 from flockesc_env import (
     AlignedHeadings,
@@ -23,6 +23,7 @@ from flockesc_env import (
     Reynolds,
     Ring,
     Vicsek,
+    load_policy,
     simulate,
     simulate_line,
     sweep,
@@ -49,6 +50,29 @@ def test_a_simulation_is_the_librarys(capsys: pytest.CaptureFixture[str], tmp_pa
     for_people = Ran(capsys, "simulate", *flags).out
     assert f"{run.mean_distance.min():.3f}" in for_people
     assert "J_mean" in for_people
+
+
+def test_a_policy_in_a_file_is_simulated(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    spec, path = str(policy_file(tmp_path / "mine.npz")), tmp_path / "run.npz"
+    flags = ["--policy", spec, "--seed", 7, *SMALL_FLAGS, "--json", "--output", path]
+    document = Ran(capsys, "simulate", *flags).json()
+    run = load_policy(spec).record(7, SMALL)
+    assert (document["policy"], document["min_mean_distance"]) == (spec, run.mean_distance.min())
+    np.testing.assert_array_equal(load(path).trajectory.positions, run.positions)
+    assert load(path).name == spec
+    assert Ran(capsys, "replay", path).code == Exit.DONE
+
+
+def test_policies_that_steer_no_flock_are_named(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    line = policy_file(tmp_path / "line.npz", LineScenario(num_agents=9))
+    for spec, field in ((line, "policy"), (tmp_path / "lost.npz", "policy"), ("nobody", "policy")):
+        ran = Ran(capsys, "simulate", "--policy", spec, *SMALL_FLAGS)
+        assert ran.code == Exit.REFUSED
+        assert ran.err.startswith(f"flockesc: error: {field}: expected")
+    (tmp_path / "foreign.npz").write_text("nothing")
+    ran = Ran(capsys, "simulate", "--policy", tmp_path / "foreign.npz", *SMALL_FLAGS)
+    assert ran.code == Exit.REFUSED
+    assert "foreign.npz: expected a policy" in ran.err
 
 
 def test_a_policy_is_simulated(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

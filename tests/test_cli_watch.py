@@ -9,17 +9,22 @@ import subprocess
 import sys
 import urllib.request
 from pathlib import Path
+from urllib.parse import urlencode
 
 import imageio_ffmpeg
+import numpy as np
 import pytest
-from cli_runs import SMALL, SMALL_FLAGS, TIMEOUT, Ran
+from cli_runs import SMALL, SMALL_FLAGS, TIMEOUT, Ran, policy_file
 
-from flockesc_env import LineScenario, simulate, simulate_line
+from flockesc_env import LineScenario, load_policy, simulate, simulate_line
 from flockesc_env.cli.exits import Exit
-from flockesc_env.contenders import built_in
+from flockesc_env.contenders import NAMES, built_in
+from flockesc_env.errors import ArgumentError
 from flockesc_env.paper.page import RESULTS_FILE
 from flockesc_env.records import save
 from flockesc_env.watch import write_page
+from flockesc_env.watch.page import render
+from flockesc_env.watch.server import _Server, run_for
 
 
 def test_a_page_of_policies_on_one_flock(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -29,6 +34,45 @@ def test_a_page_of_policies_on_one_flock(capsys: pytest.CaptureFixture[str], tmp
     assert (ran.code, ran.out) == (Exit.DONE, "")
     write_page([(name, built_in(name).record(7, SMALL)) for name in policies], expected)
     assert page.read_bytes() == expected.read_bytes()
+
+
+def test_a_page_of_policies_in_files(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    page, expected = tmp_path / "page.html", tmp_path / "expected.html"
+    spec = str(policy_file(tmp_path / "mine.npz"))
+    ran = Ran(capsys, "watch", "--policies", "fixed:10", spec, "--seed", 7, *SMALL_FLAGS, "--output", page)
+    assert (ran.code, ran.out) == (Exit.DONE, "")
+    runs = [
+        ("fixed:10", built_in("fixed:10").record(7, SMALL)),
+        (spec, load_policy(spec).record(7, SMALL)),
+    ]
+    assert not np.array_equal(runs[0][1].positions, runs[1][1].positions)
+    write_page(runs, expected)
+    assert page.read_bytes() == expected.read_bytes()
+
+
+def test_a_served_page_shows_policies_in_files_as_recordings(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The server runs built-in policies alone: it reads no file that an address names."""
+    spec, pages = str(policy_file(tmp_path / "mine.npz")), []
+
+    def visit(server: _Server) -> None:
+        pages.append(server.page.decode())
+        with pytest.raises(ArgumentError, match="policy: expected one of fixed:RHO"):
+            run_for(urlencode({"seed": 7, "policy": spec}), server.scenario)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(_Server, "work", visit)
+    flags = ["--policies", "fixed:10", spec, "--seed", 7, *SMALL_FLAGS, "--no-browser"]
+    assert Ran(capsys, "watch", *flags).code == Exit.DONE
+    recorded = [("fixed:10", built_in("fixed:10")), (spec, load_policy(spec))]
+    live = {
+        "seed": "7",
+        "policies": NAMES,
+        "maxRange": 100.0,
+        "panels": ["fixed:10", None],  # what is none of the built-in policies is offered as recorded
+    }
+    assert pages == [render([(name, entry.record(7, SMALL)) for name, entry in recorded], live)]
 
 
 def test_a_page_of_recorded_runs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -64,6 +108,8 @@ def test_a_video(suffix: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
         (["--port", "70000", "--no-browser"], "port"),
         (["nothing.npz"], "nothing.npz"),
         (["line.npz"], "files"),
+        (["--policies", "lost.npz"], "policies"),
+        (["--policies", "line.npz"], "line.npz"),
     ],
 )
 def test_what_cannot_be_watched_is_named(

@@ -33,6 +33,7 @@ MAY_IMPORT_CORE = {
     "batch.py",
     "envs/line.py",
     "graph.py",
+    "rollout_line.py",
     "scenario.py",
     "seeds.py",
     "simulate.py",

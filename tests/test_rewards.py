@@ -10,6 +10,7 @@ import pytest
 from option_table import OBJECTIVES, STEPS_PER_ACTION, small_flock
 
 from flockesc_env import (
+    ConstantVelocity,
     FlockEscapeEnv,
     FlockScenario,
     LineEscapeEnv,
@@ -128,9 +129,10 @@ def test_distance_return_is_the_time_mean(interface: str, objective: str, steps_
     np.testing.assert_allclose(rewards.sum(axis=0), distances(objective)[1:].mean(), **tolerance(interface))
 
 
-def own_distances() -> np.ndarray:
-    run = simulate(SCENARIO, RHO, seed=SEED)
-    return np.linalg.norm(run.positions - run.predator_positions, axis=2)
+def own_distances(scenario: FlockScenario = SCENARIO) -> np.ndarray:
+    run = simulate(scenario, RHO, seed=SEED)
+    offsets = run.positions[:, :, None] - run.predator_positions[:, None]
+    return np.linalg.norm(offsets, axis=3).min(axis=2)
 
 
 @per_agent_interfaces
@@ -157,6 +159,58 @@ def test_own_distance_change_sums_to_what_each_agent_gained(interface: str, step
     if interface == "agent rollout":
         expected = expected.mean()
     np.testing.assert_allclose(rewards.sum(axis=0), expected, **tolerance(interface))
+
+
+TWO_WAVES = (
+    ConstantVelocity((-20.0, 35.0), (150.0, 0.0)),
+    ConstantVelocity((180.0, 15.0), (-180.0, 0.0)),
+)
+"""Predators of which the first passes by, and the second gets nearer later."""
+
+
+def falls(curve: np.ndarray) -> np.ndarray:
+    """Return the times at which the running minimum of a curve falls."""
+    return np.flatnonzero(np.diff(np.minimum.accumulate(curve)) < 0) + 1
+
+
+@per_agent_interfaces
+@objectives
+@steps_per_action
+@predators_nearby
+def test_own_running_minimum_pays_what_agents_lost_since_it_fell_last(
+    interface: str, objective: str, steps_per_action: int, speed: float
+) -> None:
+    scenario = SCENARIO.replace(speed=speed, predators=TWO_WAVES)
+    options = {"objective": objective, "steps_per_action": steps_per_action}
+    rewards = PER_AGENT[interface](scenario, reward="own_running_minimum", **options)
+    own, times = own_distances(scenario), falls(distances(objective, scenario))
+    assert sorted(set(np.diff(times)))[0] == 1 < np.diff(times).max()  # it falls, rests and falls again
+    expected = np.zeros((scenario.num_steps, scenario.num_agents))
+    expected[times - 1] = np.diff(own[[0, *times]], axis=0)
+    if interface == "agent rollout":
+        expected = expected.sum(axis=0, keepdims=True).mean(axis=1, keepdims=True)
+    else:
+        expected = np.add.reduceat(expected, range(0, scenario.num_steps, steps_per_action))
+        at_rest = (expected == 0).all(axis=1)
+        assert at_rest.any()
+        assert (rewards[at_rest] == 0).all()
+    np.testing.assert_allclose(rewards, expected, **tolerance(interface))
+
+
+@per_agent_interfaces
+@steps_per_action
+@predators_nearby
+def test_own_running_minimum_averages_to_the_mean_objective(
+    interface: str, steps_per_action: int, speed: float
+) -> None:
+    scenario = SCENARIO.replace(speed=speed, predators=TWO_WAVES)
+    own, team = (
+        PER_AGENT[interface](scenario, reward=reward, objective="mean", steps_per_action=steps_per_action)
+        for reward in ("own_running_minimum", "running_minimum")
+    )
+    np.testing.assert_allclose(own.mean(axis=-1), team.mean(axis=-1), **tolerance(interface))
+    curve = distances("mean", scenario)
+    np.testing.assert_allclose(own.sum(axis=0).mean(), curve.min() - curve[0], **tolerance(interface))
 
 
 @pytest.mark.parametrize("reward", ["running_minimum", "distance", "terminal"])

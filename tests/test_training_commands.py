@@ -1,25 +1,39 @@
 """`python -m training`: seeds never meet, a run can be trained, evaluated and compared, records are whole."""
 
 import json
+import subprocess
 import sys
 from itertools import combinations
 from pathlib import Path
+from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import polars as pl
 import pytest
 from small_runs import SMALL, small_run
 
-from flockesc_env import LineScenario, episode_seed, rollout, stats, sweep
+from flockesc_env import (
+    FlockEscapeEnv,
+    LineEscapeEnv,
+    LineScenario,
+    episode_seed,
+    parallel_env,
+    rollout,
+    stats,
+    sweep,
+)
 from flockesc_env.contenders import Contender
 from flockesc_env.policies import FixedRange
 from training import seeds
 from training.__main__ import app
+from training.arguments import StudyArgs, TuneArgs
 from training.compare import CompareArgs, compare
-from training.config import PRESETS, RunRecord, presets, train_presets
+from training.config import PRESETS, PPOArgs, RunRecord, SearchArgs, presets, train_presets
 from training.contenders import contender, scenario_of
 from training.evaluate import EvaluateArgs, evaluate
 from training.evaluation import control
+from training.rounds import round_steps
 from training.train import train
 
 
@@ -134,12 +148,43 @@ def test_policies_of_several_scenarios_are_not_compared(run: Path) -> None:
             scenario_of(others)
 
 
-def test_presets_are_valid() -> None:
+def test_every_file_is_a_preset() -> None:
     assert {"demo", "per-agent-visible"} <= presets().keys()
-    assert len(presets()) == len(list(PRESETS.glob("*.toml")))
-    for name, args in train_presets().items():
-        assert args.run == Path("runs") / name
-        assert control(args).num_agents == args.model.num_agents
+    assert presets().keys() == {file.stem for file in PRESETS.glob("*.toml")}
+    titles = [preset.title for preset in presets().values()]
+    assert len({*titles}) == len(titles)
+    assert len(train_presets()) == sum(len(preset.learners) for preset in presets().values())
+
+
+@pytest.mark.parametrize("name", presets())
+def test_presets_are_valid(name: str) -> None:
+    preset = presets()[name]
+    setting = preset.setting
+    assert preset.learners
+    if preset.explained:
+        assert preset.learners[preset.explained].seeds > 0
+        assert not setting.is_line  # its views have no groups of entries
+    for learner, entry in preset.learners.items():
+        args = entry.args
+        assert args.setting() == setting
+        assert args.run == Path("runs") / f"{name}-{learner}"
+        assert 0 <= entry.seeds <= seeds.TUNING_RUN
+        seen = control(args)
+        assert seen.num_agents == args.model.num_agents
+        if isinstance(args, SearchArgs):
+            assert {*args.inputs} <= {*seen.layout.names}
+            played = args.population * args.final_flocks * args.generations
+            assert len(seeds.training_seeds(0, 0, played // args.population)) > 0
+            continue
+        assert len(seeds.training_seeds(0, 0, args.num_flocks * args.num_episodes)) > 0
+        options = {**args.env_options(), "reward": args.reward}
+        make: Any = parallel_env if setting.per_agent else FlockEscapeEnv
+        (LineEscapeEnv if setting.is_line else make)(args.model, **options)  # refuses what cannot be paid
+        if isinstance(args, PPOArgs):
+            rows = seen.num_agents if setting.per_agent else 1
+            assert round_steps(args) * args.num_flocks * rows % args.batch_size == 0
+        else:
+            assert not setting.per_agent
 
 
 def test_commands_train_evaluate_and_compare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -164,3 +209,42 @@ def test_bootstrap_interval_covers_the_mean_as_often_as_it_says() -> None:
         for interval in (stats.mean(rng.normal(3.0, 2.0, 60)) for _ in range(200))
     )
     assert 180 <= covered <= 199  # 95 % of 200, give or take three standard errors
+
+
+COMMANDS = [
+    (
+        "study.study",
+        ["study", "shared", "--learners", "search", "tqc", "--held-out-flocks", "7", "--jobs", "1"],
+        StudyArgs(setting="shared", learners=("search", "tqc"), held_out_flocks=7, jobs=1),
+    ),
+    (
+        "tune.tune",
+        ["tune", "shared-tqc", "--trials", "3", "--share", "0.25", "--output", "somewhere"],
+        TuneArgs(run="shared-tqc", trials=3, share=0.25, output=Path("somewhere")),
+    ),
+    ("page.write_page", ["page", "--results", "a"], (Path("a"), Path("docs/results.md"))),
+    (
+        "submit.submit",
+        ["submit", "line", "my:policy", "it", "--page", "b.md"],
+        ("line", "my:policy", "it", Path("results/learned"), Path("b.md")),
+    ),
+]
+
+
+@pytest.mark.parametrize(("function", "words", "expected"), COMMANDS)
+def test_commands_take_what_their_functions_do(
+    function: str, words: list[str], expected: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    called = Mock()
+    monkeypatch.setattr(f"training.{function}", called)
+    app.cli(args=words)
+    called.assert_called_once_with(*(expected if isinstance(expected, tuple) else (expected,)))
+
+
+def test_the_command_line_starts_without_the_learners() -> None:
+    script = "import training.__main__, sys; print(*sys.modules)"
+    command = [sys.executable, "-c", script]
+    run = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
+    loaded = set(run.stdout.split())
+    assert "training.config" in loaded
+    assert not loaded & {"torch", "stable_baselines3", "optuna", "matplotlib", "polars", "cmaes"}

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario, preset
 from flockesc_env.contenders import Contender
+from flockesc_env.network import NetworkPolicy
 from flockesc_env.paper.jobs import Cache, Job
 from flockesc_env.policies import FixedRange, Observations, Policy
 from flockesc_env.progress import bar
@@ -64,18 +65,20 @@ class Watching:
 
 @dataclass
 class Blinded:
-    """A policy that is shown some entries as constants.
+    """A network that is shown some entries as constants.
 
     Attributes:
-        policy: the policy.
+        policy: the network.
         shown: per column of the observation, what is shown.
     """
 
-    policy: Policy
+    policy: NetworkPolicy
     shown: dict[int, float]
 
     def act(self, observations: Observations, control: Control) -> NDArray[Any]:
-        """Let the policy choose without what is hidden."""
+        """Let the network choose without what is hidden."""
+        if (observations[:, control.layout.index("time")] == 0).all():
+            self.policy.forget()  # which it cannot see by itself where the time is hidden
         hidden = observations.copy()
         for column, value in self.shown.items():
             hidden[:, column] = value
@@ -103,6 +106,7 @@ def watch(entry: Contender, flocks: range) -> tuple[ObservationLayout, Observati
 def ablation(entry: Contender, setting: Setting, flocks: int) -> pl.DataFrame:
     """Measure the policy with groups of entries hidden: shown as their means over tuning flocks."""
     layout, seen, _ = watch(entry, seeds.first_seeds(seeds.TUNING, 20))
+    assert isinstance(entry.policy, NetworkPolicy)  # noqa: S101, what was trained is one
     means = seen.reshape(-1, seen.shape[-1]).mean(axis=0)
     held_out = seeds.first_seeds(seeds.HELD_OUT, flocks)
     hidden = {"nothing": dict[int, float]()}

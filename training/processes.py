@@ -27,7 +27,7 @@ def train_apart(name: str, args: Args) -> None:
     for field in dataclasses.fields(args):
         value = getattr(args, field.name)
         if field.name != "progress" and value != getattr(preset, field.name):
-            command += [f"--{field.name.replace('_', '-')}", *_words(value)]
+            command += _flag(field.name.replace("_", "-"), value)
     one_core = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     done = subprocess.run(  # noqa: S603, a command of our own
         command, env={**os.environ, **one_core}, capture_output=True, text=True, check=False
@@ -36,5 +36,7 @@ def train_apart(name: str, args: Args) -> None:
         raise RuntimeError(f"{shlex.join(command)} failed:\n{done.stderr[-2000:]}")
 
 
-def _words(value: Any) -> list[str]:
-    return [str(entry) for entry in (value if isinstance(value, tuple) else (value,))]
+def _flag(name: str, value: Any) -> list[str]:
+    if isinstance(value, bool):
+        return [f"--{name}" if value else f"--no-{name}"]
+    return [f"--{name}", *(str(entry) for entry in (value if isinstance(value, tuple) else (value,)))]

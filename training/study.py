@@ -28,6 +28,7 @@ from training.evaluation import objective
 from training.listening import LISTENING_FILE, measure_listening
 from training.outputs import write_table
 from training.processes import train_apart
+from training.results import EPISODES_FILE
 
 FLOCK_GRID = (*range(0, 21, 2), 25, 30, 40, 50, 75, 100, 150)
 """Fixed ranges in m among which the best is chosen."""
@@ -74,7 +75,8 @@ def study(args: StudyArgs) -> Path:
             values = objective(preset.setting, entry.policy, held_out, num_threads=None)
             rows.append(_rows(name, seed, held_out, values))
             report(done, len(entries))
-    write_table(pl.concat(rows), folder / "episodes.parquet")
+    made = pl.concat(rows)
+    write_table(pl.concat([made, _submitted(made, args.setting, folder)]), folder / EPISODES_FILE)
     write_table(_grid_frame(preset, fixed), folder / "grid.parquet")
     _collect(runs, folder)
     explained = _explain(args, preset, runs, best, cache, folder)
@@ -153,6 +155,20 @@ def _rows(name: str, seed: int | None, flocks: range, values: FloatArray) -> pl.
     schema = {"contender": pl.String, "training_seed": pl.Int64, "flock": pl.Int64, "objective": pl.Float64}
     columns = {"contender": [name] * len(flocks), "training_seed": [seed] * len(flocks)}
     return pl.DataFrame({**columns, "flock": flocks, "objective": values}, schema=schema)
+
+
+def _submitted(made: pl.DataFrame, setting: str, folder: Path) -> pl.DataFrame:
+    """Return the rows of an earlier file that others have submitted, if they are about the same flocks."""
+    if not (folder / EPISODES_FILE).is_file():
+        return made.clear()
+    own = {*made["contender"], *presets()[setting].learners}
+    # What was trained here has a training seed, whatever it was called then.
+    others = pl.read_parquet(folder / EPISODES_FILE).filter(
+        ~pl.col("contender").is_in(own), pl.col("training_seed").is_null()
+    )
+    flocks = made["flock"].unique().sort()
+    parts = others.select(made.columns).partition_by("contender")
+    return pl.concat([made.clear(), *(part for part in parts if part["flock"].sort().equals(flocks))])
 
 
 def _grid_frame(preset: Preset, values: FloatArray) -> pl.DataFrame:

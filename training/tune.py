@@ -41,9 +41,9 @@ def tune(args: TuneArgs) -> optuna.Study:
         direction="maximize",
         load_if_exists=True,
     )
-    if not study.trials:
-        study.enqueue_trial(_as_trial(preset))
     finished = len(study.get_trials(states=[optuna.trial.TrialState.COMPLETE]))
+    if not finished:
+        study.enqueue_trial(_as_trial(preset))
     study.optimize(
         lambda trial: _value(trial, preset, args), max(args.trials - finished, 0), n_jobs=args.jobs
     )
@@ -72,27 +72,37 @@ def _as_trial(preset: Args) -> dict[str, Any]:
 
 
 def suggest(trial: optuna.Trial, preset: Args) -> dict[str, Any]:
-    """Return hyperparameters of a learner's kind."""
-    shared = {
-        "max_range": trial.suggest_categorical("max_range", [10.0, 15.0, 20.0, 30.0, 40.0]),
-        "steps_per_action": trial.suggest_categorical("steps_per_action", [2, 3, 4, 6]),
-    }
+    """Return hyperparameters of a learner's kind; the preset's own are always among the choices."""
+    own = _as_trial(preset)
+
+    def one_of(name: str, *choices: float) -> Any:
+        return trial.suggest_categorical(name, sorted({*choices, own[name]}))
+
+    # On the line ranges are parts of the interval, and episodes last a few steps.
+    shared = (
+        {}
+        if preset.is_line
+        else {
+            "max_range": one_of("max_range", 10.0, 15.0, 20.0, 30.0, 40.0),
+            "steps_per_action": one_of("steps_per_action", 2, 3, 4, 6),
+        }
+    )
     if isinstance(preset, SearchArgs):
         return shared | {
-            "hidden": (trial.suggest_categorical("hidden", [4, 8, 16]),),
-            "memory": trial.suggest_categorical("memory", [0, 2]),
-            "population": trial.suggest_categorical("population", [12, 16, 24, 32]),
+            "hidden": (one_of("hidden", 4, 8, 16),),
+            "memory": one_of("memory", 0, 2),
+            "population": one_of("population", 12, 16, 24, 32),
             "step_size": trial.suggest_float("step_size", 0.2, 1.0, log=True),
         }
     assert isinstance(preset, PPOArgs | TQCArgs)  # noqa: S101, there are three kinds
     found: dict[str, Any] = shared | {
         "learning_rate": trial.suggest_float("learning_rate", 1e-4, 3e-3, log=True),
-        "gamma": trial.suggest_categorical("gamma", [0.8, 0.9, 0.95, 0.98]),
+        "gamma": one_of("gamma", 0.8, 0.9, 0.95, 0.98),
     }
     if isinstance(preset, PPOArgs):
         found |= {
-            "n_epochs": trial.suggest_categorical("n_epochs", [3, 5, 10]),
-            "gae_lambda": trial.suggest_categorical("gae_lambda", [0.8, 0.9, 0.95, 1.0]),
-            "batch_size": trial.suggest_categorical("batch_size", [2000, 8000, 24000]),
+            "n_epochs": one_of("n_epochs", 3, 5, 10),
+            "gae_lambda": one_of("gae_lambda", 0.8, 0.9, 0.95, 1.0),
+            "batch_size": one_of("batch_size", 2000, 8000, 24000),
         }
     return found

@@ -10,8 +10,9 @@ from flockesc_env import records
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, ScenarioFlags, optional
 from flockesc_env.cli.output import check_output, note, show, show_json
-from flockesc_env.contenders import NAMES, built_in
+from flockesc_env.contenders import NAMES
 from flockesc_env.errors import ArgumentError
+from flockesc_env.policy_files import find_policy
 from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.seeds import fresh_seed
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
@@ -36,7 +37,10 @@ def run(
         *optional("rho, how far agents listen, in m (the line has no unit); this or a policy", "none"),
     ] = None,
     policy: Annotated[
-        str | None, *optional(f"what sets the ranges of a flock instead: {', '.join(NAMES)}", "none")
+        str | None,
+        *optional(
+            f"what sets the ranges of a flock instead: {', '.join(NAMES)}, or a policy's file (.npz)", "none"
+        ),
     ] = None,
     seed: Annotated[
         int | None, *optional("seed of the initial state, from 0 to 2^64 - 1", "a new one, which is printed")
@@ -46,7 +50,7 @@ def run(
     ] = None,
     json: Json = False,
 ) -> Exit:
-    """Run the model once, under a fixed interaction range or a built-in policy.
+    """Run the model once, under a fixed interaction range or a policy.
 
     Prints how far the flock stayed from its predator, and what became of it.
 
@@ -94,7 +98,7 @@ def _run(
     if policy is not None:
         if isinstance(scenario, LineScenario):
             raise ArgumentError("policy", "none for a line", repr(policy))
-        return built_in(policy, "policy").record(fresh_seed() if seed is None else seed, scenario)
+        return find_policy(policy, "policy").record(fresh_seed() if seed is None else seed, scenario)
     assert rho is not None  # noqa: S101, one of the two is given
     if isinstance(scenario, LineScenario):
         return simulate_line(scenario, rho, seed=seed)

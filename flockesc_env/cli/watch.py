@@ -11,8 +11,9 @@ from flockesc_env import records
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Progress, ScenarioFlags, optional, switch
 from flockesc_env.cli.output import check_output, note, require
-from flockesc_env.contenders import NAMES, built_in
+from flockesc_env.contenders import NAMES
 from flockesc_env.errors import ArgumentError
+from flockesc_env.policy_files import find_policy
 from flockesc_env.progress import bar
 from flockesc_env.scenario import FlockScenario
 from flockesc_env.simulate import Trajectory
@@ -34,7 +35,11 @@ def run(
     scenario: ScenarioFlags,
     *,
     policies: Annotated[
-        tuple[str, ...], arg(help=f"policies to run where no files are given: {', '.join(NAMES)}")
+        tuple[str, ...],
+        arg(
+            help=f"policies to run where no recorded runs are given: {', '.join(NAMES)}, or "
+            "files of policies (.npz)"
+        ),
     ] = ("fixed:15", "stubborn-leaders"),
     seed: Annotated[int, arg(help="seed of the flock")] = 0,
     output: Annotated[
@@ -58,7 +63,7 @@ def run(
     chosen = scenario.build()
     if not isinstance(chosen, FlockScenario):
         raise ArgumentError("model", "flock", "line")
-    runs = _recorded(files) if files else [(name, built_in(name).record(seed, chosen)) for name in policies]
+    runs = _recorded(files) if files else _played(policies, seed, chosen)
     if not runs:
         raise ArgumentError("policies", "at least one", "none")
     if output is None:
@@ -83,6 +88,11 @@ def _write_video(runs: _Runs, path: Path, *, always: bool) -> None:
     frames = max(run.scenario.num_steps for _, run in runs) + 1
     with bar("Video", frames, always=always) as report:
         write_video(runs, path, progress=report)
+
+
+def _played(policies: tuple[str, ...], seed: int, scenario: FlockScenario) -> _Runs:
+    found = [(spec, find_policy(spec)) for spec in policies]
+    return [(spec, contender.record(seed, scenario)) for spec, contender in found]
 
 
 def _recorded(files: tuple[Path, ...]) -> _Runs:

@@ -9,7 +9,7 @@ from concurrent.futures import Future
 from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
@@ -23,7 +23,7 @@ from flockesc_env.watch.document import Run, run_document
 from flockesc_env.watch.page import render
 
 _HOST = "127.0.0.1"
-_POLL = 0.05  # s between looks for a request to stop
+_POLL = 0.05  # s between looks for a request to stop, or for Ctrl-C
 _Job = tuple[Callable[[], bytes], "Future[bytes]"]
 
 
@@ -83,7 +83,11 @@ class _Server(ThreadingHTTPServer):
         Thread(target=self.serve_forever, args=(_POLL,), daemon=True).start()
         try:
             while True:
-                call, future = self._jobs.get()
+                try:
+                    # A wait without end never sees a Ctrl-C that came right before it.
+                    call, future = self._jobs.get(timeout=_POLL)
+                except Empty:
+                    continue
                 try:
                     future.set_result(call())
                 except FlockescError as error:

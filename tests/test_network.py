@@ -1,0 +1,310 @@
+"""Networks as policies: against loops over rows, agents and layers, and under reflection of the world."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from option_table import small_flock
+
+from flockesc_env import (
+    ConstantVelocity,
+    FlockEscapeEnv,
+    FlockScenario,
+    FlockVectorEnv,
+    parallel_env,
+    rollout,
+    simulate,
+)
+from flockesc_env.errors import ArgumentError
+from flockesc_env.network import Architecture, NetworkPolicy, mirrored
+from flockesc_env.policies import bind
+from flockesc_env.spaces import Control
+
+INPUTS = ("predator_distance", "heard_velocity_left", "time", "predator_direction_left")
+SCENARIO = small_flock(num_agents=6, num_steps=12, predator_range=60.0)
+
+architectures = st.builds(
+    Architecture,
+    inputs=st.permutations(INPUTS).map(lambda names: tuple(names[:3])),
+    hidden=st.lists(st.integers(1, 5), max_size=3).map(tuple),
+    memory=st.integers(0, 3),
+    mirror=st.booleans(),
+    squash=st.sampled_from(["clip", "tanh"]),
+)
+
+
+def control(scenario: FlockScenario = SCENARIO, **options: Any) -> Control:
+    return parallel_env(scenario, **options).control
+
+
+def parameters(architecture: Architecture, seed: int = 0, networks: tuple[int, ...] = ()) -> np.ndarray:
+    return np.random.default_rng(seed).normal(0, 1.5, (*networks, architecture.size))
+
+
+def some_rows(count: int, time: float, rng: np.random.Generator) -> np.ndarray:
+    """Return observations in which a third of the rows senses no predator."""
+    layout = control().layout
+    rows = rng.uniform(layout.low, layout.high, (count, len(layout.names))).astype(np.float32)
+    rows[:, layout.index("time")] = time
+    for name in layout.names:
+        if name.startswith("predator"):
+            rows[::3, layout.index(name)] = 0
+    return rows
+
+
+def reference(
+    architecture: Architecture, numbers: np.ndarray, row: np.ndarray, memory: list[float]
+) -> tuple[float, list[float]]:
+    """Run one network on one row, number by number; return action and memory."""
+    layout = control().layout
+    seen = {name: float(row[layout.index(name)]) for name in layout.names}
+    side = seen["predator_direction_left"] or seen["heard_velocity_left"]
+    if architecture.mirror and side < 0:
+        seen = {name: -value if name.endswith("_left") else value for name, value in seen.items()}
+    values, rest = [seen[name] for name in architecture.inputs] + memory, list(numbers)
+    widths = [*architecture.hidden, 1 + architecture.memory]
+    for layer, width in enumerate(widths):
+        weights = [[rest.pop(0) for _ in range(width)] for _ in values]
+        biases = [rest.pop(0) for _ in range(width)]
+        sums = [
+            bias + sum(value * line[column] for value, line in zip(values, weights, strict=True))
+            for column, bias in enumerate(biases)
+        ]
+        values = sums if layer == len(widths) - 1 else [float(np.tanh(one)) for one in sums]
+    assert not rest
+    action = np.tanh(values[0]) if architecture.squash == "tanh" else min(max(values[0], -1), 1)
+    return float(action), [float(np.tanh(value)) for value in values[1:]]
+
+
+@settings(max_examples=40)
+@given(architectures, st.integers(0, 2**32 - 1))
+def test_it_is_the_loop_over_rows_and_layers(architecture: Architecture, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    numbers = parameters(architecture, seed)
+    policy = NetworkPolicy(architecture, numbers)
+    memory = [[0.0] * architecture.memory for _ in range(7)]
+    for time in (0.0, 0.25, 0.5):
+        rows = some_rows(7, time, rng)
+        expected = []
+        for k, row in enumerate(rows):
+            action, memory[k] = reference(architecture, numbers, row, memory[k])
+            expected.append([action])
+        given_rows = rows.copy()
+        actions = policy.act(rows, control())
+        np.testing.assert_allclose(actions, expected, rtol=0, atol=1e-5)
+        assert actions.shape == (7, 1)
+        assert np.abs(actions).max() <= 1
+        np.testing.assert_array_equal(rows, given_rows)
+
+
+@settings(max_examples=30)
+@given(architectures, st.integers(1, 4), st.integers(0, 2**32 - 1))
+def test_a_population_is_its_networks(architecture: Architecture, networks: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    numbers = parameters(architecture, seed, (networks,))
+    population = NetworkPolicy(architecture, numbers)
+    alone = [NetworkPolicy(architecture, one) for one in numbers]
+    for time in (0.0, 0.5):
+        rows = some_rows(5 * networks, time, rng)
+        parts = [one.act(part, control()) for one, part in zip(alone, np.split(rows, networks), strict=True)]
+        np.testing.assert_allclose(population.act(rows, control()), np.concatenate(parts), rtol=0, atol=1e-6)
+
+
+def test_a_population_plays_as_its_networks_do() -> None:
+    architecture = Architecture(INPUTS, memory=2)
+    numbers = parameters(architecture, networks=(3,))
+    options = {"scenario": SCENARIO, "per_agent": True, "max_range": 30.0}
+    seeds = [4, 5]
+    together = rollout(NetworkPolicy(architecture, numbers), seeds * 3, batch_size=6, **options)
+    alone = [rollout(NetworkPolicy(architecture, one), seeds, **options) for one in numbers]
+    expected = np.concatenate([one.min_mean_distance for one in alone])
+    np.testing.assert_allclose(together.min_mean_distance, expected, rtol=0, atol=1e-4)
+    assert len(set(expected.round(3))) == 6
+
+
+# It plays what it remembers, and remembers the time: an action is the tanh of the time before.
+REMEMBERING = NetworkPolicy(Architecture(("time",), (), memory=1), [0, 1, 1, 0, 0, 0])
+
+
+def remembered(policy: NetworkPolicy, times: list[float]) -> np.ndarray:
+    rows = some_rows(len(times), 0.0, np.random.default_rng(0))
+    rows[:, control().layout.index("time")] = times
+    return policy.act(rows, control())[:, 0]
+
+
+def test_memory_begins_with_zeros_and_is_carried_on() -> None:
+    np.testing.assert_array_equal(remembered(REMEMBERING, [0.0, 0.0]), [0, 0])
+    np.testing.assert_array_equal(remembered(REMEMBERING, [0.25, 0.5]), [0, 0])
+    np.testing.assert_allclose(remembered(REMEMBERING, [0.5, 0.0]), [np.tanh(0.25), 0], atol=1e-7)
+    np.testing.assert_allclose(remembered(REMEMBERING, [0.75, 0.1]), [np.tanh(0.5), 0], atol=1e-7)
+    np.testing.assert_array_equal(remembered(REMEMBERING, [0.0, 0.0, 0.0]), [0, 0, 0])  # other rows
+
+
+@pytest.mark.parametrize("times", [[0.5], [0.5, 0.5, 0.5], [0.0, 0.5, 0.0]])
+def test_memory_refuses_rows_that_appear_or_vanish(times: list[float]) -> None:
+    remembered(REMEMBERING, [0.0, 0.0])
+    remembered(REMEMBERING, [0.25, 0.5])
+    with pytest.raises(ArgumentError, match=f"observations: expected 2 rows as before, got {len(times)}"):
+        remembered(REMEMBERING, times)
+    np.testing.assert_allclose(remembered(REMEMBERING, [0.5, 0.75]), np.tanh([0.25, 0.5]), atol=1e-7)
+
+
+def test_memory_is_each_flocks_own_where_episodes_begin_at_different_times() -> None:
+    """One slot of a vector environment is reset in the middle of the others' episodes."""
+    architecture = Architecture(("time", "mean_distance"), memory=2)
+    numbers, options = parameters(architecture), {"max_range": 30.0}
+    env = FlockVectorEnv(2, SCENARIO, **options)
+    act = bind(NetworkPolicy(architecture, numbers), env)
+    observations, _ = env.reset(seed=[1, 2])
+    actions = []
+    for step in range(8):
+        if step == 4:
+            mask = np.array([False, True])
+            observations, _ = env.reset(seed=[None, 3], options={"reset_mask": mask})
+        actions.append(act(observations))
+        observations, *_ = env.step(actions[-1])
+
+    single = FlockEscapeEnv(SCENARIO, **options)
+    for slot, seed, steps in ((0, 1, range(8)), (1, 2, range(4)), (1, 3, range(4, 8))):
+        act = bind(NetworkPolicy(architecture, numbers), single)
+        observation, _ = single.reset(seed=seed)
+        for step in steps:
+            action = act(observation)
+            np.testing.assert_allclose(actions[step][slot], action, rtol=0, atol=1e-5)
+            observation, *_ = single.step(action)
+
+
+def reflected(seed: int, axis: int, scenario: FlockScenario) -> tuple[FlockScenario, dict[str, np.ndarray]]:
+    """Return scenario and start of a flock that is turned over across an axis."""
+    turn = np.diag([-1.0 if i == axis else 1.0 for i in range(2)])
+    run = simulate(scenario, 0.0, seed=seed)
+    (predator,) = scenario.predators
+    other = ConstantVelocity(turn @ np.array(predator.position), turn @ np.array(predator.velocity))
+    start = {"initial_positions": run.positions[0] @ turn, "initial_velocities": run.velocities[0] @ turn}
+    return scenario.replace(predators=(other,)), start
+
+
+def rows_of(observations: dict[str, np.ndarray]) -> np.ndarray:
+    return np.stack(list(observations.values()))
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("sensing", [None, 25.0])
+def test_a_flock_and_its_reflection_are_seen_alike(axis: int, sensing: float | None) -> None:
+    options = {"predator_sensing_range": sensing, "max_range": 30.0}
+    scenario = SCENARIO.replace(num_agents=20)
+    other, start = reflected(3, axis, scenario)
+    envs = parallel_env(scenario, **options), parallel_env(other, **options)
+    rows = [rows_of(envs[0].reset(seed=3)[0]), rows_of(envs[1].reset(seed=3, options=start)[0])]
+    layout, turned = envs[0].control.layout, 0
+    left = [name.endswith("_left") for name in layout.names]
+    for _ in range(6):
+        np.testing.assert_allclose(rows[1], np.where(left, -rows[0], rows[0]), atol=1e-5)
+        one, two = (mirrored(row, layout) for row in rows)
+        np.testing.assert_allclose(one, two, atol=1e-5)
+        predator, heard = (
+            one[:, layout.index(f"{name}_left")] for name in ("predator_direction", "heard_velocity")
+        )
+        assert np.where(predator != 0, predator, heard).min() >= 0
+        changed = (one != rows[0]).any(axis=1)
+        turned += changed.sum()
+        assert not changed.all()
+        np.testing.assert_array_equal(one[:, ~np.array(left)], rows[0][:, ~np.array(left)])
+        actions = {name: np.array([-0.3], np.float32) for name in envs[0].agents}
+        rows = [rows_of(env.step(actions)[0]) for env in envs]
+    assert turned > 0
+
+
+def played(policy: NetworkPolicy, scenario: FlockScenario, **start: np.ndarray) -> float:
+    env = parallel_env(scenario, predator_sensing_range=None, max_range=30.0)
+    act = bind(policy, env)
+    observations, _ = env.reset(seed=3, options=start)
+    while env.agents:
+        observations, _, _, _, infos = env.step(act(observations))
+    return float(next(iter(infos.values()))["min_mean_distance"])
+
+
+@pytest.mark.parametrize("memory", [0, 2])
+def test_a_mirrored_network_steers_a_flock_and_its_reflection_alike(memory: int) -> None:
+    scenario = SCENARIO.replace(num_agents=20, num_steps=40)
+    other, start = reflected(3, 1, scenario)
+    outcomes = {}
+    for mirror in (True, False):
+        architecture = Architecture(INPUTS, memory=memory, mirror=mirror)
+        policy = NetworkPolicy(architecture, parameters(architecture, seed=1))
+        outcomes[mirror] = played(policy, scenario), played(policy, other, **start)
+    assert outcomes[True][0] == pytest.approx(outcomes[True][1], abs=1e-4)
+    assert abs(outcomes[False][0] - outcomes[False][1]) > 0.01
+
+
+def test_who_sees_the_predator_on_the_left_sees_it_as_it_is() -> None:
+    layout = control().layout
+    rows = some_rows(60, 0.5, np.random.default_rng(1))
+    predator, heard = layout.index("predator_direction_left"), layout.index("heard_velocity_left")
+    rows[:20, predator], rows[20:40, predator], rows[40:, predator] = 0.5, -0.5, 0.0
+    rows[40:50, heard], rows[50:, heard] = 0.5, -0.5
+    same = (mirrored(rows, layout) == rows).all(axis=1)
+    np.testing.assert_array_equal(same, [True] * 20 + [False] * 20 + [True] * 10 + [False] * 10)
+    np.testing.assert_array_equal(mirrored(mirrored(rows, layout), layout), mirrored(rows, layout))
+
+
+@pytest.mark.parametrize(("bias", "clip"), [(0.5, 0.5), (3, 1), (-2, -1)])
+def test_actions_are_cut_off_or_squashed(bias: float, clip: float) -> None:
+    rows = some_rows(2, 0.0, np.random.default_rng(0))
+    for squash, expected in (("clip", clip), ("tanh", np.tanh(bias))):
+        policy = NetworkPolicy(Architecture(("time",), (), squash=squash), [0, bias])  # type: ignore[arg-type]
+        np.testing.assert_allclose(policy.act(rows, control()), [[expected]] * 2, atol=1e-6)
+
+
+@pytest.mark.parametrize("shape", [(6,), (8,), (0,), (0, 7), (2, 6), (7, 2), (1, 2, 7), ()])
+def test_parameters_of_a_wrong_size_are_refused(shape: tuple[int, ...]) -> None:
+    architecture = Architecture(("time",), (2,))
+    assert architecture.size == 1 * 2 + 2 + 2 * 1 + 1
+    with pytest.raises(ArgumentError, match=r"parameters: expected shape \(7,\) or \(networks, 7\)"):
+        NetworkPolicy(architecture, np.zeros(shape))
+
+
+def test_parameters_that_are_no_numbers_are_refused() -> None:
+    with pytest.raises(ArgumentError, match=r"parameters\[1\]: expected a finite number"):
+        NetworkPolicy(Architecture(("time",), ()), [0.0, np.nan])
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"inputs": ()}, "inputs: expected at least one name, got none"),
+        ({"hidden": (4, 0)}, r"hidden\[1\]: expected an integer of at least 1"),
+        ({"hidden": (2.5,)}, r"hidden\[0\]: expected an integer"),
+        ({"memory": -1}, "memory: expected an integer of at least 0, got -1"),
+        ({"memory": 0.5}, "memory: expected an integer"),
+        ({"squash": "cut"}, "squash: expected one of clip, tanh, got 'cut'"),
+    ],
+)
+def test_architectures_out_of_bounds_are_refused(fields: dict[str, Any], message: str) -> None:
+    with pytest.raises(ArgumentError, match=message):
+        Architecture(**{"inputs": ("time",), **fields})
+
+
+@pytest.mark.parametrize("mode", ["range", "discrete"])
+def test_other_actions_than_normalized_ones_are_refused(mode: str) -> None:
+    with pytest.raises(ArgumentError, match=f"action_mode: expected 'normalized', got '{mode}'"):
+        REMEMBERING.act(some_rows(2, 0.0, np.random.default_rng(0)), control(action_mode=mode))
+
+
+@pytest.mark.parametrize("mirror", [False, True])
+def test_entries_that_are_not_observed_are_refused(mirror: bool) -> None:
+    """The flock view has no predator on the left."""
+    shared = FlockEscapeEnv(SCENARIO).control
+    architecture = Architecture(("time",) if mirror else ("predator_direction_left",), (), mirror=mirror)
+    with pytest.raises(ArgumentError, match="observation: expected an entry 'predator_direction_left', got"):
+        NetworkPolicy(architecture, [0, 0]).act(np.zeros((2, len(shared.layout.names)), np.float32), shared)
+
+
+def test_rows_that_networks_cannot_share_are_refused() -> None:
+    policy = NetworkPolicy(Architecture(("time",), ()), np.zeros((3, 2)))
+    with pytest.raises(ArgumentError, match="observations: expected rows for 3 networks, got 4"):
+        policy.act(some_rows(4, 0.0, np.random.default_rng(0)), control())

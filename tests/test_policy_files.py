@@ -1,0 +1,185 @@
+"""Policies in files come back as they were; anything else is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from option_table import small_flock
+
+from flockesc_env import LineScenario, load_policy, rollout, rollout_line, save_policy
+from flockesc_env.contenders import Contender, built_in
+from flockesc_env.errors import ArgumentError, RecordError, ScenarioError
+from flockesc_env.network import Architecture, NetworkPolicy
+from flockesc_env.policies import FixedRange
+from flockesc_env.policy_files import find_policy
+
+SCENARIO = small_flock(num_agents=6, predator_range=60.0)
+ARCHITECTURE = Architecture(("time", "predator_distance"), (3, 2), memory=1, mirror=True, squash="tanh")
+LINE = Architecture(("time", "offset_0"), ())
+
+
+def flock_contender() -> Contender:
+    options = {"max_range": 30.0, "predator_sensing_range": None, "steps_per_action": 2}
+    numbers = np.random.default_rng(0).normal(size=ARCHITECTURE.size)
+    policy = NetworkPolicy(ARCHITECTURE, numbers)
+    return Contender("mine", policy, per_agent=True, options=options, scenario=SCENARIO)
+
+
+def line_contender() -> Contender:
+    return Contender("line", NetworkPolicy(LINE, [1, -2, 0.5]), scenario=LineScenario(num_agents=9))
+
+
+@pytest.mark.parametrize("make", [flock_contender, line_contender])
+def test_a_policy_comes_back_as_it_was(make: Any, tmp_path: Path) -> None:
+    entry = make()
+    save_policy(entry, tmp_path / "policy.npz")
+    found = load_policy(tmp_path / "policy.npz")
+    assert dataclasses.replace(found, policy=None) == dataclasses.replace(entry, policy=None)  # type: ignore[arg-type]
+    assert found.policy.architecture == entry.policy.architecture  # type: ignore[attr-defined]
+    assert found.policy.parameters.tobytes() == entry.policy.parameters.tobytes()  # type: ignore[attr-defined]
+    assert [file.name for file in tmp_path.iterdir()] == ["policy.npz"]
+
+
+def test_it_plays_as_before(tmp_path: Path) -> None:
+    flock, line = flock_contender(), line_contender()
+    save_policy(flock, str(tmp_path / "flock.npz"))
+    save_policy(line, str(tmp_path / "line.npz"))
+    made_for = {"scenario": flock.scenario, "per_agent": True, **flock.options}
+    episodes = [
+        rollout(entry.policy, range(5), **made_for) for entry in (flock, load_policy(tmp_path / "flock.npz"))
+    ]
+    assert episodes[0].min_mean_distance.tobytes() == episodes[1].min_mean_distance.tobytes()
+    lines = [
+        rollout_line(entry.policy, range(5), scenario=line.scenario)
+        for entry in (line, load_policy(tmp_path / "line.npz"))
+    ]
+    assert lines[0].escape_distance.tobytes() == lines[1].escape_distance.tobytes()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"policy": FixedRange(3)},
+        {"policy": NetworkPolicy(LINE, np.zeros((2, 3)))},
+        {"scenario": None},
+    ],
+)
+def test_what_cannot_be_kept_is_refused(changes: dict[str, Any], tmp_path: Path) -> None:
+    entry = dataclasses.replace(flock_contender(), **changes)
+    with pytest.raises(RecordError, match="contender: expected one network and its scenario"):
+        save_policy(entry, tmp_path / "policy.npz")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_that_is_cut_off_anywhere_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "policy.npz"
+    save_policy(line_contender(), path)
+    whole = path.read_bytes()
+    for length in range(0, len(whole), 7):
+        path.write_bytes(whole[:length])
+        with pytest.raises(RecordError, match=r"policy\.npz: expected a policy, got"):
+            load_policy(path)
+
+
+def test_a_damaged_file_is_refused_or_still_whole(tmp_path: Path) -> None:
+    path, entry = tmp_path / "policy.npz", line_contender()
+    save_policy(entry, path)
+    whole, refused = path.read_bytes(), 0
+    for at in range(0, len(whole), 5):
+        path.write_bytes(whole[:at] + bytes([whole[at] ^ 0xFF]) + whole[at + 1 :])
+        try:
+            found = load_policy(path)
+        except RecordError:
+            refused += 1
+        else:
+            assert found.policy.parameters.tobytes() == entry.policy.parameters.tobytes()  # type: ignore[attr-defined]
+    assert refused > len(whole) / 10
+
+
+def rewritten(path: Path, parameters: Any = None, **header: Any) -> Path:
+    """Change what a policy's file says."""
+    with np.load(path) as file:
+        document, numbers = json.loads(str(file["header"])), file["parameters"]
+    numbers = numbers if parameters is None else parameters
+    np.savez(path, header=np.array(json.dumps({**document, **header})), parameters=numbers)
+    return path
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"parameters": np.zeros(4)},
+        {"parameters": np.array([1.0, np.nan, 0.0])},
+        {"parameters": np.array(["a", "b", "c"])},
+        {"architecture": {"inputs": ["time"], "hidden": [3], "layers": 2}},
+        {"architecture": {"inputs": ["time", "offset_0"], "hidden": [], "squash": "cut"}},
+        {"architecture": None},
+        {"model": "swarm"},
+        {"scenario": 3},
+    ],
+)
+def test_a_file_of_something_else_is_refused(changes: dict[str, Any], tmp_path: Path) -> None:
+    path = tmp_path / "policy.npz"
+    save_policy(line_contender(), path)
+    expected = ScenarioError if "scenario" in changes else RecordError
+    with pytest.raises(expected):
+        load_policy(rewritten(path, **changes))
+
+
+def test_foreign_files_are_refused_and_not_executed(tmp_path: Path) -> None:
+    class Armed:
+        def __reduce__(self) -> Any:
+            return (Path.touch, (tmp_path / "executed",))
+
+    files = {name: tmp_path / f"{name}.npz" for name in ("text", "array", "archive", "pickle")}
+    files["text"].write_text("no policy")
+    with files["array"].open("wb") as file:
+        np.save(file, np.zeros(3))
+    np.savez(files["archive"], positions=np.zeros(3))
+    np.savez(files["pickle"], header=np.array([Armed()], dtype=object), parameters=np.zeros(3))
+    (tmp_path / "executed").unlink(missing_ok=True)
+    for path in files.values():
+        with pytest.raises(RecordError, match="expected a policy, got"):
+            load_policy(path)
+    assert not (tmp_path / "executed").exists()
+    with pytest.raises(FileNotFoundError):
+        load_policy(tmp_path / "lost.npz")
+
+
+def test_an_unfinished_file_leaves_the_older_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "policy.npz"
+    save_policy(line_contender(), path)
+    before = path.read_bytes()
+
+    def stop(*_: Any, **__: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(np, "savez_compressed", stop)
+    with pytest.raises(KeyboardInterrupt):
+        save_policy(flock_contender(), path)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_policies_are_found_by_name_or_file(tmp_path: Path) -> None:
+    path = tmp_path / "policy.npz"
+    save_policy(flock_contender(), path)
+    assert find_policy(str(path)).name == "mine"
+    for name in ("random", "stubborn-leaders", "fixed:3.5"):
+        found, expected = find_policy(name), built_in(name)
+        assert type(found.policy) is type(expected.policy)
+        assert (found.name, found.per_agent, found.options) == (name, expected.per_agent, expected.options)
+    for spec in ("lost.npz", str(tmp_path), "fixed:far", "policy"):
+        with pytest.raises(ArgumentError, match=r"which: expected one of fixed:RHO, .* got '") as caught:
+            find_policy(spec, "which")
+        assert caught.value.given == repr(spec)
+
+
+def test_a_policy_for_a_line_records_no_flock() -> None:
+    with pytest.raises(ArgumentError, match="policy: expected one for a flock, got one for a line, line"):
+        line_contender().record(0, SCENARIO)

@@ -1,0 +1,124 @@
+"""Whole episodes of the line: as the environment plays them one by one, and as the sweep does."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flockesc_env import LineEscapeEnv, LineScenario, rollout_line, sweep
+from flockesc_env.errors import ArgumentError, ScenarioError
+from flockesc_env.network import Architecture, NetworkPolicy
+from flockesc_env.policies import FixedRange, Policy, StubbornLeaders, bind
+
+SCENARIO = LineScenario(num_agents=12, max_steps=40)
+SEEDS = [5, 0, 2**64 - 1, 7, 7, 3]
+
+
+def by_time_and_offsets() -> Policy:
+    architecture = Architecture(("time", "escape_distance", "offset_0", "offset_11"), (5,), memory=1)
+    return NetworkPolicy(architecture, np.random.default_rng(2).normal(0, 2, architecture.size))
+
+
+def fixed() -> Policy:
+    return FixedRange(0.125)
+
+
+def one_by_one(policy: Policy, scenario: LineScenario, **options: Any) -> dict[str, list[Any]]:
+    env = LineEscapeEnv(scenario, **options)
+    act, found = bind(policy, env), []
+    for seed in SEEDS:
+        observation, info = env.reset(seed=seed)
+        terminated = truncated = False
+        while not (terminated or truncated):
+            observation, _, terminated, truncated, info = env.step(act(observation))
+        found.append((info["escape_distance"], info["num_components"], terminated, observation[0]))
+    names = ("escape_distance", "num_components", "converged", "time")
+    return dict(zip(names, map(list, zip(*found, strict=True)), strict=True))
+
+
+@pytest.mark.parametrize("make", [by_time_and_offsets, fixed])
+@pytest.mark.parametrize("steps_per_action", [1, 3])
+@pytest.mark.parametrize("batch_size", [1, 4, 6, 100])
+def test_it_is_the_environment_line_by_line(make: Any, steps_per_action: int, batch_size: int) -> None:
+    options = {"steps_per_action": steps_per_action, "max_range": 0.5}
+    expected = one_by_one(make(), SCENARIO, **options)
+    found = rollout_line(make(), SEEDS, scenario=SCENARIO, batch_size=batch_size, **options)
+    assert found.seeds.tolist() == SEEDS
+    assert found.num_components.tolist() == expected["num_components"]
+    assert found.converged.tolist() == expected["converged"]
+    np.testing.assert_array_equal((found.steps / SCENARIO.max_steps).astype(np.float32), expected["time"])
+    # A network's sums may round otherwise where rows are fewer.
+    np.testing.assert_allclose(found.escape_distance, expected["escape_distance"], rtol=0, atol=1e-6)
+    assert len({*found.steps.tolist()}) > 1  # lines end at different times
+
+
+@pytest.mark.parametrize("escape_force", ["constant", "linear", "linear_as_printed"])
+def test_fixed_ranges_are_those_of_the_sweep(escape_force: Any) -> None:
+    scenario = LineScenario(num_agents=30, escape_force=escape_force, max_steps=60)
+    ranges = [0.0, 0.0625, 0.25, 1.0]  # which float32 holds
+    expected = sweep(scenario, ranges, range(20))
+    for row, rho in enumerate(ranges):
+        found = rollout_line(FixedRange(rho), range(20), scenario=scenario)
+        np.testing.assert_array_equal(found.escape_distance, expected.escape_distance[row])
+        np.testing.assert_array_equal(found.num_components, expected.num_components[row])
+        np.testing.assert_array_equal(found.converged, expected.converged[row])
+
+
+def test_lines_that_do_not_come_to_rest_end_with_the_last_step() -> None:
+    scenario = SCENARIO.replace(max_steps=2)
+    found = rollout_line(FixedRange(0.5), range(5), scenario=scenario, steps_per_action=3)
+    assert not found.converged.any()
+    assert (found.steps == 2).all()
+
+
+def test_an_ended_line_keeps_its_row_and_is_stepped_no_more() -> None:
+    rows: list[np.ndarray] = []
+
+    class Watching:
+        def act(self, observations: np.ndarray, control: Any) -> np.ndarray:
+            rows.append(observations.copy())
+            return FixedRange(0.125).act(observations, control)
+
+    found = rollout_line(Watching(), SEEDS, scenario=SCENARIO)
+    assert len(rows) == found.steps.max()
+    for line, steps in enumerate(found.steps):
+        last = [row[line] for row in rows[steps:]]
+        assert all((row == last[0]).all() for row in last)
+        assert len({row[line, 0] for row in rows[: steps + 1]}) == min(steps + 1, len(rows))
+
+
+def test_presets_are_known_by_name() -> None:
+    found = rollout_line(fixed(), [1], scenario="paper-line")
+    assert found.escape_distance == rollout_line(fixed(), [1]).escape_distance
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "message"),
+    [
+        ({"seeds": []}, ArgumentError, "seeds: expected at least one seed, got none"),
+        ({"seeds": [0, -1]}, ArgumentError, r"seeds\[1\]: expected an integer from 0"),
+        ({"seeds": [0.5]}, ArgumentError, r"seeds\[0\]: expected an integer, got 0.5"),
+        ({"batch_size": 0}, ArgumentError, "batch_size: expected an integer of at least 1"),
+        ({"batch_size": 1.5}, ArgumentError, "batch_size: expected an integer"),
+        ({"scenario": "paper-flock"}, ScenarioError, "scenario: expected"),
+        ({"scenario": LineScenario(predator_position=None)}, ScenarioError, "predator_position: expected"),
+        ({"max_range": 0.0}, ScenarioError, "max_range: expected"),
+        ({"reward": "own_distance"}, ScenarioError, "reward: expected one of difference, terminal"),
+        ({"policy": FixedRange(2.0)}, ArgumentError, "interaction_range: expected a number from 0"),
+        ({"policy": StubbornLeaders()}, ArgumentError, "observation: expected an entry"),
+    ],
+)
+def test_bad_input_is_named(changes: dict[str, Any], error: type[Exception], message: str) -> None:
+    asked: list[int] = []
+
+    class Asked:
+        def act(self, observations: np.ndarray, control: Any) -> np.ndarray:
+            asked.append(len(observations))
+            return fixed().act(observations, control)
+
+    fields = {"policy": Asked(), "seeds": SEEDS, "scenario": SCENARIO, **changes}
+    with pytest.raises(error, match=message):
+        rollout_line(fields.pop("policy"), fields.pop("seeds"), **fields)
+    assert not asked

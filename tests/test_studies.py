@@ -1,0 +1,270 @@
+"""A study from nothing to the page: its numbers, what it trains on, what it keeps, and how it goes on."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+import pytest
+from tiny_studies import TINY, Spy, write_preset
+
+from flockesc_env import load_policy, rollout, sweep
+from flockesc_env.contenders import built_in
+from training import explain, search, seeds
+from training.arguments import StudyArgs
+from training.config import presets
+from training.evaluation import objective
+from training.page import write_page
+from training.results import BEST_FIXED, ORACLE, Study, load_study
+from training.seeds import HELD_OUT, TRAINING, TUNING
+from training.study import FLOCK_GRID, study
+from training.submit import submit
+
+FLOCKS = 70  # more than rollouts step together
+OTHER = TINY.replace(num_agents=5)
+
+
+@pytest.fixture(scope="module")
+def patch() -> Iterator[pytest.MonkeyPatch]:
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.setattr(explain, "_worlds", lambda: iter([("home", TINY), ("fewer", OTHER)]))
+        yield monkeypatch
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory, patch: pytest.MonkeyPatch) -> Path:
+    path = tmp_path_factory.mktemp("study")
+    write_preset(path, patch)
+    return path
+
+
+@pytest.fixture(scope="module")
+def spy(patch: pytest.MonkeyPatch) -> Spy:
+    return Spy(patch)
+
+
+def study_args(folder: Path, **changes: Any) -> StudyArgs:
+    few = {"held_out_flocks": FLOCKS, "tuning_flocks": 12, "jobs": 1}
+    return StudyArgs(
+        **{"setting": "tiny", "output": folder / "results", "runs": folder / "runs", **few, **changes}
+    )
+
+
+@pytest.fixture(scope="module")
+def found(folder: Path, spy: Spy) -> Study:
+    """Return the study's results; tests that change its files work on other folders."""
+    study(study_args(folder))
+    return load_study(folder / "results" / "tiny")
+
+
+def values(found: Study, contender: str, seed: int | None = None) -> np.ndarray:
+    rows = found.values(contender)
+    return rows[0] if seed is None else rows[seed]
+
+
+def policy(folder: Path, name: str) -> Any:
+    return load_policy(folder / "results" / "tiny" / "policies" / f"{name}.npz")
+
+
+def test_training_and_tuning_see_no_held_out_flock(found: Study, spy: Spy) -> None:
+    assert found.held_out_flocks == FLOCKS
+    assert len(spy.commands) == 3
+    assert spy.training
+    assert not spy.training & set(HELD_OUT)
+    assert spy.training <= {*TUNING[:200]} | {seed for seed in spy.training if seed in TRAINING}
+    assert spy.elsewhere & set(HELD_OUT) == set(HELD_OUT[:FLOCKS])
+    assert spy.elsewhere <= {*TUNING[:FLOCKS], *HELD_OUT[:FLOCKS]}
+    assert len([seed for seed in spy.training if seed in TRAINING]) == len(
+        {seed for run in (0, 1) for seed in spy.training if seed in seeds.training_seeds(run, 0, 1_000_000)}
+    )
+
+
+def test_every_contender_plays_the_held_out_flocks(found: Study, folder: Path) -> None:
+    grid = [float(rho) for rho in FLOCK_GRID]
+    tuned, held_out = (sweep(TINY, grid, purpose) for purpose in (TUNING[:12], HELD_OUT[:FLOCKS]))
+    best = grid[int(tuned.min_mean_distance.mean(axis=1).argmax())]
+    assert found.best_fixed_range == best
+    expected = held_out.min_mean_distance
+    np.testing.assert_array_equal(values(found, BEST_FIXED), expected[grid.index(best)])
+    np.testing.assert_array_equal(values(found, ORACLE), expected.max(axis=0))
+    np.testing.assert_allclose(found.grid["mean"].to_numpy(), expected.mean(axis=1), rtol=1e-12)
+    assert found.grid["interaction_range"].to_list() == grid
+
+    assert found.contenders == [BEST_FIXED, ORACLE, "stubborn-leaders", "search", "schedule"]
+    assert found.trained == ["search", "schedule"]
+    options = {"scenario": TINY, "per_agent": True, "steps_per_action": 4, "predator_sensing_range": None}
+    for name, seed in (("search", 0), ("search", 1), ("schedule", 0)):
+        entry = policy(folder, f"{name}-{seed}")
+        alone = rollout(entry.policy, HELD_OUT[:FLOCKS], max_range=30.0, **options)
+        np.testing.assert_array_equal(values(found, name, seed), alone.min_mean_distance)
+    assert (values(found, "search", 0) != values(found, "search", 1)).any()
+
+
+def test_the_explained_run_is_the_best_on_tuning_flocks(found: Study) -> None:
+    best = found.curves.filter(learner="search").group_by("training_seed").agg(pl.col("objective").max())
+    assert (found.explained, found.explained_seed) == (
+        "search",
+        best.sort("objective")["training_seed"][-1],
+    )
+
+
+def test_hiding_what_a_policy_does_not_see_changes_nothing(found: Study) -> None:
+    """Not even the time, by which a network with a memory sees that an episode begins."""
+    assert found.ablation is not None
+    hidden = {name: rows["objective"].to_numpy() for (name,), rows in found.ablation.group_by("removed")}
+    plain = values(found, "search", found.explained_seed)
+    assert set(hidden) == {"nothing", *explain.GROUPS}
+    unseen = {"nothing", "time", "running minimum", "last range", "heard velocity", "predator velocity"}
+    for name, objectives in hidden.items():
+        assert (objectives == plain).all() == (name in unseen), name
+
+
+def test_other_worlds_are_beside_fixed_ranges(found: Study, folder: Path) -> None:
+    assert found.transfer is not None
+    worlds = {
+        key: rows["objective"].to_numpy() for key, rows in found.transfer.group_by("world", "contender")
+    }
+    assert len(worlds) == 6
+    np.testing.assert_array_equal(worlds["home", "learned"], values(found, "search", found.explained_seed))
+    entry, held_out = policy(folder, f"search-{found.explained_seed}"), HELD_OUT[:FLOCKS]
+    there = rollout(entry.policy, held_out, scenario=OTHER, per_agent=True, **entry.options)
+    np.testing.assert_array_equal(worlds["fewer", "learned"], there.min_mean_distance)
+    for world, scenario in (("home", TINY), ("fewer", OTHER)):
+        grid = [float(rho) for rho in FLOCK_GRID]
+        own = grid[int(sweep(scenario, grid, TUNING[:FLOCKS]).min_mean_distance.mean(axis=1).argmax())]
+        for name, rho in (("there", own), ("of the paper's flock", found.best_fixed_range)):
+            fixed = sweep(scenario, [rho], held_out).min_mean_distance[0]
+            np.testing.assert_allclose(worlds[world, f"best fixed range {name}"], fixed, atol=1e-4)
+
+
+def test_the_page_shows_the_study(found: Study, folder: Path) -> None:
+    page = folder / "page" / "results.md"
+    write_page(folder / "results", page)
+    text = page.read_text()
+    for words in ("eight agents", "search", "an open-loop schedule", f"{values(found, ORACLE).mean():.2f}"):
+        assert words in text
+    pictures = ("ablation", "transfer", "learning_curves", "gains", "performance_profiles")
+    for name in pictures:
+        assert (folder / "results" / "figures" / f"{name}.png").stat().st_size > 5_000
+        assert f"{name}.png" in text
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(file): file.read_bytes() for file in sorted(folder.rglob("*")) if file.is_file()}
+
+
+def test_a_second_call_trains_and_sweeps_nothing(found: Study, folder: Path, spy: Spy) -> None:
+    before = contents(folder / "results"), contents(folder / "runs")
+    spy.forget()
+    study(study_args(folder))
+    assert (spy.commands, spy.jobs) == ([], [])
+    assert (contents(folder / "results"), contents(folder / "runs")) == before
+    assert spy.elsewhere >= set(HELD_OUT[:FLOCKS])  # policies are played again
+
+
+def test_a_killed_study_goes_on_where_it_was(
+    found: Study, folder: Path, tmp_path: Path, spy: Spy, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The second training run is killed at its first checkpoint."""
+    save, generation, played = search.save_checkpoint, search._generation, []
+
+    def die(state: search.State, run: Path) -> None:
+        save(state, run)
+        if run.name == "search-1":
+            raise RuntimeError("killed")
+
+    def count(state: search.State, *args: Any) -> None:
+        played.append(state.generation)
+        generation(state, *args)
+
+    monkeypatch.setattr(search, "_generation", count)
+    with monkeypatch.context() as patch:
+        patch.setattr(search, "save_checkpoint", die)
+        with pytest.raises(RuntimeError, match=r"train tiny-search --no-progress .* failed:(?s:.*)killed"):
+            study(study_args(tmp_path))
+    assert not (tmp_path / "results").exists()
+    assert played[:6] == [0, 1, 2, 3, 0, 1]
+    finished = contents(tmp_path / "runs" / "tiny" / "search-0")
+    played.clear()
+    study(study_args(tmp_path))
+    assert played[:2] == [2, 3]
+    assert contents(tmp_path / "runs" / "tiny" / "search-0") == finished
+    again = load_study(tmp_path / "results" / "tiny")
+    for name in ("episodes", "grid", "ablation", "transfer"):
+        assert getattr(again, name).equals(getattr(found, name)), name
+
+
+def test_what_others_submitted_stays(found: Study, folder: Path, tmp_path: Path) -> None:
+    results, page = tmp_path / "results", tmp_path / "page.md"
+    args = study_args(folder, output=results)
+    study(args)
+    submit("tiny", "stubborn-leaders", "thumb", results, page)
+    path = results / "tiny" / "episodes.parquet"
+    before = pl.read_parquet(path)
+    assert set(before["contender"]) == {*found.contenders, "thumb"}
+
+    stale = before.filter(contender="search").with_columns(contender=pl.lit("formerly"))
+    partial = before.filter(contender="thumb").head(5).with_columns(contender=pl.lit("five flocks"))
+    unreported = before.filter(contender="thumb").with_columns(contender=pl.lit("unreported"))
+    pl.concat([before, stale, partial, unreported]).write_parquet(path)
+    study(args)
+    assert pl.read_parquet(path).equals(before)
+
+    study(dataclasses.replace(args, held_out_flocks=10))  # other flocks than those of the submissions
+    assert load_study(results / "tiny").contenders == found.contenders
+
+
+def test_some_learners_alone(found: Study, folder: Path, tmp_path: Path, spy: Spy) -> None:
+    spy.forget()
+    study(study_args(folder, output=tmp_path, learners=("schedule",)))
+    alone = load_study(tmp_path / "tiny")
+    assert spy.commands == []
+    assert alone.trained == list(alone.learners) == ["schedule"]
+    assert (alone.ablation, alone.transfer, alone.explained) == (None, None, None)
+    assert alone.command == "python -m training study tiny --learners schedule"
+    np.testing.assert_array_equal(alone.values("schedule"), found.values("schedule"))
+
+
+def test_the_record_says_how_learners_were_run(found: Study, folder: Path) -> None:
+    document = json.loads((folder / "results" / "tiny" / "study.json").read_text())
+    assert list(document["learners"]) == ["search", "schedule"]
+    arguments = document["learners"]["search"]["arguments"]
+    assert (arguments["generations"], arguments["memory"]) == (4, 1)
+    assert not {"run", "seed", "progress"} & arguments.keys()
+    assert document["learners"]["schedule"]["note"] == "an open-loop schedule"
+    assert found.runs["episodes"].to_list() == [4 * 10, 4 * 10, 4 * 4]  # networks by flocks
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"setting": "nowhere"}, "setting: expected one of tiny, got 'nowhere'"),
+        ({"learners": ("ppo",)}, "learners: expected any of search, schedule, unreported, got 'ppo'"),
+        ({"held_out_flocks": 0}, "flocks: expected 1 to"),
+        ({"tuning_flocks": 1_000_001}, "flocks: expected 1 to"),
+    ],
+)
+def test_bad_arguments_are_refused_before_anything_is_written(
+    changes: dict[str, Any], message: str, folder: Path, tmp_path: Path
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        study(study_args(tmp_path, **changes))
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_rule_of_thumb_sees_what_the_setting_shows(folder: Path) -> None:
+    setting = presets()["tiny"].setting
+    for visible, name in ((True, "stubborn-leaders"), (False, "stubborn-leaders-local")):
+        entry = built_in(name)
+        played = objective(
+            dataclasses.replace(setting, predator_visible=visible, max_range=100.0, steps_per_action=1),
+            entry.policy,
+            HELD_OUT[:5],
+        )
+        alone = rollout(entry.policy, HELD_OUT[:5], scenario=TINY, per_agent=True, **entry.options)
+        np.testing.assert_array_equal(played, alone.min_mean_distance)
