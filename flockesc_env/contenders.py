@@ -68,7 +68,7 @@ def built_in(name: str, argument: str = "policies") -> Contender:
     if name == "stubborn-leaders-local":
         return Contender(name, StubbornLeaders(), per_agent=True)
     if name == "stubborn-witnesses":
-        return Contender(name, StubbornWitnesses(), per_agent=True)
+        return Contender(name, StubbornWitnesses(), per_agent=True, options={"steps_per_action": 1})
     raise ArgumentError(argument, f"one of {', '.join(NAMES)}", repr(name))
 
 

@@ -145,22 +145,33 @@ class StubbornLeaders:
 
 
 class StubbornWitnesses:
-    """The rule where the predator is seen only nearby: wait, then listen, but never again once it was seen.
+    """The rule where the predator is seen only nearby: wait, hear of it, and listen no more once it was seen.
 
-    rho_i = 0 until ``patience`` has passed and, once agent i has sensed the predator, for the rest of the
-    episode; else ``interaction_range``. Needs one observation per agent, and all agents at every action: it
-    remembers who has seen the predator until an episode begins.
+    Until ``patience`` has passed, and once agent i has sensed the predator for the rest of the episode,
+    rho_i = 0. Else rho_i = ``first_range`` at its first action after the wait, and ``interaction_range`` from
+    then on. Needs one observation per agent, and all agents at every action: it remembers who has seen the
+    predator until an episode begins. Made for one step per action.
 
     Args:
         patience: share of the episode during which nobody listens: before the predator comes, agents would
             only agree on some direction.
-        interaction_range: rho in m of those who listen.
+        first_range: rho in m of the first action after that, by which news travels far at once.
+        interaction_range: rho in m of those who go on listening.
+
+    Several rules, with arguments of shape (k,), share the rows in equal, consecutive parts.
     """
 
-    def __init__(self, patience: float = 0.1, interaction_range: float = 20.0) -> None:
-        self.patience = float(as_floats(patience, "patience", ()))
-        self.interaction_range = float(as_floats(interaction_range, "interaction_range", ()))
-        self._has_seen = np.zeros(0, bool)
+    def __init__(
+        self, patience: ArrayLike = 0.125, first_range: ArrayLike = 60.0, interaction_range: ArrayLike = 17.0
+    ) -> None:
+        given = {"patience": patience, "first_range": first_range, "interaction_range": interaction_range}
+        columns = [as_floats(value, name) for name, value in given.items()]
+        shape = columns[0].shape
+        for name, column in zip(given, columns, strict=True):
+            if column.shape != shape or column.ndim > 1:
+                raise ArgumentError(name, "a number, or as many as for the other arguments", column.shape)
+        self.parameters: FloatArray = np.stack(columns, axis=-1)
+        self._has_seen = self._has_heard = np.zeros(0, bool)
 
     def act(self, observations: Observations, control: Control) -> NDArray[Any]:
         """Choose who listens.
@@ -172,13 +183,19 @@ class StubbornWitnesses:
         time = observations[:, control.layout.index("time")]
         begins = time == 0
         if begins.all():
-            self._has_seen = np.zeros(len(observations), bool)
+            self._has_seen = self._has_heard = np.zeros(len(observations), bool)
         if len(self._has_seen) != len(observations):
             raise ArgumentError("observations", f"{len(self._has_seen)} rows as before", len(observations))
+        rules = np.atleast_2d(self.parameters)
+        if len(observations) % len(rules):
+            raise ArgumentError("observations", f"rows in {len(rules)} equal parts", len(observations))
+        patience, first, later = np.repeat(rules, len(observations) // len(rules), axis=0).T
         is_seen = observations[:, control.layout.index("predator_sensed")] > 0
         self._has_seen = (self._has_seen & ~begins) | is_seen
-        listens = (time >= self.patience) & ~self._has_seen
-        ranges: FloatArray = np.where(listens, self.interaction_range, 0.0)
+        heard = self._has_heard & ~begins
+        waits = time < patience
+        ranges = np.where(waits | self._has_seen, 0.0, np.where(heard, later, first))
+        self._has_heard = heard | ~waits
         return control.actions.from_ranges(ranges)
 
 

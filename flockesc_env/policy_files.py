@@ -1,4 +1,4 @@
-"""Policies in files: the numbers of a network or of a schedule, with the options that it was made for."""
+"""Policies in files: the numbers of a network or of a rule, with the options that it was made for."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from flockesc_env.atomic import writing
 from flockesc_env.contenders import NAMES, Contender, built_in
 from flockesc_env.errors import ArgumentError, RecordError, ScenarioError
 from flockesc_env.network import Architecture, NetworkPolicy
+from flockesc_env.policies import StubbornWitnesses
 from flockesc_env.records import versions
 from flockesc_env.scenario import FlockScenario, LineScenario
 
@@ -29,26 +30,32 @@ _FOREIGN = (
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
 
 
+Stored = NetworkPolicy | StubbornWitnesses
+"""Policies that are numbers: those that can be in a file."""
+
+
 def save_policy(contender: Contender, path: str | Path) -> None:
-    """Write a network and what it was made for to a file; an older one stays whole until this is complete.
+    """Write a policy and what it was made for to a file; an older one stays whole until this is complete.
 
     Args:
-        contender: a ``NetworkPolicy`` of one network, with the scenario that it was trained in.
+        contender: one network or rule (``Stored``), with the scenario that it was trained in.
         path: where to.
 
     Raises:
         RecordError: if it is another policy, or its scenario is not known.
     """
     policy, scenario = contender.policy, contender.scenario
-    if not isinstance(policy, NetworkPolicy) or policy.parameters.ndim != 1 or scenario is None:
-        raise RecordError("contender", "one network and its scenario", type(policy).__name__)
+    if not isinstance(policy, Stored) or policy.parameters.ndim != 1 or scenario is None:
+        raise RecordError("contender", "one network or rule and its scenario", type(policy).__name__)
     header = {
         "name": contender.name,
         "model": "flock" if isinstance(scenario, FlockScenario) else "line",
         "scenario": json.loads(scenario.to_json()),
         "per_agent": contender.per_agent,
         "options": contender.options,
-        "architecture": dataclasses.asdict(policy.architecture),
+        "architecture": (
+            dataclasses.asdict(policy.architecture) if isinstance(policy, NetworkPolicy) else None
+        ),
         "versions": versions(),
     }
     with writing(Path(path)) as file:
@@ -93,13 +100,18 @@ def find_policy(spec: str, argument: str = "policies") -> Contender:
 
 
 def _contender(header: dict[str, Any], parameters: Any) -> Contender:
-    fields = header["architecture"]
-    lists = {"inputs": tuple(fields["inputs"]), "hidden": tuple(fields["hidden"])}
-    architecture = Architecture(**{**fields, **lists})
     return Contender(
         header["name"],
-        NetworkPolicy(architecture, parameters),
+        _policy(header["architecture"], parameters),
         per_agent=header["per_agent"],
         options=header["options"],
         scenario=_MODELS[header["model"]].from_json(json.dumps(header["scenario"])),
     )
+
+
+def _policy(fields: dict[str, Any] | None, parameters: Any) -> Stored:
+    """Return the network of an architecture or, without one, the rule."""
+    if fields is None:
+        return StubbornWitnesses(*parameters)
+    lists = {"inputs": tuple(fields["inputs"]), "hidden": tuple(fields["hidden"])}
+    return NetworkPolicy(Architecture(**{**fields, **lists}), parameters)

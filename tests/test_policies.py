@@ -297,7 +297,7 @@ def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
     predators = (ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
     scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0, predators=predators)
     env = parallel_env(scenario, action_mode="range", predator_sensing_range=20.0)
-    act = bind(StubbornWitnesses(patience=0.25, interaction_range=14.0), env)
+    act = bind(StubbornWitnesses(patience=0.25, first_range=30.0, interaction_range=14.0), env)
     for seed in (0, 1):  # the second episode starts without memories
         observations, _ = env.reset(seed=seed)
         schedule = np.zeros((scenario.num_steps, 20))
@@ -308,7 +308,7 @@ def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
             distance = np.linalg.norm(run.positions[t] - run.predator_positions[t], axis=1)
             forgot |= bool((has_seen & (distance > 20.0)).any())
             has_seen |= distance <= 20.0
-            schedule[t] = np.where(has_seen | (t < 4), 0.0, 14.0)
+            schedule[t] = np.where(has_seen | (t < 4), 0.0, 30.0 if t == 4 else 14.0)
             observations, _, _, _, infos = env.step(act(observations))
             ranges = [info["interaction_range"] for info in infos.values()]
             np.testing.assert_allclose(ranges, schedule[t], atol=1e-6)
@@ -322,3 +322,15 @@ def test_stubborn_witnesses_refuse_rows_that_appear() -> None:
     observations, *_ = env.step({name: np.zeros(1, np.float32) for name in env.agents})
     with pytest.raises(ArgumentError, match="observations: expected 0 rows as before, got 4"):
         bind(StubbornWitnesses(), env)(observations)
+
+
+def test_several_witness_rules_share_the_rows() -> None:
+    scenario = small_flock(num_agents=6, num_steps=12, initial_side=60.0)
+    rules = np.array([[0.1, 50.0, 20.0], [0.3, 10.0, 30.0], [0.0, 0.0, 5.0]])
+    alone = [
+        outcome(rollout(StubbornWitnesses(*rule), SEEDS, scenario=scenario, per_agent=True)) for rule in rules
+    ]
+    together = rollout(StubbornWitnesses(*rules.T), SEEDS * 3, scenario=scenario, per_agent=True)
+    np.testing.assert_array_equal(outcome(together), np.concatenate(alone, axis=1))
+    with pytest.raises(ArgumentError, match=r"first_range: expected .* got \(2,\)"):
+        StubbornWitnesses([0.1, 0.2, 0.3], [10.0, 20.0], [1.0, 2.0, 3.0])

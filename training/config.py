@@ -95,9 +95,10 @@ class TrainArgs(Setting):
 
 @dataclass(frozen=True, kw_only=True)
 class SearchArgs(TrainArgs):
-    """CMA-ES over the parameters of a small network, on the objective itself.
+    """CMA-ES over the parameters of a small network or of a rule, on the objective itself.
 
     Attributes:
+        rule: whether it is about the rule ``StubbornWitnesses`` in place of a network.
         inputs: entries of the observation that the network sees; none: all. With ``time`` alone the network
             is an open-loop schedule.
         hidden: hidden layers of the network.
@@ -110,6 +111,7 @@ class SearchArgs(TrainArgs):
         step_size: first standard deviation of the parameters.
     """
 
+    rule: bool = False
     inputs: tuple[str, ...] = ()
     hidden: tuple[int, ...] = (8,)
     memory: int = 0

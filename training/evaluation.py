@@ -81,3 +81,11 @@ def run_contender(
             progress=report,
             **entry.options,
         )
+
+
+def play(entry: Contender, setting: Setting, flocks: range, *, num_threads: int | None = None) -> FloatArray:
+    """Run one policy, with the options that it was made for, on a setting's flocks; return the objective."""
+    model = setting.model
+    if isinstance(model, LineScenario):
+        return rollout_line(entry.policy, flocks, scenario=model, **entry.options).escape_distance
+    return outcome(run_contender(entry, flocks, scenario=model, num_threads=num_threads), setting.objective)

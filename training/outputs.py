@@ -12,8 +12,7 @@ import polars as pl
 
 from flockesc_env.atomic import writing
 from flockesc_env.contenders import Contender
-from flockesc_env.network import NetworkPolicy
-from flockesc_env.policy_files import save_policy
+from flockesc_env.policy_files import Stored, save_policy
 from training.config import CONFIG_FILE, CURVE_FILE, POLICY_FILE, RUN_FILE, Args, RunRecord
 from training.evaluation import control, objective
 from training.seeds import TUNING, first_seeds
@@ -41,7 +40,7 @@ class Measured:
     environment_seconds: float | None = None
     curve: list[dict[str, float]] = field(default_factory=list)
 
-    def add_point(self, args: Args, policy: NetworkPolicy) -> None:
+    def add_point(self, args: Args, policy: Stored) -> None:
         """Add the policy's mean objective on tuning flocks to the learning curve."""
         value = objective(args, policy, first_seeds(TUNING, CURVE_FLOCKS)).mean()
         self.curve.append({"episodes": self.episodes, "seconds": self.seconds, "objective": float(value)})
@@ -80,7 +79,7 @@ def write_table(table: pl.DataFrame, path: Path) -> None:
         table.write_parquet(file)
 
 
-def finish(args: Args, policy: NetworkPolicy, measured: Measured) -> Path:
+def finish(args: Args, policy: Stored, measured: Measured) -> Path:
     """Write curve, speed and policy, drop the checkpoint, and return the policy's file."""
     write_table(pl.DataFrame(measured.curve), args.run / CURVE_FILE)
     inside = measured.environment_seconds

@@ -1,4 +1,4 @@
-"""CMA-ES over the parameters of a small network: no gradients, no reward, the objective itself.
+"""CMA-ES over the parameters of a small network or of a rule: no gradients, no reward, the objective itself.
 
 Hansen, "The CMA Evolution Strategy: A Tutorial" (2016), as the library cmaes implements it.
 """
@@ -15,13 +15,13 @@ import numpy as np
 from cmaes import CMA
 from numpy.typing import NDArray
 
-from flockesc_env.network import Architecture, NetworkPolicy
-from flockesc_env.policies import Observations
+from flockesc_env.policies import Observations, Policy
 from flockesc_env.progress import bar
 from flockesc_env.spaces import Control
 from flockesc_env.stats import FloatArray
 from training.config import SearchArgs
-from training.evaluation import control, objective
+from training.evaluation import objective
+from training.families import Family, family_of
 from training.outputs import Measured, begin, finish, load_checkpoint, save_checkpoint
 from training.seeds import training_seeds
 
@@ -50,7 +50,7 @@ class Counting:
         actions: so far.
     """
 
-    def __init__(self, policy: NetworkPolicy) -> None:
+    def __init__(self, policy: Policy) -> None:
         self.policy = policy
         self.actions = 0
 
@@ -66,38 +66,36 @@ def search(args: SearchArgs) -> Path:
     Raises:
         FileExistsError: as ``begin``.
     """
-    architecture = Architecture(
-        args.inputs or control(args).layout.names, args.hidden, args.memory, args.mirror
-    )
+    family = family_of(args)
     begin(args)
     state: State = load_checkpoint(args.run) or State(
-        CMA(np.zeros(architecture.size), args.step_size, population_size=args.population, seed=args.seed)
+        CMA(np.zeros(family.size), args.step_size, population_size=args.population, seed=args.seed)
     )
     with bar(f"Search {args.run.name}", args.generations, always=args.progress) as report:
         while state.generation < args.generations:
             report(state.generation, args.generations)
-            _generation(state, args, architecture)
+            _generation(state, args, family)
             if state.generation % args.checkpoint_every == 0 or state.generation == args.generations:
-                _measure(state, args, architecture)
+                _measure(state, args, family)
                 save_checkpoint(state, args.run)
-    return finish(args, NetworkPolicy(architecture, state.best), state.measured)
+    return finish(args, family.policies(state.best), state.measured)
 
 
-def _generation(state: State, args: SearchArgs, architecture: Architecture) -> None:
-    """Let the networks of one generation play the same flocks, and tell the optimizer how they fared."""
+def _generation(state: State, args: SearchArgs, family: Family) -> None:
+    """Let the policies of one generation play the same flocks, and tell the optimizer how they fared."""
     begun = time.process_time()
     optimizer, number, measured = state.optimizer, state.generation, state.measured
     optimizer.reseed_rng(int(np.random.SeedSequence([args.seed, number]).generate_state(1)[0]))
-    networks = np.array([optimizer.ask() for _ in range(args.population)])
-    # Few flocks find the way, many tell good networks from lucky ones.
+    vectors = np.array([optimizer.ask() for _ in range(args.population)])
+    # Few flocks find the way, many tell good policies from lucky ones.
     growth = (args.final_flocks / args.flocks) ** (number / args.generations)
     flocks = training_seeds(args.seed, measured.episodes // args.population, round(args.flocks * growth))
     seeds = list(flocks) * args.population
-    played = Counting(NetworkPolicy(architecture, networks))
+    played = Counting(family.policies(vectors))
     values = objective(args, played, seeds, batch_size=len(seeds))
     fitness = values.reshape(args.population, -1).mean(axis=1)
     # cmaes minimizes.
-    optimizer.tell(list(zip(networks, -fitness, strict=True)))
+    optimizer.tell(list(zip(vectors, -fitness, strict=True)))
     # A checkpoint holds one triangle of the covariance; so does, with this copy, an undisturbed run.
     state.optimizer = deepcopy(optimizer)
     state.generation += 1
@@ -106,10 +104,10 @@ def _generation(state: State, args: SearchArgs, architecture: Architecture) -> N
     measured.seconds += time.process_time() - begun
 
 
-def _measure(state: State, args: SearchArgs, architecture: Architecture) -> None:
+def _measure(state: State, args: SearchArgs, family: Family) -> None:
     """Add the mean of the search distribution to the learning curve; keep it if it is the best so far."""
     center = state.optimizer.mean
     curve = state.measured.curve
-    state.measured.add_point(args, NetworkPolicy(architecture, center))
+    state.measured.add_point(args, family.policies(center))
     if all(curve[-1]["objective"] > point["objective"] for point in curve[:-1]):
         state.best = center.copy()

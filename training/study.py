@@ -24,7 +24,7 @@ from training import explain, seeds
 from training.arguments import StudyArgs
 from training.config import CURVE_FILE, KINDS, POLICY_FILE, RUN_FILE, Preset, presets, versions
 from training.contenders import contender
-from training.evaluation import objective
+from training.evaluation import play
 from training.listening import LISTENING_FILE, measure_listening
 from training.outputs import write_table
 from training.processes import train_apart
@@ -72,7 +72,7 @@ def study(args: StudyArgs) -> Path:
     entries += [(name, seed, contender(str(run))) for name, seed, run in runs]
     with bar("Policies on held-out flocks", len(entries)) as report:
         for done, (name, seed, entry) in enumerate(entries, start=1):
-            values = objective(preset.setting, entry.policy, held_out, num_threads=None)
+            values = play(entry, preset.setting, held_out)
             rows.append(_rows(name, seed, held_out, values))
             report(done, len(entries))
     made = pl.concat(rows)

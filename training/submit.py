@@ -8,16 +8,14 @@ from pathlib import Path
 
 import polars as pl
 
-from flockesc_env import FlockScenario, LineScenario
+from flockesc_env import FlockScenario
 from flockesc_env.atomic import writing
 from flockesc_env.contenders import Contender
 from flockesc_env.errors import ArgumentError
 from flockesc_env.options import EnvOptions, LineOptions
-from flockesc_env.rollout_line import rollout_line
-from flockesc_env.stats import FloatArray
 from training.config import Setting, presets
 from training.contenders import contender
-from training.evaluation import outcome, run_contender
+from training.evaluation import play
 from training.page import write_page
 from training.results import EPISODES_FILE, load_studies
 from training.seeds import HELD_OUT, first_seeds
@@ -61,7 +59,7 @@ def submit(setting: str, policy: str, name: str, results: Path, page: Path) -> N
             "contender": name,
             "training_seed": pl.Series([None] * len(flocks), dtype=pl.Int64),
             "flock": flocks,
-            "objective": _play(entry, known[setting].setting, flocks),
+            "objective": play(entry, known[setting].setting, flocks),
         },
         schema_overrides=dict(study.episodes.schema),
     )
@@ -92,10 +90,3 @@ def check_fits(entry: Contender, setting: Setting) -> None:
         if sensing is None or (sensing != "predator_range" and float(sensing) > most):
             expected = f"at most the setting's, 'predator_range' or {most:g} m"
             raise ArgumentError("predator_sensing_range", expected, sensing)
-
-
-def _play(entry: Contender, setting: Setting, flocks: range) -> FloatArray:
-    model = setting.model
-    if isinstance(model, LineScenario):
-        return rollout_line(entry.policy, flocks, scenario=model, **entry.options).escape_distance
-    return outcome(run_contender(entry, flocks, scenario=model), setting.objective)
