@@ -15,7 +15,7 @@ from flockesc_env import LineScenario, load_policy, rollout, rollout_line, save_
 from flockesc_env.contenders import Contender, built_in
 from flockesc_env.errors import ArgumentError, RecordError, ScenarioError
 from flockesc_env.network import Architecture, NetworkPolicy
-from flockesc_env.policies import FixedRange
+from flockesc_env.policies import FixedRange, StubbornWitnesses
 from flockesc_env.policy_files import find_policy
 
 SCENARIO = small_flock(num_agents=6, predator_range=60.0)
@@ -71,7 +71,7 @@ def test_it_plays_as_before(tmp_path: Path) -> None:
 )
 def test_what_cannot_be_kept_is_refused(changes: dict[str, Any], tmp_path: Path) -> None:
     entry = dataclasses.replace(flock_contender(), **changes)
-    with pytest.raises(RecordError, match="contender: expected one network and its scenario"):
+    with pytest.raises(RecordError, match="contender: expected one network or rule and its scenario"):
         save_policy(entry, tmp_path / "policy.npz")
     assert not list(tmp_path.iterdir())
 
@@ -118,7 +118,7 @@ def rewritten(path: Path, parameters: Any = None, **header: Any) -> Path:
         {"parameters": np.array(["a", "b", "c"])},
         {"architecture": {"inputs": ["time"], "hidden": [3], "layers": 2}},
         {"architecture": {"inputs": ["time", "offset_0"], "hidden": [], "squash": "cut"}},
-        {"architecture": None},
+        {"architecture": 3},
         {"model": "swarm"},
         {"scenario": 3},
     ],
@@ -183,3 +183,14 @@ def test_policies_are_found_by_name_or_file(tmp_path: Path) -> None:
 def test_a_policy_for_a_line_records_no_flock() -> None:
     with pytest.raises(ArgumentError, match="policy: expected one for a flock, got one for a line, line"):
         line_contender().record(0, SCENARIO)
+
+
+def test_rules_are_kept_like_networks(tmp_path: Path) -> None:
+    rule = StubbornWitnesses(0.25, 50.0, 12.0)
+    entry = Contender("mine", rule, per_agent=True, options={"steps_per_action": 1}, scenario=SCENARIO)
+    save_policy(entry, tmp_path / "rule.npz")
+    found = load_policy(tmp_path / "rule.npz")
+    assert isinstance(found.policy, StubbornWitnesses)
+    np.testing.assert_array_equal(found.policy.parameters, rule.parameters)
+    again = [rollout(each.policy, [1, 2], scenario=SCENARIO, per_agent=True) for each in (entry, found)]
+    np.testing.assert_array_equal(again[0].min_mean_distance, again[1].min_mean_distance)
