@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -268,3 +269,14 @@ def test_the_rule_of_thumb_sees_what_the_setting_shows(folder: Path) -> None:
         )
         alone = rollout(entry.policy, HELD_OUT[:5], scenario=TINY, per_agent=True, **entry.options)
         np.testing.assert_array_equal(played, alone.min_mean_distance)
+
+
+def test_finished_runs_of_other_arguments_are_refused(found: Study, folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(folder / "runs", tmp_path / "runs")
+    record = tmp_path / "runs" / "tiny" / "search-1" / "config.json"
+    document = json.loads(record.read_text())
+    document["args"]["generations"] = 5
+    record.write_text(json.dumps(document))
+    with pytest.raises(ValueError, match=r"runs: expected the preset's arguments in .*search-1, got others"):
+        study(study_args(tmp_path))
+    assert not (tmp_path / "results").exists()

@@ -22,7 +22,17 @@ from flockesc_env.progress import bar
 from flockesc_env.stats import FloatArray, mean
 from training import explain, seeds
 from training.arguments import StudyArgs
-from training.config import CURVE_FILE, KINDS, POLICY_FILE, RUN_FILE, Preset, presets, versions
+from training.config import (
+    CURVE_FILE,
+    KINDS,
+    POLICY_FILE,
+    RUN_FILE,
+    Args,
+    Preset,
+    RunRecord,
+    presets,
+    versions,
+)
 from training.contenders import contender
 from training.evaluation import play
 from training.listening import LISTENING_FILE, measure_listening
@@ -101,26 +111,40 @@ def _preset(args: StudyArgs) -> Preset:
 
 
 def _train(args: StudyArgs, preset: Preset) -> list[TrainingRun]:
-    """Do all training runs that are not finished; return learner, training seed and folder of each."""
+    """Do all training runs that are not finished; return learner, training seed and folder of each.
+
+    Raises:
+        ValueError: if a finished run has other arguments than the preset.
+    """
     runs = [
         (name, seed, args.runs / args.setting / f"{name}-{seed}")
         for name, learner in preset.learners.items()
         for seed in range(learner.seeds)
     ]
     missing = [run for run in runs if not (run[2] / POLICY_FILE).is_file()]
+    for run in runs:
+        if run not in missing and not _is_of(preset, run):
+            raise ValueError(f"runs: expected the preset's arguments in {run[2]}, got others; remove it")
     with (
         bar(f"Training runs of {args.setting}", len(missing)) as report,
         ThreadPoolExecutor(args.jobs) as workers,
     ):
-        finished = workers.map(lambda run: _run(args.setting, preset, *run), missing)
+        finished = workers.map(
+            lambda run: train_apart(f"{args.setting}-{run[0]}", _args(preset, run)), missing
+        )
         for done, _ in enumerate(finished, start=1):
             report(done, len(missing))
     return runs
 
 
-def _run(setting: str, preset: Preset, learner: str, seed: int, folder: Path) -> None:
-    args = dataclasses.replace(preset.learners[learner].args, run=folder, seed=seed)
-    train_apart(f"{setting}-{learner}", args)
+def _is_of(preset: Preset, run: TrainingRun) -> bool:
+    found = RunRecord.read(run[2]).args
+    return dataclasses.replace(found, progress=True) == _args(preset, run)
+
+
+def _args(preset: Preset, run: TrainingRun) -> Args:
+    learner, seed, folder = run
+    return dataclasses.replace(preset.learners[learner].args, run=folder, seed=seed)
 
 
 def _grid(preset: Preset) -> tuple[float, ...]:
