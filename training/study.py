@@ -45,7 +45,7 @@ FLOCK_GRID = (*range(0, 21, 2), 25, 30, 40, 50, 75, 100, 150)
 
 LINE_GRID = tuple(np.linspace(0, 1, 51).tolist())
 
-EXPLAINED_FLOCKS = 200
+EXPLAINED_FLOCKS = 100
 """Held-out flocks of ablations and other worlds."""
 
 TrainingRun = tuple[str, int, Path]
