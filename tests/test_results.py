@@ -22,8 +22,8 @@ from flockesc_env.stats import Estimate
 from training import config
 from training.aggregate import RESAMPLES, Aggregate, aggregate, iqm, means, profile
 from training.config import Setting
-from training.page import FIGURES, markdown_page, readme_table, write_page
-from training.results import BEST_FIXED, ORACLE, Study, load_studies, load_study
+from training.page import FIGURES, listened, markdown_page, readme_table, write_page
+from training.results import BEST_FIXED, ORACLE, load_studies, load_study
 from training.seeds import HELD_OUT
 from training.submit import check_fits, submit
 from training.summary import Summary, elsewhere, hidden, summarize
@@ -255,7 +255,7 @@ def test_targets_of_learners_that_were_not_run_are_left_out(results: Path) -> No
 
 
 def test_the_table_of_the_readme_has_a_row_per_setting(results: Path) -> None:
-    table = readme_table(results).splitlines()
+    table = readme_table(summarize(load_studies(results))).splitlines()
     assert len(table) == 4
     cells = [cell.strip() for cell in table[2].strip("|").split("|")]
     assert cells[0] == "per-agent-visible"
@@ -371,12 +371,14 @@ def test_policies_for_other_problems_do_not(entry: Contender, setting: Setting, 
     assert caught.value.field == field
 
 
-@pytest.mark.skipif(not COMMITTED.is_dir(), reason="no results are committed")
-def test_the_committed_page_is_that_of_the_committed_results() -> None:
+def test_the_committed_page_and_table_are_those_of_the_committed_results() -> None:
     page = ROOT / "docs" / "results.md"
-    studies: list[Study] = load_studies(COMMITTED)
-    assert page.read_text() == markdown_page(summarize(studies), COMMITTED / FIGURES, page)
-    assert {study.setting for study in studies} <= set(AIMS)
+    summaries = summarize(load_studies(COMMITTED))
+    assert page.read_text() == markdown_page(summaries, COMMITTED / FIGURES, page, listened(COMMITTED))
+    assert readme_table(summaries) in (ROOT / "README.md").read_text()
+    assert {summary.study.setting for summary in summaries} <= set(AIMS)
+    for picture in re.findall(r"\]\((.*?\.png)\)", page.read_text()):
+        assert (page.parent / picture).is_file()
 
 
 def test_figures_of_flocks_agree_with_those_of_single_runs() -> None:

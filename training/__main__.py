@@ -59,7 +59,7 @@ def _study(args: Annotated[StudyArgs, tyro.conf.arg(name="")]) -> None:
 
 @app.command(name="page")
 def _page(results: Path = RESULTS, page: Path = PAGE) -> None:
-    """Write the page of results and its figures from the studies' files.
+    """Write the page of results and its figures from the studies' files; print the README's table.
 
     Args:
         results: folder of the studies.
@@ -67,7 +67,7 @@ def _page(results: Path = RESULTS, page: Path = PAGE) -> None:
     """
     from training.page import write_page
 
-    write_page(results, page)
+    print(write_page(results, page))
 
 
 @app.command(name="submit")

@@ -24,8 +24,8 @@ CREDIT = "per-agent-visible"
 """The setting in which learners are paid in several ways."""
 
 
-def write_page(results: Path, page: Path) -> None:
-    """Write the page, and its pictures into a folder of the results.
+def write_page(results: Path, page: Path) -> str:
+    """Write the page, and its pictures into a folder of the results; return the README's table.
 
     Raises:
         RecordError: if the results are not whole.
@@ -42,6 +42,7 @@ def write_page(results: Path, page: Path) -> None:
     page.parent.mkdir(parents=True, exist_ok=True)
     with writing(page) as file:
         file.write(text.encode())
+    return readme_table(summaries)
 
 
 def listened(results: Path) -> list[str]:
@@ -85,18 +86,14 @@ def markdown_page(
     return rendered
 
 
-def readme_table(results: Path) -> str:
-    """Return a short table, one row per setting, as Markdown.
-
-    Raises:
-        RecordError: if the results are not whole.
-    """
+def readme_table(summaries: Sequence[Summary]) -> str:
+    """Return a short table, one row per setting, as Markdown."""
     rendered: str = (
         environment("training")
         .get_template("readme_table.md")
-        .render(summaries=summarize(load_studies(results)), best_fixed=BEST_FIXED)
+        .render(summaries=summaries, best_fixed=BEST_FIXED)
     )
-    return rendered
+    return rendered.strip()
 
 
 def _pictures(summaries: Sequence[Summary]) -> dict[str, Figure]:
