@@ -15,6 +15,7 @@ from flockesc_env.policy_files import load_policy
 from flockesc_env.sb3 import AgentVecEnv
 from training.config import CONFIG_FILE, CURVE_FILE, RUN_FILE, Args, PPOArgs, TQCArgs
 from training.evaluation import control, objective
+from training.outputs import CURVE_FLOCKS
 from training.ppo import PPORounds
 from training.rounds import LINE_ACTIONS, Rounds
 from training.seeds import TUNING, first_seeds, training_seeds
@@ -67,7 +68,7 @@ def test_the_curve_ends_with_the_policy_in_the_file(trained: Rounds[Any]) -> Non
     assert curve.columns == ["episodes", "seconds", "objective"]
     assert len(curve) == args.num_episodes // args.checkpoint_every
     policy = load_policy(args.run / "policy.npz").policy
-    assert curve["objective"][-1] == objective(args, policy, first_seeds(TUNING, 100)).mean()
+    assert curve["objective"][-1] == objective(args, policy, first_seeds(TUNING, CURVE_FLOCKS)).mean()
     assert curve["episodes"][-1] == speed["episodes"]
     assert curve["seconds"][-1] == pytest.approx(60 * speed["minutes"])
 

@@ -112,9 +112,15 @@ class Study:
 
     @property
     def best_learner(self) -> str:
-        """The learner of the largest objective at the end of training, on tuning flocks, mean over seeds."""
-        last = self.curves.sort("episodes").group_by("learner", "training_seed").last()
-        means = last.group_by("learner").agg(pl.col("objective").mean())
+        """The learner whose policies have the largest objective on tuning flocks, mean over seeds.
+
+        A search keeps its best checkpoint, other learners their last.
+        """
+        runs = self.curves.sort("episodes").group_by("learner", "training_seed")
+        kept = runs.agg(pl.col("objective").last().alias("last"), pl.col("objective").max().alias("best"))
+        searches = [name for name, learner in self.learners.items() if learner.kind == "search"]
+        value = pl.when(pl.col("learner").is_in(searches)).then("best").otherwise("last")
+        means = kept.group_by("learner").agg(value.mean().alias("objective"))
         return str(means.sort("objective", "learner")["learner"][-1])
 
     @property
