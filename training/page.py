@@ -17,7 +17,7 @@ from training.listening import LISTENING_FILE, LISTENING_FLOCKS, draw_listening
 from training.results import BEST_FIXED, ORACLE, load_studies
 from training.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
 from training.summary import Summary, elsewhere, hidden, summarize
-from training.targets import RULE
+from training.targets import AIMS, RULE
 
 FIGURES = "figures"
 CREDIT = "per-agent-visible"
@@ -72,6 +72,7 @@ def markdown_page(
             elsewhere=elsewhere,
             pictures=folder,
             watched=watched,
+            missing=[name for name in AIMS if name not in {row.study.setting for row in summaries}],
             best_fixed=BEST_FIXED,
             oracle=ORACLE,
             rule=RULE,
