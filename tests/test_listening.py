@@ -39,7 +39,7 @@ def listener(*, per_agent: bool, visible: bool = True, scenario: FlockScenario =
 
 
 def measured(entry: Contender, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    monkeypatch.setattr(listening, "_FLOCKS", FLOCKS)
+    monkeypatch.setattr(listening, "LISTENING_FLOCKS", FLOCKS)
     measure_listening(entry, folder / "listening.npz")
     with np.load(folder / "listening.npz") as file:
         return {name: file[name] for name in file.files}
@@ -116,9 +116,10 @@ def test_who_stops_when(visible: bool, tmp_path: Path, monkeypatch: pytest.Monke
 
 @pytest.mark.parametrize("entry", [listener(per_agent=False), listener(per_agent=True)])
 def test_it_is_drawn(entry: Contender, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    measured(entry, tmp_path, monkeypatch)
-    picture = draw_listening(tmp_path / "listening.npz", "title", 0.9, tmp_path / "listening.png")
-    assert picture.stat().st_size > 5_000
+    kept = measured(entry, tmp_path, monkeypatch)
+    np.testing.assert_allclose(kept["times"], np.arange(6) * STEPS * SCENARIO.time_step)
+    draw_listening(tmp_path / "listening.npz", "title").savefig(tmp_path / "listening.png")
+    assert (tmp_path / "listening.png").stat().st_size > 5_000
 
 
 def test_watching_changes_nothing() -> None:

@@ -19,7 +19,10 @@ CHANGES: list[tuple[str, dict[str, Any]]] = [
     ("demo-ppo", {"seed": 7, "learning_rate": 3.3e-4, "net_arch": (8, 4)}),
     ("demo-ppo", {"anneal": False, "tensorboard": True, "per_agent": False, "predator_visible": False}),
     ("shared-tqc", {"objective": "minimum", "buffer_size": 5, "max_range": 12.5}),
-    ("per-agent-local-search", {"mirror": False, "memory": 0, "inputs": ("time", "speed"), "hidden": (4, 4)}),
+    (
+        "per-agent-visible-search",
+        {"mirror": False, "memory": 3, "inputs": ("time", "speed"), "hidden": (4, 4)},
+    ),
     ("per-agent-visible-search", {"step_size": 0.1 + 0.2, "scenario": "pursuit", "checkpoint_every": 1}),
 ]
 

@@ -36,7 +36,7 @@ from flockesc_env import (
 )
 from flockesc_env.contenders import NAMES, built_in
 from flockesc_env.graph import component_labels
-from flockesc_env.policies import FixedRange, StubbornLeaders
+from flockesc_env.policies import FixedRange, StubbornLeaders, StubbornWitnesses
 from flockesc_env.records import versions
 from flockesc_env.watch import serve, write_page
 from flockesc_env.watch.document import run_document
@@ -217,7 +217,10 @@ def test_a_bad_server_is_refused_before_it_listens(changes: dict[str, Any], fiel
 def test_contenders_record_what_their_parts_do(spec: str) -> None:
     first, again = (built_in(spec).record(5, FLOCK) for _ in range(2))
     np.testing.assert_array_equal(first.interaction_ranges, again.interaction_ranges)
-    if spec.startswith("stubborn"):
+    if spec == "stubborn-witnesses":
+        mine = record(StubbornWitnesses(), 5, scenario=FLOCK, per_agent=True)
+        np.testing.assert_array_equal(first.positions, mine.positions)
+    elif spec.startswith("stubborn"):
         sensing = None if spec == "stubborn-leaders" else "predator_range"
         mine = record(StubbornLeaders(), 5, scenario=FLOCK, per_agent=True, predator_sensing_range=sensing)
         np.testing.assert_array_equal(first.positions, mine.positions)
