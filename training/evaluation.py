@@ -21,6 +21,9 @@ from flockesc_env.spaces import Control
 from flockesc_env.stats import FloatArray
 from training.config import Setting
 
+OUTCOMES = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
+"""What sweeps and rollouts call the outcome that an objective is about."""
+
 
 def objective(
     setting: Setting,
@@ -64,7 +67,8 @@ def control(setting: Setting) -> Control:
 
 def outcome(episodes: Episodes, objective: str) -> FloatArray:
     """Return what an objective is about, in m, shape (seeds,)."""
-    return {"mean": episodes.min_mean_distance, "minimum": episodes.min_min_distance}[objective]
+    values: FloatArray = getattr(episodes, OUTCOMES[objective])
+    return values
 
 
 def run_contender(

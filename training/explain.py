@@ -20,7 +20,7 @@ from flockesc_env.rollout import rollout
 from flockesc_env.spaces import Control, ObservationLayout
 from training import seeds
 from training.config import Setting
-from training.evaluation import outcome
+from training.evaluation import OUTCOMES, outcome
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "time": ("time",),
@@ -174,8 +174,7 @@ def _worlds() -> Iterator[tuple[str, FlockScenario]]:
 def _best(
     scenario: FlockScenario, grid: tuple[float, ...], flocks: range, setting: Setting, cache: Cache
 ) -> float:
-    column = {"mean": "min_mean_distance", "minimum": "min_min_distance"}[setting.objective]
-    values = cache.get(Job("objectives", scenario, grid, flocks))[column]
+    values = cache.get(Job("objectives", scenario, grid, flocks))[OUTCOMES[setting.objective]]
     return grid[int(values.mean(axis=1).argmax())]
 
 

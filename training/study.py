@@ -34,7 +34,7 @@ from training.config import (
     versions,
 )
 from training.contenders import contender
-from training.evaluation import play
+from training.evaluation import OUTCOMES, play
 from training.listening import LISTENING_FILE, measure_listening
 from training.outputs import write_table
 from training.processes import train_apart
@@ -53,7 +53,6 @@ TrainingRun = tuple[str, int, Path]
 
 VISIBLE_RULES = ("stubborn-leaders",)
 LOCAL_RULES = ("stubborn-leaders-local", "stubborn-witnesses")
-_COLUMNS = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
 
 
 def study(args: StudyArgs) -> Path:
@@ -153,7 +152,7 @@ def _grid(preset: Preset) -> tuple[float, ...]:
 
 def _fixed(title: str, preset: Preset, flocks: range, cache: Cache) -> FloatArray:
     """Return the objective under every fixed range, shape (ranges, flocks)."""
-    column = "escape_distance" if preset.setting.is_line else _COLUMNS[preset.setting.objective]
+    column = "escape_distance" if preset.setting.is_line else OUTCOMES[preset.setting.objective]
     parts = []
     with bar(title, len(flocks)) as report:
         for start in range(0, len(flocks), 50):
