@@ -1,7 +1,11 @@
 //! Where the agents stand in memory: in groups, column by column, so that agents that are near each other in the
 //! world are near each other in memory and a vector register holds one coordinate of a whole tile.
 
+mod state;
+
 use nalgebra::SVector;
+
+pub(crate) use state::AgentsState;
 
 use crate::threads;
 

@@ -1,5 +1,6 @@
 //! Many flocks stepped together. Results depend neither on the threads nor on the place in the batch.
 
+mod state;
 #[cfg(test)]
 mod tests;
 
@@ -16,6 +17,7 @@ use crate::flock::{check_controls, check_ranges};
 use crate::observation;
 use crate::rng::episode_seed;
 use crate::slot::Slot;
+use crate::state::Fingerprint;
 use crate::threads;
 
 /// What a step does with a slot whose episode has ended.
@@ -37,6 +39,7 @@ pub struct Batch<const D: usize> {
     slots: Vec<Slot<D>>,
     num_threads: Option<usize>,
     row_length: usize,
+    fingerprint: Fingerprint,
 }
 
 impl<const D: usize> Batch<D> {
@@ -62,6 +65,7 @@ impl<const D: usize> Batch<D> {
             threads::pool(num_threads)?; // refused now rather than in the first step
         }
         Ok(Self {
+            fingerprint: Fingerprint::of(&(&scenario, &config)),
             row_length: observation::entries(config.view, scenario.dimension).len(),
             scenario: Arc::new(scenario),
             config: Arc::new(config),

@@ -1,6 +1,12 @@
 //! A flock from its start to the horizon: steps under actions, running minima, rewards, observations.
 
+mod state;
+
 use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+pub(crate) use state::EpisodeState;
 
 use crate::config::{EpisodeConfig, FlockConfig, Objective, View};
 use crate::flock::{InitialState, Summary, World};
@@ -9,7 +15,7 @@ use crate::observation;
 use crate::reward::{Moment, Reward, difference};
 
 /// One distance over an episode, in m; or the share of agents that were not caught.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Running {
     /// Value at t = 0.
     pub start: f64,

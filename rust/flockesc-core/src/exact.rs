@@ -25,6 +25,18 @@ impl Scale {
         Self::with_bits(room(terms).min(BITS), largest)
     }
 
+    /// The scale of this [unit](Scale::unit); `None` for what is the unit of none.
+    pub(crate) fn of_unit(unit: f64) -> Option<Self> {
+        let up = unit.recip();
+        let is_power = |number: f64| number.is_normal() && number.to_bits() << 12 == 0;
+        (unit > 0.0 && is_power(unit) && is_power(up)).then_some(Self { up, down: unit })
+    }
+
+    /// What one unit is worth.
+    pub(crate) fn unit(self) -> f64 {
+        self.down
+    }
+
     /// Numbers below `largest` take `bits` bits.
     fn with_bits(bits: i32, largest: f64) -> Self {
         // The smallest e with `largest` < 2^e.

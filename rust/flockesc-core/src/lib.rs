@@ -40,6 +40,7 @@ mod randomization;
 mod reward;
 mod rng;
 mod slot;
+mod state;
 mod sweep;
 mod threads;
 mod vector;

@@ -2,8 +2,11 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::config::{EpisodeConfig, FlockConfig};
-use crate::episode::Episode;
+use crate::episode::{Episode, EpisodeState};
+use crate::error::Result;
 use crate::flock::InitialState;
 use crate::rng::episode_seed;
 
@@ -18,6 +21,15 @@ pub(crate) struct Slot<const D: usize> {
     episode: Option<Episode<D>>,
 }
 
+/// A slot as plain data.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct SlotState {
+    seed: u64,
+    next: u64,
+    playing: u64,
+    episode: Option<EpisodeState>,
+}
+
 impl<const D: usize> Slot<D> {
     pub(crate) fn new(seed: u64) -> Self {
         Self {
@@ -26,6 +38,32 @@ impl<const D: usize> Slot<D> {
             playing: seed,
             episode: None,
         }
+    }
+
+    pub(crate) fn save(&self) -> SlotState {
+        SlotState {
+            seed: self.seed,
+            next: self.next,
+            playing: self.playing,
+            episode: self.episode.as_ref().map(Episode::save),
+        }
+    }
+
+    pub(crate) fn restore(
+        state: SlotState,
+        scenario: &Arc<FlockConfig>,
+        config: &Arc<EpisodeConfig>,
+    ) -> Result<Self> {
+        let playing = state.playing;
+        let episode = state.episode;
+        Ok(Self {
+            seed: state.seed,
+            next: state.next,
+            playing,
+            episode: episode
+                .map(|episode| Episode::restore(episode, scenario, config, playing))
+                .transpose()?,
+        })
     }
 
     /// Begins the schedule anew; the episode goes on.

@@ -6,7 +6,7 @@ use flockesc_core::{
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn};
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict, PyType};
 
 use crate::actions::RangeMap;
 use crate::arrays::{column, flat, overwrite, shaped};
@@ -53,6 +53,8 @@ pub(crate) struct FlockBatch {
     rows: usize,
     row_length: usize,
     num_flocks: usize,
+    /// Scenario, options and threads that it was made from.
+    made_from: (String, String, Option<usize>),
     /// Observations and rewards on their way into arrays that Python keeps.
     scratch: (Vec<f32>, Vec<f64>),
 }
@@ -70,6 +72,7 @@ impl FlockBatch {
         count_components: bool,
         seed: u64,
     ) -> Result<Self, CoreError> {
+        let made_from = (scenario.to_owned(), options.to_owned(), num_threads);
         let scenario = FlockConfig::from_json(scenario)?;
         let options = EpisodeConfig::from_json(options)?;
         let mut inner = match scenario.dimension {
@@ -85,6 +88,7 @@ impl FlockBatch {
             rows,
             row_length,
             num_flocks,
+            made_from,
             scratch: Default::default(),
         })
     }
@@ -313,6 +317,50 @@ impl FlockBatch {
         shaped(py, caught, [self.num_flocks, agents])
     }
 
+    /// Everything about `slots` that their future depends on, as bytes.
+    fn get_state<'py>(&self, py: Python<'py>, slots: Vec<usize>) -> PyResult<Bound<'py, PyBytes>> {
+        for slot in &slots {
+            self.has_ended(*slot)?; // refuses those that were never reset
+        }
+        self.save(py, &slots)
+    }
+
+    /// Makes `slots` what `get_state` has saved: as many, or one that all of them become. Nothing changes if that is
+    /// refused.
+    fn set_state(&mut self, py: Python<'_>, slots: Vec<usize>, state: &[u8]) -> PyResult<()> {
+        let inner = &mut self.inner;
+        py.detach(|| on_batch!(inner, batch => batch.restore(&slots, state)))
+            .map_err(CoreError::from)?;
+        Ok(())
+    }
+
+    #[expect(clippy::type_complexity, reason = "what pickle takes")]
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(
+        Bound<'py, PyType>,
+        (String, String, RangeMap, usize, Option<usize>, bool, u64),
+        Bound<'py, PyBytes>,
+    )> {
+        let batch = slf.borrow();
+        let (scenario, options, num_threads) = batch.made_from.clone();
+        let all: Vec<usize> = (0..batch.num_flocks).collect();
+        let arguments = (
+            scenario,
+            options,
+            batch.actions.clone(),
+            batch.num_flocks,
+            num_threads,
+            batch.count_components,
+            0, // the state has every slot's seed
+        );
+        Ok((slf.get_type(), arguments, batch.save(slf.py(), &all)?))
+    }
+
+    fn __setstate__(&mut self, py: Python<'_>, state: &[u8]) -> PyResult<()> {
+        self.set_state(py, (0..self.num_flocks).collect(), state)
+    }
+
     /// An equal batch that goes its own way.
     fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
         self.clone()
@@ -320,6 +368,14 @@ impl FlockBatch {
 }
 
 impl FlockBatch {
+    fn save<'py>(&self, py: Python<'py>, slots: &[usize]) -> PyResult<Bound<'py, PyBytes>> {
+        let inner = &self.inner;
+        let state = py
+            .detach(|| on_batch!(inner, batch => batch.save(slots)))
+            .map_err(CoreError::from)?;
+        Ok(PyBytes::new(py, &state))
+    }
+
     /// Whether the episode in each slot has ended.
     fn ended<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<bool>>, CoreError> {
         let ended: Vec<bool> = (0..self.num_flocks)

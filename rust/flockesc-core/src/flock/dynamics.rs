@@ -1,9 +1,13 @@
 //! One step of the flock, in the order of docs/model.md: listen, forces, integrate, keep speed, predators, capture.
 
+mod state;
+
 use std::sync::Arc;
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
+
+pub(crate) use state::WorldState;
 
 use super::motion::{self, Predators, Response};
 use super::{InitialState, Summary};

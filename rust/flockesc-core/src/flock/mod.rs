@@ -7,6 +7,7 @@ mod simulate;
 mod summary;
 
 pub use dynamics::World;
+pub(crate) use dynamics::WorldState;
 pub(crate) use initial::Space;
 pub use initial::{
     AlignedHeadings, Clusters, Disc, Gaussian, GivenHeadings, GivenPositions, InitialHeadings,

@@ -17,6 +17,23 @@ pub struct Line {
 }
 
 impl Line {
+    /// The line at the moment when these were its groups.
+    pub(super) fn of_groups(config: Arc<LineConfig>, groups: Groups) -> Self {
+        Self {
+            consensus: Consensus::with_capacity(config.num_agents),
+            config,
+            groups,
+        }
+    }
+
+    pub(super) fn shared_config(&self) -> &Arc<LineConfig> {
+        &self.config
+    }
+
+    pub(super) fn groups(&self) -> &Groups {
+        &self.groups
+    }
+
     /// A line that starts at `states`, or, where `None`, at x(0) ~ U[0, 1]^n drawn from `seed`.
     ///
     /// # Errors
@@ -30,11 +47,7 @@ impl Line {
             }
             None => Groups::new(&initial_states(num_agents, seed)),
         };
-        Ok(Self {
-            config,
-            groups,
-            consensus: Consensus::with_capacity(num_agents),
-        })
+        Ok(Self::of_groups(config, groups))
     }
 
     /// x(t), length n.

@@ -1,5 +1,7 @@
 //! A line from its start to its steady state: steps under actions, with rewards.
 
+mod state;
+
 use std::sync::Arc;
 
 use serde::Deserialize;

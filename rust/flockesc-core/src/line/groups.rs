@@ -5,8 +5,10 @@
 
 use std::hint::select_unpredictable;
 
+use serde::{Deserialize, Serialize};
+
 /// Agents that share one state.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Group {
     /// Their state.
     pub(super) state: f64,
@@ -27,7 +29,7 @@ const NOBODY: Group = Group {
 const MAX_SHIFTS: usize = 16;
 
 /// All groups of a line.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Groups {
     /// Rising. Two may meet unnoticed, until the next move.
     sorted: Vec<Group>,
@@ -49,6 +51,25 @@ impl Groups {
             .collect();
         sorted.sort_unstable_by(|a, b| a.state.total_cmp(&b.state));
         Self { sorted, companion }
+    }
+
+    /// Whether these can be the groups of a line of `num_agents` agents.
+    pub(super) fn fit(&self, num_agents: usize) -> bool {
+        let is_agent = |name: u32| (name as usize) < num_agents;
+        let sizes: usize = self.sorted.iter().map(|group| group.size as usize).sum();
+        self.companion.len() == num_agents
+            && self
+                .companion
+                .iter()
+                .zip(0..)
+                .all(|(companion, name)| *companion <= name)
+            && sizes == num_agents
+            && self.sorted.len() <= num_agents
+            && self
+                .sorted
+                .iter()
+                .all(|group| group.state.is_finite() && is_agent(group.first))
+            && self.sorted.is_sorted_by(|a, b| a.state <= b.state)
     }
 
     /// The groups in rising order of their states.

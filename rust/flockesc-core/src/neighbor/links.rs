@@ -63,9 +63,7 @@ impl Links {
         }
         if options.is_frozen {
             let pairs = self.pairs(options, agents, tree).by_name();
-            self.lists = Lists::new(agents.num_names(), &pairs);
-            self.places = places(agents);
-            self.is_frozen = true;
+            self.freeze(Lists::new(agents.num_names(), &pairs), agents);
         }
     }
 
@@ -106,6 +104,18 @@ impl Links {
     /// Whether the graph of the first step has been found, and stays.
     pub(super) fn is_frozen(&self) -> bool {
         self.is_frozen
+    }
+
+    /// The graph of the first step, if it stays and has been found.
+    pub(super) fn frozen(&self) -> Option<&Lists> {
+        self.is_frozen.then_some(&self.lists)
+    }
+
+    /// Makes `lists` the graph that stays.
+    pub(super) fn freeze<const D: usize>(&mut self, lists: Lists, agents: &Agents<D>) {
+        self.lists = lists;
+        self.places = places(agents);
+        self.is_frozen = true;
     }
 
     /// Mean reach over a sample of the agents, in m.

@@ -1,7 +1,9 @@
 //! A neighbor graph as lists, in the order of names.
 
+use serde::{Deserialize, Serialize};
+
 /// For every agent some others, by name.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Lists {
     /// Where the list of each agent begins in `others`, and where the last one ends.
     starts: Vec<usize>,
@@ -24,6 +26,15 @@ impl Lists {
             next[name as usize] += 1;
         }
         Self { starts, others }
+    }
+
+    /// Whether these are lists of `num_agents` agents.
+    pub(super) fn fit(&self, num_agents: usize) -> bool {
+        self.starts.len() == num_agents + 1
+            && self.starts[0] == 0
+            && self.starts.is_sorted()
+            && self.starts[num_agents] == self.others.len()
+            && self.others.iter().all(|name| (*name as usize) < num_agents)
     }
 
     /// The names in the list of one agent, in no order that means anything.

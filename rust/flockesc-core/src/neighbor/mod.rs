@@ -10,6 +10,7 @@ mod ranges;
 mod reach;
 mod rule;
 mod sight;
+mod state;
 #[cfg(test)]
 mod tests;
 mod topological;
@@ -28,6 +29,7 @@ pub use ranges::Ranges;
 pub(crate) use rule::NeighborOptions;
 pub use rule::NeighborRule;
 pub(crate) use sight::{Sight, Torus};
+pub(crate) use state::NeighborhoodState;
 use tree::Tree;
 
 /// Agents or groups looked at to tell whether it pays to arrange all of them.

@@ -10,6 +10,7 @@ mod learned;
 mod prey;
 mod pure_pursuit;
 mod sighting;
+mod state;
 pub(crate) mod steering;
 mod wandering;
 
@@ -26,6 +27,7 @@ pub(crate) use learned::{accelerate, control};
 pub(crate) use prey::Prey;
 pub use pure_pursuit::{PurePursuit, Target};
 pub(crate) use sighting::Sighting;
+pub(crate) use state::PredatorState;
 pub use wandering::Wandering;
 
 use assignment::MAX_SHARING;

@@ -15,7 +15,7 @@ pub use inertial::Inertial;
 pub use reynolds::Reynolds;
 pub use vicsek::Vicsek;
 
-pub(super) use response::Response;
+pub(super) use response::{Response, ResponseState};
 
 use crate::agents::{Column, GROUP, Group};
 use crate::config::FlockConfig;

@@ -28,6 +28,16 @@ impl<const D: usize> Noise<D> {
         }
     }
 
+    /// How far the stream has been drawn.
+    pub(super) fn drawn(&self) -> u128 {
+        self.rng.get_word_pos()
+    }
+
+    /// Goes on from where the stream had been drawn to.
+    pub(super) fn go_on(&mut self, drawn: u128) {
+        self.rng.set_word_pos(drawn);
+    }
+
     /// Draws all errors of the next step.
     pub(super) fn draw(&mut self, config: &FlockConfig) {
         self.sensing.clear();

@@ -4,6 +4,7 @@
 use std::collections::VecDeque;
 
 use nalgebra::SVector;
+use serde::{Deserialize, Serialize};
 
 use super::forces::consensus_force;
 use super::noise::Noise;
@@ -12,8 +13,10 @@ use super::traits::Traits;
 use super::{Force, Motion};
 use crate::agents::{Agents, GROUP};
 use crate::config::FlockConfig;
+use crate::error::Result;
 use crate::exact::Scale;
 use crate::neighbor::{Heard, Neighborhood};
+use crate::state::{check, check_numbers};
 use crate::threads;
 use crate::vector::heading;
 
@@ -27,6 +30,15 @@ pub(crate) struct Response<const D: usize> {
     lists: Vec<Lists<D>>,
 }
 
+/// What of it outlasts a step, as plain data.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct ResponseState {
+    /// How far the stream of the noise has been drawn.
+    drawn: u128,
+    /// D entries per agent and step.
+    past: Vec<Vec<f64>>,
+}
+
 impl<const D: usize> Response<D> {
     pub(crate) fn new(seed: u64) -> Self {
         Self {
@@ -35,6 +47,26 @@ impl<const D: usize> Response<D> {
             past: VecDeque::new(),
             lists: Vec::new(),
         }
+    }
+
+    pub(crate) fn save(&self) -> ResponseState {
+        let entries = |forces: &Vec<SVector<f64, D>>| forces.iter().flatten().copied().collect();
+        ResponseState {
+            drawn: self.noise.drawn(),
+            past: self.past.iter().map(entries).collect(),
+        }
+    }
+
+    pub(crate) fn restore(state: ResponseState, config: &FlockConfig, seed: u64) -> Result<Self> {
+        check(state.past.len() <= config.sensing_delay + 1, "past forces")?;
+        let mut response = Self::new(seed);
+        response.noise.go_on(state.drawn);
+        for entries in state.past {
+            check_numbers(&entries, config.num_agents * D, "past forces")?;
+            let forces = entries.chunks_exact(D).map(SVector::from_column_slice);
+            response.past.push_back(forces.collect());
+        }
+        Ok(response)
     }
 
     /// The neighbors' force in this step, by groups; `None` where it is the consensus force of what was just heard.

@@ -1,0 +1,90 @@
+//! An episode as plain data.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Episode, Running, rows};
+use crate::config::{EpisodeConfig, FlockConfig};
+use crate::error::Result;
+use crate::flock::{Summary, World, WorldState};
+use crate::state::{check, check_numbers};
+
+/// See the fields of [`Episode`].
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct EpisodeState {
+    world: WorldState,
+    step: usize,
+    own_distances: Vec<f64>,
+    own_distances_before: Vec<f64>,
+    own_distances_at_minimum: Vec<f64>,
+    mean_distance: Running,
+    min_distance: Running,
+    fraction_surviving: Running,
+    ranges: Vec<f64>,
+}
+
+impl<const D: usize> Episode<D> {
+    pub(crate) fn save(&self) -> EpisodeState {
+        EpisodeState {
+            world: self.world.save(),
+            step: self.step,
+            own_distances: self.own_distances.clone(),
+            own_distances_before: self.own_distances_before.clone(),
+            own_distances_at_minimum: self.own_distances_at_minimum.clone(),
+            mean_distance: self.mean_distance,
+            min_distance: self.min_distance,
+            fraction_surviving: self.fraction_surviving,
+            ranges: self.ranges.clone(),
+        }
+    }
+
+    /// The episode that was started with `seed`.
+    pub(crate) fn restore(
+        state: EpisodeState,
+        scenario: &Arc<FlockConfig>,
+        config: &Arc<EpisodeConfig>,
+        seed: u64,
+    ) -> Result<Self> {
+        check(state.step <= scenario.num_steps, "step")?;
+        let own = if config.reward.is_own() {
+            scenario.num_agents
+        } else {
+            0
+        };
+        for distances in [
+            &state.own_distances,
+            &state.own_distances_before,
+            &state.own_distances_at_minimum,
+        ] {
+            check_numbers(distances, own, "agents' distances")?;
+        }
+        for Running {
+            start,
+            now,
+            minimum,
+        } in [
+            state.mean_distance,
+            state.min_distance,
+            state.fraction_surviving,
+        ] {
+            check_numbers(&[start, now, minimum], 3, "objectives")?;
+        }
+        check_numbers(&state.ranges, rows(config, scenario), "ranges")?;
+        check(state.ranges.iter().all(|range| *range >= 0.0), "ranges")?;
+        let world = World::restore(state.world, scenario, seed)?;
+        Ok(Self {
+            config: config.clone(),
+            summary: Summary::of(&world),
+            world,
+            step: state.step,
+            own_distances: state.own_distances,
+            own_distances_before: state.own_distances_before,
+            own_distances_at_minimum: state.own_distances_at_minimum,
+            mean_distance: state.mean_distance,
+            min_distance: state.min_distance,
+            fraction_surviving: state.fraction_surviving,
+            ranges: state.ranges,
+        })
+    }
+}
