@@ -54,6 +54,17 @@ def as_threads(value: Any) -> int | None:
     return None if value is None else as_count(value, "num_threads")
 
 
+def as_bytes(value: Any, field: str) -> bytes:
+    """Return a copy of ``value``, which is bytes or shows its memory as bytes.
+
+    Raises:
+        ArgumentError: if it does not.
+    """
+    if not isinstance(value, bytes | bytearray | memoryview):
+        raise ArgumentError(field, "bytes", type(value).__name__)
+    return bytes(value)
+
+
 def as_array(value: Any, field: str, error: type[FlockescError] = ArgumentError) -> NDArray[Any]:
     """Return ``value`` as an array, whatever is in it.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, Final, Literal
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import FloatArray, as_count, as_floats, as_seed, as_threads
+from flockesc_env._checks import FloatArray, as_bytes, as_count, as_floats, as_seed, as_threads
 from flockesc_env.errors import ArgumentError
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorControl, PredatorPolicy, with_learned
@@ -207,6 +207,10 @@ class FlockBatch:
         """Return the connected components under the ranges of the last action, shape (num_flocks,)."""
         return self._core.num_components()
 
+    def has_ended(self, slot: int) -> bool:
+        """Return whether the episode in one slot has ended."""
+        return self._core.has_ended(slot)
+
     def caught(self) -> NDArray[np.bool]:
         """Return which agents were caught, shape (num_flocks, n)."""
         return self._core.caught()
@@ -220,6 +224,42 @@ class FlockBatch:
     def state(self, slot: int) -> dict[str, Any]:
         """Return a copy of everything that moves in one slot, with ``step`` and ``interaction_range``."""
         return self._core.state(slot)
+
+    def get_state(self, slots: Any = None) -> bytes:
+        """Return everything that the future of some slots depends on, as bytes.
+
+        Args:
+            slots: index of one, or indices of several; ``None``: all.
+
+        Raises:
+            ArgumentError: for an index out of bounds.
+            EpisodeError: for a slot that was never reset.
+        """
+        return self._core.get_state(self._slots(slots))
+
+    def set_state(self, state: Any, slots: Any = None) -> list[int]:
+        """Make some slots what ``get_state`` returned, of as many or of one; return which.
+
+        Raises:
+            ArgumentError: for an index out of bounds, or bytes that are damaged, of another version, scenario or
+                interface, other options or another number of slots. Nothing has changed then.
+            EpisodeError: if another slot was never reset.
+        """
+        chosen = self._slots(slots)
+        for other in set(range(self.num_flocks)).difference(chosen):
+            self._core.has_ended(other)  # refuses those that were never reset
+        self._core.set_state(chosen, as_bytes(state, "state"))
+        return chosen
+
+    def _slots(self, slots: Any) -> list[int]:
+        if slots is None:
+            return list(range(self.num_flocks))
+        given = list(slots) if isinstance(slots, Iterable) else [slots]
+        chosen = [as_seed(slot, f"flocks[{place}]") for place, slot in enumerate(given)]
+        for place, slot in enumerate(chosen):
+            if slot >= self.num_flocks:
+                raise ArgumentError(f"flocks[{place}]", f"an integer below {self.num_flocks}", slot)
+        return chosen
 
     def _controls(self) -> FloatArray | None:
         if self._predator_policy is None:

@@ -12,6 +12,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 
 from flockesc_env._checks import as_seed
 from flockesc_env.batch import Columns, FlockBatch, Observations, infos
+from flockesc_env.envs.restorable import RestorableBatch
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorPolicy
 from flockesc_env.presets import as_scenario
@@ -20,7 +21,7 @@ from flockesc_env.scenario import FlockScenario
 from flockesc_env.seeds import fresh_seed
 
 
-class _BatchVecEnv(VecEnv):
+class _BatchVecEnv(RestorableBatch, VecEnv):
     """A batch of flocks with ``rows`` slots each; all slots of a flock share its episode.
 
     It is truncated at the horizon and terminated once nobody is left.
@@ -127,6 +128,22 @@ class _BatchVecEnv(VecEnv):
         as_seed(first + self._batch.num_flocks - 1, "seed of the last flock")
         self._seeds = [first + slot // rows for slot in range(self.num_envs)]
         return self._seeds
+
+    def set_state(self, state: bytes, flocks: Any = None) -> Observations:
+        """Go on from where flocks were when ``state`` was returned; return the observations of all slots.
+
+        Args:
+            state: what ``get_state`` returned, here or elsewhere: of as many flocks, or of one, such as that of
+                a single environment, which all ``flocks`` become.
+            flocks: index of one flock, or indices of several; ``None``: all.
+
+        Raises:
+            ArgumentError: for an index out of bounds, or bytes that are damaged, of another version, scenario
+                or interface, other options or another number of flocks; the running episodes go on.
+            EpisodeError: before ``reset``, if ``flocks`` leaves some out.
+        """
+        self._restore(state, flocks)
+        return self._batch.observe(range(self._batch.num_flocks))
 
     def get_images(self) -> Sequence[np.ndarray | None]:
         """Return a picture of every flock, shape (size, size, 3); none without a render mode."""

@@ -33,6 +33,15 @@ class EpisodeSeeds:
         self._seed = fresh_seed()
         self._episode = 0
 
+    @property
+    def place(self) -> tuple[int, int]:
+        """Seed of the schedule, and number of its next episode."""
+        return self._seed, self._episode
+
+    @place.setter
+    def place(self, place: tuple[int, int]) -> None:
+        self._seed, self._episode = place
+
     def next(self, seed: int | None = None) -> int:
         """Return the seed of the next episode; ``seed`` starts the schedule anew."""
         if seed is not None:

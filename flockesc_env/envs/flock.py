@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from flockesc_env._checks import as_seed
 from flockesc_env.batch import FlockBatch, infos, is_over
 from flockesc_env.envs.rendered import Rendered
+from flockesc_env.envs.restorable import Restorable
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorPolicy
 from flockesc_env.presets import as_scenario
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from flockesc_env.render.viewer import FlockViewer
 
 
-class FlockEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
+class FlockEscapeEnv(Rendered, Restorable, gymnasium.Env[NDArray[np.float32], Any]):
     """A flock under attack, ``flockesc/FlockEscape-v0``; the action is its interaction range.
 
     Observations, rewards and ``info`` are described in docs/model.md. The horizon truncates; a flock of which
@@ -107,3 +108,16 @@ class FlockEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
             self._viewer.update()
         terminated = bool(is_over(info))
         return observation, reward, terminated, has_ended and not terminated, info
+
+    def set_state(self, state: bytes) -> NDArray[np.float32]:
+        """Go on from where an environment was when it returned ``state``; return the observation there.
+
+        Args:
+            state: what ``get_state`` returned, here or elsewhere.
+
+        Raises:
+            ArgumentError: for bytes that are damaged, of another version, or of another scenario, other
+                options or another interface; the running episode goes on.
+        """
+        self._restore(state)
+        return self._batch.observe([0])[0]

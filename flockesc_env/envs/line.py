@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import as_floats, as_seed
+from flockesc_env._checks import as_bytes, as_floats, as_seed
 from flockesc_env.envs.rendered import Rendered
 from flockesc_env.errors import ArgumentError, EpisodeError
 from flockesc_env.options import LineOptions
@@ -107,6 +107,34 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         self._show(episode)
         is_truncated = episode.has_ended and not episode.is_steady
         return episode.observe(), reward, episode.is_steady, is_truncated, self._info(episode)
+
+    def get_state(self) -> bytes:
+        """Return everything that the future depends on as bytes; see ``FlockEscapeEnv.get_state``.
+
+        Raises:
+            EpisodeError: before ``reset``.
+        """
+        if self._episode is None:
+            raise EpisodeError("get_state", "a reset before anything else", "no episode")
+        return self._episode.get_state(*self._seeds.place)
+
+    def set_state(self, state: bytes) -> NDArray[np.float32]:
+        """Go on from where an environment was when it returned ``state``; return the observation there.
+
+        Args:
+            state: what ``get_state`` returned, here or elsewhere.
+
+        Raises:
+            ArgumentError: for bytes that are damaged, of another version, or of another scenario or other
+                options; the running episode goes on.
+        """
+        episode = _core.LineEpisode(self.scenario.to_json(), self._document, 0)
+        self._seeds.place = episode.set_state(as_bytes(state, "state"))
+        self._episode = episode
+        if self._viewer is not None:
+            self._viewer.forget()
+        self._show(episode)
+        return episode.observe()
 
     def _show(self, episode: _core.LineEpisode) -> None:
         if self._viewer is not None:

@@ -14,6 +14,7 @@ from pettingzoo.utils import parallel_to_aec, wrappers
 from flockesc_env._checks import FloatArray, as_seed
 from flockesc_env.batch import RESET_OPTIONS, Columns, FlockBatch, Step, infos, is_over
 from flockesc_env.envs.rendered import Rendered
+from flockesc_env.envs.restorable import Restorable
 from flockesc_env.errors import ActionError, ArgumentError, EpisodeError
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorPolicy, all_learned, opposite
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from flockesc_env.render.viewer import FlockViewer
 
 
-class FlockParallelEnv(Rendered, ParallelEnv[str, Observation, Any]):
+class FlockParallelEnv(Rendered, Restorable, ParallelEnv[str, Observation, Any]):
     """A flock under attack; the action of every agent is its own interaction range.
 
     Observations, rewards and ``info`` are described in docs/model.md. Team rewards pay every agent the
@@ -222,6 +223,22 @@ class FlockParallelEnv(Rendered, ParallelEnv[str, Observation, Any]):
         names = ("positions", "velocities", "predator_positions", "predator_velocities")
         return np.concatenate([scalars, *(state[name].ravel() for name in names)], dtype=np.float32)
 
+    def set_state(self, state: bytes) -> dict[str, Observation]:
+        """Go on from where an environment was when it returned ``state``; return the observations there.
+
+        Args:
+            state: what ``get_state`` returned, here or elsewhere.
+
+        Raises:
+            ArgumentError: for bytes that are damaged, of another version, or of another scenario, other
+                options or another interface; the running episode goes on.
+        """
+        self._restore(state)
+        self._name_agents(has_ended=self._batch.has_ended(0))
+        rows = self._batch.observe([0])
+        flock = self.agents[: len(self.agents) - len(self._predators)]
+        return self._by_name(flock, rows[~self._caught], self._seen()) if self.agents else {}
+
     def _reset(self, seed: int | None, options: dict[str, Any] | None) -> tuple[Observation, Columns]:
         known = {name: value for name, value in (options or {}).items() if name in RESET_OPTIONS}
         start = self._batch.start(known)
@@ -238,15 +255,16 @@ class FlockParallelEnv(Rendered, ParallelEnv[str, Observation, Any]):
 
     def _step(self, actions: Any, label: Label, controls: FloatArray | None) -> Step:
         step = self._batch.step(actions, label=label, controls=controls)
-        if step[2][0]:
-            self.agents = []
-        if self.scenario.capture_radius is not None:
-            self._caught = self._batch.caught()[0]
-            if self.agents:
-                self.agents = [*compress(self._flock, ~self._caught), *self._predators]
+        if step[2][0] or self.scenario.capture_radius is not None:
+            self._name_agents(has_ended=bool(step[2][0]))
         if self._viewer is not None:
             self._viewer.update()
         return step
+
+    def _name_agents(self, *, has_ended: bool) -> None:
+        """Find out who was caught and who acts next."""
+        self._caught = self._batch.caught()[0]
+        self.agents = [] if has_ended else [*compress(self._flock, ~self._caught), *self._predators]
 
     def _stack(self, actions: dict[str, Any], agents: list[str]) -> NDArray[Any]:
         """Stack actions of any form, or say what is wrong with them."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from flockesc_env._checks import as_seed
 from flockesc_env.batch import FlockBatch, Observations, infos, is_over
 from flockesc_env.envs.rendered import Rendered
+from flockesc_env.envs.restorable import Restorable
 from flockesc_env.errors import EpisodeError, ScenarioError
 from flockesc_env.options import EnvOptions
 from flockesc_env.policies import FixedRange, Policy
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from flockesc_env.render.viewer import FlockViewer
 
 
-class FlockPursuitEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
+class FlockPursuitEnv(Rendered, Restorable, gymnasium.Env[NDArray[np.float32], Any]):
     """A predator after a flock, ``flockesc/FlockPursuit-v0``; the action is its acceleration.
 
     Observations ("Predator view"), rewards, which are minus those of the flock, and ``info`` are described in
@@ -117,3 +118,17 @@ class FlockPursuitEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         terminated = bool(is_over(columns)[0])
         truncated = bool(ended[0]) and not terminated
         return self._batch.observe_predators([0])[0], reward, terminated, truncated, infos(columns)[0]
+
+    def set_state(self, state: bytes) -> NDArray[np.float32]:
+        """Go on from where an environment was when it returned ``state``; return the observation there.
+
+        Args:
+            state: what ``get_state`` returned, here or elsewhere.
+
+        Raises:
+            ArgumentError: for bytes that are damaged, of another version, or of another scenario, other
+                options or another interface; the running episode goes on.
+        """
+        self._restore(state)
+        self._flock_sees = self._batch.observe([0])
+        return self._batch.observe_predators([0])[0]

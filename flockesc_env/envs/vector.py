@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from flockesc_env._checks import FloatArray, as_count, as_seed
 from flockesc_env.batch import AtEnd, Columns, FlockBatch, Observations, is_over
+from flockesc_env.envs.restorable import RestorableBatch
 from flockesc_env.errors import ArgumentError, EpisodeError
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorPolicy
@@ -22,7 +23,7 @@ from flockesc_env.scenario import FlockScenario
 VectorStep = tuple[Observations, FloatArray, NDArray[np.bool], NDArray[np.bool], dict[str, Any]]
 
 
-class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
+class FlockVectorEnv(RestorableBatch, VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
     """Many flocks under attack, ``flockesc/FlockEscape-v0`` by ``gymnasium.make_vec``; one range for each.
 
     It gives what ``SyncVectorEnv`` over ``FlockEscapeEnv`` gives, bit for bit, in one call of the core per
@@ -146,6 +147,23 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
         if self._viewer is not None:
             self._viewer.update()
         return observations, rewards, terminations, truncations, infos
+
+    def set_state(self, state: bytes, flocks: Any = None) -> Observations:
+        """Go on from where flocks were when ``state`` was returned; return the observations of all flocks.
+
+        Args:
+            state: what ``get_state`` returned, here or elsewhere: of as many flocks, or of one, such as that of
+                a single environment, which all ``flocks`` become.
+            flocks: index of one flock, or indices of several; ``None``: all.
+
+        Raises:
+            ArgumentError: for an index out of bounds, or bytes that are damaged, of another version, scenario
+                or interface, other options or another number of flocks; the running episodes go on.
+            EpisodeError: before ``reset``, if ``flocks`` leaves some out.
+        """
+        self._restore(state, flocks)
+        self._is_started = True
+        return self._batch.observe(range(self.num_envs))
 
     def render(self) -> tuple[Any, ...] | None:
         """Return a picture per flock, shape (size, size, 3), or show them side by side in mode ``"human"``.

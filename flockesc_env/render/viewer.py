@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -96,6 +97,11 @@ class FlockViewer(Viewer):
             )
         self._show()
 
+    def forget(self, slots: Sequence[int]) -> None:
+        """Forget what some flocks have been."""
+        for slot in slots:
+            self._histories[slot] = FlockHistory(self._batch.drawn(slot))
+
     def images(self) -> list[Image]:
         """Return a picture of every flock.
 
@@ -120,9 +126,13 @@ class LineViewer(Viewer):
     def update(self, steps: int, states: FloatArray, interaction_range: float) -> None:
         """Take the number of steps made, x, shape (n,), and rho of the last step, after a reset or a step."""
         if steps == 0:
-            self._moments = []
+            self.forget()
         self._moments.append((steps, states, interaction_range))
         self._show()
+
+    def forget(self) -> None:
+        """Forget what the line has been."""
+        self._moments = []
 
     def images(self) -> list[Image]:
         """Return the picture of the line.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Self
+from typing import Self
 
 import pygame
 
@@ -37,5 +37,5 @@ class Window:
         """Close the window; the next picture opens another."""
         pygame.display.quit()
 
-    def __deepcopy__(self, _memo: dict[int, Any]) -> Self:
-        return type(self)(self._fps)
+    def __reduce__(self) -> tuple[type[Self], tuple[int]]:
+        return type(self), (self._fps,)  # a copy has a clock of its own

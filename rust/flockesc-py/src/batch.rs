@@ -276,6 +276,11 @@ impl FlockBatch {
         Ok(on_batch!(&self.inner, batch => batch.episode_seed(slot)?))
     }
 
+    /// Whether the episode in one slot has ended.
+    fn has_ended(&self, slot: usize) -> Result<bool, CoreError> {
+        Ok(on_batch!(&self.inner, batch => batch.episode(slot)?.has_ended()))
+    }
+
     /// State of one slot: step, positions, velocities, predator positions and velocities.
     fn state<'py>(&self, py: Python<'py>, slot: usize) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
@@ -411,10 +416,6 @@ impl FlockBatch {
             }
             Ok(all)
         })
-    }
-
-    fn has_ended(&self, slot: usize) -> Result<bool, CoreError> {
-        Ok(on_batch!(&self.inner, batch => batch.episode(slot)?.has_ended()))
     }
 
     fn advance(

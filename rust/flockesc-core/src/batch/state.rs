@@ -53,3 +53,88 @@ impl<const D: usize> Batch<D> {
         Error::argument("slots", expected, format!("{slots:?}"))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{batch, step};
+    use super::*;
+    use crate::batch::AtEnd;
+    use crate::flock::InitialState;
+    use proptest::prelude::*;
+
+    fn running() -> Batch<2> {
+        let mut running = batch(2, 1);
+        for slot in 0..2 {
+            running
+                .reset(slot, &InitialState::seeded(slot as u64))
+                .expect("a slot");
+        }
+        step(&mut running, 4.0).expect("steps left");
+        running
+    }
+
+    /// The bytes with another body, under a head that is right.
+    fn sealed(good: &[u8], body: &[u8]) -> Vec<u8> {
+        let mut bytes = [&good[..16], body].concat();
+        bytes[8..12].copy_from_slice(&crc32fast::hash(body).to_le_bytes());
+        bytes
+    }
+
+    proptest! {
+        /// Whatever the body says: it is refused and nothing has changed, or what it says can be played.
+        #[test]
+        fn a_body_that_somebody_made_does_no_harm(
+            edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+            cut in any::<prop::sample::Index>(),
+            is_cut in any::<bool>(),
+        ) {
+            let mut running = running();
+            let good = running.save(&[0, 1]).expect("slots");
+            let mut body = good[16..].to_vec();
+            for (place, byte) in edits {
+                let place = place.index(body.len());
+                body[place] = byte;
+            }
+            if is_cut {
+                body.truncate(cut.index(body.len()));
+            }
+            if running.restore(&[0, 1], &sealed(&good, &body)).is_ok() {
+                let (rows, length) = (2 * running.rows(), running.row_length());
+                let (mut rewards, mut seen) = (vec![0.0; rows], vec![0.0; rows * length]);
+                for _ in 0..3 {
+                    running
+                        .step_measured(&vec![4.0; rows], &[], AtEnd::Restart, &mut rewards, &mut seen, |_| ())
+                        .expect("a step");
+                }
+            } else {
+                prop_assert_eq!(running.save(&[0, 1]).expect("slots"), good);
+            }
+        }
+    }
+
+    #[test]
+    fn a_state_goes_into_every_slot() {
+        let (source, mut other) = (running(), batch(3, 2));
+        let good = source.save(&[1]).expect("a slot");
+        other.restore(&[0, 1, 2], &good).expect("a state of one");
+        for slot in 0..3 {
+            assert_eq!(other.save(&[slot]).expect("a slot"), good);
+        }
+        assert!(other.restore(&[3], &good).is_err());
+        assert!(other.save(&[3]).is_err());
+        let both = source.save(&[0, 1]).expect("slots");
+        assert!(other.restore(&[0, 1, 2], &both).is_err());
+    }
+
+    #[test]
+    fn another_version_is_named() {
+        let mut running = running();
+        let mut bytes = running.save(&[0]).expect("a slot");
+        bytes[4] += 1;
+        let error = running.restore(&[0], &bytes).expect_err("another version");
+        assert_eq!(
+            error.to_string(),
+            "state: expected version 1, got version 2"
+        );
+    }
+}

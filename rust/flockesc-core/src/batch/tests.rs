@@ -10,7 +10,7 @@ use crate::reward::Reward;
 const FLOCKS: usize = 5;
 const AGENTS: usize = 30;
 
-fn batch(num_flocks: usize, num_threads: usize) -> Batch<2> {
+pub(super) fn batch(num_flocks: usize, num_threads: usize) -> Batch<2> {
     let predator = ConstantVelocity {
         position: vec![-5.0, -5.0],
         velocity: vec![10.0, 10.0],
@@ -54,7 +54,7 @@ fn batch(num_flocks: usize, num_threads: usize) -> Batch<2> {
     Batch::new(scenario, config, num_flocks, Some(num_threads)).expect("a good scenario")
 }
 
-fn step(batch: &mut Batch<2>, range: f64) -> Result<(Vec<f64>, Vec<f32>)> {
+pub(super) fn step(batch: &mut Batch<2>, range: f64) -> Result<(Vec<f64>, Vec<f32>)> {
     let rows = batch.num_flocks() * AGENTS;
     let ranges: Vec<f64> = (0..rows)
         .map(|row| range + (row % AGENTS) as f64 / 10.0)

@@ -1,0 +1,278 @@
+"""Saved at any step and restored anywhere, an environment goes on to the last bit."""
+
+from __future__ import annotations
+
+import copy
+import multiprocessing
+import pickle
+from collections.abc import Callable
+from typing import Any
+
+import cloudpickle
+import numpy as np
+import pytest
+from option_table import UNLIKE, small_flock
+
+from flockesc_env import (
+    PRESETS,
+    ArgumentError,
+    EpisodeError,
+    FlockEscapeEnv,
+    FlockPursuitEnv,
+    FlockScenario,
+    FlockVectorEnv,
+    LineEscapeEnv,
+    LineScenario,
+    parallel_env,
+)
+from flockesc_env.predator_policies import Chase
+from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+
+STEPS = 200
+
+
+MAKERS: dict[str, Callable[[], Any]] = {
+    "flock": lambda: FlockEscapeEnv(small_flock()),
+    "flock of unlike agents that err and lag": lambda: FlockEscapeEnv(small_flock(**UNLIKE)),
+    "pursuit": lambda: FlockPursuitEnv(small_flock()),
+    "parallel": lambda: parallel_env(small_flock(3), reward="own_running_minimum"),
+    "parallel with predators": lambda: parallel_env(small_flock(), predator="learned"),
+    "parallel with capture": lambda: parallel_env(small_flock(capture_radius=6.0), reward="own_distance"),
+    "difference rewards": lambda: parallel_env(small_flock(), reward="difference"),
+    "chased": lambda: FlockEscapeEnv(small_flock(), predator_policy=Chase()),
+    "line": lambda: LineEscapeEnv(LineScenario(num_agents=30, escape_force="linear_as_printed")),
+    "vector": lambda: FlockVectorEnv(3, small_flock()),
+    "vector in the same step": lambda: FlockVectorEnv(3, small_flock(), autoreset_mode="SameStep"),
+    "sb3, flocks": lambda: FlockVecEnv(3, small_flock()),
+    "sb3, agents": lambda: AgentVecEnv(2, small_flock()),
+}
+
+interfaces = pytest.mark.parametrize("interface", MAKERS)
+
+
+def _has_predators(scenario: Any) -> bool:
+    return isinstance(scenario, FlockScenario) and bool(scenario.predators)
+
+
+def start(env: Any, seed: int | None = None) -> Any:
+    if isinstance(env, FlockVecEnv | AgentVecEnv):
+        if seed is not None:
+            env.seed(seed)
+        return env.reset()
+    return env.reset(seed=seed)
+
+
+def play(env: Any, rng: np.random.Generator, steps: int) -> list[Any]:
+    """What ``steps`` random actions give, with a reset wherever an episode ends."""
+    given = []
+    for _ in range(steps):
+        if hasattr(env, "possible_agents"):
+            if not env.agents:
+                given.append(env.reset())
+            actions = {
+                agent: rng.uniform(-1, 1, env.action_space(agent).shape).astype(np.float32)
+                for agent in env.agents
+            }
+            given.append(env.step(actions))
+            continue
+        shape = (env.num_envs, 1) if hasattr(env, "num_envs") else env.action_space.shape
+        step = env.step(rng.uniform(-1, 1, shape).astype(np.float32))
+        given.append(copy.deepcopy(step))
+        if "final_obs" in step[-1]:  # an array of arrays, which NumPy cannot compare
+            given[-1][-1]["final_obs"] = list(step[-1]["final_obs"])
+        if not hasattr(env, "num_envs") and (step[2] or step[3]):
+            given.append(env.reset())
+    return given
+
+
+def ways_on(env: Any, make: Callable[[], Any]) -> dict[str, Any]:
+    """Environments that should go on as ``env`` does."""
+    restored, overwritten = make(), make()
+    restored.set_state(env.get_state())
+    start(overwritten, 77)
+    play(overwritten, np.random.default_rng(5), 3)
+    overwritten.set_state(env.get_state())
+    return {
+        "restored before a reset": restored,
+        "restored in mid-episode": overwritten,
+        "pickled": pickle.loads(pickle.dumps(env)),  # noqa: S301, our own
+        "cloudpickled": pickle.loads(cloudpickle.dumps(env)),  # noqa: S301, our own
+        "copied": copy.deepcopy(env),
+    }
+
+
+@interfaces
+@pytest.mark.parametrize("played", [0, 1, 7, 33])
+def test_every_way_on_is_the_same(interface: str, played: int) -> None:
+    make = MAKERS[interface]
+    env = make()
+    start(env, 3)
+    play(env, np.random.default_rng(0), played)
+    ways = ways_on(env, make)
+    expected = play(env, np.random.default_rng(1), STEPS)
+    for name, way in ways.items():
+        np.testing.assert_equal(play(way, np.random.default_rng(1), STEPS), expected, err_msg=name)
+
+
+@pytest.mark.parametrize("name", [name for name, world in PRESETS.items() if _has_predators(world)])
+def test_every_preset(name: str) -> None:
+    """Neighbor rules, laws of motion, predators, capture, noise, frozen graphs, drawn scenarios."""
+
+    def make() -> FlockEscapeEnv:
+        return FlockEscapeEnv(PRESETS[name])
+
+    env = make()
+    env.reset(seed=3)
+    play(env, np.random.default_rng(0), 15)
+    ways = ways_on(env, make)
+    expected = play(env, np.random.default_rng(1), 15)
+    for way, other in ways.items():
+        np.testing.assert_equal(play(other, np.random.default_rng(1), 15), expected, err_msg=way)
+
+
+@interfaces
+def test_a_state_is_what_was(interface: str) -> None:
+    """Saving changes nothing; what is restored has the same state and observation."""
+    env, twin = MAKERS[interface](), MAKERS[interface]()
+    for each in (env, twin):
+        start(each, 4)
+    for _ in range(3):
+        state = env.get_state()
+        assert env.get_state() == state
+        other = MAKERS[interface]()
+        seen = other.set_state(state)
+        assert other.get_state() == state
+        np.testing.assert_equal(env.set_state(state), seen)
+        steps = [play(each, np.random.default_rng(6), 1) for each in (env, twin)]
+        np.testing.assert_equal(*steps)
+
+
+def _go_on(make: Callable[[], Any], state: bytes, sender: Any) -> None:
+    env = make()
+    env.set_state(state)
+    sender.send(play(env, np.random.default_rng(1), 20))
+
+
+def _flock() -> FlockEscapeEnv:
+    return FlockEscapeEnv(small_flock(**UNLIKE), num_threads=2)
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_in_another_process(method: str) -> None:
+    env = _flock()
+    env.reset(seed=1)
+    play(env, np.random.default_rng(0), 5)
+    context = multiprocessing.get_context(method)
+    receiver, sender = context.Pipe(duplex=False)
+    child = context.Process(target=_go_on, args=(_flock, env.get_state(), sender))
+    child.start()
+    np.testing.assert_equal(receiver.recv(), play(env, np.random.default_rng(1), 20))
+    child.join()
+
+
+def test_one_state_in_all_slots() -> None:
+    """What a planner does: from one moment of one flock many go on, each its own way."""
+    scenario = small_flock()
+    env, crowd = FlockEscapeEnv(scenario), FlockVectorEnv(5, scenario, num_threads=2)
+    env.reset(seed=3)
+    env.step(np.array([0.1], np.float32))
+    crowd.set_state(env.get_state())
+    actions = np.linspace(-1, 1, 5, dtype=np.float32)[:, np.newaxis]
+    observations, rewards, *_ = crowd.step(actions)
+    for slot, action in enumerate(actions):
+        alone = copy.deepcopy(env)
+        observation, reward, *_ = alone.step(action)
+        np.testing.assert_array_equal(observations[slot], observation)
+        assert rewards[slot] == reward
+        assert crowd.get_state(slot) == alone.get_state()
+
+
+def test_slots_are_saved_and_restored_one_by_one() -> None:
+    crowd = FlockVectorEnv(4, small_flock())
+    crowd.reset(seed=0)
+    before = [crowd.get_state(slot) for slot in range(4)]
+    crowd.step(np.zeros((4, 1), np.float32))
+    after = [crowd.get_state(slot) for slot in range(4)]
+    crowd.set_state(before[1], [0, 2])
+    assert [crowd.get_state(slot) for slot in range(4)] == [before[1], after[1], before[1], after[3]]
+    crowd.set_state(crowd.get_state([3, 1]), [1, 3])
+    assert [crowd.get_state(slot) for slot in range(4)] == [before[1], after[3], before[1], after[1]]
+
+
+@pytest.mark.parametrize(
+    ("state", "flocks", "message"),
+    [
+        (b"", None, "state: expected bytes of get_state, got 0 bytes"),
+        ("text", None, "state: expected bytes, got str"),
+        (b"x" * 99, None, "state: expected bytes of get_state, got others"),
+        (None, 3, r"flocks\[0\]: expected an integer below 3, got 3"),
+        (None, [0, -1], r"flocks\[1\]: expected an integer from 0"),
+        (None, [0, 1], "state: expected one of 1 or 2 flocks, got 3"),
+    ],
+)
+def test_bad_arguments(state: Any, flocks: Any, message: str) -> None:
+    env = FlockVectorEnv(3, small_flock())
+    env.reset(seed=0)
+    good = env.get_state()
+    with pytest.raises(ArgumentError, match=message):
+        env.set_state(good if state is None else state, flocks)
+    assert env.get_state() == good
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        lambda: FlockEscapeEnv(small_flock(repulsion_strength=11.0)),
+        lambda: FlockEscapeEnv(small_flock(), reward="terminal"),
+        lambda: parallel_env(small_flock()),
+    ],
+)
+def test_states_of_something_else_are_refused(other: Callable[[], Any]) -> None:
+    env, source = FlockEscapeEnv(small_flock()), other()
+    env.reset(seed=0)
+    source.reset(seed=0)
+    before = env.get_state()
+    with pytest.raises(ArgumentError, match="state: expected one of the same scenario"):
+        env.set_state(source.get_state())
+    assert env.get_state() == before
+
+
+@interfaces
+def test_damaged_states_are_refused(interface: str) -> None:
+    env = MAKERS[interface]()
+    start(env, 0)
+    play(env, np.random.default_rng(0), 2)
+    good = env.get_state()
+    rng = np.random.default_rng(2)
+    for _ in range(50):
+        place, bit = int(rng.integers(len(good))), 1 << int(rng.integers(8))
+        bad = bytearray(good)
+        bad[place] ^= bit
+        for damaged in (bytes(bad), good[:place], good + good[place:]):
+            with pytest.raises(ArgumentError, match="state: expected"):
+                env.set_state(damaged)
+    assert env.get_state() == good
+
+
+@pytest.mark.parametrize("interface", ["flock", "parallel", "line", "vector", "sb3, agents"])
+def test_nothing_to_save_before_the_first_reset(interface: str) -> None:
+    env = MAKERS[interface]()
+    with pytest.raises(EpisodeError, match="a reset before anything else"):
+        env.get_state()
+    twin = pickle.loads(pickle.dumps(env))  # noqa: S301, our own
+    # Also what nobody has seeded goes on equally.
+    np.testing.assert_equal(start(twin), start(env))
+
+
+def test_pictures_begin_anew() -> None:
+    pytest.importorskip("pygame")
+    env = FlockEscapeEnv(small_flock(), render_mode="rgb_array")
+    env.reset(seed=0)
+    env.step(np.array([0.1], np.float32))
+    state = env.get_state()
+    seen = env.render()
+    env.reset(seed=1)
+    assert not np.array_equal(env.render(), seen)
+    env.set_state(state)
+    twin = pickle.loads(pickle.dumps(env))  # noqa: S301, our own
+    np.testing.assert_array_equal(twin.render(), env.render())
