@@ -241,8 +241,8 @@ class FlockBatch:
         """Make some slots what ``get_state`` returned, of as many or of one; return which.
 
         Raises:
-            ArgumentError: for an index out of bounds, or bytes that are damaged, of another version, scenario or
-                interface, other options or another number of slots. Nothing has changed then.
+            ArgumentError: for an index out of bounds, or bytes that are damaged, of another version, scenario
+                or interface, other options or another number of slots. Nothing has changed then.
             EpisodeError: if another slot was never reset.
         """
         chosen = self._slots(slots)

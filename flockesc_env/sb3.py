@@ -133,8 +133,8 @@ class _BatchVecEnv(RestorableBatch, VecEnv):
         """Go on from where flocks were when ``state`` was returned; return the observations of all slots.
 
         Args:
-            state: what ``get_state`` returned, here or elsewhere: of as many flocks, or of one, such as that of
-                a single environment, which all ``flocks`` become.
+            state: what ``get_state`` returned, here or elsewhere: of as many flocks, or of one, such as that
+                of a single environment, which all ``flocks`` become.
             flocks: index of one flock, or indices of several; ``None``: all.
 
         Raises:
