@@ -120,4 +120,5 @@ class FlockEscapeEnv(Rendered, Restorable, gymnasium.Env[NDArray[np.float32], An
                 options or another interface; the running episode goes on.
         """
         self._restore(state)
-        return self._batch.observe([0])[0]
+        observation: NDArray[np.float32] = self._batch.observe([0])[0]
+        return observation

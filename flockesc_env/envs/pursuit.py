@@ -131,4 +131,5 @@ class FlockPursuitEnv(Rendered, Restorable, gymnasium.Env[NDArray[np.float32], A
         """
         self._restore(state)
         self._flock_sees = self._batch.observe([0])
-        return self._batch.observe_predators([0])[0]
+        observation: NDArray[np.float32] = self._batch.observe_predators([0])[0]
+        return observation
