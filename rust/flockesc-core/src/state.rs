@@ -16,6 +16,9 @@ const VERSION: u32 = 1;
 
 const HEAD: usize = 16;
 
+/// No step leaves a number beyond this, so that none has a square, or a sum of squares, that is infinite.
+const LARGEST: f64 = 1e120;
+
 /// Stands for what a state is a state of; what differs has another one, but for one chance in 2^32.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Fingerprint(u32);
@@ -94,13 +97,18 @@ pub(crate) fn check(holds: bool, what: &str) -> Result<()> {
     if holds { Ok(()) } else { Err(damaged(what)) }
 }
 
-/// Refuses numbers that are not as many, or not finite.
-pub(crate) fn check_numbers(numbers: &[f64], count: usize, what: &str) -> Result<()> {
-    check(numbers.len() == count, what)?;
-    check(numbers.iter().all(|number| number.is_finite()), what)
+/// Whether a step can have left this number.
+pub(crate) fn is_sound(number: f64) -> bool {
+    number.abs() <= LARGEST
 }
 
-/// A vector of D finite entries.
+/// Refuses numbers that are not as many, or not [sound](is_sound).
+pub(crate) fn check_numbers(numbers: &[f64], count: usize, what: &str) -> Result<()> {
+    check(numbers.len() == count, what)?;
+    check(numbers.iter().all(|number| is_sound(*number)), what)
+}
+
+/// A vector of D sound entries.
 pub(crate) fn vector<const D: usize>(entries: &[f64], what: &str) -> Result<SVector<f64, D>> {
     check_numbers(entries, D, what)?;
     Ok(SVector::from_column_slice(entries))

@@ -7,6 +7,8 @@ use std::hint::select_unpredictable;
 
 use serde::{Deserialize, Serialize};
 
+use crate::state::is_sound;
+
 /// Agents that share one state.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Group {
@@ -68,7 +70,7 @@ impl Groups {
             && self
                 .sorted
                 .iter()
-                .all(|group| group.state.is_finite() && is_agent(group.first))
+                .all(|group| is_sound(group.state) && group.size > 0 && is_agent(group.first))
             && self.sorted.is_sorted_by(|a, b| a.state <= b.state)
     }
 

@@ -7,7 +7,7 @@ use super::{NeighborOptions, Neighborhood};
 use crate::agents::{Agents, GROUP};
 use crate::error::Result;
 use crate::exact::Scale;
-use crate::state::{check, check_numbers, damaged};
+use crate::state::{check, check_numbers, damaged, is_sound};
 
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct NeighborhoodState {
@@ -49,6 +49,7 @@ impl<const D: usize> Neighborhood<D> {
             "numbers of neighbors",
         )?;
         check_numbers(&state.norms, agents.len(), "velocities heard")?;
+        check(is_sound(state.unit), "unit of velocities heard")?;
         let mut neighborhood = Self::silent(options, agents);
         neighborhood.scale =
             Scale::of_unit(state.unit).ok_or_else(|| damaged("unit of velocities heard"))?;
