@@ -10,18 +10,18 @@ pub(crate) const LARGEST: f64 = 1e20;
 const SMALLEST: f64 = 1e-20;
 
 pub(crate) fn finite(field: &str, value: f64) -> Result<()> {
-    check(field, value, "a finite number", value.is_finite())
+    check(field, shown(value), "a finite number", value.is_finite())
 }
 
 /// For what is only compared: a range may be beyond everything.
 pub(crate) fn not_negative(field: &str, value: f64) -> Result<()> {
     let good = value.is_finite() && value >= 0.0;
-    check(field, value, "a finite number of at least 0", good)
+    check(field, shown(value), "a finite number of at least 0", good)
 }
 
 pub(crate) fn positive(field: &str, value: f64) -> Result<()> {
     let good = value.is_finite() && value > 0.0;
-    check(field, value, "a finite number above 0", good)
+    check(field, shown(value), "a finite number above 0", good)
 }
 
 /// A number that a step computes with.
@@ -46,7 +46,7 @@ pub(crate) fn coordinates(values: &[f64], field: impl Fn(usize) -> String) -> Re
     {
         Some(at) => {
             let expected = format!("a number from {:?} to {LARGEST:?}", -LARGEST);
-            Err(Error::argument(field(at), expected, values[at]))
+            Err(Error::argument(field(at), expected, shown(values[at])))
         }
         None => Ok(()),
     }
@@ -54,7 +54,7 @@ pub(crate) fn coordinates(values: &[f64], field: impl Fn(usize) -> String) -> Re
 
 pub(crate) fn within_bounds(field: &str, value: f64, low: f64, high: f64) -> Result<()> {
     let expected = format!("a number from {low:?} to {high:?}");
-    check(field, value, &expected, (low..=high).contains(&value))
+    check(field, shown(value), &expected, (low..=high).contains(&value))
 }
 
 /// A point, velocity or direction: 2 or `dimension` coordinates.
@@ -73,6 +73,12 @@ pub(crate) fn vector(field: &str, entries: &[f64], dimension: usize) -> Result<(
 pub(crate) fn within(field: &str, value: usize, low: usize, high: usize) -> Result<()> {
     let expected = format!("an integer from {low} to {high}");
     check(field, value, &expected, (low..=high).contains(&value))
+}
+
+/// The number in few digits, however large or small it is.
+fn shown(value: f64) -> String {
+    let text = format!("{value:?}");
+    text.strip_suffix(".0").unwrap_or(&text).to_owned()
 }
 
 fn check(field: &str, value: impl ToString, expected: &str, good: bool) -> Result<()> {
