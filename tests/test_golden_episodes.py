@@ -1,4 +1,4 @@
-"""The same bytes for ever: on any number of threads, on every instruction set; and never the same without a seed."""
+"""The same bytes for ever, on any number of threads and every instruction set; without a seed never the same."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import platform
 import shutil
 import subprocess
 import sys
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +43,7 @@ def test_episodes_are_what_they_were(num_threads: int) -> None:
 )
 @pytest.mark.parametrize(("level", "has_avx2"), [(2, False), (3, True)])
 def test_episodes_are_the_same_on_lesser_processors(level: int, has_avx2: bool, tmp_path: Path) -> None:
-    """Level 2 of x86-64 is that of every processor, 3 has AVX2; what this one has beyond is hidden from all."""
+    """Level 2 of x86-64 is below AVX2, 3 has it; what this processor has beyond is hidden from the child."""
     compiler, library = shutil.which("cc"), tmp_path / "masked_cpuid.so"
     assert compiler, "Rust needs a C compiler, too"
     source = str(HERE / "masked_cpuid.c")
@@ -80,6 +81,6 @@ def unseeded(_: int) -> list[bytes]:
 def test_resets_without_a_seed_never_repeat(method: str) -> None:
     """In one environment, in many, and in processes of which each starts anew."""
     with multiprocessing.get_context(method).Pool(PROCESSES, maxtasksperchild=1) as pool:
-        seen = sum(pool.map(unseeded, range(PROCESSES), chunksize=1), [])
+        seen = list(chain.from_iterable(pool.map(unseeded, range(PROCESSES), chunksize=1)))
     assert len(seen) == PROCESSES * ENVIRONMENTS * RESETS
     assert len(set(seen)) == len(seen)
