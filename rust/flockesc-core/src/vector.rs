@@ -2,15 +2,18 @@
 
 use nalgebra::SVector;
 
+/// Length up to which a vector counts as 0: beyond it, squares keep all their bits and quotients are finite.
+pub(crate) const SHORTEST: f64 = 1e-140;
+
 /// The unit vector along `velocity`; 0 for an agent at rest.
 pub(crate) fn heading<const D: usize>(velocity: &SVector<f64, D>) -> SVector<f64, D> {
     unit(velocity).unwrap_or_else(SVector::zeros)
 }
 
-/// `vector` scaled to length 1; `None` where it is exactly 0.
+/// `vector` scaled to length 1; `None` where it counts as 0.
 pub(crate) fn unit<const D: usize>(vector: &SVector<f64, D>) -> Option<SVector<f64, D>> {
     let norm = vector.norm();
-    (norm > 0.0).then(|| vector / norm)
+    (norm > SHORTEST).then(|| vector / norm)
 }
 
 /// The unit vector along the axis that is least aligned with `vector`.

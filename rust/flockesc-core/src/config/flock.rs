@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::bounds::{MAX_LENGTH, not_negative, positive, within, within_bounds};
+use super::bounds::{not_negative, positive_quantity, quantity, within, within_bounds};
 use super::document::{parse_value, read};
 use super::{MAX_AGENTS, MAX_STEPS};
 use crate::error::{Error, Result};
@@ -26,7 +26,7 @@ pub struct FlockConfig {
     pub dimension: usize,
     /// T / dt, number of steps of an episode, at least 1.
     pub num_steps: usize,
-    /// dt in s, above 0.
+    /// dt in s; from 1e-20 to 1e20, as all that is above 0 here.
     pub time_step: f64,
     /// m in kg, above 0.
     pub mass: PerAgent,
@@ -97,10 +97,11 @@ impl FlockConfig {
         within("num_agents", config.num_agents, 1, MAX_AGENTS)?;
         within("dimension", config.dimension, 2, 3)?;
         within("num_steps", config.num_steps, 1, MAX_STEPS)?;
-        positive("time_step", config.time_step)?;
-        config.mass.check("mass", config.num_agents, positive)?;
-        config.speed.check("speed", config.num_agents, positive)?;
-        positive("initial_side", config.initial_side)?;
+        positive_quantity("time_step", config.time_step)?;
+        for (field, value) in [("mass", &config.mass), ("speed", &config.speed)] {
+            value.check(field, config.num_agents, positive_quantity)?;
+        }
+        positive_quantity("initial_side", config.initial_side)?;
         let space = Space::of(&config);
         config.initial_positions.check(&space, config.num_agents)?;
         config.initial_headings.check(&space, config.num_agents)?;
@@ -109,11 +110,11 @@ impl FlockConfig {
             ("repulsion_strength", &config.repulsion_strength),
             ("alignment_strength", &config.alignment_strength),
         ] {
-            strength.check(field, config.num_agents, not_negative)?;
+            strength.check(field, config.num_agents, quantity)?;
         }
         config.motion.check(config.constant_speed)?;
         within_bounds("angular_noise", config.angular_noise, 0.0, TAU)?;
-        not_negative("sensing_noise", config.sensing_noise)?;
+        quantity("sensing_noise", config.sensing_noise)?;
         within("sensing_delay", config.sensing_delay, 0, MAX_STEPS)?;
         if let Some(radius) = config.capture_radius {
             not_negative("capture_radius", radius)?;
@@ -134,7 +135,7 @@ impl FlockConfig {
             return Err(Error::config("neighbor_rule", expected, "voronoi"));
         }
         if let Some(side) = self.periodic_side {
-            within_bounds("periodic_side", side, f64::MIN_POSITIVE, MAX_LENGTH)?;
+            positive_quantity("periodic_side", side)?;
             let reason = if is_voronoi {
                 "None with neighbor_rule voronoi"
             } else if !self.predators.is_empty() {

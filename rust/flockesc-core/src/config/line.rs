@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::bounds::{finite, not_negative, within};
+use super::bounds::{coordinate, not_negative, quantity, within};
 use super::document::parse;
 use super::{MAX_AGENTS, MAX_STEPS};
 use crate::error::Result;
@@ -37,10 +37,10 @@ impl LineConfig {
         let config: Self = parse(document)?;
         within("num_agents", config.num_agents, 1, MAX_AGENTS)?;
         if let Some(position) = config.predator_position {
-            finite("predator_position", position)?;
+            coordinate("predator_position", position)?;
         }
-        not_negative("predator_range", config.predator_range)?;
-        not_negative("repulsion_strength", config.repulsion_strength)?;
+        quantity("predator_range", config.predator_range)?;
+        quantity("repulsion_strength", config.repulsion_strength)?;
         not_negative("tolerance", config.tolerance)?;
         within("max_steps", config.max_steps, 1, MAX_STEPS)?;
         Ok(config)

@@ -8,7 +8,10 @@ mod line;
 #[cfg(test)]
 pub(crate) mod tests;
 
-pub(crate) use bounds::{finite, length, not_negative, positive, vector, within, within_bounds};
+pub(crate) use bounds::{
+    LARGEST, coordinates, finite, not_negative, positive, positive_quantity, quantity, vector,
+    within, within_bounds,
+};
 pub(crate) use document::parse;
 pub use episode::{EpisodeConfig, Objective, SameRange, SensingRange, View};
 pub use flock::FlockConfig;

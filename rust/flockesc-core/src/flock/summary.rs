@@ -7,6 +7,7 @@ use crate::agents::{Column, GROUP, Group};
 use crate::exact::Scale;
 use crate::metrics::{centroid, reduce, squared_norm};
 use crate::neighbor::Heard;
+use crate::vector::SHORTEST;
 
 /// Means over all agents in the flock at one moment. A scaled value x of scale s is x / (x + s).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -225,10 +226,10 @@ fn add_up_squares<const D: usize>(groups: &[Group<D>], centroid: &[f64; D], scal
     reduce(squares, |a, b| a + b)
 }
 
-/// A divisor that leaves 0 as it is: 1 in place of 0 and of the infinite distance to no predator.
+/// A divisor that leaves 0 as it is: 1 in place of what counts as 0 and of the infinite distance to no predator.
 #[inline(always)]
 fn divisor(value: f64) -> f64 {
-    if value > 0.0 && value < f64::INFINITY {
+    if value > SHORTEST && value < f64::INFINITY {
         value
     } else {
         1.0

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::consensus::{Consensus, components};
 use super::groups::{Group, Groups};
-use crate::config::LineConfig;
+use crate::config::{LineConfig, coordinates};
 use crate::error::{Error, Result};
 use crate::rng::{self, Stream};
 
@@ -37,7 +37,7 @@ impl Line {
     /// A line that starts at `states`, or, where `None`, at x(0) ~ U[0, 1]^n drawn from `seed`.
     ///
     /// # Errors
-    /// [`Error::Argument`] if `states` has another length than the line or an entry is not finite.
+    /// [`Error::Argument`] if `states` has another length than the line or an entry is out of bounds.
     pub fn new(config: Arc<LineConfig>, seed: u64, states: Option<&[f64]>) -> Result<Self> {
         let num_agents = config.num_agents;
         let groups = match states {
@@ -144,14 +144,7 @@ fn check_states(states: &[f64], num_agents: usize) -> Result<()> {
             states.len(),
         ));
     }
-    match states.iter().position(|x| !x.is_finite()) {
-        Some(i) => Err(Error::argument(
-            format!("initial_state[{i}]"),
-            "a finite number",
-            states[i],
-        )),
-        None => Ok(()),
-    }
+    coordinates(states, |i| format!("initial_state[{i}]"))
 }
 
 pub(crate) fn check_range(range: f64) -> Result<()> {

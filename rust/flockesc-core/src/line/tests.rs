@@ -133,10 +133,10 @@ proptest! {
         }
     }
 
-    /// Nothing depends on the unit of length, from the smallest to the largest that hold 53 bits.
+    /// Nothing depends on the unit of length, from the smallest that holds 53 bits to the largest that is taken.
     #[test]
     fn scaled_lines_have_scaled_states(
-        states in states(), range in 0.0..0.5_f64, exponent in -900..1020_i32,
+        states in states(), range in 0.0..0.5_f64, exponent in -900..66_i32,
     ) {
         let scaled = |states: &[f64]| states.iter().map(|x| x * 2.0_f64.powi(exponent)).collect::<Vec<_>>();
         let (mut small, mut large) = (line(&PEACE, &states), line(&PEACE, &scaled(&states)));
@@ -150,7 +150,7 @@ proptest! {
     /// An agent that nobody hears costs the others no precision, however far away.
     #[test]
     fn precision_is_that_of_the_component(states in states(), range in 0.0..0.5_f64) {
-        let far: Vec<f64> = states.iter().copied().chain([1e300, -f64::MAX]).collect();
+        let far: Vec<f64> = states.iter().copied().chain([1e20, -1e20]).collect();
         let mut line = line(&PEACE, &far);
         line.step(range).expect("a good range");
         for (state, expected) in line.states().iter().zip(reference(&PEACE, &far, range)) {
@@ -161,34 +161,36 @@ proptest! {
 
 #[test]
 fn agents_that_share_a_state_at_range_zero_do_not_move() {
-    let states = [0.1, 0.7, 0.1, 0.1, 1e300, 0.7, 0.0, -0.0];
+    let states = [0.1, 0.7, 0.1, 0.1, 1e20, 0.7, 0.0, -0.0];
     let mut line = line(&PEACE, &states);
     assert_eq!(line.step(0.0), Ok(0.0));
     assert_eq!(line.states(), states);
 }
 
+/// The largest numbers that a scenario takes, for as long as they drive agents on.
 #[test]
-fn a_force_beyond_every_number_drives_to_infinity_and_breaks_nothing() {
-    let config = LineConfig {
-        predator_position: Some(0.0),
-        predator_range: 1e10,
-        repulsion_strength: 1e308,
-        ..PEACE
-    };
-    for escape_force in [EscapeForce::Linear, EscapeForce::LinearAsPrinted] {
+fn the_strongest_force_leaves_every_state_finite() {
+    for (escape_force, predator) in [
+        EscapeForce::Constant,
+        EscapeForce::Linear,
+        EscapeForce::LinearAsPrinted,
+    ]
+    .into_iter()
+    .flat_map(|force| [-1e20, 0.0, 1e20].map(|predator| (force, predator)))
+    {
         let config = LineConfig {
+            predator_position: Some(predator),
+            predator_range: 1e20,
+            repulsion_strength: 1e20,
             escape_force,
-            ..config.clone()
+            ..PEACE
         };
-        let mut line = line(&config, &[-1.0, 0.0, 1.0, 2.0]);
-        for _ in 0..3 {
-            line.step(1.0).expect("a good range");
+        for range in [0.0, 1.0, f64::MAX] {
+            let mut line = line(&config, &[-1e20, -1.0, 0.0, 5e-324, 1.0, 2.0, 1e20]);
+            for _ in 0..100 {
+                assert!(line.step(range).expect("a good range").is_finite());
+                assert!(line.states().iter().all(|state| state.abs() < 1e45));
+            }
         }
-        // What it is at the predator itself, infinity times 0, is no number.
-        let states = line.states();
-        assert_eq!(
-            [states[0], states[2], states[3]],
-            [f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY]
-        );
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::flight::steering;
 use super::prey::Prey;
 use super::{Predator, PredatorConfig};
-use crate::config::not_negative;
+use crate::config::quantity;
 use crate::error::Result;
 
 steering! {
@@ -21,8 +21,8 @@ steering! {
 impl Encircle {
     pub(super) fn check(&self, path: &str) -> Result<()> {
         self.limits().check(path, &self.velocity)?;
-        not_negative(&format!("{path}.radius"), self.radius)?;
-        not_negative(&format!("{path}.closing_speed"), self.closing_speed)
+        quantity(&format!("{path}.radius"), self.radius)?;
+        quantity(&format!("{path}.closing_speed"), self.closing_speed)
     }
 
     /// Radius in m after `seconds`.

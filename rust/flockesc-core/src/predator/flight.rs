@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use crate::config::not_negative;
+use crate::config::{LARGEST, quantity};
 use crate::error::{Error, Result};
 use crate::vector::unit;
 
@@ -52,12 +52,12 @@ pub(super) struct Limits {
 impl Limits {
     /// Checks them for a predator that starts with `velocity`.
     pub(super) fn check(&self, path: &str, velocity: &[f64]) -> Result<()> {
-        not_negative(&format!("{path}.max_turn_rate"), self.max_turn_rate)?;
-        not_negative(&format!("{path}.acceleration"), self.acceleration)?;
+        quantity(&format!("{path}.max_turn_rate"), self.max_turn_rate)?;
+        quantity(&format!("{path}.acceleration"), self.acceleration)?;
         let speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
         match self.max_speed {
-            Some(fastest) if !(fastest.is_finite() && fastest >= speed * (1.0 - ROUNDING)) => {
-                let expected = format!("a finite number of at least the initial speed, {speed}");
+            Some(fastest) if !(speed * (1.0 - ROUNDING)..=LARGEST).contains(&fastest) => {
+                let expected = format!("a number from the initial speed, {speed}, to {LARGEST:?}");
                 Err(Error::config(
                     format!("{path}.max_speed"),
                     expected,

@@ -3,7 +3,7 @@
 use super::flight::steering;
 use super::prey::Prey;
 use super::{Predator, PredatorConfig};
-use crate::config::not_negative;
+use crate::config::quantity;
 use crate::error::{Error, Result};
 use crate::vector::unit;
 
@@ -21,7 +21,7 @@ impl Herd {
     /// Checks the predator with this `index` among `count`.
     pub(super) fn check(&self, path: &str, index: usize, count: usize) -> Result<()> {
         self.limits().check(path, &self.velocity)?;
-        not_negative(&format!("{path}.distance"), self.distance)?;
+        quantity(&format!("{path}.distance"), self.distance)?;
         if self.partner >= count || self.partner == index {
             let expected = format!("the index of another one of {count} predators");
             return Err(Error::config(

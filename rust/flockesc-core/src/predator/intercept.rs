@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use super::flight::steering;
 use super::prey::Prey;
 use super::steering::{side_of, turn};
-use crate::config::not_negative;
+use crate::config::quantity;
 use crate::error::Result;
 use crate::vector::unit;
 
@@ -21,7 +21,7 @@ impl Intercept {
     pub(super) fn check(&self, path: &str) -> Result<()> {
         self.limits().check(path, &self.velocity)?;
         let field = format!("{path}.navigation_constant");
-        not_negative(&field, self.navigation_constant)
+        quantity(&field, self.navigation_constant)
     }
 
     /// The next heading; `None` where nothing turns: at the target, or on a collision course.

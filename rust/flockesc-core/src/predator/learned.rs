@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::prey::Prey;
 use super::sighting::Sighting;
 use super::{Predator, PredatorConfig};
-use crate::config::{not_negative, positive};
+use crate::config::{positive_quantity, quantity};
 use crate::error::Result;
 
 /// Accelerates as an action says; without one it flies straight on.
@@ -19,14 +19,14 @@ pub struct Learned {
     pub velocity: Vec<f64>,
     /// Acceleration in m/s^2 of an action of norm 1, at least 0.
     pub max_acceleration: f64,
-    /// Speed in m/s that no step leaves it beyond, above 0.
+    /// Speed in m/s that no step leaves it beyond, from 1e-20 to 1e20.
     pub max_speed: f64,
 }
 
 impl Learned {
     pub(super) fn check(&self, path: &str) -> Result<()> {
-        not_negative(&format!("{path}.max_acceleration"), self.max_acceleration)?;
-        positive(&format!("{path}.max_speed"), self.max_speed)
+        quantity(&format!("{path}.max_acceleration"), self.max_acceleration)?;
+        positive_quantity(&format!("{path}.max_speed"), self.max_speed)
     }
 
     /// v_p + `push`, shortened to `max_speed` where it is longer.

@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use super::flight::steering;
 use super::prey::{Prey, Quarry};
-use crate::config::not_negative;
+use crate::config::{not_negative, quantity};
 use crate::error::{Error, Result};
 use crate::rng;
 
@@ -39,7 +39,7 @@ pub enum Target {
 impl PurePursuit {
     pub(super) fn check(&self, path: &str) -> Result<()> {
         self.limits().check(path, &self.velocity)?;
-        not_negative(&format!("{path}.confusion_rate"), self.confusion_rate)?;
+        quantity(&format!("{path}.confusion_rate"), self.confusion_rate)?;
         not_negative(&format!("{path}.sight"), self.sight)?;
         if self.can_be_confused() && self.target != Target::Nearest {
             return Err(Error::config(

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
 use super::steering::{side_of, turn};
-use crate::config::not_negative;
+use crate::config::quantity;
 use crate::error::Result;
 use crate::rng;
 use crate::vector::unit;
@@ -25,7 +25,7 @@ pub struct Wandering {
 impl Wandering {
     pub(super) fn check(&self, path: &str) -> Result<()> {
         let field = format!("{path}.angular_diffusion");
-        not_negative(&field, self.angular_diffusion)
+        quantity(&field, self.angular_diffusion)
     }
 
     pub(super) fn steer<const D: usize>(

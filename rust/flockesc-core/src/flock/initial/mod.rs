@@ -12,7 +12,7 @@ pub use positions::{
 };
 pub(crate) use space::Space;
 
-use crate::config::FlockConfig;
+use crate::config::{FlockConfig, coordinates};
 use crate::error::{Error, Result};
 use crate::predator::Predator;
 use crate::rng::{self, Stream};
@@ -45,10 +45,10 @@ impl InitialState {
         }
     }
 
-    /// Checks shapes and finiteness.
+    /// Checks shapes and magnitudes.
     ///
     /// # Errors
-    /// [`Error::Argument`] naming the array and, for a value that is not finite, its entry.
+    /// [`Error::Argument`] naming the array and, for a value out of bounds, its entry.
     pub fn check(&self, config: &FlockConfig) -> Result<()> {
         let (n, p, d) = (config.num_agents, config.predators.len(), config.dimension);
         check("initial_positions", &self.positions, n, d)?;
@@ -114,12 +114,7 @@ fn check(field: &str, values: &Option<Vec<f64>>, rows: usize, axes: usize) -> Re
         let expected = format!("{rows} x {axes} numbers");
         return Err(Error::argument(field, expected, values.len()));
     }
-    match values.iter().position(|value| !value.is_finite()) {
-        Some(at) => Err(Error::argument(
-            format!("{field}[{}, {}]", at / axes, at % axes),
-            "a finite number",
-            values[at],
-        )),
-        None => Ok(()),
-    }
+    coordinates(values, |at| {
+        format!("{field}[{}, {}]", at / axes, at % axes)
+    })
 }

@@ -6,6 +6,7 @@ use crate::agents::{Column, GROUP, Group};
 use crate::config::FlockConfig;
 use crate::metrics::squared_norm;
 use crate::neighbor::Heard;
+use crate::vector::SHORTEST;
 
 /// a v0 <v>_i / ||<v>_i|| (Eq. 11), the direction of the sum; 0 where that is exactly 0.
 #[inline(always)]
@@ -27,7 +28,7 @@ pub(super) fn consensus_force<const D: usize>(traits: &Traits, heard: &mut Heard
     force
 }
 
-/// s (r_i - r_p) / ||r_i - r_p|| where that `distance` is at most rho_p; 0 where it is 0.
+/// s (r_i - r_p) / ||r_i - r_p|| where that `distance` is at most rho_p; 0 where it counts as 0.
 #[inline(always)]
 pub(super) fn add_escape_force<const D: usize>(
     config: &FlockConfig,
@@ -38,7 +39,7 @@ pub(super) fn add_escape_force<const D: usize>(
     force: &mut Force<D>,
 ) {
     for lane in 0..GROUP {
-        let is_felt = distance[lane] <= config.predator_range && distance[lane] > 0.0;
+        let is_felt = distance[lane] <= config.predator_range && distance[lane] > SHORTEST;
         let factor = if is_felt {
             traits.repulsion[lane] / distance[lane]
         } else {

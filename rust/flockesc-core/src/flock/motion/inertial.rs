@@ -7,13 +7,14 @@ use super::traits::Traits;
 use crate::agents::{GROUP, Group};
 use crate::config::FlockConfig;
 use crate::metrics::squared_norm;
+use crate::vector::SHORTEST;
 
 /// Steps 3 and 4.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Inertial {}
 
-/// r += dt v with the old velocity, v += (dt / m) f, then back to speed v0 (the old v where the new one is exactly 0).
+/// r += dt v with the old velocity, v += (dt / m) f, then back to speed v0 (the old v where the new one counts as 0).
 #[inline(always)]
 pub(super) fn integrate<const D: usize>(
     config: &FlockConfig,
@@ -32,7 +33,7 @@ pub(super) fn integrate<const D: usize>(
         let pushed: [f64; D] =
             std::array::from_fn(|axis| velocity[axis] + force[axis][lane] * traits.gain[lane]);
         let norm = squared_norm(&pushed).sqrt();
-        let is_kept = constant_speed && norm <= 0.0;
+        let is_kept = constant_speed && norm <= SHORTEST;
         let factor = if constant_speed { speed / norm } else { 1.0 };
         for axis in 0..D {
             group.position[axis][lane] += velocity[axis] * time_step;

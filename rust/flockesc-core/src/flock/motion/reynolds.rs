@@ -5,11 +5,12 @@ use serde::Deserialize;
 use super::Force;
 use super::traits::Traits;
 use crate::agents::GROUP;
-use crate::config::not_negative;
+use crate::config::{not_negative, quantity};
 use crate::error::Result;
 use crate::exact::Scale;
 use crate::metrics::squared_norm;
 use crate::neighbor::Pairs;
+use crate::vector::SHORTEST;
 
 /// Agents that also keep together and apart.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -42,11 +43,11 @@ impl<const D: usize> Lists<D> {
 
 impl Reynolds {
     pub(super) fn check(&self) -> Result<()> {
-        not_negative(
+        quantity(
             "motion.reynolds.separation_strength",
             self.separation_strength,
         )?;
-        not_negative("motion.reynolds.cohesion_strength", self.cohesion_strength)?;
+        quantity("motion.reynolds.cohesion_strength", self.cohesion_strength)?;
         not_negative("motion.reynolds.separation_range", self.separation_range)
     }
 
@@ -70,13 +71,13 @@ impl Reynolds {
             for axis in 0..D {
                 ways[lane][axis] += scale.quantize(offset[axis]);
             }
-            if squared > 0.0 && squared <= range {
+            if squared > SHORTEST * SHORTEST && squared <= range {
                 close.push((lane, offset.map(|entry| -entry / squared)));
             }
         });
         let mut add = |lane: usize, vector: [f64; D], strength: f64| {
             let norm = squared_norm(&vector).sqrt();
-            if norm > 0.0 {
+            if norm > SHORTEST {
                 let factor = strength * traits.speed[lane] / norm;
                 for axis in 0..D {
                     force[axis][lane] += vector[axis] * factor;

@@ -7,13 +7,14 @@ use super::traits::Traits;
 use crate::agents::{GROUP, Group};
 use crate::config::FlockConfig;
 use crate::metrics::squared_norm;
+use crate::vector::SHORTEST;
 
 /// Agents without mass: the force is the new heading.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Vicsek {}
 
-/// r += dt v with the old velocity, then v = v0 f / ||f|| (the old v where f is exactly 0).
+/// r += dt v with the old velocity, then v = v0 f / ||f|| (the old v where f counts as 0).
 #[inline(always)]
 pub(super) fn integrate<const D: usize>(
     config: &FlockConfig,
@@ -28,13 +29,13 @@ pub(super) fn integrate<const D: usize>(
         for axis in 0..D {
             let velocity = group.velocity[axis][lane];
             group.position[axis][lane] += velocity * config.time_step;
-            group.velocity[axis][lane] = if norm > 0.0 {
+            group.velocity[axis][lane] = if norm > SHORTEST {
                 pull[axis] * factor
             } else {
                 velocity
             };
         }
-        if norm > 0.0 {
+        if norm > SHORTEST {
             group.speed[lane] = traits.speed[lane];
         }
     }

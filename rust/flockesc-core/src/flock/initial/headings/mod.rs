@@ -15,6 +15,7 @@ pub use random::RandomHeadings;
 use super::positions::times;
 use super::space::{Space, embed};
 use crate::error::{Error, Result};
+use crate::vector::SHORTEST;
 
 /// The distribution of v(0) / v0.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -55,9 +56,9 @@ impl InitialHeadings {
 /// Refuses a vector that has no direction.
 fn check_direction(field: impl FnOnce() -> String, entries: &[f64]) -> Result<()> {
     let norm = embed::<3>(entries).norm();
-    if norm > 0.0 && norm.is_finite() {
+    if norm > SHORTEST {
         return Ok(());
     }
-    let expected = "a vector whose length is finite and above 0";
+    let expected = format!("a vector longer than {SHORTEST:?}");
     Err(Error::config(field(), expected, norm))
 }

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
 use super::times;
-use crate::config::{MAX_AGENTS, length, within};
+use crate::config::{MAX_AGENTS, quantity, within};
 use crate::error::Result;
 use crate::flock::initial::space::Space;
 
@@ -23,7 +23,7 @@ impl Clusters {
     pub(super) fn check(&self) -> Result<()> {
         let field = "initial_positions.clusters.num_clusters";
         within(field, self.num_clusters, 1, MAX_AGENTS)?;
-        length("initial_positions.clusters.spread", self.spread)
+        quantity("initial_positions.clusters.spread", self.spread)
     }
 
     pub(super) fn draw<const D: usize>(

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
-use crate::config::{length, positive};
+use crate::config::positive_quantity;
 use crate::error::Result;
 use crate::flock::initial::space::Space;
 
@@ -12,15 +12,14 @@ use crate::flock::initial::space::Space;
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Disc {
-    /// In m, above 0.
+    /// In m, from 1e-20 to 1e20.
     pub radius: f64,
 }
 
 impl Disc {
     pub(super) fn check(&self) -> Result<()> {
         let field = "initial_positions.disc.radius";
-        positive(field, self.radius)?;
-        length(field, self.radius)
+        positive_quantity(field, self.radius)
     }
 
     pub(super) fn draw<const D: usize>(

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
-use crate::config::length;
+use crate::config::quantity;
 use crate::error::Result;
 use crate::flock::initial::space::Space;
 
@@ -19,7 +19,7 @@ pub struct Gaussian {
 impl Gaussian {
     pub(super) fn check(&self) -> Result<()> {
         let field = "initial_positions.gaussian.standard_deviation";
-        length(field, self.standard_deviation)
+        quantity(field, self.standard_deviation)
     }
 
     pub(super) fn draw<const D: usize>(

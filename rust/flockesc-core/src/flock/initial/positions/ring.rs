@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
-use crate::config::{length, positive};
+use crate::config::positive_quantity;
 use crate::error::{Error, Result};
 use crate::flock::initial::space::Space;
 
@@ -12,7 +12,7 @@ use crate::flock::initial::space::Space;
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ring {
-    /// In m, above 0.
+    /// In m, from 1e-20 to 1e20.
     pub radius: f64,
     /// In m, from 0 to 2 `radius`.
     pub width: f64,
@@ -21,8 +21,7 @@ pub struct Ring {
 impl Ring {
     pub(super) fn check(&self) -> Result<()> {
         let field = "initial_positions.ring.radius";
-        positive(field, self.radius)?;
-        length(field, self.radius)?;
+        positive_quantity(field, self.radius)?;
         if (0.0..=2.0).contains(&(self.width / self.radius)) {
             return Ok(());
         }

@@ -1,0 +1,34 @@
+//! What the targets share: scenarios made of bytes, and what must hold of every flock at every moment.
+
+mod scenario;
+
+use flockesc_core::{Ranges, World};
+
+pub use scenario::{any_range, coordinates, episode, flock};
+
+/// Every number is finite, and every count and share is one.
+pub fn assert_world_is_sound<const D: usize>(world: &World<D>, ranges: Ranges<'_>) {
+    let predators = world.predators().iter();
+    let vectors = [world.positions(), world.velocities()].concat();
+    let predators = predators.flat_map(|predator| [predator.position, predator.velocity]);
+    for vector in vectors.into_iter().chain(predators) {
+        assert!(vector.iter().all(|entry| entry.is_finite()), "{vector}");
+    }
+    let n = world.config().num_agents;
+    let num_left = n - world.caught().len();
+    assert_eq!(world.fraction_surviving(), num_left as f64 / n as f64);
+    assert!((num_left.min(1)..=num_left).contains(&world.num_components(ranges)));
+    assert!((0.0..=1.0).contains(&world.polarization()));
+    let distance = world.predator_distance();
+    if world.predators().is_empty() {
+        let infinite_or_nobody = if num_left > 0 { f64::INFINITY } else { 0.0 };
+        assert_eq!(
+            (distance.mean, distance.minimum),
+            (infinite_or_nobody, infinite_or_nobody)
+        );
+    } else {
+        assert!(distance.mean.is_finite() && distance.minimum >= 0.0);
+        // The mean of equal distances may be a rounding below them.
+        assert!(distance.minimum <= distance.mean * (1.0 + 1e-12));
+    }
+}

@@ -1,0 +1,137 @@
+//! Episodes of small flocks under any ranges and actions: everything stays finite, speeds stay what they are, and
+//! running minima never rise.
+
+#![no_main]
+
+use arbitrary::{Result, Unstructured};
+use flockesc_core::{
+    AtEnd, Batch, EpisodeConfig, FlockConfig, InitialState, Metrics, PerAgent, Ranges, View,
+};
+use flockesc_fuzz::{any_range, assert_world_is_sound, coordinates, episode, flock};
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    let mut u = Unstructured::new(bytes);
+    let Ok((scenario, options)) = documents(&mut u) else {
+        return;
+    };
+    let _ = match scenario.dimension {
+        2 => play::<2>(scenario, options, &mut u),
+        _ => play::<3>(scenario, options, &mut u),
+    };
+});
+
+/// A scenario and options that are accepted.
+fn documents(u: &mut Unstructured<'_>) -> Result<(FlockConfig, EpisodeConfig)> {
+    let refused = |_| arbitrary::Error::IncorrectFormat;
+    let scenario = FlockConfig::from_json(&flock(u)?.to_string()).map_err(refused)?;
+    let options = EpisodeConfig::from_json(&episode(u)?.to_string()).map_err(refused)?;
+    Ok((scenario, options))
+}
+
+fn start(scenario: &FlockConfig, u: &mut Unstructured<'_>) -> Result<InitialState> {
+    let mut given = |rows: usize| match u.ratio(1, 3)? {
+        true => coordinates(u, rows * scenario.dimension).map(Some),
+        false => Ok(None),
+    };
+    Ok(InitialState {
+        positions: given(scenario.num_agents)?,
+        velocities: given(scenario.num_agents)?,
+        predator_positions: given(scenario.predators.len())?,
+        predator_velocities: given(scenario.predators.len())?,
+        seed: u.arbitrary()?,
+    })
+}
+
+fn play<const D: usize>(
+    scenario: FlockConfig,
+    options: EpisodeConfig,
+    u: &mut Unstructured<'_>,
+) -> Result<()> {
+    let num_learned = scenario.predators.iter().filter(|p| p.is_learned()).count();
+    let start = start(&scenario, u)?;
+    let mut batch = Batch::<D>::new(scenario, options, 1, Some(1)).expect("a flock with predators");
+    batch.reset(0, &start).expect("a good start");
+    let (rows, length) = (batch.rows(), batch.row_length());
+    let (mut rewards, mut observations) = (vec![0.0; rows], vec![0.0; rows * length]);
+    let mut before = batch.metrics().expect("a flock")[0];
+    batch.observe(&[0], &mut observations).expect("a flock");
+    assert_bounded(&observations);
+    while !batch.episode(0).expect("a flock").has_ended() {
+        let ranges = (0..rows)
+            .map(|_| any_range(u))
+            .collect::<Result<Vec<f64>>>()?;
+        let control = |u: &mut Unstructured<'_>| Ok(f64::from(u.int_in_range(-4..=4)?) / 4.0);
+        let controls = (0..num_learned * D)
+            .map(|_| control(u))
+            .collect::<Result<Vec<f64>>>()?;
+        batch
+            .step_measured(
+                &ranges,
+                &controls,
+                AtEnd::Refuse,
+                &mut rewards,
+                &mut observations,
+                |_| (),
+            )
+            .expect("a good step");
+        assert!(
+            rewards.iter().all(|reward| reward.is_finite()),
+            "{rewards:?}"
+        );
+        assert_bounded(&observations);
+        let mut seen = vec![0.0; num_learned * flockesc_core::predator_entries(D).len()];
+        batch.observe_predators(&[0], &mut seen).expect("a flock");
+        assert_bounded(&seen);
+        let after = batch.metrics().expect("a flock")[0];
+        assert_nothing_rises(before, after);
+        before = after;
+        let episode = batch.episode(0).expect("a flock");
+        assert_world_is_sound(
+            episode.world(),
+            match episode.config().view {
+                View::Flock => Ranges::Shared(ranges[0]),
+                View::Agent => Ranges::PerAgent(&ranges),
+            },
+        );
+        if start.velocities.is_none() {
+            assert_speed_is_kept(episode.world());
+        }
+    }
+    Ok(())
+}
+
+fn assert_bounded(observations: &[f32]) {
+    assert!(
+        observations
+            .iter()
+            .all(|entry| (-1.0..=1.0).contains(entry)),
+        "{observations:?}"
+    );
+}
+
+fn assert_nothing_rises(before: Metrics, after: Metrics) {
+    assert!(after.min_mean_distance <= before.min_mean_distance);
+    assert!(after.min_min_distance <= before.min_min_distance);
+    assert!(after.fraction_surviving <= before.fraction_surviving);
+    assert!(after.min_mean_distance <= after.mean_distance);
+    assert!(after.min_min_distance <= after.min_distance);
+}
+
+/// Of agents that started with it and are left.
+fn assert_speed_is_kept<const D: usize>(world: &flockesc_core::World<D>) {
+    if !world.config().constant_speed {
+        return;
+    }
+    let caught: Vec<usize> = world.caught().collect();
+    for (agent, velocity) in world.velocities().iter().enumerate() {
+        if !caught.contains(&agent) {
+            let speed = match &world.config().speed {
+                PerAgent::Shared(speed) => *speed,
+                PerAgent::Each(speeds) => speeds[agent],
+            };
+            let ratio = velocity.norm() / speed;
+            assert!((ratio - 1.0).abs() <= 1e-12, "{agent} {ratio}");
+        }
+    }
+}

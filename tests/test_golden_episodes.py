@@ -1,0 +1,86 @@
+"""The same bytes for ever, on any number of threads and every instruction set; without a seed never the same."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+import pytest
+from golden_episodes import SEED, cases, hashed, hashes
+from option_table import small_flock
+
+from flockesc_env import FlockEscapeEnv, FlockVectorEnv, parallel_env
+
+HERE = Path(__file__).parent
+GOLDEN = json.loads((HERE / "golden_episodes.json").read_text())
+UNAVAILABLE = 77  # tests/masked_cpuid.c
+
+PLAY = """
+import json
+from golden_episodes import hashes
+from numpy._core._multiarray_umath import __cpu_features__ as features
+print(json.dumps([features["AVX2"], features["AVX512F"], hashes(2)]))
+"""
+
+PROCESSES, ENVIRONMENTS, RESETS = 4, 25, 100
+
+
+@pytest.mark.parametrize("num_threads", [1, 2, 4])
+def test_episodes_are_what_they_were(num_threads: int) -> None:
+    assert hashes(num_threads) == GOLDEN
+
+
+@pytest.mark.skipif(
+    sys.platform != "linux" or platform.machine() != "x86_64", reason="CPUID is hidden by a trick of Linux"
+)
+@pytest.mark.parametrize(("level", "has_avx2"), [(2, False), (3, True)])
+def test_episodes_are_the_same_on_lesser_processors(level: int, has_avx2: bool, tmp_path: Path) -> None:
+    """Level 2 of x86-64 is below AVX2, 3 has it; what this processor has beyond is hidden from the child."""
+    compiler, library = shutil.which("cc"), tmp_path / "masked_cpuid.so"
+    assert compiler, "Rust needs a C compiler, too"
+    source = str(HERE / "masked_cpuid.c")
+    subprocess.run([compiler, "-shared", "-fPIC", "-Werror", "-o", library, source], check=True)  # noqa: S603
+    path = os.pathsep.join([str(HERE), *sys.path])
+    masked = {**os.environ, "LD_PRELOAD": str(library), "X86_64_LEVEL": str(level), "PYTHONPATH": path}
+    child = subprocess.run([sys.executable, "-c", PLAY], env=masked, capture_output=True, text=True)  # noqa: S603
+    if child.returncode == UNAVAILABLE:
+        pytest.skip("this processor cannot make CPUID fault")
+    assert child.returncode == 0, child.stderr
+    assert json.loads(child.stdout) == [has_avx2, False, GOLDEN]
+
+
+def test_another_seed_is_another_episode() -> None:
+    others = {name: hashed(case, 1, SEED + 1) for name, case in cases().items()}
+    assert others.keys() == GOLDEN.keys()
+    assert not set(others.values()) & set(GOLDEN.values())
+
+
+def unseeded(_: int) -> list[bytes]:
+    """Return what new environments of every interface show after each of their resets without a seed."""
+    seen = []
+    for index in range(ENVIRONMENTS):
+        env = (FlockEscapeEnv, parallel_env, FlockVectorEnv)[index % 3](scenario=small_flock())
+        for _ in range(RESETS):
+            observation, info = env.reset()
+            shown = observation["agent_0"] if isinstance(observation, dict) else observation
+            info = info.get("agent_0", info)
+            seen.append(shown.tobytes() + np.asarray(info["mean_distance"]).tobytes())
+    return seen
+
+
+@pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:DeprecationWarning")
+@pytest.mark.parametrize("method", ["spawn", "fork"])
+def test_resets_without_a_seed_never_repeat(method: str) -> None:
+    """In one environment, in many, and in processes of which each starts anew."""
+    with multiprocessing.get_context(method).Pool(PROCESSES, maxtasksperchild=1) as pool:
+        seen = list(chain.from_iterable(pool.map(unseeded, range(PROCESSES), chunksize=1)))
+    assert len(seen) == PROCESSES * ENVIRONMENTS * RESETS
+    assert len(set(seen)) == len(seen)
