@@ -67,6 +67,51 @@ test-rust: ## tests of the core crate
 test-python: build ## tests of the Python package
 	$(BIN)/python -m pytest
 
+# The package as users get it: a wheel, put into environments that hold other versions or other libraries than .venv
+# does. What is in each stands in compat/NAME.in, its pins in compat/NAME.txt; the newest takes the newest Python.
+COMPAT := .compat
+TOOLS := $(COMPAT)/tools/bin
+UV := $(TOOLS)/uv
+RELEASES := oldest newest
+PEERS := bare rllib supersuit torchrl
+PYTHONS := $(wildcard $(HOME)/.pyenv/versions/3.1[1-9].*/bin/python)
+NEWEST_PYTHON ?= $(or $(lastword $(sort $(PYTHONS))),$(PYTHON))
+CONTRACT := conformance copies golden gymnasium_envs parallel_env policy_files readme records sb3 state_files vector_env
+WITHOUT_RUST := env -i HOME=$(HOME) PATH=/usr/bin:/bin
+
+$(TOOLS)/installed: compat/tools.txt
+	$(PYTHON) -m venv --clear $(COMPAT)/tools
+	$(TOOLS)/python -m pip --disable-pip-version-check install --quiet --requirement $<
+	touch $@
+
+.PRECIOUS: $(COMPAT)/%/installed
+$(COMPAT)/%/installed: compat/%.txt $(TOOLS)/installed
+	$(UV) venv --quiet --clear --no-python-downloads --python $(if $(filter newest,$*),$(NEWEST_PYTHON),$(PYTHON)) $(COMPAT)/$*
+	$(UV) pip install --quiet --python $(@D)/bin/python --requirement $<
+	touch $@
+
+.PHONY: wheel
+wheel: $(TOOLS)/installed ## a portable wheel, made from the source distribution beside it, in dist
+	rm -rf dist
+	PATH=$(CURDIR)/$(TOOLS):$(PATH) $(TOOLS)/maturin build --release --locked --zig --compatibility manylinux2014 --sdist --out dist
+
+.PHONY: compat
+compat: $(RELEASES:%=compat-%) $(PEERS:%=compat-%) ## the wheel with oldest and newest dependencies, RLlib, TorchRL, SuperSuit
+
+.PHONY: $(RELEASES:%=compat-%) $(PEERS:%=compat-%)
+$(RELEASES:%=compat-%): TESTS = $(CONTRACT:%=tests/test_%.py)
+$(PEERS:%=compat-%): TESTS = compat/test_$*.py
+$(RELEASES:%=compat-%) $(PEERS:%=compat-%): compat-%: $(COMPAT)/%/installed wheel
+	$(UV) pip install --quiet --python $(COMPAT)/$*/bin/python --reinstall --no-deps dist/*.whl
+	$(UV) pip check --quiet --python $(COMPAT)/$*/bin/python
+	$(WITHOUT_RUST) $(COMPAT)/$*/bin/python -P -m pytest compat/test_wheel.py $(TESTS)
+
+.PHONY: compat-pins
+compat-pins: $(TOOLS)/installed ## resolve the pins of `make compat` anew
+	$(foreach name,oldest newest bare rllib supersuit torchrl,$(UV) pip compile --quiet --no-header --no-annotate --upgrade \
+	  --python-version 3.11 pyproject.toml compat/$(name).in $(if $(filter $(name),$(RELEASES)),--extra train --extra video) \
+	  $(if $(filter $(name),oldest),--resolution lowest-direct) --output-file compat/$(name).txt &&) true
+
 .PHONY: format
 format: build ## format all code
 	cargo fmt --all
@@ -75,4 +120,4 @@ format: build ## format all code
 
 .PHONY: clean
 clean: ## remove what was built, not what was computed
-	rm -rf target $(VENV) flockesc_env/_core*.so
+	rm -rf target dist $(COMPAT) $(VENV) flockesc_env/_core*.so

@@ -94,7 +94,8 @@ def as_floats(
         raise error(field, "real numbers", f"dtype {array.dtype}")
     if shape is not None and array.shape != shape:
         raise error(field, f"shape {shape}", f"shape {array.shape}")
-    floats = np.array(array, dtype=np.float64, order="C")
+    with np.errstate(over="ignore", invalid="ignore"):  # of wider or odd floats; judged below
+        floats = np.array(array, dtype=np.float64, order="C")
     if not np.isfinite(floats).all():
         at = tuple(int(i) for i in np.argwhere(~np.isfinite(floats))[0])
         where = f"{field}[{', '.join(map(str, at))}]" if at else field

@@ -42,8 +42,8 @@ class Architecture:
     squash: Squash = "clip"
 
     def __post_init__(self) -> None:
-        if not self.inputs:
-            raise ArgumentError("inputs", "at least one name", "none")
+        if not self.inputs or not all(isinstance(name, str) for name in self.inputs):
+            raise ArgumentError("inputs", "at least one name", ", ".join(map(repr, self.inputs)) or "none")
         for i, width in enumerate(self.hidden):
             as_count(width, f"hidden[{i}]")
         if not isinstance(self.memory, int) or self.memory < 0:

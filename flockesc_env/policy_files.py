@@ -4,29 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import zipfile
-import zlib
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from flockesc_env.atomic import writing
+from flockesc_env.array_files import read_document, write_document
 from flockesc_env.contenders import NAMES, Contender, built_in
 from flockesc_env.errors import ArgumentError, RecordError, ScenarioError
 from flockesc_env.network import Architecture, NetworkPolicy
+from flockesc_env.options import EnvOptions, LineOptions
 from flockesc_env.policies import StubbornWitnesses
 from flockesc_env.records import versions
 from flockesc_env.scenario import FlockScenario, LineScenario
 
 SUFFIX = ".npz"
-_FOREIGN = (
-    *(AttributeError, EOFError, KeyError, OSError, RuntimeError, TypeError, ValueError),
-    *(zipfile.BadZipFile, zlib.error),
-)
-"""What reading anything but a policy raises."""
-
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
 
 
@@ -58,8 +48,7 @@ def save_policy(contender: Contender, path: str | Path) -> None:
         ),
         "versions": versions(),
     }
-    with writing(Path(path)) as file:
-        np.savez_compressed(file, header=np.array(json.dumps(header)), parameters=policy.parameters)
+    write_document(Path(path), header, {"parameters": policy.parameters})
 
 
 def load_policy(path: str | Path) -> Contender:
@@ -68,16 +57,14 @@ def load_policy(path: str | Path) -> Contender:
     Raises:
         FileNotFoundError: if there is no such file.
         RecordError: if the file is cut off or something else.
-        ScenarioError: if the scenario is none of this version's.
+        ScenarioError: if the scenario or the options are none of this version's.
     """
-    raw = BytesIO(Path(path).read_bytes())
+    header, arrays = read_document(Path(path), "a policy")
     try:
-        with np.load(raw, allow_pickle=False) as file:
-            header, parameters = json.loads(str(file["header"])), file["parameters"]
-        return _contender(header, parameters)
+        return _contender(header, arrays["parameters"])
     except ScenarioError:
         raise
-    except _FOREIGN as error:
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise RecordError(str(path), "a policy", repr(error)) from None
 
 
@@ -100,13 +87,13 @@ def find_policy(spec: str, argument: str = "policies") -> Contender:
 
 
 def _contender(header: dict[str, Any], parameters: Any) -> Contender:
-    return Contender(
-        header["name"],
-        _policy(header["architecture"], parameters),
-        per_agent=header["per_agent"],
-        options=header["options"],
-        scenario=_MODELS[header["model"]].from_json(json.dumps(header["scenario"])),
-    )
+    name, per_agent, options = header["name"], header["per_agent"], header["options"]
+    if not isinstance(name, str) or not isinstance(per_agent, bool):
+        raise RecordError("header", "a text as name, true or false as per_agent", f"{name!r}, {per_agent!r}")
+    scenario = _MODELS[header["model"]].from_json(json.dumps(header["scenario"]))
+    (EnvOptions if isinstance(scenario, FlockScenario) else LineOptions)(**options)  # refuses what is none
+    policy = _policy(header["architecture"], parameters)
+    return Contender(name, policy, per_agent=per_agent, options=options, scenario=scenario)
 
 
 def _policy(fields: dict[str, Any] | None, parameters: Any) -> Stored:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import zipfile
 from dataclasses import dataclass, fields
 from importlib.metadata import version
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.atomic import writing
+from flockesc_env.array_files import read_document, write_document
 from flockesc_env.errors import RecordError
 from flockesc_env.predators import Learned
 from flockesc_env.scenario import FlockScenario, LineScenario
@@ -64,8 +63,7 @@ def save(trajectory: Trajectory | LineTrajectory, path: str | Path, *, name: str
         "name": name,
         "versions": versions(),
     }
-    with writing(Path(path)) as file:
-        np.savez_compressed(file, header=np.array(json.dumps(header)), **columns)
+    write_document(Path(path), header, columns)
 
 
 def load(path: str | Path) -> Record:
@@ -76,13 +74,8 @@ def load(path: str | Path) -> Record:
         RecordError: naming what is missing or of a wrong form; the file may be cut off or be something else.
         ScenarioError: if the scenario is none of this version's.
     """
+    header, columns = read_document(Path(path), "a recorded run (npz)")
     try:
-        with Path(path).open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-            columns = {name: file[name] for name in file.files}
-    except (ValueError, EOFError, KeyError, TypeError, AttributeError, zipfile.BadZipFile) as error:
-        raise RecordError(str(path), "a recorded run (npz)", error) from None
-    try:
-        header = json.loads(str(columns.pop("header")))
         model, scenario = _MODELS[header["model"]], json.dumps(header["scenario"])
         origin = {name: header[name] for name in _ORIGIN}
         name, recorded_with = str(header["name"]), dict(header["versions"])

@@ -6,6 +6,8 @@ import dataclasses
 import json
 import math
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Literal, Self, TypeVar, get_args
 
@@ -13,7 +15,7 @@ import tomli_w
 
 from flockesc_env import _core
 from flockesc_env._checks import as_seed
-from flockesc_env.errors import ScenarioError
+from flockesc_env.errors import FlockescError, ScenarioError
 from flockesc_env.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
 from flockesc_env.motion import Inertial, Motion
 from flockesc_env.neighbors import Metric, NeighborRule
@@ -45,11 +47,8 @@ class _Document:
         Raises:
             ScenarioError: naming a field that is unknown, of a wrong type or out of bounds.
         """
-        try:
-            fields = json.loads(document)
-        except json.JSONDecodeError as error:
-            raise ScenarioError("document", "valid JSON", error) from None
-        return _build(cls, fields, "document")
+        with _reading("JSON"):
+            return _build(cls, json.loads(document), "document")
 
     def to_toml(self) -> str:
         """Return the scenario as TOML; numbers keep every bit, and ``None`` is the text "None"."""
@@ -62,12 +61,10 @@ class _Document:
         Raises:
             ScenarioError: naming a field that is unknown, of a wrong type or out of bounds.
         """
-        try:
-            fields = tomllib.loads(document)
-        except tomllib.TOMLDecodeError as error:
-            raise ScenarioError("document", "valid TOML", error) from None
-        # Through JSON, so that a date, which only TOML has, is a text of which the core names the field.
-        return cls.from_json(json.dumps(_replaced(fields, "None", None), default=str))
+        with _reading("TOML"):
+            fields = _replaced(tomllib.loads(document), "None", None)
+            # Through JSON, so that a date, which only TOML has, is a text of which the core names the field.
+            return cls.from_json(json.dumps(fields, default=str))
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some fields changed.
@@ -208,6 +205,17 @@ class LineScenario(_Document):
 
 
 Scenario = FlockScenario | LineScenario
+
+
+@contextmanager
+def _reading(form: str) -> Iterator[None]:
+    """Name the document in what its parser refuses: also numbers of too many digits and too deep nesting."""
+    try:
+        yield
+    except FlockescError:
+        raise
+    except (ValueError, RecursionError) as error:
+        raise ScenarioError("document", f"valid {form}", error) from None
 
 
 def _plain(value: Any, annotation: Any = None) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env._checks import FloatArray, as_floats
+from flockesc_env.array_files import read_npy, read_npz
 from flockesc_env.errors import RecordError
 from flockesc_env.initial import GivenHeadings, GivenPositions
 
@@ -61,40 +61,42 @@ def _read(path: Path) -> dict[str, NDArray[Any]]:
     readers = {".csv": _read_csv, ".npy": _read_npy, ".npz": _read_npz}
     if path.suffix not in readers:
         raise RecordError(str(path), f"a file that ends in {' or '.join(readers)}", repr(path.suffix))
-    try:
-        return readers[path.suffix](path)
-    except (ValueError, EOFError, KeyError, TypeError, zipfile.BadZipFile) as error:
-        if isinstance(error, RecordError):
-            raise
-        raise RecordError(str(path), f"an initial state ({path.suffix})", error) from None
+    return readers[path.suffix](path)
 
 
 def _read_csv(path: Path) -> dict[str, NDArray[Any]]:
-    head, *lines = path.read_text(encoding="utf-8-sig").splitlines() or [""]
-    names = tuple(name.strip() for name in head.split(","))
-    if names not in _COLUMNS.values():
-        raise RecordError(str(path), f"a first line {_HEADS}", repr(head))
-    rows = [line for line in lines if line.strip()]
-    if not rows:
-        raise RecordError(str(path), _TABLE, "no rows")
-    table = np.loadtxt(rows, delimiter=",", ndmin=2)
+    try:
+        head, *lines = path.read_text(encoding="utf-8-sig").splitlines() or [""]
+        names = tuple(name.strip() for name in head.split(","))
+        if names not in _COLUMNS.values():
+            raise RecordError(str(path), f"a first line {_HEADS}", repr(head))
+        rows = [line for line in lines if line.strip()]
+        if not rows:
+            raise RecordError(str(path), _TABLE, "no rows")
+        table = np.loadtxt(rows, delimiter=",", ndmin=2)
+    except RecordError:
+        raise
+    except ValueError as error:
+        raise RecordError(str(path), _form(path), error) from None
     if table.shape[1] != len(names):
         raise RecordError(str(path), f"{len(names)} columns, as the first line says", table.shape[1])
     return _split(table, path)
 
 
 def _read_npy(path: Path) -> dict[str, NDArray[Any]]:
-    with path.open("rb") as file:
-        return _split(np.lib.format.read_array(file, allow_pickle=False), path)
+    return _split(read_npy(path, _form(path)), path)
 
 
 def _read_npz(path: Path) -> dict[str, NDArray[Any]]:
-    with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-        arrays = {name: file[name] for name in file.files}
+    arrays = read_npz(path, _form(path))
     if "positions" not in arrays or not arrays.keys() <= {"positions", "velocities"}:
         expected = "the arrays positions and, if wanted, velocities"
         raise RecordError(str(path), expected, ", ".join(arrays) or "none")
     return arrays
+
+
+def _form(path: Path) -> str:
+    return f"an initial state ({path.suffix})"
 
 
 def _split(table: NDArray[Any], path: Path) -> dict[str, NDArray[Any]]:

@@ -116,6 +116,10 @@ def test_masked_reset_of_a_slot_that_has_ended(autoreset_mode: AutoresetMode) ->
     twins.step(25)
 
 
+@pytest.mark.skipif(
+    gymnasium.__version__ in {"1.2.0", "1.2.1"},
+    reason="there DictInfoToList cannot read what Gymnasium's own RecordEpisodeStatistics writes",
+)
 @autoreset_modes
 def test_wrappers_of_gymnasium_see_no_difference(autoreset_mode: AutoresetMode) -> None:
     twins = Twins(autoreset_mode)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -19,6 +19,9 @@ from flockesc_env.predator_policies import PredatorPolicy
 from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario import FlockScenario
+
+if TYPE_CHECKING:
+    from flockesc_env.render.viewer import FlockViewer
 
 VectorStep = tuple[Observations, FloatArray, NDArray[np.bool], NDArray[np.bool], dict[str, Any]]
 
@@ -51,6 +54,7 @@ class FlockVectorEnv(RestorableBatch, VectorEnv[Observations, NDArray[Any], NDAr
     """
 
     metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": 20}
+    _viewer: FlockViewer | None = None  # Gymnasium closes what was refused, too
 
     def __init__(
         self,

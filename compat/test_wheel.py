@@ -1,0 +1,41 @@
+"""The wheel is what is tested, installed apart from the sources and from Rust; it is small and portable."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import zipfile
+from importlib.metadata import files
+from pathlib import Path
+
+import flockesc_env
+
+DIST = Path(__file__).parent.parent / "dist"
+LARGEST = 5_000_000
+"""Bytes of a wheel."""
+
+
+def test_the_package_is_the_installed_one() -> None:
+    assert Path(flockesc_env.__file__).is_relative_to(sys.prefix)
+    assert shutil.which("cargo") is None
+    assert shutil.which("rustc") is None
+
+
+def test_the_wheel_is_portable_and_small() -> None:
+    (wheel,) = DIST.glob("*.whl")
+    assert f"-{flockesc_env.__version__}-cp311-abi3-manylinux2014_" in wheel.name
+    assert wheel.stat().st_size < LARGEST
+
+
+def test_the_wheel_holds_the_package_alone() -> None:
+    (wheel,) = DIST.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        names = archive.namelist()
+    assert {name.partition("/")[0] for name in names} == {
+        "flockesc_env",
+        f"flockesc_env-{flockesc_env.__version__}.dist-info",
+    }
+    assert [name for name in names if name.endswith(".so")] == ["flockesc_env/_core.abi3.so"]
+    assert any(name.endswith("/LICENSE") for name in names)
+    assert "flockesc_env/py.typed" in names
+    assert {name for name in names if not name.endswith("RECORD")} <= {str(file) for file in files("flockesc-env") or []}
