@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from flockesc_env._checks import as_instance, as_path
 from flockesc_env.atomic import writing
 from flockesc_env.contenders import NAMES, Contender, built_in
 from flockesc_env.errors import ArgumentError, RecordError, ScenarioError
@@ -42,8 +43,11 @@ def save_policy(contender: Contender, path: str | Path) -> None:
         path: where to.
 
     Raises:
+        ArgumentError: for what is no contender or no path.
         RecordError: if it is another policy, or its scenario is not known.
     """
+    file_path = as_path(path)
+    as_instance(contender, "contender", Contender)
     policy, scenario = contender.policy, contender.scenario
     if not isinstance(policy, Stored) or policy.parameters.ndim != 1 or scenario is None:
         raise RecordError("contender", "one network or rule and its scenario", type(policy).__name__)
@@ -58,7 +62,7 @@ def save_policy(contender: Contender, path: str | Path) -> None:
         ),
         "versions": versions(),
     }
-    with writing(Path(path)) as file:
+    with writing(file_path) as file:
         np.savez_compressed(file, header=np.array(json.dumps(header)), parameters=policy.parameters)
 
 
@@ -66,11 +70,12 @@ def load_policy(path: str | Path) -> Contender:
     """Read a policy that ``save_policy`` wrote; nothing in the file is executed.
 
     Raises:
+        ArgumentError: for what is no path.
         FileNotFoundError: if there is no such file.
         RecordError: if the file is cut off or something else.
         ScenarioError: if the scenario is none of this version's.
     """
-    raw = BytesIO(Path(path).read_bytes())
+    raw = BytesIO(as_path(path).read_bytes())
     try:
         with np.load(raw, allow_pickle=False) as file:
             header, parameters = json.loads(str(file["header"])), file["parameters"]

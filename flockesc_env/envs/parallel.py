@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
-from flockesc_env._checks import FloatArray, as_seed
+from flockesc_env._checks import FloatArray, as_choice, as_mapping, as_seed
 from flockesc_env.batch import RESET_OPTIONS, Columns, FlockBatch, Step, infos, is_over
 from flockesc_env.envs.rendered import Rendered
-from flockesc_env.errors import ActionError, ArgumentError, EpisodeError
+from flockesc_env.errors import ActionError, EpisodeError
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorPolicy, all_learned, opposite
 from flockesc_env.presets import as_scenario
@@ -74,8 +74,7 @@ class FlockParallelEnv(Rendered, ParallelEnv[str, Observation, Any]):
         num_threads: int | None = None,
         **options: Any,
     ) -> None:
-        if predator not in {"scenario", "learned"}:
-            raise ArgumentError("predator", "one of scenario, learned", repr(predator))
+        as_choice(predator, "predator", ("scenario", "learned"))
         given = as_scenario(scenario, FlockScenario)
         self._batch = FlockBatch(
             all_learned(given) if predator == "learned" else given,
@@ -223,7 +222,7 @@ class FlockParallelEnv(Rendered, ParallelEnv[str, Observation, Any]):
         return np.concatenate([scalars, *(state[name].ravel() for name in names)], dtype=np.float32)
 
     def _reset(self, seed: int | None, options: dict[str, Any] | None) -> tuple[Observation, Columns]:
-        known = {name: value for name, value in (options or {}).items() if name in RESET_OPTIONS}
+        known = {name: value for name, value in as_mapping(options).items() if name in RESET_OPTIONS}
         start = self._batch.start(known)
         started = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
         self.agents = self.possible_agents.copy()

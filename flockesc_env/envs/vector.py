@@ -10,9 +10,9 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from flockesc_env._checks import FloatArray, as_count, as_seed
+from flockesc_env._checks import FloatArray, as_choice, as_count, as_flag, as_mapping, as_seed
 from flockesc_env.batch import AtEnd, Columns, FlockBatch, Observations, is_over
-from flockesc_env.errors import ArgumentError, EpisodeError
+from flockesc_env.errors import ArgumentError, EpisodeError, shown
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorPolicy
 from flockesc_env.presets import as_scenario
@@ -35,6 +35,8 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
             (``"NextStep"``, ``"SameStep"``, ``"Disabled"``).
         copy: whether ``reset`` and ``step`` return new arrays; ``False``: observations and rewards are two
             arrays that the next call overwrites.
+        max_episode_steps: as ``gymnasium.make_vec`` hands it on. The scenario's ``num_steps`` are the horizon,
+            which this may not cut short.
         render_mode: ``"rgb_array"``: ``render`` returns a picture per flock; ``"human"``: a window shows
             every reset and step.
         render_options: what pictures show.
@@ -58,6 +60,7 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
         *,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         copy: bool = True,
+        max_episode_steps: int | None = None,
         render_mode: str | None = None,
         render_options: RenderOptions | None = None,
         num_threads: int | None = None,
@@ -73,6 +76,7 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
             num_threads=num_threads,
             predator_policy=predator_policy,
         )
+        _check_limit(max_episode_steps, self._batch)
         self.control = self._batch.control
         self.scenario = self._batch.scenario
         self.options = self._batch.options
@@ -82,7 +86,9 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         entries = len(self.control.layout.names)
         self._out = (
-            None if copy else (np.zeros((self.num_envs, entries), np.float32), np.zeros(self.num_envs))
+            None
+            if as_flag(copy, "copy")
+            else (np.zeros((self.num_envs, entries), np.float32), np.zeros(self.num_envs))
         )
         self._is_started = False
         fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
@@ -108,7 +114,7 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
             ArgumentError: naming a bad seed or option; the running episodes go on.
             EpisodeError: if the first reset leaves slots out.
         """
-        given = dict(options or {})
+        given = dict(as_mapping(options))
         slots = self._slots(given.pop("reset_mask", None))
         seeds = self._seeds(seed)
         start = self._batch.start(given)
@@ -199,7 +205,7 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
         expected = f"a bool array of shape ({self.num_envs},) that is true somewhere"
         is_mask = isinstance(mask, np.ndarray) and mask.dtype == np.bool and mask.shape == (self.num_envs,)
         if not (is_mask and mask.any()):
-            raise ArgumentError("options['reset_mask']", expected, repr(mask))
+            raise ArgumentError("options['reset_mask']", expected, shown(mask))
         slots: list[int] = np.flatnonzero(mask).tolist()
         return slots
 
@@ -216,11 +222,16 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
 
 
 def _mode(mode: Any) -> AutoresetMode:
-    try:
-        return AutoresetMode(mode)
-    except ValueError:
-        modes = ", ".join(mode.value for mode in AutoresetMode)
-        raise ArgumentError("autoreset_mode", f"one of {modes}", repr(mode)) from None
+    if isinstance(mode, AutoresetMode):
+        return mode
+    return AutoresetMode(as_choice(mode, "autoreset_mode", [known.value for known in AutoresetMode]))
+
+
+def _check_limit(max_episode_steps: Any, batch: FlockBatch) -> None:
+    actions = -(-batch.scenario.num_steps // batch.options.steps_per_action)
+    if max_episode_steps is not None and as_count(max_episode_steps, "max_episode_steps") < actions:
+        expected = f"None or at least {actions}: the scenario's num_steps are the horizon"
+        raise ArgumentError("max_episode_steps", expected, max_episode_steps)
 
 
 def _scatter(column: NDArray[Any], mask: NDArray[np.bool]) -> NDArray[Any]:
