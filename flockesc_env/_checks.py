@@ -144,7 +144,7 @@ def as_floats(
     *,
     least: float = -np.inf,
 ) -> FloatArray:
-    """Return a contiguous array of finite float64 of at least ``least``, of shape ``shape`` if one is given."""
+    """Return a contiguous array of finite float64 of at least ``least``, of a shape if one is given."""
     array = as_array(value, field, error)
     if array.dtype.kind not in "fiu":
         raise error(field, "real numbers", f"dtype {array.dtype}")

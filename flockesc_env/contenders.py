@@ -43,7 +43,7 @@ class Contender:
     def __post_init__(self) -> None:
         as_text(self.name, "name")
         as_policy(self.policy)
-        as_flag(self.per_agent, "per_agent")
+        object.__setattr__(self, "per_agent", as_flag(self.per_agent, "per_agent"))
         as_instance(self.options, "options", dict)
         if self.scenario is not None:
             as_model(self.scenario)

@@ -46,11 +46,12 @@ class Architecture:
             raise ArgumentError("inputs", "at least one name", "none")
         for i, name in enumerate(self.inputs):
             as_text(name, f"inputs[{i}]")
-        for i, width in enumerate(as_instance(self.hidden, "hidden", tuple)):
-            as_count(width, f"hidden[{i}]")
-        as_count(self.memory, "memory", least=0)
-        as_flag(self.mirror, "mirror")
-        as_choice(self.squash, "squash", get_args(Squash))
+        widths = enumerate(as_instance(self.hidden, "hidden", tuple))
+        hidden = tuple(as_count(width, f"hidden[{i}]") for i, width in widths)
+        object.__setattr__(self, "hidden", hidden)
+        object.__setattr__(self, "memory", as_count(self.memory, "memory", least=0))
+        object.__setattr__(self, "mirror", as_flag(self.mirror, "mirror"))
+        object.__setattr__(self, "squash", as_choice(self.squash, "squash", get_args(Squash)))
 
     @property
     def shapes(self) -> list[tuple[int, int]]:

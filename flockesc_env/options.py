@@ -103,7 +103,7 @@ class EnvOptions(ActionOptions):
         as_choice(self.reward, "reward", get_args(Reward), ScenarioError)
         sensing = self.predator_sensing_range
         if sensing is not None and not (isinstance(sensing, str) and sensing == "predator_range"):
-            sensing = float(as_floats(sensing, "predator_sensing_range", (), ScenarioError))
+            sensing = float(as_floats(sensing, "predator_sensing_range", (), ScenarioError, least=0.0))
             object.__setattr__(self, "predator_sensing_range", sensing)
         counts = as_flag(self.count_components, "count_components", ScenarioError)
         object.__setattr__(self, "count_components", counts)

@@ -106,7 +106,7 @@ class ScheduledRange:
 
     def __init__(self, schedule: ArrayLike) -> None:
         self.schedule = as_floats(schedule, "schedule", least=0.0)
-        if self.schedule.ndim not in {1, 2}:
+        if self.schedule.ndim not in {1, 2} or not self.schedule.size:
             raise ArgumentError("schedule", "shape (T,) or (T, n)", f"shape {self.schedule.shape}")
 
     def act(self, observations: Observations, control: Control) -> NDArray[Any]:

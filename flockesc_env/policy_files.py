@@ -44,7 +44,7 @@ def save_policy(contender: Contender, path: str | Path) -> None:
 
     Raises:
         ArgumentError: for what is no contender or no path.
-        RecordError: if it is another policy, or its scenario is not known.
+        RecordError: if it is another policy, or its scenario or an option is not known.
     """
     file_path = as_path(path)
     as_instance(contender, "contender", Contender)
@@ -62,8 +62,12 @@ def save_policy(contender: Contender, path: str | Path) -> None:
         ),
         "versions": versions(),
     }
+    try:
+        text = json.dumps(header)
+    except TypeError as error:
+        raise RecordError("contender.options", "plain numbers and texts", error) from None
     with writing(file_path) as file:
-        np.savez_compressed(file, header=np.array(json.dumps(header)), parameters=policy.parameters)
+        np.savez_compressed(file, header=np.array(text), parameters=policy.parameters)
 
 
 def load_policy(path: str | Path) -> Contender:

@@ -275,6 +275,8 @@ def _to_document(value: Any, path: str) -> Any:
         raise ScenarioError(path, "a finite number", value)
     if isinstance(value, int) and abs(value) >= _INTEGER_LIMIT:
         raise ScenarioError(path, "an integer of at most 63 bits", value)
+    if isinstance(value, str) and not value.isascii():
+        raise ScenarioError(path, "a word of the schema", shown(value))
     if value is not None and not isinstance(value, bool | int | float | str):
         raise ScenarioError(path, "a number, a text or a scenario part", shown(value))
     return value

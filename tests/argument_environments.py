@@ -16,7 +16,6 @@ from argument_table import (
     LINE,
     LINE_OPTIONS,
     RENDER,
-    RESET,
     SCENARIO,
     START,
     Row,
@@ -54,7 +53,10 @@ CONSTRUCTORS = {
     "raw_env": Row(fe.raw_env, {"scenario": SCENARIO}, after=play, others=ENV | PREDATOR | ENV_OPTIONS),
     "FlockVectorEnv": Row(fe.FlockVectorEnv, ENV | VECTOR, after=play, others=ENV_OPTIONS),
     "LineEscapeEnv": Row(
-        fe.LineEscapeEnv, {"scenario": Part(LINE, True, (FLOCK,)), **RENDER}, after=play, others=LINE_OPTIONS
+        fe.LineEscapeEnv,
+        {"scenario": Part(LINE, True, confusing=(FLOCK,)), **RENDER},
+        after=play,
+        others=LINE_OPTIONS,
     ),
     "sb3.FlockVecEnv": Row(FlockVecEnv, ENV | SLOTS, after=play, others=ENV_OPTIONS),
     "sb3.AgentVecEnv": Row(AgentVecEnv, ENV | SLOTS, after=play, others=ENV_OPTIONS),
@@ -66,12 +68,20 @@ def _step(env: Any, **arguments: Any) -> Any:
 
 
 def _methods(
-    name: str, make: Callable[[], Any], actions: dict[str, Kind], options: dict[str, Kind]
+    name: str,
+    make: Callable[[], Any],
+    actions: dict[str, Kind],
+    options: dict[str, Kind],
+    told: str = "action",
 ) -> dict[str, Row]:
     subject = started(make)
+    # PettingZoo asks that unknown options be ignored.
+    given = Part({}, True, accepts=("dict",)) if name == "FlockParallelEnv" else Part({}, True)
     return {
-        f"{name}.reset": Row(reset, RESET, subject, goes_on, others=options),
-        f"{name}.step": Row(_step, actions, subject, goes_on),
+        f"{name}.reset": Row(
+            reset, {"seed": Seed(4, True), "options": given}, subject, goes_on, others=options
+        ),
+        f"{name}.step": Row(_step, actions, subject, goes_on, named=dict.fromkeys(actions, (told,))),
     }
 
 
@@ -93,13 +103,18 @@ METHODS = {
         {"actions": Floats(np.full((5, 1), 0.25)), "predator_actions": Floats([[0.5, 0.5]])},
         started(lambda: fe.FlockParallelEnv(HUNTED)),
         goes_on,
+        named={"actions": ("action",)},
     ),
 }
 for _name, _class in {"FlockVecEnv": FlockVecEnv, "AgentVecEnv": AgentVecEnv}.items():
     _subject = started(lambda make=_class: make(2, FLOCK))  # type: ignore[misc]
     _count = 2 if _class is FlockVecEnv else 10
     METHODS[f"sb3.{_name}.step"] = Row(
-        _step, {"actions": Floats(np.full((_count, 1), 0.25))}, _subject, goes_on
+        _step,
+        {"actions": Floats(np.full((_count, 1), 0.25))},
+        _subject,
+        goes_on,
+        named={"actions": ("action",)},
     )
     METHODS[f"sb3.{_name}.seed"] = Row(
         lambda env, **arguments: env.seed(**arguments), {"seed": Seed(3, True)}, _subject, goes_on

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,12 +47,12 @@ class Kind:
 
     good: Any
     is_optional: bool = False
-    accepts: ClassVar[frozenset[str]] = frozenset()
+    accepts: Collection[str] = field(default=(), kw_only=True)
     """Labels of the foreign values that this kind takes."""
 
     def bad(self) -> dict[str, Any]:
         """Return values that are refused."""
-        accepted = self.accepts | {"none"} if self.is_optional else self.accepts
+        accepted = [*self.accepts, "none"] if self.is_optional else self.accepts
         foreign = {label: value for label, value in FOREIGN.items() if label not in accepted}
         return foreign | {f"own {i}: {str(value)[:20]}": value for i, value in enumerate(self.own_bad())}
 
@@ -97,8 +97,20 @@ class Count(Kind):
         yield from (self.low - 1, -1, 1.5, 2.0, np.float64(2), 2**63, 2**64, [2], np.array([2]))
 
     def alike(self) -> dict[str, Any]:
-        types = (np.int8, np.int64, np.uint64, np.dtype(">i4").type)
-        return {t.__name__: t(self.good) for t in types} | {"0-d": np.array(self.good)}
+        return _forms_of_an_integer(self.good)
+
+
+@dataclass(frozen=True)
+class Index(Kind):
+    """An integer from 0 to ``high``."""
+
+    high: int = 0
+
+    def own_bad(self) -> Iterable[Any]:
+        yield from (-1, self.high + 1, 2**64, 1.0, [1], np.array([1]), np.float64(1))
+
+    def alike(self) -> dict[str, Any]:
+        return _forms_of_an_integer(self.good)
 
 
 @dataclass(frozen=True)
@@ -109,15 +121,14 @@ class Seed(Kind):
         yield from (-1, 0.5, 1.0, np.float64(1), 2**64, [1], np.array([1]), np.int64(-1))
 
     def alike(self) -> dict[str, Any]:
-        types = (np.int8, np.int64, np.uint64)
-        return {t.__name__: t(self.good) for t in types} | {"0-d": np.array(self.good)}
+        return _forms_of_an_integer(self.good)
 
 
 @dataclass(frozen=True)
 class Seeds(Kind):
     """One seed after the other."""
 
-    accepts = frozenset({"generator"})
+    accepts: Collection[str] = field(default=(), kw_only=True)
 
     def own_bad(self) -> Iterable[Any]:
         seeds = list(self.good)
@@ -175,7 +186,7 @@ class Bools(Kind):
 class Flag(Kind):
     """True or False."""
 
-    accepts = frozenset({"bool", "numpy bool"})
+    accepts: Collection[str] = field(default=("bool", "numpy bool"), kw_only=True)
 
     def own_bad(self) -> Iterable[Any]:
         yield from (0, 1, 1.0, "True", [True], np.array([True]))
@@ -199,7 +210,7 @@ class Choice(Kind):
 class Text(Kind):
     """Any text."""
 
-    accepts = frozenset({"text", "digit", "surrogate"})
+    accepts: Collection[str] = field(default=("text", "digit", "surrogate"), kw_only=True)
 
     def own_bad(self) -> Iterable[Any]:
         yield from (0, [self.good])
@@ -209,7 +220,7 @@ class Text(Kind):
 class File(Kind):
     """The path of a file that is written or read."""
 
-    accepts = frozenset({"text", "digit", "surrogate"})
+    accepts: Collection[str] = field(default=("text", "digit", "surrogate"), kw_only=True)
 
     def own_bad(self) -> Iterable[Any]:
         yield from (0, [self.good], "a\0b" + Path(self.good).suffix)
@@ -232,7 +243,7 @@ class Part(Kind):
 class Call(Kind):
     """Something to call."""
 
-    accepts = frozenset({"function", "class"})
+    accepts: Collection[str] = field(default=("function", "class"), kw_only=True)
 
 
 def forms_of_an_array(good: NDArray[np.float64]) -> dict[str, Any]:
@@ -269,3 +280,7 @@ def _forms_of_a_number(good: np.float64) -> dict[str, Any]:
     if good == int(good):
         forms |= {"int": int(good), "int64": np.int64(good)}
     return forms
+
+
+def _forms_of_an_integer(good: int) -> dict[str, Any]:
+    return {"int16": np.int16(good), "uint64": np.uint64(good), "0-d": np.array(good, ">i4")}

@@ -4,9 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
+from unittest import mock
 
 import numpy as np
-from argument_kinds import Bools, Choice, Count, File, Flag, Floats, Kind, Number, Part, Seed, Text
+from argument_kinds import (
+    Bools,
+    Call,
+    Choice,
+    Count,
+    File,
+    Flag,
+    Floats,
+    Index,
+    Kind,
+    Number,
+    Part,
+    Seed,
+    Text,
+)
 from argument_table import (
     ENV_OPTIONS,
     FIXED,
@@ -24,7 +39,7 @@ from argument_table import (
 )
 
 import flockesc_env as fe
-from flockesc_env import contenders, network, policies, predator_policies, stats, watch
+from flockesc_env import contenders, network, policies, predator_policies, stats, video, watch
 from flockesc_env.render import draw
 from flockesc_env.watch.document import check_runs, run_document
 
@@ -32,7 +47,7 @@ PRESET = fe.preset("randomized").replace(num_agents=5, num_steps=24)
 RENDER_OPTIONS: dict[str, Kind] = {
     "size": Count(160, low=160),
     "show": Choice("discs"),
-    "agents": Part((0, 2), True, ((-1,), (0.5,), ((0,),), "ab")),
+    "agents": Part((0, 2), True, confusing=((-1,), (0.5,), ((0,),), "ab")),
     "trail": Number(2.0, low=0.0),
 }
 
@@ -46,6 +61,14 @@ class Model:
 
 FIXED_LENGTH = Floats([1.0, 2.0, 4.0])
 THE_FLOCK = Part(FLOCK, confusing=(LINE,))
+
+
+def served(**arguments: Any) -> None:
+    """Serve, but not a single request."""
+    with mock.patch("flockesc_env.watch.server._Server.work", side_effect=KeyboardInterrupt):
+        watch.serve(**arguments)
+
+
 PER_AGENT = Floats(np.arange(1.0, 6.0), low=0.0, is_scalar_fine=True)
 POINT = Floats([1.0, 2.0])
 LEAST_0 = Number(2.0, low=0.0)
@@ -69,13 +92,13 @@ FLOCK_FIELDS: dict[str, Kind] = {
     "sensing_delay": Count(1, low=0),
     "constant_speed": Flag(True),
     "capture_radius": Number(1.0, True, low=0.0),
-    "predators": Part((fe.PurePursuit(),), confusing=((fe.Disc(),), fe.PurePursuit(), (None,), (5,))),
+    "predators": Part((), accepts=("nothing",), confusing=((fe.Disc(),), fe.PurePursuit(), (None,), (5,))),
     "neighbor_rule": Part(fe.Metric(), confusing=(fe.Disc(), fe.PurePursuit())),
     "blind_angle": Number(1.0, low=0.0, high=2 * np.pi),
     "mutual": Flag(True),
     "frozen_graph": Flag(True),
     "periodic_side": Number(30.0, True, low=0.0, is_above=True),
-    "randomization": Part((fe.Uniform("speed", 1.0, 2.0),), confusing=((fe.Disc(),), (5,), fe.Metric())),
+    "randomization": Part((), accepts=("nothing",), confusing=((fe.Disc(),), (5,), fe.Metric())),
 }
 LINE_FIELDS: dict[str, Kind] = {
     "num_agents": Count(5),
@@ -172,6 +195,11 @@ SCENARIOS: dict[str, Row] = {
     "RenderOptions": Row(fe.RenderOptions, RENDER_OPTIONS),
 }
 RANGE = Number(4.0, low=0.0)
+_RULE: dict[str, Kind] = {
+    "patience": Floats([0.25, 0.5], low=0.0),
+    "first_range": Floats([8.0, 4.0], low=0.0),
+    "interaction_range": Floats([4.0, 8.0], low=0.0),
+}
 POLICIES: dict[str, Row] = {
     "policies.FixedRange": Row(policies.FixedRange, {"interaction_range": RANGE}, after=vars),
     "policies.RandomRange": Row(
@@ -187,12 +215,9 @@ POLICIES: dict[str, Row] = {
     ),
     "policies.StubbornWitnesses": Row(
         policies.StubbornWitnesses,
-        {
-            "patience": Floats([0.25, 0.5]),
-            "first_range": Floats([8.0, 4.0], low=0.0),
-            "interaction_range": Floats([4.0, 8.0], low=0.0),
-        },
+        _RULE,
         after=vars,
+        named=dict.fromkeys(_RULE, tuple(_RULE)),
     ),
     "policies.SB3Policy": Row(
         policies.SB3Policy, {"model": Part(Model()), "deterministic": Flag(True)}, after=lambda _: None
@@ -208,7 +233,7 @@ POLICIES: dict[str, Row] = {
         network.Architecture,
         {
             "inputs": Part(("time",), confusing=((1,), "time")),
-            "hidden": Part((2,), confusing=((0,), (2.0,), (-1,), (True,))),
+            "hidden": Part((2,), accepts=("nothing",), confusing=((0,), (2.0,), (-1,), (True,))),
             "memory": Count(1, low=0),
             "mirror": Flag(True),
             "squash": Choice("tanh"),
@@ -225,8 +250,8 @@ POLICIES: dict[str, Row] = {
             "name": Text("a name"),
             "policy": Part(FIXED),
             "per_agent": Flag(True),
-            "options": Part({}),
-            "scenario": Part(FLOCK, True, (fe.Disc(),)),
+            "options": Part({}, accepts=("dict",)),
+            "scenario": Part(FLOCK, True, confusing=(fe.Disc(),)),
         },
     ),
     "Contender.record": Row(
@@ -244,14 +269,40 @@ RESULTS: dict[str, Row] = {
     ),
     "FlockSweepResult.to_parquet": Row(SWEPT.to_parquet, {"path": File("made.parquet")}),
     "stats.mean": Row(stats.mean, {"values": VALUES}),
-    "stats.improvement": Row(stats.improvement, {"values": FIXED_LENGTH, "baseline": FIXED_LENGTH}),
+    "stats.improvement": Row(
+        stats.improvement,
+        {"values": FIXED_LENGTH, "baseline": FIXED_LENGTH},
+        named={"values": ("values", "baseline")},
+    ),
     "stats.share": Row(stats.share, {"is_so": Bools(np.array([True, False]))}),
     "stats.argmax": Row(
         stats.argmax,
         {"positions": Floats([1.0, 2.0]), "values": Floats([[1.0, 2.0, 4.0], [2.0, 4.0, 1.0]])},
+        named={"positions": ("positions", "values")},
     ),
     "watch.write_page": Row(watch.write_page, {"runs": RUNS, "path": File("made.html")}),
     "watch.run_document": Row(run_document, {"name": Text("a"), "trajectory": Part(RUN, confusing=(FLOCK,))}),
+    "watch.serve": Row(
+        served,
+        {
+            "runs": RUNS,
+            "scenario": THE_FLOCK,
+            "seed": Seed(3),
+            "port": Index(0, high=2**16 - 1),
+            "open_browser": Flag(False),
+        },
+    ),
+    "video.write_video": Row(
+        video.write_video,
+        {
+            "runs": RUNS,
+            "path": File("made.mp4"),
+            "fps": Count(4),
+            "speed": Number(4.0, low=0.0, is_above=True),
+            "options": Part(fe.RenderOptions(size=160), True),
+            "progress": Call(None, True),
+        },
+    ),
     "watch.check_runs": Row(check_runs, {"runs": RUNS}),
     "render.draw": Row(
         draw,

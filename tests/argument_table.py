@@ -79,10 +79,12 @@ def goes_on(env: Any) -> list[Any]:
     for step in range(20):
         seen.append(env.reset() if step == 10 or getattr(env, "agents", True) == [] else None)
         if isinstance(env, AECEnv):
-            for _ in env.agents:
-                seen.append([env.last(), env.step(np.full(1, -0.75, np.float32))])
+            for name in env.agents:
+                seen += [env.last(), env.step(np.full(env.action_space(name).shape, -0.75, np.float32))]
         elif isinstance(env, ParallelEnv):
             seen.append(env.step({name: np.full(env.action_space(name).shape, -0.75) for name in env.agents}))
+        elif isinstance(env, VecEnv):
+            seen.append(env.step(np.full((env.num_envs, 1), -0.75)))
         else:
             seen.append(env.step(np.full(env.action_space.shape, -0.75)))
             if isinstance(env, gymnasium.Env) and (seen[-1][2] or seen[-1][3]):
@@ -102,25 +104,20 @@ def started(make: Callable[[], Any]) -> Callable[[], Any]:
 THREADS = optional(Count(1))
 RENDER = {"render_mode": Choice("rgb_array", True), "render_options": optional(Part(fe.RenderOptions()))}
 ACTION_OPTIONS: dict[str, Kind] = {
-    "action_mode": Choice("normalized"),
-    "min_range": Number(2.0, low=0.0),
-    "max_range": Number(50.0, low=2.0, is_above=True),
-    "range_grid": optional(Floats([2.0, 5.0], low=2.0, is_any_length=True)),
-    "steps_per_action": Count(1),
+    "action_mode": Choice("range"),
+    "min_range": Number(0.25, low=0.0),
+    "max_range": Number(0.5, low=0.0, is_above=True),
+    "range_grid": Floats([0.25, 0.5], True, low=0.0, is_any_length=True),
+    "steps_per_action": Count(2),
 }
 ENV_OPTIONS = ACTION_OPTIONS | {
     "objective": Choice("mean"),
-    "reward": Choice("running_minimum"),
-    "predator_sensing_range": optional(Number(30.0, low=0.0)),
+    "reward": Choice("terminal"),
+    "predator_sensing_range": Number(30.0, True, low=0.0),
     "count_components": Flag(True),
 }
-LINE_OPTIONS = ACTION_OPTIONS | {
-    "min_range": Number(0.0, low=0.0),
-    "max_range": Number(0.5, low=0.0, is_above=True),
-    "range_grid": optional(Floats([0.25, 0.5], low=0.0, is_any_length=True)),
-    "reward": Choice("difference"),
-}
-SCENARIO = optional(Part(FLOCK, (LINE, fe.Disc())))
+LINE_OPTIONS = ACTION_OPTIONS | {"reward": Choice("terminal")}
+SCENARIO = Part(FLOCK, True, confusing=(LINE, fe.Disc()))
 HUNTER = Part(predator_policies.Chase(), True)
 ENV = {"scenario": SCENARIO, **RENDER, "num_threads": THREADS, "predator_policy": HUNTER}
 START = {
@@ -212,7 +209,7 @@ FUNCTIONS: dict[str, Row] = {
         {
             "policy": Part(policies.FixedRange(0.25)),
             "seeds": Seeds([0, 1]),
-            "scenario": Part(LINE, True, (FLOCK,)),
+            "scenario": Part(LINE, True, confusing=(FLOCK,)),
             "batch_size": Count(2),
         },
         others=LINE_OPTIONS,
@@ -244,12 +241,17 @@ FUNCTIONS: dict[str, Row] = {
     "records.differences": Row(
         records.differences,
         {"recorded": Part(RUN, confusing=(LINE_RUN,)), "again": Part(RUN, confusing=(LINE_RUN,))},
+        named={"recorded": ("recorded", "again")},
     ),
     "graph.component_labels": Row(graph.component_labels, MOMENT),
     "graph.neighbor_pairs": Row(graph.neighbor_pairs, MOMENT),
     "graph.perron_matrix": Row(graph.perron_matrix, LINE_MOMENT),
     "graph.laplacian": Row(graph.laplacian, LINE_MOMENT),
     "contenders.built_in": Row(
-        contenders.built_in, {"name": Choice("fixed:5"), "argument": Text("policies")}, after=repr
+        contenders.built_in,
+        {"name": Choice("fixed:5"), "argument": Text("policies")},
+        after=lambda made: (made.name, made.options, vars(made.policy)),
+        named={"name": ("policies",)},
     ),
+    "records.versions": Row(records.versions),
 }

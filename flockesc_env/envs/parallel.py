@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import compress
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -14,7 +15,7 @@ from pettingzoo.utils import parallel_to_aec, wrappers
 from flockesc_env._checks import FloatArray, as_choice, as_mapping, as_seed
 from flockesc_env.batch import RESET_OPTIONS, Columns, FlockBatch, Step, infos, is_over
 from flockesc_env.envs.rendered import Rendered
-from flockesc_env.errors import ActionError, EpisodeError
+from flockesc_env.errors import ActionError, EpisodeError, shown
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorPolicy, all_learned, opposite
 from flockesc_env.presets import as_scenario
@@ -158,6 +159,8 @@ class FlockParallelEnv(Rendered, ParallelEnv[str, Observation, Any]):
             EpisodeError: before ``reset``, or after the end.
         """
         self._check_running()
+        if not isinstance(actions, Mapping):
+            raise ActionError("actions", "a dict with an action per agent", shown(actions))
         agents, acting = self.agents[: len(self.agents) - len(self._predators)], ~self._caught
         controls = None
         if self._predators:

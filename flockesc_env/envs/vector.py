@@ -35,7 +35,7 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
             (``"NextStep"``, ``"SameStep"``, ``"Disabled"``).
         copy: whether ``reset`` and ``step`` return new arrays; ``False``: observations and rewards are two
             arrays that the next call overwrites.
-        max_episode_steps: as ``gymnasium.make_vec`` hands it on. The scenario's ``num_steps`` are the horizon,
+        max_episode_steps: as ``gymnasium.make_vec`` hands it on; the horizon is the scenario's ``num_steps``,
             which this may not cut short.
         render_mode: ``"rgb_array"``: ``render`` returns a picture per flock; ``"human"``: a window shows
             every reset and step.
@@ -212,7 +212,7 @@ class FlockVectorEnv(VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
     def _seeds(self, seed: Any) -> Sequence[int | None]:
         if seed is None:
             return [None] * self.num_envs
-        if isinstance(seed, list | tuple | np.ndarray) and np.ndim(seed) > 0:
+        if isinstance(seed, list | tuple) or (isinstance(seed, np.ndarray) and seed.ndim):
             if len(seed) != self.num_envs:
                 raise ArgumentError("seed", f"{self.num_envs} seeds", len(seed))
             return [None if one is None else as_seed(one, f"seed[{i}]") for i, one in enumerate(seed)]

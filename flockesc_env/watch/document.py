@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flockesc_env._checks import as_instance, as_text
 from flockesc_env.errors import ArgumentError
 from flockesc_env.graph import component_labels
 from flockesc_env.neighbors import Metric
@@ -40,7 +41,8 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     has ended, as ``Trajectory.num_components`` counts. ``lowRange`` and ``highRange`` are a standard
     deviation away from the mean over agents, within the ranges that occur.
     """
-    name, trajectory = as_runs([(name, trajectory)])[0]
+    as_text(name, "name")
+    as_instance(trajectory, "trajectory", Trajectory)
     in_force = trajectory.interaction_ranges
     ranges = np.concatenate([in_force, in_force[-1:]])
     per_time = ranges[:, 0] if ranges.shape[1] == 1 else ranges
