@@ -1,76 +1,142 @@
-"""Checks shared by everything that takes arguments: what passes is a plain, contiguous, finite value."""
+"""Checks shared by everything that takes arguments: what passes is a plain, contiguous, finite value.
+
+Each takes the value and the name that an error gives it, and raises ``error``, a ``FlockescError``, for
+anything but what it returns.
+"""
 
 from __future__ import annotations
 
 import operator
-from typing import Any
+import os
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.errors import ArgumentError, FlockescError
+from flockesc_env.errors import ArgumentError, FlockescError, shown
 
 FloatArray = NDArray[np.float64]
 
 MAX_SEED = 2**64 - 1
 
+_T = TypeVar("_T")
+_Error = type[FlockescError]
+
+
+def as_integer(value: Any, field: str, error: _Error = ArgumentError) -> int:
+    """Return an integer, which a bool is not, as a plain one."""
+    try:
+        if not isinstance(value, bool):
+            return operator.index(value)
+    except TypeError:
+        pass
+    raise error(field, "an integer", shown(value))
+
 
 def as_seed(value: Any, field: str = "seed") -> int:
-    """Return a seed as a plain integer in [0, 2^64).
-
-    Raises:
-        ArgumentError: if ``value`` is no integer, or outside of that interval.
-    """
-    try:
-        seed = operator.index(value)
-    except TypeError:
-        raise ArgumentError(field, "an integer", repr(value)) from None
+    """Return a seed as a plain integer in [0, 2^64)."""
+    seed = as_integer(value, field)
     if not 0 <= seed <= MAX_SEED:
         raise ArgumentError(field, f"an integer from 0 to {MAX_SEED}", seed)
     return seed
 
 
-def as_count(value: Any, field: str, error: type[FlockescError] = ArgumentError) -> int:
-    """Return a whole number of at least 1 as a plain integer.
+def as_seeds(values: Any, field: str = "seeds") -> list[int]:
+    """Return seeds, of which there is at least one, as plain integers."""
+    if isinstance(values, str | bytes) or not isinstance(values, Iterable):
+        raise ArgumentError(field, "seeds, one after the other", shown(values))
+    if isinstance(values, np.ndarray) and values.ndim == 0:
+        raise ArgumentError(field, "seeds, one after the other", "a single number")
+    seeds = [as_seed(value, f"{field}[{i}]") for i, value in enumerate(values)]
+    if not seeds:
+        raise ArgumentError(field, "at least one seed", "none")
+    return seeds
 
-    Raises:
-        FlockescError: of the class ``error``, if ``value`` is no integer, below 1 or of more than 63 bits.
-    """
-    try:
-        count = operator.index(value)
-    except TypeError:
-        raise error(field, "an integer", repr(value)) from None
-    if not 1 <= count < 2**63:
-        raise error(field, "an integer of at least 1 and at most 63 bits", count)
+
+def as_count(value: Any, field: str, error: _Error = ArgumentError, *, least: int = 1) -> int:
+    """Return a whole number of at least ``least`` and at most 63 bits as a plain integer."""
+    count = as_integer(value, field, error)
+    if not least <= count < 2**63:
+        raise error(field, f"an integer of at least {least} and at most 63 bits", count)
     return count
 
 
 def as_threads(value: Any) -> int | None:
-    """Return ``num_threads`` as a plain integer of at least 1, or ``None``.
-
-    Raises:
-        ArgumentError: if ``value`` is anything else.
-    """
+    """Return ``num_threads`` as a plain integer of at least 1, or ``None``."""
     return None if value is None else as_count(value, "num_threads")
 
 
 def as_bytes(value: Any, field: str) -> bytes:
-    """Return a copy of ``value``, which is bytes or shows its memory as bytes.
-
-    Raises:
-        ArgumentError: if it does not.
-    """
+    """Return a copy of what is bytes or shows its memory as bytes."""
     if not isinstance(value, bytes | bytearray | memoryview):
-        raise ArgumentError(field, "bytes", type(value).__name__)
+        raise ArgumentError(field, "bytes", shown(value))
     return bytes(value)
 
 
-def as_array(value: Any, field: str, error: type[FlockescError] = ArgumentError) -> NDArray[Any]:
-    """Return ``value`` as an array, whatever is in it.
+def as_flag(value: Any, field: str, error: _Error = ArgumentError) -> bool:
+    """Return a plain bool."""
+    if not isinstance(value, bool | np.bool):
+        raise error(field, "True or False", shown(value))
+    return bool(value)
 
-    Raises:
-        FlockescError: of the class ``error``, if its rows have different lengths.
-    """
+
+def as_choice(value: Any, field: str, known: Iterable[str], error: _Error = ArgumentError) -> Any:
+    """Return one of the words that are known."""
+    if not isinstance(value, str) or value not in known:
+        raise error(field, f"one of {', '.join(known)}", shown(value))
+    return str(value)
+
+
+def as_text(value: Any, field: str, error: _Error = ArgumentError) -> str:
+    """Return a text."""
+    if not isinstance(value, str):
+        raise error(field, "a text", shown(value))
+    return value
+
+
+def as_path(value: Any, field: str = "path") -> Path:
+    """Return the path of a file."""
+    is_path = isinstance(value, str | os.PathLike) and isinstance(os.fspath(value), str)
+    if not is_path or "\0" in os.fspath(value):
+        raise ArgumentError(field, "the path of a file", shown(value))
+    return Path(value)
+
+
+def as_instance(value: Any, field: str, kind: type[_T]) -> _T:
+    """Return an instance of a class."""
+    if not isinstance(value, kind):
+        raise ArgumentError(field, f"a {kind.__name__}", shown(value))
+    return value
+
+
+def as_policy(value: Any, field: str = "policy") -> Any:
+    """Return a policy: anything that has a method ``act``."""
+    if isinstance(value, type) or not callable(getattr(value, "act", None)):
+        raise ArgumentError(field, "a policy, which has a method act", shown(value))
+    return value
+
+
+def as_callback(value: Any, field: str = "progress") -> Callable[..., Any] | None:
+    """Return something to call, or ``None``."""
+    if value is not None and not callable(value):
+        raise ArgumentError(field, "something to call, or None", shown(value))
+    callback: Callable[..., Any] | None = value
+    return callback
+
+
+def as_mapping(value: Any, field: str = "options") -> Mapping[str, Any]:
+    """Return a mapping, an empty one for ``None``."""
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise ArgumentError(field, "a dict or None", shown(value))
+    return value
+
+
+def as_array(value: Any, field: str, error: _Error = ArgumentError) -> NDArray[Any]:
+    """Return an array, whatever is in it."""
     try:
         return np.asarray(value)
     except ValueError:
@@ -81,14 +147,11 @@ def as_floats(
     value: Any,
     field: str,
     shape: tuple[int, ...] | None = None,
-    error: type[FlockescError] = ArgumentError,
+    error: _Error = ArgumentError,
+    *,
+    least: float = -np.inf,
 ) -> FloatArray:
-    """Return ``value`` as a contiguous array of finite float64, of shape ``shape`` where one is given.
-
-    Raises:
-        FlockescError: of the class ``error``, for entries that are no real numbers or not finite, or another
-            shape.
-    """
+    """Return a contiguous array of finite float64 of at least ``least``, of a shape if one is given."""
     array = as_array(value, field, error)
     if array.dtype.kind not in "fiu":
         raise error(field, "real numbers", f"dtype {array.dtype}")
@@ -96,8 +159,12 @@ def as_floats(
         raise error(field, f"shape {shape}", f"shape {array.shape}")
     with np.errstate(over="ignore", invalid="ignore"):  # of wider or odd floats; judged below
         floats = np.array(array, dtype=np.float64, order="C")
-    if not np.isfinite(floats).all():
-        at = tuple(int(i) for i in np.argwhere(~np.isfinite(floats))[0])
-        where = f"{field}[{', '.join(map(str, at))}]" if at else field
-        raise error(where, "a finite number", floats[at])
+    for refused, expected in (
+        (~np.isfinite(floats), "a finite number"),
+        (floats < least, f"a number of at least {least:g}"),
+    ):
+        if refused.any():
+            at = tuple(int(i) for i in np.argwhere(refused)[0])
+            where = f"{field}[{', '.join(map(str, at))}]" if at else field
+            raise error(where, expected, floats[at])
     return floats

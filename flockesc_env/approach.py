@@ -6,7 +6,7 @@ import math
 from typing import Literal
 
 from flockesc_env._checks import as_floats
-from flockesc_env.errors import ArgumentError
+from flockesc_env.errors import ArgumentError, shown
 
 Pair = tuple[float, float]
 
@@ -40,26 +40,19 @@ def approach(
     norm = math.hypot(x, y)
     if norm == 0:
         raise ArgumentError("direction", "a vector of a length other than 0", direction)
-    distance, speed = _length(distance, "distance"), _length(speed, "speed")
-    half = _length(initial_side, "initial_side") / 2
-    match aim:
-        case "center":
-            offset = 0.0
-        case "edge":
-            offset = half * (abs(x) + abs(y)) / norm
-        case str():
-            raise ArgumentError("aim", "center, edge or a number", aim)
-        case _:
-            offset = float(as_floats(aim, "aim", ()))
+    distance = float(as_floats(distance, "distance", (), least=0.0))
+    speed = float(as_floats(speed, "speed", (), least=0.0))
+    half = float(as_floats(initial_side, "initial_side", (), least=0.0)) / 2
+    if not isinstance(aim, str):
+        offset = float(as_floats(aim, "aim", ()))
+    elif aim == "center":
+        offset = 0.0
+    elif aim == "edge":
+        offset = half * (abs(x) + abs(y)) / norm
+    else:
+        raise ArgumentError("aim", "center, edge or a number", shown(aim))
     position = (
         half - distance * x / norm - offset * y / norm,
         half - distance * y / norm + offset * x / norm,
     )
     return position, (speed * x / norm, speed * y / norm)
-
-
-def _length(value: float, field: str) -> float:
-    length = float(as_floats(value, field, ()))
-    if length < 0:
-        raise ArgumentError(field, "a number of at least 0", length)
-    return length

@@ -10,8 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import FloatArray, as_bytes, as_count, as_floats, as_seed, as_threads
-from flockesc_env.errors import ArgumentError
+from flockesc_env._checks import (
+    FloatArray,
+    as_bytes,
+    as_count,
+    as_flag,
+    as_floats,
+    as_mapping,
+    as_policy,
+    as_seed,
+    as_threads,
+)
+from flockesc_env.errors import ArgumentError, shown
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorControl, PredatorPolicy, with_learned
 from flockesc_env.scenario import FlockScenario
@@ -68,7 +78,9 @@ class FlockBatch:
         predator_policy: PredatorPolicy | None = None,
     ) -> None:
         if predator_policy is not None:
+            as_policy(predator_policy, "predator_policy")
             scenario = with_learned(scenario)
+        per_agent = as_flag(per_agent, "per_agent")
         self.scenario = scenario
         self.predator_control = PredatorControl.of(scenario)
         self._predator_policy = predator_policy
@@ -110,10 +122,10 @@ class FlockBatch:
         predators = (len(self.scenario.predators), dimension)
         shapes = dict(zip(STARTS, (agents, agents, predators, predators), strict=True))
         start: dict[str, Any] = {}
-        for name, value in (options or {}).items():
+        for name, value in as_mapping(options).items():
             if name not in RESET_OPTIONS:
                 known = ", ".join(RESET_OPTIONS)
-                raise ArgumentError(f"options[{name!r}]", f"one of {known}", "an unknown option")
+                raise ArgumentError(f"options[{shown(name)}]", f"one of {known}", "an unknown option")
             if value is not None:
                 shape = shapes.get(name)
                 start[name] = (

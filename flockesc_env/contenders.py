@@ -6,11 +6,12 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from flockesc_env.errors import ArgumentError
+from flockesc_env._checks import as_flag, as_instance, as_policy, as_text
+from flockesc_env.errors import ArgumentError, shown
 from flockesc_env.options import EnvOptions
 from flockesc_env.policies import FixedRange, Policy, RandomRange, StubbornLeaders, StubbornWitnesses
 from flockesc_env.rollout import record
-from flockesc_env.scenario import FlockScenario, LineScenario
+from flockesc_env.scenario import FlockScenario, LineScenario, as_model
 from flockesc_env.simulate import Trajectory
 
 NAMES = ("fixed:RHO", "random", "stubborn-leaders", "stubborn-leaders-local", "stubborn-witnesses")
@@ -28,6 +29,9 @@ class Contender:
         per_agent: whether it sets one range per agent.
         options: environment options (``EnvOptions`` or, for a line, ``LineOptions``).
         scenario: what it was trained in; ``None``: nothing in particular.
+
+    Raises:
+        ArgumentError: naming the attribute of a wrong type.
     """
 
     name: str
@@ -35,6 +39,14 @@ class Contender:
     per_agent: bool = False
     options: dict[str, Any] = field(default_factory=dict)
     scenario: FlockScenario | LineScenario | None = None
+
+    def __post_init__(self) -> None:
+        as_text(self.name, "name")
+        as_policy(self.policy)
+        object.__setattr__(self, "per_agent", as_flag(self.per_agent, "per_agent"))
+        as_instance(self.options, "options", dict)
+        if self.scenario is not None:
+            as_model(self.scenario)
 
     def record(self, seed: int, scenario: FlockScenario | None = None) -> Trajectory:
         """Run the policy on one flock and record all of it; see ``flockesc_env.record``.
@@ -57,6 +69,7 @@ def built_in(name: str, argument: str = "policies") -> Contender:
     Raises:
         ArgumentError: if there is no such policy.
     """
+    name = as_text(name, as_text(argument, "argument"))
     if name.startswith("fixed:"):
         rho = _range(name.removeprefix("fixed:"))
         if rho is not None:
@@ -69,7 +82,7 @@ def built_in(name: str, argument: str = "policies") -> Contender:
         return Contender(name, StubbornLeaders(), per_agent=True)
     if name == "stubborn-witnesses":
         return Contender(name, StubbornWitnesses(), per_agent=True, options={"steps_per_action": 1})
-    raise ArgumentError(argument, f"one of {', '.join(NAMES)}", repr(name))
+    raise ArgumentError(argument, f"one of {', '.join(NAMES)}", shown(name))
 
 
 def _range(text: str) -> float | None:

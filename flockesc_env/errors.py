@@ -1,5 +1,20 @@
 """What the package raises: every error names the field, what was expected and what came."""
 
+_LONGEST = 300
+"""Characters of what came that an error shows."""
+
+
+def shown(value: object) -> str:
+    """Return what came as an error shows it: its ``repr``, cut off where it is long."""
+    try:
+        return _cut(repr(value))
+    except ValueError:  # an integer of thousands of digits
+        return f"{type(value).__name__} that is too long to show"
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]} .."
+
 
 class FlockescError(ValueError):
     """An input that was refused; nothing has changed.
@@ -7,14 +22,17 @@ class FlockescError(ValueError):
     Attributes:
         field: name or path of what was refused, for example ``predators[0].pure_pursuit.max_turn_rate``.
         expected: what would have been accepted.
-        given: what came.
+        given: what came, as text.
     """
 
     def __init__(self, field: str, expected: str, given: object) -> None:
-        super().__init__(field, expected, given)
+        try:
+            self.given = _cut(str(given))
+        except ValueError:
+            self.given = shown(given)
+        super().__init__(field, expected, self.given)
         self.field = field
         self.expected = expected
-        self.given = given
 
     def __str__(self) -> str:
         return f"{self.field}: expected {self.expected}, got {self.given}"

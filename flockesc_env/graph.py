@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import FloatArray, as_floats
+from flockesc_env._checks import FloatArray, as_floats, as_instance
 from flockesc_env.errors import ArgumentError
 from flockesc_env.scenario import FlockScenario
 
@@ -62,6 +62,8 @@ def _moment(
     scenario: FlockScenario | None,
     velocities: ArrayLike | None,
 ) -> tuple[str | None, FloatArray, FloatArray, FloatArray]:
+    if scenario is not None:
+        as_instance(scenario, "scenario", FlockScenario)
     points = as_floats(positions, "positions")
     if points.ndim != 2 or points.shape[1] not in {2, 3} or not len(points):
         raise ArgumentError("positions", "shape (n, 2) or (n, 3) with n >= 1", f"shape {points.shape}")
@@ -101,7 +103,4 @@ def _line(states: ArrayLike, interaction_range: float) -> tuple[FloatArray, floa
     array = as_floats(states, "states")
     if array.ndim != 1 or not array.size:
         raise ArgumentError("states", "shape (n,) with n >= 1", f"shape {array.shape}")
-    rho = float(as_floats(interaction_range, "interaction_range", ()))
-    if rho < 0:
-        raise ArgumentError("interaction_range", "a number of at least 0", rho)
-    return array, rho
+    return array, float(as_floats(interaction_range, "interaction_range", (), least=0.0))

@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flockesc_env._checks import as_count, as_floats
+from flockesc_env._checks import as_choice, as_count, as_flag, as_floats, as_instance, as_text
 from flockesc_env.errors import ArgumentError
 from flockesc_env.policies import Observations
 from flockesc_env.spaces import Control, ObservationLayout
@@ -42,14 +42,16 @@ class Architecture:
     squash: Squash = "clip"
 
     def __post_init__(self) -> None:
-        if not self.inputs or not all(isinstance(name, str) for name in self.inputs):
-            raise ArgumentError("inputs", "at least one name", ", ".join(map(repr, self.inputs)) or "none")
-        for i, width in enumerate(self.hidden):
-            as_count(width, f"hidden[{i}]")
-        if not isinstance(self.memory, int) or self.memory < 0:
-            raise ArgumentError("memory", "an integer of at least 0", repr(self.memory))
-        if self.squash not in get_args(Squash):
-            raise ArgumentError("squash", f"one of {', '.join(get_args(Squash))}", repr(self.squash))
+        if not as_instance(self.inputs, "inputs", tuple):
+            raise ArgumentError("inputs", "at least one name", "none")
+        for i, name in enumerate(self.inputs):
+            as_text(name, f"inputs[{i}]")
+        widths = enumerate(as_instance(self.hidden, "hidden", tuple))
+        hidden = tuple(as_count(width, f"hidden[{i}]") for i, width in widths)
+        object.__setattr__(self, "hidden", hidden)
+        object.__setattr__(self, "memory", as_count(self.memory, "memory", least=0))
+        object.__setattr__(self, "mirror", as_flag(self.mirror, "mirror"))
+        object.__setattr__(self, "squash", as_choice(self.squash, "squash", get_args(Squash)))
 
     @property
     def shapes(self) -> list[tuple[int, int]]:
@@ -72,6 +74,7 @@ class NetworkPolicy:
     """
 
     def __init__(self, architecture: Architecture, parameters: ArrayLike) -> None:
+        as_instance(architecture, "architecture", Architecture)
         given = as_floats(parameters, "parameters")
         if given.ndim not in {1, 2} or given.shape[-1] != architecture.size or not given.size:
             expected = f"shape ({architecture.size},) or (networks, {architecture.size})"

@@ -7,8 +7,8 @@ import json
 from dataclasses import dataclass
 from typing import Any, Literal, Self, get_args
 
-from flockesc_env._checks import as_count, as_floats
-from flockesc_env.errors import ScenarioError
+from flockesc_env._checks import as_choice, as_count, as_flag, as_floats
+from flockesc_env.errors import ScenarioError, shown
 
 ActionMode = Literal["normalized", "range", "discrete"]
 Objective = Literal["mean", "minimum", "survival"]
@@ -50,13 +50,9 @@ class ActionOptions:
     steps_per_action: int = 1
 
     def __post_init__(self) -> None:
-        _one_of("action_mode", self.action_mode, get_args(ActionMode))
-        low, high = (
-            float(as_floats(getattr(self, name), name, (), ScenarioError))
-            for name in ("min_range", "max_range")
-        )
-        if low < 0:
-            raise ScenarioError("min_range", "a number of at least 0", low)
+        as_choice(self.action_mode, "action_mode", get_args(ActionMode), ScenarioError)
+        low = float(as_floats(self.min_range, "min_range", (), ScenarioError, least=0.0))
+        high = float(as_floats(self.max_range, "max_range", (), ScenarioError))
         if high <= low:
             raise ScenarioError("max_range", f"a number above min_range = {low}", high)
         steps = as_count(self.steps_per_action, "steps_per_action", ScenarioError)
@@ -66,7 +62,7 @@ class ActionOptions:
         if self.range_grid is not None:
             grid = as_floats(self.range_grid, "range_grid", error=ScenarioError)
             if grid.ndim != 1 or not grid.size or grid.min() < low or grid.max() > high:
-                raise ScenarioError("range_grid", f"ranges from {low} to {high}", self.range_grid)
+                raise ScenarioError("range_grid", f"ranges from {low} to {high}", shown(self.range_grid))
             object.__setattr__(self, "range_grid", tuple(grid.tolist()))
 
     def replace(self, **changes: Any) -> Self:
@@ -103,14 +99,14 @@ class EnvOptions(ActionOptions):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _one_of("objective", self.objective, get_args(Objective))
-        _one_of("reward", self.reward, get_args(Reward))
+        as_choice(self.objective, "objective", get_args(Objective), ScenarioError)
+        as_choice(self.reward, "reward", get_args(Reward), ScenarioError)
         sensing = self.predator_sensing_range
         if sensing is not None and not (isinstance(sensing, str) and sensing == "predator_range"):
-            sensing = float(as_floats(sensing, "predator_sensing_range", (), ScenarioError))
+            sensing = float(as_floats(sensing, "predator_sensing_range", (), ScenarioError, least=0.0))
             object.__setattr__(self, "predator_sensing_range", sensing)
-        if not isinstance(self.count_components, bool):
-            raise ScenarioError("count_components", "True or False", repr(self.count_components))
+        counts = as_flag(self.count_components, "count_components", ScenarioError)
+        object.__setattr__(self, "count_components", counts)
 
     @property
     def is_own(self) -> bool:
@@ -145,15 +141,10 @@ class LineOptions(ActionOptions):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _one_of("reward", self.reward, get_args(LineReward))
+        as_choice(self.reward, "reward", get_args(LineReward), ScenarioError)
 
     def to_core(self) -> str:
         """Return the JSON document that the core takes."""
         return json.dumps(
             {"reward": self.reward, "max_range": self.max_range, "steps_per_action": self.steps_per_action}
         )
-
-
-def _one_of(field: str, value: Any, allowed: tuple[str, ...]) -> None:
-    if value not in allowed:
-        raise ScenarioError(field, f"one of {', '.join(allowed)}", repr(value))

@@ -8,8 +8,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flockesc_env._checks import FloatArray, as_floats
-from flockesc_env.errors import ArgumentError
+from flockesc_env._checks import FloatArray, as_flag, as_floats, as_policy, as_seed
+from flockesc_env.errors import ArgumentError, shown
 from flockesc_env.spaces import Control
 
 Observations = NDArray[np.float32]
@@ -36,10 +36,17 @@ def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
 
     Works with the Gymnasium environments (one observation), their vector environments and those of SB3
     (stacked observations) and the PettingZoo parallel environment (a dict per agent). ``env`` may be wrapped.
+
+    Raises:
+        ArgumentError: if one of them is something else.
     """
+    as_policy(policy)
     inner = getattr(env, "unwrapped", env)
-    # A Gymnasium vector environment knows its environments' attributes only through ``get_attr``.
-    control: Control = inner.control if hasattr(inner, "control") else inner.get_attr("control")[0]
+    try:
+        # A Gymnasium vector environment knows its environments' attributes only through ``get_attr``.
+        control: Control = inner.control if hasattr(inner, "control") else inner.get_attr("control")[0]
+    except (AttributeError, TypeError):
+        raise ArgumentError("env", "an environment of this package", shown(env)) from None
 
     def act(observation: Any) -> Any:
         if isinstance(observation, dict):
@@ -57,10 +64,13 @@ class FixedRange:
 
     Args:
         interaction_range: rho in m.
+
+    Raises:
+        ArgumentError: for anything but a number of at least 0.
     """
 
     def __init__(self, interaction_range: float) -> None:
-        self.interaction_range = float(as_floats(interaction_range, "interaction_range", ()))
+        self.interaction_range = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
 
     def act(self, observations: Observations, control: Control) -> NDArray[Any]:
         """Choose the range for every row."""
@@ -71,11 +81,14 @@ class RandomRange:
     """Ranges drawn uniformly from all that an action can set, anew for every row and call.
 
     Args:
-        seed: seed of the draws.
+        seed: seed of the draws; ``None``: one from the operating system.
+
+    Raises:
+        ArgumentError: for a seed that is none.
     """
 
     def __init__(self, seed: int | None = None) -> None:
-        self._rng = np.random.default_rng(seed)
+        self._rng = np.random.default_rng(None if seed is None else as_seed(seed))
 
     def act(self, observations: Observations, control: Control) -> NDArray[Any]:
         """Draw a range for every row."""
@@ -92,8 +105,8 @@ class ScheduledRange:
     """
 
     def __init__(self, schedule: ArrayLike) -> None:
-        self.schedule = as_floats(schedule, "schedule")
-        if self.schedule.ndim not in {1, 2}:
+        self.schedule = as_floats(schedule, "schedule", least=0.0)
+        if self.schedule.ndim not in {1, 2} or not self.schedule.size:
             raise ArgumentError("schedule", "shape (T,) or (T, n)", f"shape {self.schedule.shape}")
 
     def act(self, observations: Observations, control: Control) -> NDArray[Any]:
@@ -130,7 +143,7 @@ class StubbornLeaders:
 
     def __init__(self, min_cosine: float = 0.8, interaction_range: float = 10.0) -> None:
         self.min_cosine = float(as_floats(min_cosine, "min_cosine", ()))
-        self.interaction_range = float(as_floats(interaction_range, "interaction_range", ()))
+        self.interaction_range = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
 
     def act(self, observations: Observations, control: Control) -> NDArray[Any]:
         """Choose who listens.
@@ -165,7 +178,7 @@ class StubbornWitnesses:
         self, patience: ArrayLike = 0.125, first_range: ArrayLike = 60.0, interaction_range: ArrayLike = 17.0
     ) -> None:
         given = {"patience": patience, "first_range": first_range, "interaction_range": interaction_range}
-        columns = [as_floats(value, name) for name, value in given.items()]
+        columns = [as_floats(value, name, least=0.0) for name, value in given.items()]
         shape = columns[0].shape
         for name, column in zip(given, columns, strict=True):
             if column.shape != shape or column.ndim > 1:
@@ -210,8 +223,10 @@ class SB3Policy:
     """
 
     def __init__(self, model: Any, *, deterministic: bool = True) -> None:
+        if isinstance(model, type) or not callable(getattr(model, "predict", None)):
+            raise ArgumentError("model", "a model, which has a method predict", shown(model))
         self.model = model
-        self.deterministic = deterministic
+        self.deterministic = as_flag(deterministic, "deterministic")
 
     def act(self, observations: Observations, control: Control) -> NDArray[Any]:  # noqa: ARG002, the protocol
         """Ask the model for an action per row."""

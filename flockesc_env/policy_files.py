@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from flockesc_env._checks import as_instance, as_path
 from flockesc_env.array_files import read_document, write_document
 from flockesc_env.contenders import NAMES, Contender, built_in
 from flockesc_env.errors import ArgumentError, RecordError, ScenarioError
@@ -32,8 +33,11 @@ def save_policy(contender: Contender, path: str | Path) -> None:
         path: where to.
 
     Raises:
-        RecordError: if it is another policy, or its scenario is not known.
+        ArgumentError: for what is no contender or no path.
+        RecordError: if it is another policy, or its scenario or an option is not known.
     """
+    file_path = as_path(path)
+    as_instance(contender, "contender", Contender)
     policy, scenario = contender.policy, contender.scenario
     if not isinstance(policy, Stored) or policy.parameters.ndim != 1 or scenario is None:
         raise RecordError("contender", "one network or rule and its scenario", type(policy).__name__)
@@ -48,18 +52,22 @@ def save_policy(contender: Contender, path: str | Path) -> None:
         ),
         "versions": versions(),
     }
-    write_document(Path(path), header, {"parameters": policy.parameters})
+    try:
+        write_document(file_path, header, {"parameters": policy.parameters})
+    except TypeError as error:
+        raise RecordError("contender.options", "plain numbers and texts", error) from None
 
 
 def load_policy(path: str | Path) -> Contender:
     """Read a policy that ``save_policy`` wrote; nothing in the file is executed.
 
     Raises:
+        ArgumentError: for what is no path.
         FileNotFoundError: if there is no such file.
         RecordError: if the file is cut off or something else.
         ScenarioError: if the scenario or the options are none of this version's.
     """
-    header, arrays = read_document(Path(path), "a policy")
+    header, arrays = read_document(as_path(path), "a policy")
     try:
         return _contender(header, arrays["parameters"])
     except ScenarioError:

@@ -11,8 +11,8 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from flockesc_env._checks import FloatArray, as_array
-from flockesc_env.errors import ActionError, ArgumentError, ScenarioError
+from flockesc_env._checks import FloatArray, as_array, as_choice, as_instance
+from flockesc_env.errors import ActionError, ScenarioError
 from flockesc_env.predators import Learned, Predator
 from flockesc_env.scenario import FlockScenario
 from flockesc_env.spaces import ObservationLayout, predator_layout
@@ -125,9 +125,7 @@ class Chase:
     """
 
     def __init__(self, target: Literal["nearest", "centroid"] = "nearest") -> None:
-        if target not in {"nearest", "centroid"}:
-            raise ArgumentError("target", "one of nearest, centroid", repr(target))
-        self.target = target
+        self.target = as_choice(target, "target", ("nearest", "centroid"))
 
     def act(self, observations: Observations, control: PredatorControl) -> NDArray[Any]:
         """Choose the direction toward the target for every row."""
@@ -137,6 +135,7 @@ class Chase:
 
 def all_learned(scenario: FlockScenario) -> FlockScenario:
     """Return the scenario with every predator ``Learned``; position and velocity are kept."""
+    as_instance(scenario, "scenario", FlockScenario)
     return scenario.replace(predators=tuple(map(_as_learned, scenario.predators)))
 
 
@@ -146,6 +145,7 @@ def with_learned(scenario: FlockScenario) -> FlockScenario:
     Raises:
         ScenarioError: if there is no predator.
     """
+    as_instance(scenario, "scenario", FlockScenario)
     if any(isinstance(predator, Learned) for predator in scenario.predators):
         return scenario
     if not scenario.predators:
@@ -170,7 +170,8 @@ def _numbers(value: Any, shape: tuple[int, ...], name: str) -> FloatArray:
         raise ActionError(name, "real numbers", f"dtype {array.dtype}")
     if array.shape != shape:
         raise ActionError(name, f"shape {shape}", f"shape {array.shape}")
-    return np.array(array, np.float64, order="C")
+    with np.errstate(over="ignore"):  # what is too large for a float64 is infinite, and out of bounds
+        return np.array(array, np.float64, order="C")
 
 
 def _as_learned(predator: Predator) -> Learned:

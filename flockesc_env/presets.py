@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Any, Final, NamedTuple, TypeVar
 
 from flockesc_env.approach import approach
-from flockesc_env.errors import ScenarioError
+from flockesc_env.errors import ScenarioError, shown
 from flockesc_env.initial import AlignedHeadings, Clusters, Disc
 from flockesc_env.motion import Reynolds, Vicsek
 from flockesc_env.neighbors import Topological, Voronoi
@@ -155,7 +155,7 @@ def preset(name: str) -> Scenario:
         ScenarioError: for an unknown name.
     """
     if not isinstance(name, str) or name not in PRESETS:
-        raise ScenarioError("scenario", f"one of {', '.join(PRESETS)}", repr(name))
+        raise ScenarioError("scenario", f"one of {', '.join(PRESETS)}", shown(name))
     return PRESETS[name].scenario
 
 
@@ -170,5 +170,5 @@ def as_scenario(value: _T | str | None, model: type[_T]) -> _T:
     scenario = preset(value) if isinstance(value, str) else value
     if not isinstance(scenario, model):
         known = [name for name, (_, known) in PRESETS.items() if isinstance(known, model)]
-        raise ScenarioError("scenario", f"a {model.__name__} or one of {', '.join(known)}", repr(value))
+        raise ScenarioError("scenario", f"a {model.__name__} or one of {', '.join(known)}", shown(value))
     return scenario

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flockesc_env._checks import as_instance, as_path, as_text
 from flockesc_env.array_files import read_document, write_document
-from flockesc_env.errors import RecordError
+from flockesc_env.errors import RecordError, shown
 from flockesc_env.predators import Learned
 from flockesc_env.scenario import FlockScenario, LineScenario
-from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
+from flockesc_env.simulate import LineTrajectory, Trajectory, as_run, simulate, simulate_line
 
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
 _PACKAGES = ("flockesc-env", "numpy")
@@ -52,29 +53,35 @@ def save(trajectory: Trajectory | LineTrajectory, path: str | Path, *, name: str
         trajectory: the run.
         path: where to.
         name: what to call it, for example after its policy.
+
+    Raises:
+        ArgumentError: naming the argument of a wrong type.
     """
-    model = "flock" if isinstance(trajectory, Trajectory) else "line"
+    file_path = as_path(path)
+    model = "flock" if isinstance(as_run(trajectory, "trajectory"), Trajectory) else "line"
     columns = {name: getattr(trajectory, name) for name in _columns(type(trajectory))}
     header = {
         "model": model,
         "scenario": json.loads(trajectory.scenario.to_json()),
         "seed": trajectory.seed,
         "is_start_given": trajectory.is_start_given,
-        "name": name,
+        "name": as_text(name, "name"),
         "versions": versions(),
     }
-    write_document(Path(path), header, columns)
+    write_document(file_path, header, columns)
 
 
 def load(path: str | Path) -> Record:
     """Read a run that ``save`` wrote; nothing in the file is executed.
 
     Raises:
+        ArgumentError: for what is no path.
         FileNotFoundError: if there is no such file.
         RecordError: naming what is missing or of a wrong form; the file may be cut off or be something else.
         ScenarioError: if the scenario is none of this version's.
     """
-    header, columns = read_document(Path(path), "a recorded run (npz)")
+    path = as_path(path)
+    header, columns = read_document(path, "a recorded run (npz)")
     try:
         model, scenario = _MODELS[header["model"]], json.dumps(header["scenario"])
         origin = {name: header[name] for name in _ORIGIN}
@@ -87,6 +94,7 @@ def load(path: str | Path) -> Record:
 
 def replay(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTrajectory:
     """Run the model again: from the seed and, where the start was given, from the recorded one."""
+    as_run(trajectory, "trajectory")
     seed, is_given = trajectory.seed, trajectory.is_start_given
     if isinstance(trajectory, LineTrajectory):
         line = trajectory.scenario
@@ -104,6 +112,7 @@ def replay(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTrajecto
 
 def differences(recorded: Trajectory | LineTrajectory, again: Trajectory | LineTrajectory) -> list[str]:
     """Return a line per column in which two runs of one scenario differ; none if all bits are equal."""
+    as_instance(again, "again", type(as_run(recorded, "recorded")))
     found = []
     for name in _columns(type(recorded)):
         first, second = np.asarray(getattr(recorded, name)), np.asarray(getattr(again, name))
@@ -128,9 +137,9 @@ def _trajectory(
         raise RecordError("columns", ", ".join(_columns(kind)), ", ".join(sorted(columns)))
     seed, is_given = origin["seed"], origin["is_start_given"]
     if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < 2**64:
-        raise RecordError("seed", "an integer of 64 bits", repr(seed))
+        raise RecordError("seed", "an integer of 64 bits", shown(seed))
     if not isinstance(is_given, bool):
-        raise RecordError("is_start_given", "true or false", repr(is_given))
+        raise RecordError("is_start_given", "true or false", shown(is_given))
     for name, (dtype, shape) in _layout(scenario, columns).items():
         column = columns[name]
         if column.dtype != dtype or column.shape != shape:

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env._checks import FloatArray, as_count, as_seed
+from flockesc_env._checks import FloatArray, as_callback, as_count, as_policy, as_seed, as_seeds
 from flockesc_env.batch import FlockBatch
-from flockesc_env.errors import ArgumentError
 from flockesc_env.options import EnvOptions
 from flockesc_env.policies import Observations, Policy
 from flockesc_env.predator_policies import PredatorControl, PredatorPolicy
@@ -71,12 +70,11 @@ def rollout(
         ArgumentError: naming the argument of a wrong type or value.
         ScenarioError: for an option out of bounds.
     """
-    checked = [as_seed(seed, f"seeds[{i}]") for i, seed in enumerate(seeds)]
-    if not checked:
-        raise ArgumentError("seeds", "at least one seed", "none")
+    as_policy(policy)
+    checked = as_seeds(seeds)
     scenario = as_scenario(scenario, FlockScenario)
     env_options = EnvOptions(**options)
-    as_count(batch_size, "batch_size")
+    batch_size, progress = as_count(batch_size, "batch_size"), as_callback(progress)
     parts: list[dict[str, NDArray[Any]]] = []
     finished = 0
     for start in range(0, len(checked), batch_size):
@@ -123,14 +121,16 @@ def record(
         **options: see ``EnvOptions``.
 
     Raises:
-        ArgumentError: for a bad seed.
+        ArgumentError: naming the argument of a wrong type or value.
         ScenarioError: for an option out of bounds.
     """
+    as_policy(policy)
+    seed = as_seed(seed)
     scenario = as_scenario(scenario, FlockScenario)
     env_options = EnvOptions(**options)
-    hunter = None if predator_policy is None else _Noting(predator_policy)
+    hunter = None if predator_policy is None else _Noting(as_policy(predator_policy, "predator_policy"))
     batch = FlockBatch(scenario, env_options, per_agent=per_agent, predator_policy=hunter)
-    ranges = np.array([ranges for ranges, _ in episode_steps(batch, policy, [as_seed(seed)])])
+    ranges = np.array([ranges for ranges, _ in episode_steps(batch, policy, [seed])])
 
     def schedule(actions: FloatArray) -> FloatArray:
         held = np.repeat(actions, env_options.steps_per_action, axis=0)[: scenario.num_steps]

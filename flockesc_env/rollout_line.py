@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import FloatArray, as_count, as_seed
-from flockesc_env.errors import ArgumentError
+from flockesc_env._checks import FloatArray, as_count, as_policy, as_seeds
 from flockesc_env.options import LineOptions
 from flockesc_env.policies import Policy
 from flockesc_env.presets import as_scenario
@@ -60,9 +59,8 @@ def rollout_line(
         ArgumentError: naming the argument of a wrong type or value.
         ScenarioError: for an option out of bounds or a scenario without predator.
     """
-    checked = [as_seed(seed, f"seeds[{i}]") for i, seed in enumerate(seeds)]
-    if not checked:
-        raise ArgumentError("seeds", "at least one seed", "none")
+    as_policy(policy)
+    checked = as_seeds(seeds)
     line = as_scenario(scenario, LineScenario)
     line_options = LineOptions(**options)
     size = as_count(batch_size, "batch_size")

@@ -11,11 +11,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Literal, Self, TypeVar, get_args
 
+import numpy as np
 import tomli_w
 
 from flockesc_env import _core
-from flockesc_env._checks import as_seed
-from flockesc_env.errors import FlockescError, ScenarioError
+from flockesc_env._checks import as_seed, as_text
+from flockesc_env.errors import ArgumentError, FlockescError, ScenarioError, shown
 from flockesc_env.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
 from flockesc_env.motion import Inertial, Motion
 from flockesc_env.neighbors import Metric, NeighborRule
@@ -47,8 +48,9 @@ class _Document:
         Raises:
             ScenarioError: naming a field that is unknown, of a wrong type or out of bounds.
         """
+        text = as_text(document, "document", ScenarioError)
         with _reading("JSON"):
-            return _build(cls, json.loads(document), "document")
+            return _build(cls, json.loads(text, object_pairs_hook=_object), "document")
 
     def to_toml(self) -> str:
         """Return the scenario as TOML; numbers keep every bit, and ``None`` is the text "None"."""
@@ -61,8 +63,9 @@ class _Document:
         Raises:
             ScenarioError: naming a field that is unknown, of a wrong type or out of bounds.
         """
+        text = as_text(document, "document", ScenarioError)
         with _reading("TOML"):
-            fields = _replaced(tomllib.loads(document), "None", None)
+            fields = _replaced(tomllib.loads(text), "None", None)
             # Through JSON, so that a date, which only TOML has, is a text of which the core names the field.
             return cls.from_json(json.dumps(fields, default=str))
 
@@ -218,12 +221,35 @@ def _reading(form: str) -> Iterator[None]:
         raise ScenarioError("document", f"valid {form}", error) from None
 
 
+def as_model(value: Any) -> Scenario:
+    """Return a scenario of either model.
+
+    Raises:
+        ArgumentError: for anything else.
+    """
+    if not isinstance(value, FlockScenario | LineScenario):
+        raise ArgumentError("scenario", "a FlockScenario or a LineScenario", shown(value))
+    return value
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return a JSON object; of a field that is given twice nobody knows which value is meant."""
+    fields: dict[str, Any] = {}
+    for name, value in pairs:
+        if name in fields:
+            raise ValueError(f"{name!r} twice")
+        fields[name] = value
+    return fields
+
+
 def _plain(value: Any, annotation: Any = None) -> Any:
     if isinstance(value, Part):
         parts = {f.name: _plain(getattr(value, f.name), f.type) for f in dataclasses.fields(value)}
         return type(value)(**parts)
-    if hasattr(value, "tolist"):  # numpy scalars and arrays
-        value = value.tolist()
+    if isinstance(value, memoryview):
+        value = np.asarray(value)
+    if isinstance(value, np.generic | np.ndarray) and value.dtype.kind in "biufU":
+        value = np.float64(value).tolist() if value.dtype.kind == "f" else value.tolist()
     of_numbers = "float" in str(annotation)
     if isinstance(value, list | tuple):
         return tuple(_plain(entry, "float" if of_numbers else None) for entry in value)
@@ -253,8 +279,10 @@ def _to_document(value: Any, path: str) -> Any:
         raise ScenarioError(path, "a finite number", value)
     if isinstance(value, int) and abs(value) >= _INTEGER_LIMIT:
         raise ScenarioError(path, "an integer of at most 63 bits", value)
+    if isinstance(value, str) and not value.isascii():
+        raise ScenarioError(path, "a word of the schema", shown(value))
     if value is not None and not isinstance(value, bool | int | float | str):
-        raise ScenarioError(path, "a number, a text or a scenario part", repr(value))
+        raise ScenarioError(path, "a number, a text or a scenario part", shown(value))
     return value
 
 
@@ -266,7 +294,7 @@ def _fields(value: Any, prefix: str) -> dict[str, Any]:
 def _build(cls: type[_T], fields: Any, path: str) -> _T:
     """Make an instance from a JSON object whose keys are some of its fields; the core judges the values."""
     if not isinstance(fields, dict):
-        raise ScenarioError(path, "a JSON object", repr(fields))
+        raise ScenarioError(path, "a JSON object", shown(fields))
     known = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
     for name in fields:
         if name not in known:

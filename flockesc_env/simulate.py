@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import FloatArray, as_floats, as_seed, as_threads
-from flockesc_env.errors import ArgumentError
+from flockesc_env._checks import FloatArray, as_floats, as_instance, as_seed, as_threads
+from flockesc_env.errors import ArgumentError, shown
 from flockesc_env.predators import Learned
 from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.seeds import fresh_seed
@@ -87,6 +88,36 @@ class LineTrajectory:
     steps: int
 
 
+def as_run(value: Any, field: str) -> Trajectory | LineTrajectory:
+    """Return a run.
+
+    Raises:
+        ArgumentError: for anything else.
+    """
+    if not isinstance(value, Trajectory | LineTrajectory):
+        raise ArgumentError(field, "a Trajectory or LineTrajectory", shown(value))
+    return value
+
+
+def as_runs(value: Any) -> list[tuple[str, Trajectory]]:
+    """Return named runs of flocks, of which there is at least one.
+
+    Raises:
+        ArgumentError: for anything else.
+    """
+    if not isinstance(value, Sequence) or isinstance(value, str | bytes):
+        raise ArgumentError("runs", "a list of runs", shown(value))
+    if not value:
+        raise ArgumentError("runs", "at least one run", "none")
+    for index, run in enumerate(value):
+        match run:
+            case (str(), Trajectory()):
+                pass
+            case _:
+                raise ArgumentError(f"runs[{index}]", "a name and a Trajectory", shown(run))
+    return list(value)
+
+
 def simulate(
     scenario: FlockScenario,
     interaction_range: ArrayLike,
@@ -116,6 +147,7 @@ def simulate(
     Raises:
         ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
     """
+    as_instance(scenario, "scenario", FlockScenario)
     shape = (scenario.num_agents, scenario.dimension)
     positions = (
         None if initial_positions is None else as_floats(initial_positions, "initial_positions", shape)
@@ -166,11 +198,12 @@ def simulate_line(
     Raises:
         ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
     """
+    as_instance(scenario, "scenario", LineScenario)
     states = (
         None if initial_state is None else as_floats(initial_state, "initial_state", (scenario.num_agents,))
     )
     start = _seed(seed)
-    rho = float(as_floats(interaction_range, "interaction_range", ()))
+    rho = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
     run: dict[str, Any] = _core.simulate_line(scenario.to_json(), rho, start, states)
     return LineTrajectory(
         scenario=scenario, seed=start, is_start_given=states is not None, interaction_range=rho, **run
@@ -183,7 +216,7 @@ def _seed(seed: int | None) -> int:
 
 def _schedule(interaction_range: ArrayLike, scenario: FlockScenario) -> FloatArray:
     """Bring a range of any accepted shape to (1 or T, 1 or n)."""
-    ranges = as_floats(interaction_range, "interaction_range")
+    ranges = as_floats(interaction_range, "interaction_range", least=0.0)
     agents, steps = scenario.num_agents, scenario.num_steps
     if ranges.ndim == 0:
         return ranges.reshape(1, 1)

@@ -134,7 +134,8 @@ class RangeActions:
     ) -> tuple[NDArray[Any], FloatArray]:
         """Return actions as float64 or int64, in new memory without gaps, and their ranges."""
         array = self._array(actions, (count, *self._shape), "action")
-        plain = np.array(array, np.float64 if self.grid is None else np.int64, order="C")
+        with np.errstate(over="ignore"):  # what is too large for a float64 is infinite, and out of bounds
+            plain = np.array(array, np.float64 if self.grid is None else np.int64, order="C")
         ranges = self.core.to_ranges(plain)
         refused = np.isnan(ranges)
         if ignored is not None:

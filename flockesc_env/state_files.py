@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env._checks import FloatArray, as_floats
+from flockesc_env._checks import FloatArray, as_floats, as_path
 from flockesc_env.array_files import read_npy, read_npz
 from flockesc_env.errors import RecordError
 from flockesc_env.initial import GivenHeadings, GivenPositions
@@ -35,10 +35,11 @@ def load_state(path: str | Path) -> dict[str, Any]:
             and, if wanted, ``velocities``, both of shape (n, D). Positions in m.
 
     Raises:
+        ArgumentError: for what is no path.
         FileNotFoundError: if there is no such file.
         RecordError: naming the file, what was expected of it and what is in it.
     """
-    path = Path(path)
+    path = as_path(path)
     arrays = _read(path)
     positions = _vectors(arrays["positions"], f"{path}: positions")
     state: dict[str, Any] = {
@@ -60,7 +61,7 @@ def _read(path: Path) -> dict[str, NDArray[Any]]:
     """Return the arrays of a file: ``positions`` and perhaps ``velocities``."""
     readers = {".csv": _read_csv, ".npy": _read_npy, ".npz": _read_npz}
     if path.suffix not in readers:
-        raise RecordError(str(path), f"a file that ends in {' or '.join(readers)}", repr(path.suffix))
+        raise RecordError(str(path), f"a file that ends in {' or '.join(readers)}", shown(path.suffix))
     return readers[path.suffix](path)
 
 
@@ -69,7 +70,7 @@ def _read_csv(path: Path) -> dict[str, NDArray[Any]]:
         head, *lines = path.read_text(encoding="utf-8-sig").splitlines() or [""]
         names = tuple(name.strip() for name in head.split(","))
         if names not in _COLUMNS.values():
-            raise RecordError(str(path), f"a first line {_HEADS}", repr(head))
+            raise RecordError(str(path), f"a first line {_HEADS}", shown(head))
         rows = [line for line in lines if line.strip()]
         if not rows:
             raise RecordError(str(path), _TABLE, "no rows")

@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binomtest, bootstrap
 
+from flockesc_env._checks import as_array, as_floats
+from flockesc_env.errors import ArgumentError
+
 FloatArray = NDArray[np.float64]
 
 CONFIDENCE = 0.95
@@ -35,7 +38,12 @@ class Estimate:
 
 
 def mean(values: FloatArray) -> Estimate:
-    """Return the mean of one value per flock, shape (flocks,), with its percentile bootstrap interval."""
+    """Return the mean of one value per flock, shape (flocks,), with its percentile bootstrap interval.
+
+    Raises:
+        ArgumentError: for anything but finite numbers of that shape; and likewise below.
+    """
+    values = _per_flock(values, "values")
     if np.ptp(values) == 0:  # nothing to resample
         return Estimate(float(values[0]), float(values[0]), float(values[0]))
     low, high = _interval(values, np.mean)
@@ -44,12 +52,17 @@ def mean(values: FloatArray) -> Estimate:
 
 def improvement(values: FloatArray, baseline: FloatArray) -> Estimate:
     """Return the probability that a flock fares better than under the baseline, paired; ties count half."""
+    values = _per_flock(values, "values")
+    baseline = as_floats(baseline, "baseline", values.shape)
     return mean((values > baseline) + 0.5 * (values == baseline))
 
 
 def share(is_so: NDArray[np.bool]) -> Estimate:
     """Return the share of flocks of which something is true, shape (flocks,), with its Wilson interval."""
-    test = binomtest(int(is_so.sum()), len(is_so))
+    marks = as_array(is_so, "is_so")
+    if marks.dtype != np.bool or marks.ndim != 1 or not marks.size:
+        raise ArgumentError("is_so", "bools of shape (flocks,)", f"{marks.dtype} of shape {marks.shape}")
+    test = binomtest(int(marks.sum()), len(marks))
     interval = test.proportion_ci(CONFIDENCE, method="wilson")
     return Estimate(float(test.statistic), float(interval.low), float(interval.high))
 
@@ -59,8 +72,13 @@ def argmax(positions: FloatArray, values: FloatArray) -> Estimate:
 
     Args:
         positions: shape (k,), for example ranges.
-        values: shape (k, flocks).
+        values: shape (k, flocks), of at least 2 flocks.
     """
+    positions = _per_flock(positions, "positions")
+    values = as_floats(values, "values")
+    if values.ndim != 2 or len(values) != len(positions) or values.shape[1] < 2:
+        expected = f"shape ({len(positions)}, flocks) with at least 2 flocks"
+        raise ArgumentError("values", expected, f"shape {values.shape}")
 
     def place(flocks: NDArray[np.int64], axis: int) -> FloatArray:
         found: FloatArray = positions[np.argmax(values[:, flocks].mean(axis=axis), axis=0)]
@@ -68,6 +86,13 @@ def argmax(positions: FloatArray, values: FloatArray) -> Estimate:
 
     low, high = _interval(np.arange(values.shape[1]), place, resamples=999)
     return Estimate(float(positions[np.argmax(values.mean(axis=1))]), low, high)
+
+
+def _per_flock(values: Any, field: str) -> FloatArray:
+    array = as_floats(values, field)
+    if array.ndim != 1 or not array.size:
+        raise ArgumentError(field, "shape (k,) with k >= 1", f"shape {array.shape}")
+    return array
 
 
 def _interval(

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import FloatArray, as_floats, as_seed, as_threads
+from flockesc_env._checks import FloatArray, as_callback, as_choice, as_floats, as_path, as_seeds, as_threads
 from flockesc_env.atomic import writing
 from flockesc_env.errors import ArgumentError
-from flockesc_env.scenario import FlockScenario, LineScenario
+from flockesc_env.scenario import FlockScenario, LineScenario, as_model
 from flockesc_env.simulate import IntArray
 
 if TYPE_CHECKING:
@@ -50,8 +50,7 @@ class SweepResult:
         """
         if objective is None:
             objective = next(iter(self.objectives))
-        if objective not in self.objectives:
-            raise ArgumentError("objective", f"one of {', '.join(self.objectives)}", repr(objective))
+        as_choice(objective, "objective", self.objectives)
         values: FloatArray = getattr(self, self.objectives[objective])
         return values
 
@@ -86,13 +85,14 @@ class SweepResult:
         values = self.values(objective)
         if len(self.seeds) < 2:
             raise ArgumentError("seeds", "at least 2 for an interval", len(self.seeds))
-        if not 0 < confidence < 1:
-            raise ArgumentError("confidence", "a number between 0 and 1", confidence)
+        level = float(as_floats(confidence, "confidence", ()))
+        if not 0 < level < 1:
+            raise ArgumentError("confidence", "a number between 0 and 1", level)
         band = bootstrap(
             (values,),
             np.mean,
             axis=1,
-            confidence_level=confidence,
+            confidence_level=level,
             method="percentile",
             n_resamples=2000,
             batch=50,
@@ -120,8 +120,9 @@ class SweepResult:
 
         An older file of that name stays whole until the new one is complete.
         """
+        path = as_path(path)
         table = self.table()
-        with writing(Path(path)) as file:
+        with writing(path) as file:
             table.write_parquet(file, metadata={"scenario": self.scenario.to_json()})
 
 
@@ -200,13 +201,12 @@ def sweep(
     Raises:
         ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
     """
-    ranges = as_floats(interaction_ranges, "interaction_ranges")
+    as_model(scenario)
+    ranges = as_floats(interaction_ranges, "interaction_ranges", least=0.0)
     if ranges.ndim != 1 or not ranges.size:
         raise ArgumentError("interaction_ranges", "shape (k,) with k >= 1", f"shape {ranges.shape}")
-    checked = np.array([as_seed(seed, f"seeds[{i}]") for i, seed in enumerate(seeds)], np.uint64)
-    if not checked.size:
-        raise ArgumentError("seeds", "at least one seed", "none")
-    threads = as_threads(num_threads)
+    checked = np.array(as_seeds(seeds), np.uint64)
+    threads, progress = as_threads(num_threads), as_callback(progress)
     total = ranges.size * checked.size
     report = None if progress is None else lambda done: progress(done, total)
     document = scenario.to_json()

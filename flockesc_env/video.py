@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from flockesc_env._checks import as_count, as_floats
+from flockesc_env._checks import as_callback, as_count, as_floats, as_path
 from flockesc_env.errors import ArgumentError
 from flockesc_env.render import require
 from flockesc_env.render.colors import FRAME
 from flockesc_env.render.frame import FlockFrame, recorded_frames
 from flockesc_env.render.options import RenderOptions, as_render_options
-from flockesc_env.simulate import Trajectory
+from flockesc_env.simulate import Trajectory, as_runs
 from flockesc_env.sweep import Progress
 
 _FORMATS: dict[str, dict[str, Any]] = {
@@ -56,7 +56,7 @@ def write_video(
         ScenarioError: for options that do not fit a flock.
         DependencyNotInstalled: without pygame or imageio-ffmpeg.
     """
-    path, options = Path(path), as_render_options(options)
+    path, options = as_path(path), as_render_options(options)
     if path.suffix not in _FORMATS:
         raise ArgumentError("path", f"a file that ends in {' or '.join(_FORMATS)}", path)
     if not path.parent.is_dir():
@@ -65,11 +65,8 @@ def write_video(
     pace = float(as_floats(speed, "speed", ()))
     if pace <= 0:
         raise ArgumentError("speed", "a number above 0", pace)
-    if not runs:
-        raise ArgumentError("runs", "at least one run", "none")
-    for index, (_, run) in enumerate(runs):
-        if not isinstance(run, Trajectory):
-            raise ArgumentError(f"runs[{index}]", "a name and a Trajectory", repr(run))
+    runs, progress = as_runs(runs), as_callback(progress)
+    for _, run in runs:
         options.selected(run.scenario.num_agents)
     require("pygame", "imageio_ffmpeg")
     import imageio_ffmpeg  # type: ignore[import-untyped]

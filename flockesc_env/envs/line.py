@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import as_bytes, as_floats, as_seed
+from flockesc_env._checks import as_bytes, as_floats, as_mapping, as_seed
 from flockesc_env.envs.rendered import Rendered
-from flockesc_env.errors import ArgumentError, EpisodeError
+from flockesc_env.errors import ArgumentError, EpisodeError, shown
 from flockesc_env.options import LineOptions
 from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, line_viewer
@@ -78,10 +78,10 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         Raises:
             ArgumentError: naming a bad seed or option; the running episode goes on.
         """
-        options = options or {}
+        options = as_mapping(options)
         for name in options:
             if name != "initial_state":
-                raise ArgumentError(f"options[{name!r}]", "initial_state", "an unknown option")
+                raise ArgumentError(f"options[{shown(name)}]", "initial_state", "an unknown option")
         states = options.get("initial_state")
         if states is not None:
             states = as_floats(states, "initial_state", (self.scenario.num_agents,))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import compress
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -11,11 +12,11 @@ from numpy.typing import NDArray
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
-from flockesc_env._checks import FloatArray, as_seed
+from flockesc_env._checks import FloatArray, as_choice, as_mapping, as_seed
 from flockesc_env.batch import RESET_OPTIONS, Columns, FlockBatch, Step, infos, is_over
 from flockesc_env.envs.rendered import Rendered
 from flockesc_env.envs.restorable import Restorable
-from flockesc_env.errors import ActionError, ArgumentError, EpisodeError
+from flockesc_env.errors import ActionError, EpisodeError, shown
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorPolicy, all_learned, opposite
 from flockesc_env.presets import as_scenario
@@ -75,8 +76,7 @@ class FlockParallelEnv(Rendered, Restorable, ParallelEnv[str, Observation, Any])
         num_threads: int | None = None,
         **options: Any,
     ) -> None:
-        if predator not in {"scenario", "learned"}:
-            raise ArgumentError("predator", "one of scenario, learned", repr(predator))
+        as_choice(predator, "predator", ("scenario", "learned"))
         given = as_scenario(scenario, FlockScenario)
         self._batch = FlockBatch(
             all_learned(given) if predator == "learned" else given,
@@ -160,6 +160,8 @@ class FlockParallelEnv(Rendered, Restorable, ParallelEnv[str, Observation, Any])
             EpisodeError: before ``reset``, or after the end.
         """
         self._check_running()
+        if not isinstance(actions, Mapping):
+            raise ActionError("actions", "a dict with an action per agent", shown(actions))
         agents, acting = self.agents[: len(self.agents) - len(self._predators)], ~self._caught
         controls = None
         if self._predators:
@@ -240,7 +242,7 @@ class FlockParallelEnv(Rendered, Restorable, ParallelEnv[str, Observation, Any])
         return self._by_name(flock, rows[~self._caught], self._seen()) if self.agents else {}
 
     def _reset(self, seed: int | None, options: dict[str, Any] | None) -> tuple[Observation, Columns]:
-        known = {name: value for name, value in (options or {}).items() if name in RESET_OPTIONS}
+        known = {name: value for name, value in as_mapping(options).items() if name in RESET_OPTIONS}
         start = self._batch.start(known)
         started = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
         self.agents = self.possible_agents.copy()

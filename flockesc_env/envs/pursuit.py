@@ -8,7 +8,7 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env._checks import as_seed
+from flockesc_env._checks import as_policy, as_seed
 from flockesc_env.batch import FlockBatch, Observations, infos, is_over
 from flockesc_env.envs.rendered import Rendered
 from flockesc_env.envs.restorable import Restorable
@@ -71,7 +71,9 @@ class FlockPursuitEnv(Rendered, Restorable, gymnasium.Env[NDArray[np.float32], A
         self.control = self._batch.predator_control
         if self.control.count != 1:
             raise ScenarioError("predators", "one predator to steer", self.control.count)
-        self.flock_policy = FixedRange(10.0) if flock_policy is None else flock_policy
+        self.flock_policy = (
+            FixedRange(10.0) if flock_policy is None else as_policy(flock_policy, "flock_policy")
+        )
         self._flock_sees: Observations = np.zeros((0, 0), np.float32)
         self.observation_space = self.control.layout.space()
         self.action_space = self.control.space()

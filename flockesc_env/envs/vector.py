@@ -10,10 +10,10 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from flockesc_env._checks import FloatArray, as_count, as_seed
+from flockesc_env._checks import FloatArray, as_choice, as_count, as_flag, as_mapping, as_seed
 from flockesc_env.batch import AtEnd, Columns, FlockBatch, Observations, is_over
 from flockesc_env.envs.restorable import RestorableBatch
-from flockesc_env.errors import ArgumentError, EpisodeError
+from flockesc_env.errors import ArgumentError, EpisodeError, shown
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorPolicy
 from flockesc_env.presets import as_scenario
@@ -39,6 +39,8 @@ class FlockVectorEnv(RestorableBatch, VectorEnv[Observations, NDArray[Any], NDAr
             (``"NextStep"``, ``"SameStep"``, ``"Disabled"``).
         copy: whether ``reset`` and ``step`` return new arrays; ``False``: observations and rewards are two
             arrays that the next call overwrites.
+        max_episode_steps: as ``gymnasium.make_vec`` hands it on; the horizon is the scenario's ``num_steps``,
+            which this may not cut short.
         render_mode: ``"rgb_array"``: ``render`` returns a picture per flock; ``"human"``: a window shows
             every reset and step.
         render_options: what pictures show.
@@ -63,6 +65,7 @@ class FlockVectorEnv(RestorableBatch, VectorEnv[Observations, NDArray[Any], NDAr
         *,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         copy: bool = True,
+        max_episode_steps: int | None = None,
         render_mode: str | None = None,
         render_options: RenderOptions | None = None,
         num_threads: int | None = None,
@@ -78,6 +81,7 @@ class FlockVectorEnv(RestorableBatch, VectorEnv[Observations, NDArray[Any], NDAr
             num_threads=num_threads,
             predator_policy=predator_policy,
         )
+        _check_limit(max_episode_steps, self._batch)
         self.control = self._batch.control
         self.scenario = self._batch.scenario
         self.options = self._batch.options
@@ -87,7 +91,9 @@ class FlockVectorEnv(RestorableBatch, VectorEnv[Observations, NDArray[Any], NDAr
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         entries = len(self.control.layout.names)
         self._out = (
-            None if copy else (np.zeros((self.num_envs, entries), np.float32), np.zeros(self.num_envs))
+            None
+            if as_flag(copy, "copy")
+            else (np.zeros((self.num_envs, entries), np.float32), np.zeros(self.num_envs))
         )
         self._is_started = False
         fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
@@ -113,7 +119,7 @@ class FlockVectorEnv(RestorableBatch, VectorEnv[Observations, NDArray[Any], NDAr
             ArgumentError: naming a bad seed or option; the running episodes go on.
             EpisodeError: if the first reset leaves slots out.
         """
-        given = dict(options or {})
+        given = dict(as_mapping(options))
         slots = self._slots(given.pop("reset_mask", None))
         seeds = self._seeds(seed)
         start = self._batch.start(given)
@@ -221,14 +227,14 @@ class FlockVectorEnv(RestorableBatch, VectorEnv[Observations, NDArray[Any], NDAr
         expected = f"a bool array of shape ({self.num_envs},) that is true somewhere"
         is_mask = isinstance(mask, np.ndarray) and mask.dtype == np.bool and mask.shape == (self.num_envs,)
         if not (is_mask and mask.any()):
-            raise ArgumentError("options['reset_mask']", expected, repr(mask))
+            raise ArgumentError("options['reset_mask']", expected, shown(mask))
         slots: list[int] = np.flatnonzero(mask).tolist()
         return slots
 
     def _seeds(self, seed: Any) -> Sequence[int | None]:
         if seed is None:
             return [None] * self.num_envs
-        if isinstance(seed, list | tuple | np.ndarray) and np.ndim(seed) > 0:
+        if isinstance(seed, list | tuple) or (isinstance(seed, np.ndarray) and seed.ndim):
             if len(seed) != self.num_envs:
                 raise ArgumentError("seed", f"{self.num_envs} seeds", len(seed))
             return [None if one is None else as_seed(one, f"seed[{i}]") for i, one in enumerate(seed)]
@@ -238,11 +244,16 @@ class FlockVectorEnv(RestorableBatch, VectorEnv[Observations, NDArray[Any], NDAr
 
 
 def _mode(mode: Any) -> AutoresetMode:
-    try:
-        return AutoresetMode(mode)
-    except ValueError:
-        modes = ", ".join(mode.value for mode in AutoresetMode)
-        raise ArgumentError("autoreset_mode", f"one of {modes}", repr(mode)) from None
+    if isinstance(mode, AutoresetMode):
+        return mode
+    return AutoresetMode(as_choice(mode, "autoreset_mode", [known.value for known in AutoresetMode]))
+
+
+def _check_limit(max_episode_steps: Any, batch: FlockBatch) -> None:
+    actions = -(-batch.scenario.num_steps // batch.options.steps_per_action)
+    if max_episode_steps is not None and as_count(max_episode_steps, "max_episode_steps") < actions:
+        expected = f"None or at least {actions}: the scenario's num_steps are the horizon"
+        raise ArgumentError("max_episode_steps", expected, max_episode_steps)
 
 
 def _scatter(column: NDArray[Any], mask: NDArray[np.bool]) -> NDArray[Any]:

@@ -16,11 +16,12 @@ import numpy as np
 from gymnasium.error import DependencyNotInstalled
 from numpy.typing import NDArray
 
+from flockesc_env._checks import as_integer, as_text
 from flockesc_env.batch import FlockBatch
 from flockesc_env.errors import ArgumentError
 from flockesc_env.render.options import RENDER_MODES, RenderOptions, as_render_mode, as_render_options
 from flockesc_env.scenario import LineScenario
-from flockesc_env.simulate import LineTrajectory, Trajectory
+from flockesc_env.simulate import LineTrajectory, Trajectory, as_run
 
 if TYPE_CHECKING:
     from flockesc_env.render.viewer import FlockViewer, LineViewer, Viewer
@@ -40,13 +41,15 @@ def draw(
         title: a word above it.
 
     Raises:
-        ArgumentError: for a time that the run does not have.
+        ArgumentError: for a time that the run does not have, or an argument of a wrong type.
         ScenarioError: for options that do not fit the flock.
         DependencyNotInstalled: without pygame.
     """
-    options = as_render_options(options)
+    as_run(run, "run")
+    options, title = as_render_options(options), as_text(title, "title")
     last = run.steps if isinstance(run, LineTrajectory) else run.scenario.num_steps
-    if not isinstance(step, int | np.integer) or not 0 <= step <= last:
+    step = as_integer(step, "step")
+    if not 0 <= step <= last:
         raise ArgumentError("step", f"an integer from 0 to {last}", step)
     require("pygame")
     if isinstance(run, LineTrajectory):

@@ -7,8 +7,8 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from flockesc_env._checks import as_array, as_count, as_floats
-from flockesc_env.errors import ScenarioError
+from flockesc_env._checks import as_array, as_choice, as_count, as_floats
+from flockesc_env.errors import ScenarioError, shown
 from flockesc_env.simulate import IntArray
 
 RenderMode = Literal["human", "rgb_array"]
@@ -43,16 +43,13 @@ class RenderOptions:
         size = as_count(self.size, "size", ScenarioError)
         if size < _MIN_SIZE or size % 2:
             raise ScenarioError("size", f"an even number of at least {_MIN_SIZE}", size)
-        if self.show not in get_args(Show):
-            raise ScenarioError("show", f"one of {', '.join(get_args(Show))}", repr(self.show))
+        as_choice(self.show, "show", get_args(Show), ScenarioError)
         if self.agents is not None:
             agents = as_array(self.agents, "agents", ScenarioError)
             if agents.ndim != 1 or not agents.size or agents.dtype.kind not in "iu" or agents.min() < 0:
-                raise ScenarioError("agents", "indices of agents", repr(self.agents))
+                raise ScenarioError("agents", "indices of agents", shown(self.agents))
             object.__setattr__(self, "agents", tuple(agents.tolist()))
-        trail = float(as_floats(self.trail, "trail", (), ScenarioError))
-        if trail < 0:
-            raise ScenarioError("trail", "a number of at least 0", trail)
+        trail = float(as_floats(self.trail, "trail", (), ScenarioError, least=0.0))
         object.__setattr__(self, "size", size)
         object.__setattr__(self, "trail", trail)
 
@@ -75,10 +72,7 @@ def as_render_mode(value: Any) -> RenderMode | None:
     Raises:
         ScenarioError: for anything else.
     """
-    if value is not None and value not in RENDER_MODES:
-        raise ScenarioError("render_mode", f"one of {', '.join(RENDER_MODES)} or None", repr(value))
-    mode: RenderMode | None = value
-    return mode
+    return None if value is None else as_choice(value, "render_mode", RENDER_MODES, ScenarioError)
 
 
 def as_render_options(value: Any) -> RenderOptions:
@@ -90,5 +84,5 @@ def as_render_options(value: Any) -> RenderOptions:
     if value is None:
         return RenderOptions()
     if not isinstance(value, RenderOptions):
-        raise ScenarioError("render_options", "RenderOptions or None", repr(value))
+        raise ScenarioError("render_options", "RenderOptions or None", shown(value))
     return value

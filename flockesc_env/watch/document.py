@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flockesc_env._checks import as_instance, as_text
 from flockesc_env.errors import ArgumentError
 from flockesc_env.graph import component_labels
 from flockesc_env.neighbors import Metric
 from flockesc_env.scenario import FlockScenario
-from flockesc_env.simulate import Trajectory
+from flockesc_env.simulate import Trajectory, as_runs
 
 Run = tuple[str, Trajectory]
 """Name, and what the flock did."""
@@ -28,15 +29,7 @@ def check_runs(runs: Sequence[Run]) -> None:
         ArgumentError: for no runs, a run that is no named run of a flock, or runs in the plane beside runs in
             space.
     """
-    if not runs:
-        raise ArgumentError("runs", "at least one run", "none")
-    for index, run in enumerate(runs):
-        match run:
-            case (str(), Trajectory()):
-                pass
-            case _:
-                raise ArgumentError(f"runs[{index}]", "a name and a Trajectory", repr(run)[:80])
-    dimensions = {trajectory.scenario.dimension for _, trajectory in runs}
+    dimensions = {trajectory.scenario.dimension for _, trajectory in as_runs(runs)}
     if len(dimensions) > 1:
         raise ArgumentError("runs", "all in the plane or all in space", "both")
 
@@ -48,6 +41,8 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     has ended, as ``Trajectory.num_components`` counts. ``lowRange`` and ``highRange`` are a standard
     deviation away from the mean over agents, within the ranges that occur.
     """
+    as_text(name, "name")
+    as_instance(trajectory, "trajectory", Trajectory)
     in_force = trajectory.interaction_ranges
     ranges = np.concatenate([in_force, in_force[-1:]])
     per_time = ranges[:, 0] if ranges.shape[1] == 1 else ranges

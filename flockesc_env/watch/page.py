@@ -10,6 +10,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+from flockesc_env._checks import as_path
 from flockesc_env.atomic import writing
 from flockesc_env.records import versions
 from flockesc_env.watch.document import Run, check_runs, run_document
@@ -39,10 +40,11 @@ def write_page(runs: Sequence[Run], path: str | Path) -> None:
         path: the HTML file.
 
     Raises:
-        ArgumentError: if there are no runs, or they cannot be shown side by side.
+        ArgumentError: if there are no runs, they cannot be shown side by side, or the path is none.
     """
+    target = as_path(path)
     page = render(runs).encode()
-    with writing(Path(path)) as file:
+    with writing(target) as file:
         file.write(page)
 
 

@@ -14,12 +14,12 @@ from threading import Thread
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-from flockesc_env._checks import as_seed
+from flockesc_env._checks import as_count, as_flag, as_instance, as_seed
 from flockesc_env.contenders import NAMES, built_in
 from flockesc_env.errors import ArgumentError, FlockescError
 from flockesc_env.options import EnvOptions
 from flockesc_env.scenario import FlockScenario
-from flockesc_env.watch.document import Run, run_document
+from flockesc_env.watch.document import Run, check_runs, run_document
 from flockesc_env.watch.page import render
 
 _HOST = "127.0.0.1"
@@ -44,8 +44,12 @@ def serve(
         ArgumentError: for runs that cannot be shown side by side, or a bad seed or port.
         OSError: if the port is taken.
     """
-    if not isinstance(port, int) or not 0 <= port < 2**16:
+    port = as_count(port, "port", least=0)
+    if port >= 2**16:
         raise ArgumentError("port", f"a number from 0 to {2**16 - 1}", port)
+    as_instance(scenario, "scenario", FlockScenario)
+    as_flag(open_browser, "open_browser")
+    check_runs(runs)
     live = {
         "seed": str(as_seed(seed)),
         "policies": NAMES,

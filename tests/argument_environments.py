@@ -1,0 +1,121 @@
+"""Public classes with their arguments: constructors and methods (see ``argument_table``)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from argument_kinds import Choice, Count, Flag, Floats, Kind, Part, Seed
+from argument_table import (
+    ENV,
+    ENV_OPTIONS,
+    FIXED,
+    FLOCK,
+    HUNTED,
+    LINE,
+    LINE_OPTIONS,
+    RENDER,
+    SCENARIO,
+    START,
+    Row,
+    goes_on,
+    play,
+    reset,
+    started,
+)
+
+import flockesc_env as fe
+from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+
+PREDATOR = {"predator": Choice("learned")}
+PURSUIT = {key: kind for key, kind in ENV.items() if key != "predator_policy"}
+SLOTS = {"num_flocks": Count(2)}
+VECTOR = {
+    "num_envs": Count(2),
+    "autoreset_mode": Choice("SameStep"),
+    "copy": Flag(True),
+    "max_episode_steps": Count(24, True, low=24),
+}
+CONSTRUCTORS = {
+    "FlockEscapeEnv": Row(fe.FlockEscapeEnv, ENV, after=play, others=ENV_OPTIONS),
+    "FlockPursuitEnv": Row(
+        fe.FlockPursuitEnv,
+        PURSUIT | {"flock_policy": Part(FIXED, True), "per_agent": Flag(False)},
+        after=play,
+        others=ENV_OPTIONS,
+    ),
+    "FlockParallelEnv": Row(fe.FlockParallelEnv, ENV | PREDATOR, after=play, others=ENV_OPTIONS),
+    "parallel_env": Row(
+        fe.parallel_env, {"scenario": SCENARIO}, after=play, others=ENV | PREDATOR | ENV_OPTIONS
+    ),
+    "env": Row(fe.env, {"scenario": SCENARIO}, after=play, others=ENV | PREDATOR | ENV_OPTIONS),
+    "raw_env": Row(fe.raw_env, {"scenario": SCENARIO}, after=play, others=ENV | PREDATOR | ENV_OPTIONS),
+    "FlockVectorEnv": Row(fe.FlockVectorEnv, ENV | VECTOR, after=play, others=ENV_OPTIONS),
+    "LineEscapeEnv": Row(
+        fe.LineEscapeEnv,
+        {"scenario": Part(LINE, True, confusing=(FLOCK,)), **RENDER},
+        after=play,
+        others=LINE_OPTIONS,
+    ),
+    "sb3.FlockVecEnv": Row(FlockVecEnv, ENV | SLOTS, after=play, others=ENV_OPTIONS),
+    "sb3.AgentVecEnv": Row(AgentVecEnv, ENV | SLOTS, after=play, others=ENV_OPTIONS),
+}
+
+
+def _step(env: Any, **arguments: Any) -> Any:
+    return env.step(**arguments)
+
+
+def _methods(
+    name: str,
+    make: Callable[[], Any],
+    actions: dict[str, Kind],
+    options: dict[str, Kind],
+    told: str = "action",
+) -> dict[str, Row]:
+    subject = started(make)
+    # PettingZoo asks that unknown options be ignored.
+    given = Part({}, True, accepts=("dict",)) if name == "FlockParallelEnv" else Part({}, True)
+    return {
+        f"{name}.reset": Row(
+            reset, {"seed": Seed(4, True), "options": given}, subject, goes_on, others=options
+        ),
+        f"{name}.step": Row(_step, actions, subject, goes_on, named=dict.fromkeys(actions, (told,))),
+    }
+
+
+ONE, MANY = Floats([0.25]), Floats(np.full((2, 1), 0.25))
+LINE_START: dict[str, Kind] = {"initial_state": Floats([0.0, 0.25, 0.5, 0.75, 1.0], True)}
+METHODS = {
+    **_methods("FlockEscapeEnv", lambda: fe.FlockEscapeEnv(FLOCK), {"action": ONE}, START),
+    **_methods("FlockPursuitEnv", lambda: fe.FlockPursuitEnv(FLOCK), {"action": Floats([0.5, 0.5])}, START),
+    **_methods("LineEscapeEnv", lambda: fe.LineEscapeEnv(LINE), {"action": ONE}, LINE_START),
+    **_methods("FlockVectorEnv", lambda: fe.FlockVectorEnv(2, FLOCK), {"actions": MANY}, START),
+    **_methods(
+        "FlockParallelEnv",
+        lambda: fe.FlockParallelEnv(FLOCK),
+        {"actions": Part({f"agent_{i}": [0.25] for i in range(5)})},
+        START,
+    ),
+    "FlockParallelEnv.step_array": Row(
+        lambda env, **arguments: env.step_array(**arguments),
+        {"actions": Floats(np.full((5, 1), 0.25)), "predator_actions": Floats([[0.5, 0.5]])},
+        started(lambda: fe.FlockParallelEnv(HUNTED)),
+        goes_on,
+        named={"actions": ("action",)},
+    ),
+}
+for _name, _class in {"FlockVecEnv": FlockVecEnv, "AgentVecEnv": AgentVecEnv}.items():
+    _subject = started(lambda make=_class: make(2, FLOCK))  # type: ignore[misc]
+    _count = 2 if _class is FlockVecEnv else 10
+    METHODS[f"sb3.{_name}.step"] = Row(
+        _step,
+        {"actions": Floats(np.full((_count, 1), 0.25))},
+        _subject,
+        goes_on,
+        named={"actions": ("action",)},
+    )
+    METHODS[f"sb3.{_name}.seed"] = Row(
+        lambda env, **arguments: env.seed(**arguments), {"seed": Seed(3, True)}, _subject, goes_on
+    )

@@ -1,0 +1,316 @@
+"""Scenarios, their parts, options, policies and results with their arguments (see ``argument_table``)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+from unittest import mock
+
+import numpy as np
+from argument_kinds import (
+    Bools,
+    Call,
+    Choice,
+    Count,
+    File,
+    Flag,
+    Floats,
+    Index,
+    Kind,
+    Number,
+    Part,
+    Seed,
+    Text,
+)
+from argument_table import (
+    ENV_OPTIONS,
+    FIXED,
+    FLOCK,
+    LINE,
+    LINE_OPTIONS,
+    NET,
+    POINTS,
+    RUN,
+    RUNS,
+    SCENARIO,
+    SWEPT,
+    Row,
+    optional,
+)
+
+import flockesc_env as fe
+from flockesc_env import contenders, network, policies, predator_policies, stats, video, watch
+from flockesc_env.render import draw
+from flockesc_env.watch.document import check_runs, run_document
+
+PRESET = fe.preset("randomized").replace(num_agents=5, num_steps=24)
+RENDER_OPTIONS: dict[str, Kind] = {
+    "size": Count(160, low=160),
+    "show": Choice("discs"),
+    "agents": Part((0, 2), True, confusing=((-1,), (0.5,), ((0,),), "ab")),
+    "trail": Number(2.0, low=0.0),
+}
+
+
+class Model:
+    """What stable-baselines3's models have."""
+
+    def predict(self, observations: Any, *, deterministic: bool) -> tuple[Any, None]:
+        return np.zeros((len(observations), 1)), None
+
+
+FIXED_LENGTH = Floats([1.0, 2.0, 4.0])
+THE_FLOCK = Part(FLOCK, confusing=(LINE,))
+
+
+def served(**arguments: Any) -> None:
+    """Serve, but not a single request."""
+    with mock.patch("flockesc_env.watch.server._Server.work", side_effect=KeyboardInterrupt):
+        watch.serve(**arguments)
+
+
+PER_AGENT = Floats(np.arange(1.0, 6.0), low=0.0, is_scalar_fine=True)
+POINT = Floats([1.0, 2.0])
+LEAST_0 = Number(2.0, low=0.0)
+FLOCK_FIELDS: dict[str, Kind] = {
+    "num_agents": Count(5),
+    "dimension": Count(2),
+    "num_steps": Count(24),
+    "time_step": Number(0.25, low=0.0, is_above=True),
+    "mass": PER_AGENT,
+    "speed": PER_AGENT,
+    "initial_side": Number(30.0, low=0.0, is_above=True),
+    "initial_positions": Part(fe.Disc(), confusing=(fe.RandomHeadings(), fe.Metric())),
+    "initial_headings": Part(fe.RandomHeadings(), confusing=(fe.Disc(), fe.Metric())),
+    "initial_plane": Flag(False),
+    "predator_range": Number(30.0, low=0.0),
+    "repulsion_strength": PER_AGENT,
+    "alignment_strength": PER_AGENT,
+    "motion": Part(fe.Reynolds(), confusing=(fe.Metric(),)),
+    "angular_noise": Number(1.0, low=0.0, high=2 * np.pi),
+    "sensing_noise": Number(1.0, low=0.0),
+    "sensing_delay": Count(1, low=0),
+    "constant_speed": Flag(True),
+    "capture_radius": Number(1.0, True, low=0.0),
+    "predators": Part((), accepts=("nothing",), confusing=((fe.Disc(),), fe.PurePursuit(), (None,), (5,))),
+    "neighbor_rule": Part(fe.Metric(), confusing=(fe.Disc(), fe.PurePursuit())),
+    "blind_angle": Number(1.0, low=0.0, high=2 * np.pi),
+    "mutual": Flag(True),
+    "frozen_graph": Flag(True),
+    "periodic_side": Number(30.0, True, low=0.0, is_above=True),
+    "randomization": Part((), accepts=("nothing",), confusing=((fe.Disc(),), (5,), fe.Metric())),
+}
+LINE_FIELDS: dict[str, Kind] = {
+    "num_agents": Count(5),
+    "predator_position": Number(0.5, True),
+    "predator_range": Number(0.25, low=0.0),
+    "repulsion_strength": Number(2.0, low=0.0),
+    "escape_force": Choice("linear"),
+    "tolerance": Number(0.25, low=0.0),
+    "max_steps": Count(24),
+}
+FROM: dict[str, Kind] = {"position": POINT, "velocity": POINT}
+STEERING: dict[str, Kind] = FROM | {
+    "max_turn_rate": LEAST_0,
+    "max_speed": Number(40.0, True, low=np.hypot(1.0, 2.0)),
+    "acceleration": LEAST_0,
+}
+PREDATORS: dict[type[Any], dict[str, Kind]] = {
+    fe.ConstantVelocity: FROM,
+    fe.PurePursuit: STEERING | {"target": Choice("nearest"), "confusion_rate": LEAST_0, "sight": LEAST_0},
+    fe.Intercept: STEERING | {"navigation_constant": LEAST_0},
+    fe.Encircle: STEERING | {"radius": LEAST_0, "closing_speed": LEAST_0},
+    fe.Herd: STEERING | {"distance": LEAST_0, "partner": Count(0, low=0)},
+    fe.Wandering: FROM | {"angular_diffusion": LEAST_0},
+    fe.Learned: FROM | {"max_acceleration": LEAST_0, "max_speed": Number(15.0, low=0.0, is_above=True)},
+}
+LENGTH = Number(8.0, low=0.0, is_above=True)
+POSITIONS: dict[type[Any], dict[str, Kind]] = {
+    fe.Square: {},
+    fe.Disc: {"radius": LENGTH},
+    fe.Ring: {"radius": LENGTH, "width": Number(4.0, low=0.0, high=16.0)},
+    fe.Segment: {"start": POINT, "end": POINT},
+    fe.Gaussian: {"standard_deviation": LEAST_0},
+    fe.Clusters: {"num_clusters": Count(2), "spread": LEAST_0},
+    fe.GivenPositions: {"points": Floats(POINTS)},
+}
+HEADINGS: dict[type[Any], dict[str, Kind]] = {
+    fe.RandomHeadings: {},
+    fe.AlignedHeadings: {"direction": POINT, "spread": Number(1.0, low=0.0, high=np.pi)},
+    fe.GivenHeadings: {"directions": Floats(POINTS + 1.0)},
+}
+MOTIONS: dict[type[Any], dict[str, Kind]] = {
+    fe.Inertial: {},
+    fe.Vicsek: {},
+    fe.Reynolds: {
+        "separation_strength": LEAST_0,
+        "cohesion_strength": LEAST_0,
+        "separation_range": LEAST_0,
+    },
+}
+RULES: dict[type[Any], dict[str, Kind]] = {fe.Metric: {}, fe.Topological: {}, fe.Voronoi: {}}
+DRAWS: dict[type[Any], dict[str, Kind]] = {
+    fe.Uniform: {"field": Choice("speed"), "low": Number(2.0), "high": Number(4.0, low=2.0)},
+    fe.LogUniform: {
+        "field": Choice("speed"),
+        "low": Number(2.0, low=0.0, is_above=True),
+        "high": Number(4.0, low=2.0),
+    },
+    fe.Choice: {"field": Choice("speed"), "values": Floats([2.0, 4.0], is_any_length=True)},
+}
+SLOTS: dict[str, tuple[Callable[[Any], Any], dict[type[Any], dict[str, Kind]]]] = {
+    "predators": (lambda part: (fe.ConstantVelocity(), part), PREDATORS),
+    "initial_positions": (lambda part: part, POSITIONS),
+    "initial_headings": (lambda part: part, HEADINGS),
+    "motion": (lambda part: part, MOTIONS),
+    "neighbor_rule": (lambda part: part, RULES),
+    "randomization": (lambda part: (part,), DRAWS),
+}
+
+
+def _part(slot: str, place: Callable[[Any], Any], kind: type[Any]) -> Callable[..., Any]:
+    """Return what puts a part with some arguments into a scenario: there they are checked."""
+    return lambda **arguments: FLOCK.replace(**{slot: place(kind(**arguments))})
+
+
+SCENARIOS: dict[str, Row] = {
+    "FlockScenario": Row(fe.FlockScenario, FLOCK_FIELDS),
+    "LineScenario": Row(fe.LineScenario, LINE_FIELDS),
+    **{
+        kind.__name__: Row(_part(slot, place, kind), arguments)
+        for slot, (place, kinds) in SLOTS.items()
+        for kind, arguments in kinds.items()
+    },
+    "FlockScenario.from_json": Row(fe.FlockScenario.from_json, {"document": Text(FLOCK.to_json())}),
+    "FlockScenario.from_toml": Row(fe.FlockScenario.from_toml, {"document": Text(FLOCK.to_toml())}),
+    "FlockScenario.drawn": Row(PRESET.drawn, {"seed": Seed(3)}),
+    "FlockScenario.replace": Row(FLOCK.replace, others=FLOCK_FIELDS),
+    "LineScenario.from_json": Row(fe.LineScenario.from_json, {"document": Text(LINE.to_json())}),
+    "LineScenario.from_toml": Row(fe.LineScenario.from_toml, {"document": Text(LINE.to_toml())}),
+    "LineScenario.replace": Row(LINE.replace, others=LINE_FIELDS),
+    "EnvOptions": Row(fe.EnvOptions, ENV_OPTIONS),
+    "EnvOptions.replace": Row(fe.EnvOptions().replace, others=ENV_OPTIONS),
+    "LineOptions": Row(fe.LineOptions, LINE_OPTIONS),
+    "LineOptions.replace": Row(fe.LineOptions().replace, others=LINE_OPTIONS),
+    "RenderOptions": Row(fe.RenderOptions, RENDER_OPTIONS),
+}
+RANGE = Number(4.0, low=0.0)
+_RULE: dict[str, Kind] = {
+    "patience": Floats([0.25, 0.5], low=0.0),
+    "first_range": Floats([8.0, 4.0], low=0.0),
+    "interaction_range": Floats([4.0, 8.0], low=0.0),
+}
+POLICIES: dict[str, Row] = {
+    "policies.FixedRange": Row(policies.FixedRange, {"interaction_range": RANGE}, after=vars),
+    "policies.RandomRange": Row(
+        policies.RandomRange, {"seed": Seed(3, True)}, after=lambda made: made._rng.bit_generator.state
+    ),
+    "policies.ScheduledRange": Row(
+        policies.ScheduledRange,
+        {"schedule": Floats(np.full((24, 5), 4.0), low=0.0, is_any_length=True)},
+        after=vars,
+    ),
+    "policies.StubbornLeaders": Row(
+        policies.StubbornLeaders, {"min_cosine": Number(0.5), "interaction_range": RANGE}, after=vars
+    ),
+    "policies.StubbornWitnesses": Row(
+        policies.StubbornWitnesses,
+        _RULE,
+        after=vars,
+        named=dict.fromkeys(_RULE, tuple(_RULE)),
+    ),
+    "policies.SB3Policy": Row(
+        policies.SB3Policy, {"model": Part(Model()), "deterministic": Flag(True)}, after=lambda _: None
+    ),
+    "policies.bind": Row(
+        policies.bind, {"policy": Part(FIXED), "env": Part(fe.FlockEscapeEnv(FLOCK))}, after=lambda _: None
+    ),
+    "predator_policies.Coast": Row(predator_policies.Coast, after=vars),
+    "predator_policies.Chase": Row(predator_policies.Chase, {"target": Choice("nearest")}, after=vars),
+    "predator_policies.all_learned": Row(predator_policies.all_learned, {"scenario": THE_FLOCK}),
+    "predator_policies.with_learned": Row(predator_policies.with_learned, {"scenario": THE_FLOCK}),
+    "network.Architecture": Row(
+        network.Architecture,
+        {
+            "inputs": Part(("time",), confusing=((1,), "time")),
+            "hidden": Part((2,), accepts=("nothing",), confusing=((0,), (2.0,), (-1,), (True,))),
+            "memory": Count(1, low=0),
+            "mirror": Flag(True),
+            "squash": Choice("tanh"),
+        },
+    ),
+    "network.NetworkPolicy": Row(
+        network.NetworkPolicy,
+        {"architecture": Part(NET), "parameters": Floats(np.arange(NET.size) * 1.0)},
+        after=lambda made: made.parameters,
+    ),
+    "contenders.Contender": Row(
+        contenders.Contender,
+        {
+            "name": Text("a name"),
+            "policy": Part(FIXED),
+            "per_agent": Flag(True),
+            "options": Part({}, accepts=("dict",)),
+            "scenario": Part(FLOCK, True, confusing=(fe.Disc(),)),
+        },
+    ),
+    "Contender.record": Row(
+        contenders.Contender("fixed", FIXED).record, {"seed": Seed(3), "scenario": SCENARIO}
+    ),
+}
+VALUES = Floats([1.0, 2.0, 4.0], is_any_length=True)
+RESULTS: dict[str, Row] = {
+    "FlockSweepResult.values": Row(SWEPT.values, {"objective": Choice("mean", True)}),
+    "FlockSweepResult.best_range": Row(SWEPT.best_range, {"objective": Choice("mean", True)}),
+    "FlockSweepResult.hindsight_oracle": Row(SWEPT.hindsight_oracle, {"objective": Choice("mean", True)}),
+    "FlockSweepResult.mean_with_interval": Row(
+        SWEPT.mean_with_interval,
+        {"objective": Choice("mean", True), "confidence": Number(0.5, low=0.0, high=1.0, is_above=True)},
+    ),
+    "FlockSweepResult.to_parquet": Row(SWEPT.to_parquet, {"path": File("made.parquet")}),
+    "stats.mean": Row(stats.mean, {"values": VALUES}),
+    "stats.improvement": Row(
+        stats.improvement,
+        {"values": FIXED_LENGTH, "baseline": FIXED_LENGTH},
+        named={"values": ("values", "baseline")},
+    ),
+    "stats.share": Row(stats.share, {"is_so": Bools(np.array([True, False]))}),
+    "stats.argmax": Row(
+        stats.argmax,
+        {"positions": Floats([1.0, 2.0]), "values": Floats([[1.0, 2.0, 4.0], [2.0, 4.0, 1.0]])},
+        named={"positions": ("positions", "values")},
+    ),
+    "watch.write_page": Row(watch.write_page, {"runs": RUNS, "path": File("made.html")}),
+    "watch.run_document": Row(run_document, {"name": Text("a"), "trajectory": Part(RUN, confusing=(FLOCK,))}),
+    "watch.serve": Row(
+        served,
+        {
+            "runs": RUNS,
+            "scenario": THE_FLOCK,
+            "seed": Seed(3),
+            "port": Index(0, high=2**16 - 1),
+            "open_browser": Flag(False),
+        },
+    ),
+    "video.write_video": Row(
+        video.write_video,
+        {
+            "runs": RUNS,
+            "path": File("made.mp4"),
+            "fps": Count(4),
+            "speed": Number(4.0, low=0.0, is_above=True),
+            "options": Part(fe.RenderOptions(size=160), True),
+            "progress": Call(None, True),
+        },
+    ),
+    "watch.check_runs": Row(check_runs, {"runs": RUNS}),
+    "render.draw": Row(
+        draw,
+        {
+            "run": Part(RUN, confusing=(FLOCK,)),
+            "step": Count(3, low=0),
+            "options": optional(Part(fe.RenderOptions())),
+            "title": Text("a run"),
+        },
+    ),
+}

@@ -1,0 +1,257 @@
+"""Every public callable with its arguments: what kind each is, and a value that passes."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+from argument_kinds import Call, Choice, Count, File, Flag, Floats, Kind, Number, Part, Seed, Seeds, Text
+from option_table import small_flock
+from pettingzoo import AECEnv, ParallelEnv
+from stable_baselines3.common.vec_env import VecEnv
+
+import flockesc_env as fe
+from flockesc_env import contenders, graph, network, policies, predator_policies, records
+
+FLOCK = small_flock(num_steps=24)
+LINE = fe.LineScenario(num_agents=5, max_steps=24)
+HUNTED = small_flock(num_steps=24, predators=(fe.Learned(),))
+RUN = fe.simulate(FLOCK, 5.0, seed=1)
+LINE_RUN = fe.simulate_line(LINE, 0.25, seed=1)
+POINTS = np.arange(10.0).reshape(5, 2) * 2.0
+SWEPT = fe.sweep(FLOCK, [0.0, 5.0], range(3))
+LINE_SWEPT = fe.sweep(LINE, [0.0, 0.25], range(3))
+FIXED = policies.FixedRange(5.0)
+NET = network.Architecture(("time",), (2,))
+CONTENDER = contenders.Contender(
+    "net", network.NetworkPolicy(NET, np.zeros(NET.size)), scenario=FLOCK, per_agent=True
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A callable: ``call(**arguments)`` or, where there is a ``subject``, ``call(subject(), **arguments)``.
+
+    ``after`` turns the subject or, without one, what came back into what can be compared.
+    """
+
+    call: Callable[..., Any]
+    arguments: Mapping[str, Kind] = field(default_factory=dict)
+    subject: Callable[[], Any] | None = None
+    after: Callable[[Any], Any] = lambda result: result
+    others: Mapping[str, Kind] = field(default_factory=dict)
+    """Names that the signature does not tell: keys of ``options``, keyword arguments that are handed on."""
+    named: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """What errors call an argument, where that is not its name."""
+
+    @property
+    def all_arguments(self) -> dict[str, Kind]:
+        return {**self.arguments, **self.others}
+
+
+def write_files() -> None:
+    """Write the files that the table names into the working directory."""
+    fe.save_policy(CONTENDER, "policy.npz")
+    records.save(RUN, "run.npz")
+    Path("state.csv").write_text("x,y\n1,2\n3,4\n")
+
+
+def optional(kind: Kind) -> Kind:
+    return dataclasses.replace(kind, is_optional=True)
+
+
+def play(env: Any) -> list[Any]:
+    """Reset with a seed and go on."""
+    if isinstance(env, VecEnv):
+        env.seed(3)
+        return [env.reset(), goes_on(env)]
+    return [env.reset(seed=3), goes_on(env)]
+
+
+def goes_on(env: Any) -> list[Any]:
+    """Take 10 steps and, after a reset, 10 others."""
+    seen = []
+    for step in range(20):
+        seen.append(env.reset() if step == 10 or getattr(env, "agents", True) == [] else None)
+        if isinstance(env, AECEnv):
+            for name in env.agents:
+                seen += [env.last(), env.step(np.full(env.action_space(name).shape, -0.75, np.float32))]
+        elif isinstance(env, ParallelEnv):
+            seen.append(env.step({name: np.full(env.action_space(name).shape, -0.75) for name in env.agents}))
+        elif isinstance(env, VecEnv):
+            seen.append(env.step(np.full((env.num_envs, 1), -0.75)))
+        else:
+            seen.append(env.step(np.full(env.action_space.shape, -0.75)))
+            if isinstance(env, gymnasium.Env) and (seen[-1][2] or seen[-1][3]):
+                seen.append(env.reset())
+    return seen
+
+
+def started(make: Callable[[], Any]) -> Callable[[], Any]:
+    def subject() -> Any:
+        env = make()
+        play(env)
+        return env
+
+    return subject
+
+
+THREADS = optional(Count(1))
+RENDER = {"render_mode": Choice("rgb_array", True), "render_options": optional(Part(fe.RenderOptions()))}
+ACTION_OPTIONS: dict[str, Kind] = {
+    "action_mode": Choice("range"),
+    "min_range": Number(0.25, low=0.0),
+    "max_range": Number(0.5, low=0.0, is_above=True),
+    "range_grid": Floats([0.25, 0.5], True, low=0.0, is_any_length=True),
+    "steps_per_action": Count(2),
+}
+ENV_OPTIONS = ACTION_OPTIONS | {
+    "objective": Choice("mean"),
+    "reward": Choice("terminal"),
+    "predator_sensing_range": Number(30.0, True, low=0.0),
+    "count_components": Flag(True),
+}
+LINE_OPTIONS = ACTION_OPTIONS | {"reward": Choice("terminal")}
+SCENARIO = Part(FLOCK, True, confusing=(LINE, fe.Disc()))
+HUNTER = Part(predator_policies.Chase(), True)
+ENV = {"scenario": SCENARIO, **RENDER, "num_threads": THREADS, "predator_policy": HUNTER}
+START = {
+    "initial_positions": Floats(POINTS, True),
+    "initial_velocities": Floats(POINTS, True),
+    "predator_positions": Floats(POINTS[:1], True),
+    "predator_velocities": Floats(POINTS[:1], True),
+    "episode": Seed(2, True),
+}
+RESET = {"seed": Seed(4, True), "options": Part({}, True)}
+
+
+def reset(env: Any, seed: Any = None, options: Any = None, **entries: Any) -> Any:
+    """Reset with entries of ``options`` as arguments."""
+    return env.reset(seed=seed, options={**options, **entries} if entries else options)
+
+
+MOMENT = {
+    "positions": Floats(POINTS, is_any_length=True),
+    "interaction_range": Floats(np.full(5, 4.0), low=0.0, is_scalar_fine=True),
+    "scenario": SCENARIO,
+    "velocities": optional(Floats(POINTS)),
+}
+LINE_MOMENT = {
+    "states": Floats([0.0, 0.25, 1.0], is_any_length=True),
+    "interaction_range": Number(0.5, low=0.0),
+}
+ROLLOUT = {"policy": Part(FIXED), "seeds": Seeds([0, 1]), "scenario": SCENARIO}
+RUNS = Part([("a", RUN)], confusing=([("a", 1)], [(1, RUN)], [RUN], [("a",)]))
+
+FUNCTIONS: dict[str, Row] = {
+    "approach": Row(
+        fe.approach,
+        {
+            "aim": Number(5.0),
+            "distance": Number(50.0, low=0.0),
+            "speed": Number(10.0, low=0.0),
+            "direction": Floats([1.0, 2.0]),
+            "initial_side": Number(100.0, low=0.0),
+        },
+    ),
+    "episode_seed": Row(fe.episode_seed, {"seed": Seed(3), "episode": Seed(2)}),
+    "preset": Row(fe.preset, {"name": Choice("pursuit")}, named={"name": ("scenario",)}),
+    "simulate": Row(
+        fe.simulate,
+        {
+            "scenario": Part(HUNTED, confusing=(LINE, fe.Disc())),
+            "interaction_range": Floats(np.full(5, 4.0), low=0.0, is_scalar_fine=True),
+            "seed": Seed(3, True),
+            "initial_positions": optional(Floats(POINTS)),
+            "initial_velocities": optional(Floats(POINTS)),
+            "predator_actions": optional(Floats(np.full((24, 1, 2), 0.5))),
+            "num_threads": THREADS,
+        },
+    ),
+    "simulate_line": Row(
+        fe.simulate_line,
+        {
+            "scenario": Part(LINE, confusing=(FLOCK,)),
+            "interaction_range": Number(0.25, low=0.0),
+            "seed": Seed(3, True),
+            "initial_state": optional(Floats([0.0, 0.25, 0.5, 0.75, 1.0])),
+        },
+    ),
+    "sweep": Row(
+        fe.sweep,
+        {
+            "scenario": Part(FLOCK, confusing=(fe.Disc(),)),
+            "interaction_ranges": Floats([0.0, 4.0], low=0.0, is_any_length=True),
+            "seeds": Seeds([0, 1]),
+            "num_threads": THREADS,
+            "progress": Call(None, True),
+        },
+    ),
+    "rollout": Row(
+        fe.rollout,
+        ROLLOUT
+        | {
+            "per_agent": Flag(True),
+            "batch_size": Count(2),
+            "num_threads": THREADS,
+            "predator_policy": HUNTER,
+            "progress": Call(None, True),
+        },
+        others=ENV_OPTIONS,
+    ),
+    "rollout_line": Row(
+        fe.rollout_line,
+        {
+            "policy": Part(policies.FixedRange(0.25)),
+            "seeds": Seeds([0, 1]),
+            "scenario": Part(LINE, True, confusing=(FLOCK,)),
+            "batch_size": Count(2),
+        },
+        others=LINE_OPTIONS,
+    ),
+    "record": Row(
+        fe.record,
+        {
+            "policy": Part(FIXED),
+            "seed": Seed(3),
+            "scenario": SCENARIO,
+            "per_agent": Flag(True),
+            "predator_policy": HUNTER,
+        },
+        others=ENV_OPTIONS,
+    ),
+    "load_policy": Row(
+        fe.load_policy, {"path": File("policy.npz")}, after=lambda made: made.policy.parameters
+    ),
+    "save_policy": Row(
+        fe.save_policy, {"contender": Part(CONTENDER, confusing=(FIXED,)), "path": File("made.npz")}
+    ),
+    "load_state": Row(fe.load_state, {"path": File("state.csv")}),
+    "records.save": Row(
+        records.save,
+        {"trajectory": Part(RUN, confusing=(FLOCK,)), "path": File("made.npz"), "name": Text("a run")},
+    ),
+    "records.load": Row(records.load, {"path": File("run.npz")}),
+    "records.replay": Row(records.replay, {"trajectory": Part(RUN, confusing=(FLOCK,))}),
+    "records.differences": Row(
+        records.differences,
+        {"recorded": Part(RUN, confusing=(LINE_RUN,)), "again": Part(RUN, confusing=(LINE_RUN,))},
+        named={"recorded": ("recorded", "again")},
+    ),
+    "graph.component_labels": Row(graph.component_labels, MOMENT),
+    "graph.neighbor_pairs": Row(graph.neighbor_pairs, MOMENT),
+    "graph.perron_matrix": Row(graph.perron_matrix, LINE_MOMENT),
+    "graph.laplacian": Row(graph.laplacian, LINE_MOMENT),
+    "contenders.built_in": Row(
+        contenders.built_in,
+        {"name": Choice("fixed:5"), "argument": Text("policies")},
+        after=lambda made: (made.name, made.options, vars(made.policy)),
+        named={"name": ("policies",)},
+    ),
+    "records.versions": Row(records.versions),
+}

@@ -1,0 +1,31 @@
+"""Whether two outcomes are the same, to the bit."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+
+def same(first: Any, second: Any, *, after: Callable[[Any], Any] = lambda outcome: outcome) -> None:
+    """Fail unless both outcomes have equal types, shapes and bits."""
+    assert plain(after(first)) == plain(after(second))
+
+
+def plain(value: Any) -> Any:
+    """Return a value that is equal to another one's if all bits are."""
+    if isinstance(value, np.ndarray):
+        if value.dtype == object:
+            return [plain(entry) for entry in value]
+        return value.dtype.str, value.shape, value.tobytes()
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if isinstance(value, dict):
+        return {key: plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    if isinstance(value, float | np.floating):
+        return type(value), value.hex() if isinstance(value, float) else value.tobytes()
+    return value
