@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flockesc_env._checks import FloatArray, as_floats, as_path
 from flockesc_env.array_files import read_npy, read_npz
-from flockesc_env.errors import RecordError
+from flockesc_env.errors import RecordError, shown
 from flockesc_env.initial import GivenHeadings, GivenPositions
 
 _COLUMNS = {

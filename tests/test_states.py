@@ -203,7 +203,7 @@ def test_slots_are_saved_and_restored_one_by_one() -> None:
     ("state", "flocks", "message"),
     [
         (b"", None, "state: expected bytes of get_state, got 0 bytes"),
-        ("text", None, "state: expected bytes, got str"),
+        ("text", None, "state: expected bytes, got .text."),
         (b"x" * 99, None, "state: expected bytes of get_state, got others"),
         (None, 3, r"flocks\[0\]: expected an integer below 3, got 3"),
         (None, [0, -1], r"flocks\[1\]: expected an integer from 0"),

@@ -1,0 +1,84 @@
+//! States: a saved flock goes on to the last bit elsewhere, and bytes that somebody made are refused or do no harm.
+
+#![no_main]
+
+use arbitrary::{Result, Unstructured};
+use flockesc_core::{AtEnd, Batch, EpisodeConfig, FlockConfig, InitialState};
+use flockesc_fuzz::{any_range, episode, flock};
+use libfuzzer_sys::fuzz_target;
+
+/// Bytes before the body; those from 8 to 12 are its checksum.
+const HEAD: usize = 16;
+
+fuzz_target!(|bytes: &[u8]| {
+    let mut u = Unstructured::new(bytes);
+    let Ok((scenario, options)) = documents(&mut u) else {
+        return;
+    };
+    let _ = match scenario.dimension {
+        2 => play::<2>(&scenario, &options, &mut u),
+        _ => play::<3>(&scenario, &options, &mut u),
+    };
+});
+
+fn documents(u: &mut Unstructured<'_>) -> Result<(FlockConfig, EpisodeConfig)> {
+    let refused = |_| arbitrary::Error::IncorrectFormat;
+    let scenario = FlockConfig::from_json(&flock(u)?.to_string()).map_err(refused)?;
+    let options = EpisodeConfig::from_json(&episode(u)?.to_string()).map_err(refused)?;
+    Ok((scenario, options))
+}
+
+fn play<const D: usize>(
+    scenario: &FlockConfig,
+    options: &EpisodeConfig,
+    u: &mut Unstructured<'_>,
+) -> Result<()> {
+    let make = || {
+        Batch::<D>::new(scenario.clone(), options.clone(), 1, Some(1)).expect("a flock with predators")
+    };
+    let (mut batch, mut other) = (make(), make());
+    let start = InitialState::seeded(u.arbitrary()?);
+    batch.reset(0, &start).expect("a good start");
+    while !u.is_empty() {
+        let state = batch.save(&[0]).expect("a slot");
+        other.restore(&[0], &state).expect("a state");
+        assert_eq!(other.save(&[0]).expect("a slot"), state);
+        let ranges = (0..batch.rows())
+            .map(|_| any_range(u))
+            .collect::<Result<Vec<f64>>>()?;
+        assert!(step(&mut batch, &ranges) == step(&mut other, &ranges));
+
+        let mut body = state[HEAD..].to_vec();
+        for _ in 0..u.int_in_range(1..=4)? {
+            let place = u.choose_index(body.len())?;
+            body[place] = u.arbitrary()?;
+        }
+        let mut made = [&state[..HEAD], &body].concat();
+        made[8..12].copy_from_slice(&crc32fast::hash(&body).to_le_bytes());
+        if other.restore(&[0], &made).is_ok() {
+            step(&mut other, &ranges);
+            step(&mut other, &ranges);
+        }
+    }
+    Ok(())
+}
+
+/// Bits of the rewards and observations of a step, or of the restart after the end.
+fn step<const D: usize>(batch: &mut Batch<D>, ranges: &[f64]) -> (Vec<u64>, Vec<u32>) {
+    let (rows, length) = (batch.rows(), batch.row_length());
+    let (mut rewards, mut observations) = (vec![0.0; rows], vec![0.0; rows * length]);
+    batch
+        .step_measured(
+            ranges,
+            &[],
+            AtEnd::Restart,
+            &mut rewards,
+            &mut observations,
+            |_| (),
+        )
+        .expect("a good step");
+    (
+        rewards.into_iter().map(f64::to_bits).collect(),
+        observations.into_iter().map(f32::to_bits).collect(),
+    )
+}
