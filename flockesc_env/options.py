@@ -7,6 +7,8 @@ import json
 from dataclasses import dataclass
 from typing import Any, Literal, Self, get_args
 
+import numpy as np
+
 from flockesc_env._checks import as_choice, as_count, as_flag, as_floats
 from flockesc_env.errors import ScenarioError, shown
 
@@ -22,6 +24,8 @@ OwnReward = Literal[
 ]
 Reward = Literal[TeamReward, OwnReward]
 LineReward = Literal["difference", "terminal"]
+
+_LARGEST_ACTION = float(np.finfo(np.float32).max)
 
 GRID_SIZE = 21
 """Number of ranges in the default grid of ``action_mode="discrete"``."""
@@ -55,6 +59,8 @@ class ActionOptions:
         high = float(as_floats(self.max_range, "max_range", (), ScenarioError))
         if high <= low:
             raise ScenarioError("max_range", f"a number above min_range = {low}", high)
+        if self.action_mode == "range" and high > _LARGEST_ACTION:
+            raise ScenarioError("max_range", f"at most {_LARGEST_ACTION}, as actions are float32", high)
         steps = as_count(self.steps_per_action, "steps_per_action", ScenarioError)
         object.__setattr__(self, "steps_per_action", steps)
         object.__setattr__(self, "min_range", low)

@@ -1,4 +1,4 @@
-"""The same bytes for ever, on any number of threads and every instruction set; without a seed never the same."""
+"""The same bytes for ever, on any threads and instruction set; without a seed never the same."""
 
 from __future__ import annotations
 

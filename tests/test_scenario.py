@@ -42,9 +42,12 @@ from flockesc_env import (
 from flockesc_env.initial import InitialHeadings, InitialPositions
 from flockesc_env.predators import Predator
 
-finite = st.floats(allow_nan=False, allow_infinity=False)
-not_negative = st.floats(0, allow_infinity=False)
-positive = st.floats(0, exclude_min=True, allow_infinity=False)
+LARGEST = 1e20
+
+finite = st.floats(-LARGEST, LARGEST)
+not_negative = st.floats(0, LARGEST)
+positive = st.floats(1 / LARGEST, LARGEST)
+any_range = st.floats(0, allow_infinity=False)
 
 
 def points(
@@ -56,10 +59,10 @@ def points(
 def predators(dimension: int) -> st.SearchStrategy[Predator]:
     vectors = points(dimension)
     steering = {"position": vectors, "velocity": vectors, "max_turn_rate": not_negative}
-    speeds = points(dimension, st.floats(-1e100, 1e100))
+    speeds = points(dimension, st.floats(-1e10, 1e10))
     faster = steering | {
         "velocity": speeds,
-        "max_speed": st.floats(1e101, allow_infinity=False),
+        "max_speed": st.floats(1e11, LARGEST),
         "acceleration": not_negative,
     }
     return st.one_of(
@@ -73,7 +76,7 @@ def predators(dimension: int) -> st.SearchStrategy[Predator]:
 
 def initial_positions(dimension: int, *, plane: bool) -> st.SearchStrategy[InitialPositions]:
     ends = points(2 if plane else dimension)
-    lengths = st.floats(1e-3, 1e290)
+    lengths = st.floats(1e-3, LARGEST)
     return st.one_of(
         st.just(Square()),
         st.builds(Disc, lengths),
@@ -99,8 +102,7 @@ def flocks(draw: st.DrawFn) -> FlockScenario:
     plane = draw(st.booleans())
     agents = draw(st.integers(1, 10) | st.integers(1, 10**7))
     motion = draw(
-        st.sampled_from([Inertial(), Vicsek()])
-        | st.builds(Reynolds, not_negative, not_negative, not_negative)
+        st.sampled_from([Inertial(), Vicsek()]) | st.builds(Reynolds, not_negative, not_negative, any_range)
     )
     return FlockScenario(
         num_agents=agents,
@@ -113,7 +115,7 @@ def flocks(draw: st.DrawFn) -> FlockScenario:
         initial_positions=draw(initial_positions(dimension, plane=plane)),
         initial_headings=draw(initial_headings(dimension, plane=plane)),
         initial_plane=plane,
-        predator_range=draw(not_negative),
+        predator_range=draw(any_range),
         repulsion_strength=draw(per_agent(agents, not_negative)),
         alignment_strength=draw(per_agent(agents, not_negative)),
         motion=motion,
@@ -132,7 +134,7 @@ lines = st.builds(
     predator_range=not_negative,
     repulsion_strength=not_negative,
     escape_force=st.sampled_from(["constant", "linear", "linear_as_printed"]),
-    tolerance=not_negative,
+    tolerance=any_range,
     max_steps=st.integers(1, 10**9),
 )
 

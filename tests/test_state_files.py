@@ -129,7 +129,7 @@ ONE = ((1.0, 2.0),) * 4
         ({"initial_headings": GivenHeadings((*ONE, (0.0, 0.0)))}, "headings.given_headings.directions[4]"),
         (
             {"initial_headings": GivenHeadings((*ONE, (1e300, 1e300)))},
-            "headings.given_headings.directions[4]",
+            "headings.given_headings.directions[4][0]",
         ),
         (
             {

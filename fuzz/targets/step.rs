@@ -48,9 +48,9 @@ fn play<const D: usize>(
     options: EpisodeConfig,
     u: &mut Unstructured<'_>,
 ) -> Result<()> {
-    let num_learned = scenario.predators.iter().filter(|p| p.is_learned()).count();
     let start = start(&scenario, u)?;
     let mut batch = Batch::<D>::new(scenario, options, 1, Some(1)).expect("a flock with predators");
+    let num_learned = batch.num_learned();
     batch.reset(0, &start).expect("a good start");
     let (rows, length) = (batch.rows(), batch.row_length());
     let (mut rewards, mut observations) = (vec![0.0; rows], vec![0.0; rows * length]);

@@ -1,0 +1,258 @@
+"""Numbers as large and small as any: refused by name beyond 1e20; within, nothing is ever NaN or infinite."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from option_table import small_flock
+
+from flockesc_env import (
+    ConstantVelocity,
+    Encircle,
+    FlockEscapeEnv,
+    FlockScenario,
+    Herd,
+    Inertial,
+    Intercept,
+    Learned,
+    LineEscapeEnv,
+    LineScenario,
+    PurePursuit,
+    Reynolds,
+    Topological,
+    Vicsek,
+    Voronoi,
+    Wandering,
+    parallel_env,
+    simulate,
+    simulate_line,
+)
+from flockesc_env.errors import ArgumentError, ScenarioError
+from flockesc_env.predator_policies import Chase
+
+SMALLEST, LARGEST = 1e-20, 1e20
+BELOW, ABOVE = math.nextafter(SMALLEST, 0), math.nextafter(LARGEST, math.inf)
+MAX = 1.7976931348623157e308
+
+DIVIDING = ("time_step", "mass", "speed", "initial_side")
+COMPUTED = ("repulsion_strength", "alignment_strength", "sensing_noise")
+COMPARED = ("predator_range", "capture_radius")
+LINE_COMPUTED = ("predator_range", "repulsion_strength")
+
+dividing = st.sampled_from([SMALLEST, 1e-9, 0.1, 1.0, 1e12, LARGEST])
+computed = st.sampled_from([0.0, 5e-324, 1e-160]) | dividing
+compared = st.sampled_from([MAX, 1e154]) | computed
+coordinate = st.builds(math.copysign, computed, st.sampled_from([1.0, -1.0]))
+
+
+@pytest.mark.parametrize("field", DIVIDING)
+def test_bounds_of_what_divides(field: str) -> None:
+    for good in (SMALLEST, LARGEST):
+        assert getattr(small_flock(**{field: good}), field) == good
+    for bad in (0.0, 5e-324, BELOW, ABOVE, MAX):
+        with pytest.raises(ScenarioError) as caught:
+            small_flock(**{field: bad})
+        assert caught.value.field == field
+
+
+@pytest.mark.parametrize("field", COMPUTED)
+def test_bounds_of_what_is_computed_with(field: str) -> None:
+    for good in (0.0, 5e-324, LARGEST):
+        assert getattr(small_flock(**{field: good}), field) == good
+    with pytest.raises(ScenarioError) as caught:
+        small_flock(**{field: ABOVE})
+    assert caught.value.field == field
+
+
+@pytest.mark.parametrize("field", COMPARED)
+def test_a_range_may_be_beyond_everything(field: str) -> None:
+    for good in (0.0, 5e-324, MAX):
+        run = simulate(small_flock(**{field: good}), MAX, seed=1)
+        assert np.isfinite(run.positions).all()
+
+
+@pytest.mark.parametrize("field", [*LINE_COMPUTED, "predator_position"])
+def test_bounds_of_the_line(field: str) -> None:
+    for good in (0.0, 5e-324, LARGEST):
+        assert np.isfinite(
+            simulate_line(LineScenario(num_agents=5, **{field: good}), 0.1, seed=1).states
+        ).all()
+    with pytest.raises(ScenarioError) as caught:
+        LineScenario(**{field: ABOVE})
+    assert caught.value.field == field
+
+
+def test_actions_that_are_ranges_fit_into_their_space() -> None:
+    with pytest.raises(ScenarioError) as caught:
+        FlockEscapeEnv(action_mode="range", max_range=1e39)
+    assert caught.value.field == "max_range"
+
+
+STARTS = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
+
+
+@pytest.mark.parametrize("name", STARTS)
+@pytest.mark.parametrize("value", [ABOVE, -ABOVE, MAX])
+def test_bounds_of_a_given_start(name: str, value: float) -> None:
+    """Refused with its entry named; the episode that runs goes on as if nothing had been asked."""
+    env, twin = FlockEscapeEnv(small_flock()), FlockEscapeEnv(small_flock())
+    rows = 5 if name.startswith("initial") else 1
+    start = np.full((rows, 2), LARGEST)
+    start[rows - 1, 1] = value
+    for each in (env, twin):
+        each.reset(seed=3)
+    with pytest.raises(ArgumentError) as caught:
+        env.reset(seed=4, options={name: start})
+    assert caught.value.field == f"{name}[{rows - 1}, 1]"
+    np.testing.assert_equal(env.step([0.0]), twin.step([0.0]))
+    line = LineEscapeEnv(LineScenario(num_agents=2))
+    with pytest.raises(ArgumentError) as caught:
+        line.reset(options={"initial_state": [0.0, value]})
+    assert caught.value.field == "initial_state[1]"
+
+
+@st.composite
+def predators(draw: st.DrawFn) -> tuple[Any, ...]:
+    start = {
+        "position": (draw(coordinate), draw(coordinate)),
+        "velocity": (draw(coordinate), draw(coordinate)),
+    }
+    steering = start | {"max_turn_rate": draw(computed)}
+    kinds = [
+        ConstantVelocity(**start),
+        Wandering(**start, angular_diffusion=draw(computed)),
+        Learned(**start, max_acceleration=draw(computed), max_speed=draw(dividing)),
+        PurePursuit(**steering, confusion_rate=draw(computed), sight=draw(compared)),
+        PurePursuit(**steering, target=draw(st.sampled_from(["centroid", "most_isolated", "assigned"]))),
+        Intercept(**steering, navigation_constant=draw(computed)),
+        Encircle(**steering, radius=draw(computed), closing_speed=draw(computed)),
+    ]
+    chosen = tuple(draw(st.lists(st.sampled_from(kinds), min_size=1, max_size=3)))
+    return (*chosen, Herd(**steering, distance=draw(computed), partner=0)) if draw(st.booleans()) else chosen
+
+
+@st.composite
+def flocks(draw: st.DrawFn) -> FlockScenario:
+    motion = draw(st.sampled_from([Inertial(), Vicsek()]) | st.builds(Reynolds, computed, computed, compared))
+    dimension = draw(st.sampled_from([2, 3]))
+    rule = draw(st.sampled_from([Topological(), Voronoi()])) if dimension == 2 else Topological()
+    return small_flock(
+        dimension,
+        num_agents=draw(st.integers(1, 9)),
+        num_steps=6,
+        **{name: draw(dividing) for name in DIVIDING},
+        **{name: draw(computed) for name in COMPUTED},
+        **{name: draw(compared | st.none() if name == "capture_radius" else compared) for name in COMPARED},
+        motion=motion,
+        constant_speed=motion == Vicsek() or draw(st.booleans()),
+        angular_noise=draw(st.sampled_from([0.0, 1.0])),
+        sensing_delay=draw(st.sampled_from([0, 2])),
+        blind_angle=draw(st.sampled_from([0.0, 2.0])),
+        predators=draw(predators()),
+        **({"neighbor_rule": rule} if draw(st.booleans()) else {}),
+    )
+
+
+@settings(max_examples=80)
+@given(flocks(), st.data())
+def test_nothing_is_ever_nan_or_infinite(scenario: FlockScenario, data: st.DataObject) -> None:
+    """Whichever of the largest and smallest numbers meet, in both views, from drawn and from given starts."""
+    shape = (scenario.num_agents, scenario.dimension)
+    entries = st.lists(coordinate, min_size=math.prod(shape), max_size=math.prod(shape))
+    is_given = data.draw(st.booleans())
+    start = {name: np.reshape(data.draw(entries), shape) for name in STARTS[:2]} if is_given else {}
+    options = {"action_mode": "range", "max_range": 3e38, "predator_sensing_range": None}
+    if any(isinstance(predator, Learned) for predator in scenario.predators):
+        options["predator_policy"] = Chase()
+    flock = FlockEscapeEnv(scenario, **options)
+    team = parallel_env(scenario, **options, reward="neighborhood_distance_change")
+    observation, info = flock.reset(seed=1, options=start)
+    rows, _ = team.reset_array(seed=1, options=start)
+    has_ended = False
+    while not has_ended:
+        assert flock.observation_space.contains(observation)
+        assert ((np.abs(rows) <= 1) | (rows == 0)).all()
+        assert np.isfinite(list(info.values())).all()
+        rho = np.float32(data.draw(st.sampled_from([0.0, 1e-20, 1.0, 1e12, 3e38])))
+        observation, reward, terminated, truncated, info = flock.step(np.array([rho]))
+        rows, rewards, *_ = team.step_array(np.full((scenario.num_agents, 1), rho))
+        assert np.isfinite(reward)
+        assert np.isfinite(rewards).all()
+        state = flock._batch.state(0)
+        for name in ("positions", "velocities", "predator_positions", "predator_velocities"):
+            assert np.isfinite(state[name]).all(), name
+        is_kept = scenario.constant_speed and not is_given and info["fraction_surviving"] == 1
+        if is_kept:
+            speeds = np.linalg.norm(state["velocities"], axis=1)
+            np.testing.assert_allclose(speeds, scenario.speed, rtol=1e-12)
+        has_ended = terminated or truncated
+
+
+def test_agents_too_close_to_be_told_apart_are_in_one_place() -> None:
+    """Offsets whose squares are 0: no direction, no force, and everybody is everybody's neighbor."""
+    scenario = small_flock(num_steps=3, predators=(ConstantVelocity((0.0, 0.0), (0.0, 0.0)),))
+    for tiny in (5e-324, 1e-300, 1e-170):
+        positions = np.arange(10.0).reshape(5, 2) * tiny
+        run = simulate(scenario, 0.0, seed=1, initial_positions=positions)
+        assert run.num_components[0] == 1
+        together = simulate(scenario, 0.0, seed=1, initial_positions=np.zeros((5, 2)))
+        np.testing.assert_allclose(run.velocities, together.velocities, rtol=1e-15)
+        assert run.mean_distance[0] == 0
+
+
+def test_far_from_the_origin_the_same_is_heard() -> None:
+    """Places that 2^40 m more leave exact: the first step's forces and neighbors are the same bits."""
+    rng = np.random.default_rng(0)
+    positions = rng.integers(0, 2**12, (60, 2)) / 64.0
+    velocities = rng.normal(0, 10, (60, 2))
+    for motion in (Inertial(), Vicsek(), Reynolds()):
+        runs = [
+            simulate(
+                FlockScenario(
+                    num_agents=60,
+                    num_steps=1,
+                    motion=motion,
+                    predators=(PurePursuit((10.0 + far, 10.0 + far), (3.0, 4.0)),),
+                ),
+                9.0,
+                initial_positions=positions + far,
+                initial_velocities=velocities,
+            )
+            for far in (0.0, 2.0**40)
+        ]
+        np.testing.assert_array_equal(runs[1].velocities, runs[0].velocities)
+        np.testing.assert_array_equal(runs[1].num_components[0], runs[0].num_components[0])
+
+
+@settings(max_examples=150)
+@given(
+    st.lists(coordinate, min_size=1, max_size=12),
+    coordinate,
+    computed,
+    computed,
+    st.sampled_from(["constant", "linear", "linear_as_printed"]),
+    compared,
+)
+def test_the_line_is_finite_and_its_mirror_image_the_same(
+    states: list[float], predator: float, reach: float, strength: float, force: Any, rho: float
+) -> None:
+    scenario = LineScenario(
+        num_agents=len(states),
+        predator_position=predator,
+        predator_range=reach,
+        repulsion_strength=strength,
+        escape_force=force,
+        max_steps=20,
+    )
+    run = simulate_line(scenario, rho, initial_state=states)
+    assert np.isfinite(run.states).all()
+    assert np.isfinite(run.escape_distance).all()
+    mirrored = scenario.replace(predator_position=-predator)
+    image = simulate_line(mirrored, rho, initial_state=[-x for x in states])
+    np.testing.assert_array_equal(image.states, -run.states)
+    np.testing.assert_array_equal(image.escape_distance, run.escape_distance)
