@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from itertools import compress
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -59,7 +60,7 @@ class FlockParallelEnv(Rendered, ParallelEnv[str, Observation, Any]):
     metadata: dict[str, Any] = {
         "name": "flockesc_v0",
         "is_parallelizable": True,
-        "render_modes": RENDER_MODES,
+        "render_modes": list(RENDER_MODES),
         "render_fps": 20,
     }
 
@@ -89,7 +90,7 @@ class FlockParallelEnv(Rendered, ParallelEnv[str, Observation, Any]):
         self.scenario = self._batch.scenario
         self.options = self._batch.options
         fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
-        self.metadata = {**self.metadata, "render_fps": fps}
+        self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
         self.render_mode = render_mode
         self._viewer: FlockViewer | None = flock_viewer(self._batch, render_mode, render_options, fps)
         count = self.scenario.num_agents
