@@ -50,7 +50,10 @@ def test_commands_run(arguments: tuple[str, ...]) -> None:
 
 
 def test_a_run_is_kept_and_run_again() -> None:
-    assert flockesc("simulate", *SMALL, "--interaction-range", "10", "--seed", "7", "--output", "run.npz")[0] == 0
+    assert (
+        flockesc("simulate", *SMALL, "--interaction-range", "10", "--seed", "7", "--output", "run.npz")[0]
+        == 0
+    )
     assert flockesc("replay", "run.npz")[0] == 0
 
 

@@ -1,4 +1,4 @@
-"""SuperSuit's wrappers still take the PettingZoo environment; training has adapters of its own (flockesc_env.sb3)."""
+"""SuperSuit still wraps the PettingZoo environment; training has adapters of its own."""
 
 from __future__ import annotations
 

@@ -40,6 +40,8 @@ def test_a_rollout_is_the_episode_that_the_environment_plays() -> None:
             episode["next", "agents", "observation"][step].numpy(), np.stack(list(observations.values()))
         )
         np.testing.assert_allclose(
-            episode["next", "agents", "reward"][step, :, 0].numpy(), np.float32(list(rewards.values())), rtol=1e-6
+            episode["next", "agents", "reward"][step, :, 0].numpy(),
+            np.float32(list(rewards.values())),
+            rtol=1e-6,
         )
         assert episode["next", "truncated"][step].item() == all(truncations.values())

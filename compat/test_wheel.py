@@ -38,4 +38,6 @@ def test_the_wheel_holds_the_package_alone() -> None:
     assert [name for name in names if name.endswith(".so")] == ["flockesc_env/_core.abi3.so"]
     assert any(name.endswith("/LICENSE") for name in names)
     assert "flockesc_env/py.typed" in names
-    assert {name for name in names if not name.endswith("RECORD")} <= {str(file) for file in files("flockesc-env") or []}
+    assert {name for name in names if not name.endswith("RECORD")} <= {
+        str(file) for file in files("flockesc-env") or []
+    }

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
-from flockesc_env._checks import as_seed
+from flockesc_env._checks import as_array, as_seed
 from flockesc_env.batch import Columns, FlockBatch, Observations, infos
 from flockesc_env.envs.restorable import RestorableBatch
+from flockesc_env.errors import ActionError
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorPolicy
 from flockesc_env.presets import as_scenario
@@ -57,7 +58,7 @@ class _BatchVecEnv(RestorableBatch, VecEnv):
         self._actions: NDArray[Any] | None = None
         slots = batch.num_flocks * batch.rows
         super().__init__(slots, batch.control.layout.space(), batch.control.actions.space())
-        self.metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": fps}
+        self.metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": fps}
 
     def reset(self) -> VecEnvObs:
         """Start an episode in every flock, with the seeds and options set since the last reset.
@@ -88,7 +89,7 @@ class _BatchVecEnv(RestorableBatch, VecEnv):
 
     def step_async(self, actions: NDArray[Any]) -> None:
         """Take the actions of the next step, shape (num_envs, 1) or, where discrete, (num_envs,)."""
-        self._actions = actions
+        self._actions = as_array(actions, "action", ActionError).copy()  # the caller may reuse its array
 
     def step_wait(self) -> VecEnvStepReturn:
         """Step all flocks; a flock whose episode has ended is reset at once.

@@ -38,6 +38,7 @@ class RangeActions:
         if self.mode == "discrete":
             default = np.linspace(self.min_range, self.max_range, GRID_SIZE)
             self.grid = default if options.range_grid is None else np.array(options.range_grid)
+            self.grid.flags.writeable = False
         self._shape: tuple[int, ...] = (1,) if self.grid is None else ()
         self._bounds = (-1.0, 1.0) if self.mode == "normalized" else (self.min_range, self.max_range)
         grid = None if self.grid is None else self.grid.tolist()
@@ -162,7 +163,9 @@ class ObservationLayout:
     def of(cls, entries: list[tuple[str, float, float]]) -> ObservationLayout:
         """Build a layout from the core's list of (name, low, high)."""
         names, low, high = zip(*entries, strict=True)
-        return cls(names, np.array(low, np.float32), np.array(high, np.float32))
+        layout = cls(names, np.array(low, np.float32), np.array(high, np.float32))
+        layout.low.flags.writeable = layout.high.flags.writeable = False
+        return layout
 
     def space(self) -> gymnasium.Space[NDArray[np.float32]]:
         """Return a new observation space."""

@@ -144,7 +144,7 @@ def test_foreign_files_are_refused_and_not_executed(tmp_path: Path) -> None:
     np.savez(files["pickle"], header=np.array([Armed()], dtype=object), parameters=np.zeros(3))
     (tmp_path / "executed").unlink(missing_ok=True)
     for path in files.values():
-        with pytest.raises(RecordError, match="expected a (policy|JSON object), got"):
+        with pytest.raises(RecordError, match=r"expected a (policy|JSON object), got"):
             load_policy(path)
     assert not (tmp_path / "executed").exists()
     with pytest.raises(FileNotFoundError):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from typing import TYPE_CHECKING, Any
 
 import gymnasium
@@ -44,7 +45,7 @@ class FlockEscapeEnv(Rendered, Restorable, gymnasium.Env[NDArray[np.float32], An
         DependencyNotInstalled: for a render mode without pygame.
     """
 
-    metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": 20}
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 20}
 
     def __init__(
         self,
@@ -68,7 +69,7 @@ class FlockEscapeEnv(Rendered, Restorable, gymnasium.Env[NDArray[np.float32], An
         self.observation_space = self.control.layout.space()
         self.action_space = self.control.actions.space()
         fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
-        self.metadata = {**self.metadata, "render_fps": fps}
+        self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
         self.render_mode = render_mode
         self._viewer: FlockViewer | None = flock_viewer(self._batch, render_mode, render_options, fps)
 

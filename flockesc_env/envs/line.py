@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import deepcopy
 from typing import TYPE_CHECKING, Any
 
 import gymnasium
@@ -42,7 +43,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         DependencyNotInstalled: for a render mode without pygame.
     """
 
-    metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": 5}
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 5}
 
     def __init__(
         self,
@@ -61,6 +62,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         self.control = line_control(self.scenario, self.options)
         self.observation_space = self.control.layout.space()
         self.action_space = self.control.actions.space()
+        self.metadata = deepcopy(self.metadata)
         self.render_mode = render_mode
         self._viewer: LineViewer | None = line_viewer(
             self.scenario, render_mode, render_options, self.metadata["render_fps"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import deepcopy
 from itertools import compress
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -61,7 +62,7 @@ class FlockParallelEnv(Rendered, Restorable, ParallelEnv[str, Observation, Any])
     metadata: dict[str, Any] = {
         "name": "flockesc_v0",
         "is_parallelizable": True,
-        "render_modes": RENDER_MODES,
+        "render_modes": list(RENDER_MODES),
         "render_fps": 20,
     }
 
@@ -90,7 +91,7 @@ class FlockParallelEnv(Rendered, Restorable, ParallelEnv[str, Observation, Any])
         self.scenario = self._batch.scenario
         self.options = self._batch.options
         fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
-        self.metadata = {**self.metadata, "render_fps": fps}
+        self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
         self.render_mode = render_mode
         self._viewer: FlockViewer | None = flock_viewer(self._batch, render_mode, render_options, fps)
         count = self.scenario.num_agents

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import deepcopy
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -55,7 +56,7 @@ class FlockVectorEnv(RestorableBatch, VectorEnv[Observations, NDArray[Any], NDAr
         DependencyNotInstalled: for a render mode without pygame.
     """
 
-    metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": 20}
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 20}
     _viewer: FlockViewer | None = None  # Gymnasium closes what was refused, too
 
     def __init__(
@@ -97,7 +98,7 @@ class FlockVectorEnv(RestorableBatch, VectorEnv[Observations, NDArray[Any], NDAr
         )
         self._is_started = False
         fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
-        self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode, "render_fps": fps}
+        self.metadata = {**deepcopy(self.metadata), "autoreset_mode": self.autoreset_mode, "render_fps": fps}
         self.render_mode = render_mode
         self._viewer = flock_viewer(self._batch, render_mode, render_options, fps)
 

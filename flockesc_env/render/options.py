@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, Final, Literal, get_args
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from flockesc_env.simulate import IntArray
 RenderMode = Literal["human", "rgb_array"]
 Show = Literal["none", "discs", "edges"]
 
-RENDER_MODES = list(get_args(RenderMode))
+RENDER_MODES: Final = get_args(RenderMode)
 
 _MIN_SIZE = 160
 

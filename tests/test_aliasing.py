@@ -1,0 +1,331 @@
+"""What callers do to things that they were given, or gave, changes nothing inside."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import data_equivalence
+from gymnasium.vector import AutoresetMode
+from option_table import small_flock
+
+import flockesc_env
+from flockesc_env import FlockScenario, LineScenario, contenders, graph
+from flockesc_env.network import Architecture, NetworkPolicy
+from flockesc_env.options import EnvOptions
+from flockesc_env.policies import RandomRange, ScheduledRange, StubbornWitnesses
+from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+
+SCENARIO = small_flock()
+LEARNED = flockesc_env.preset("learned-predator").replace(num_agents=5, num_steps=10, initial_side=30.0)
+HUNTED = SCENARIO.replace(capture_radius=3.0, predator_range=5.0)
+LINE = LineScenario(num_agents=5, max_steps=10)
+STEPS = 15
+"""More than an episode has, so that environments that reset themselves do so."""
+
+
+def spoil(value: Any) -> Any:
+    """Change everything that can be changed in a value, in place, and return it."""
+    if isinstance(value, np.ndarray):
+        if value.flags.writeable:
+            value[...] = np.array(77).astype(value.dtype)
+    elif isinstance(value, dict):
+        for entry in value.values():
+            spoil(entry)
+        value.clear()
+        value["__all__"] = True
+    elif isinstance(value, list):
+        for entry in value:
+            spoil(entry)
+        value.append("spoilt")
+    elif isinstance(value, tuple):
+        for entry in value:
+            spoil(entry)
+    elif isinstance(value, gymnasium.spaces.Box):
+        spoil((value.low, value.high, value.bounded_below, value.bounded_above))
+    elif dataclasses.is_dataclass(value):
+        for field in dataclasses.fields(value):
+            spoil(getattr(value, field.name))
+    elif type(value).__module__.startswith("flockesc_env.") and hasattr(value, "__dict__"):
+        spoil(tuple(vars(value).values()))
+    return value
+
+
+def vector(mode: AutoresetMode, **options: Any) -> Any:
+    return flockesc_env.FlockVectorEnv(3, SCENARIO, autoreset_mode=mode, **options)
+
+
+GYMNASIUM: dict[str, Callable[[], Any]] = {
+    "flock": lambda: flockesc_env.FlockEscapeEnv(SCENARIO, action_mode="range"),
+    "flock, discrete": lambda: flockesc_env.FlockEscapeEnv(
+        SCENARIO, action_mode="discrete", range_grid=[1.0, 5.0, 9.0]
+    ),
+    "flock in pictures": lambda: flockesc_env.FlockEscapeEnv(SCENARIO, render_mode="rgb_array"),
+    "line": lambda: flockesc_env.LineEscapeEnv(LINE),
+    "line in pictures": lambda: flockesc_env.LineEscapeEnv(LINE, render_mode="rgb_array"),
+    "pursuit": lambda: flockesc_env.FlockPursuitEnv(SCENARIO),
+}
+VECTORS: dict[str, Callable[[], Any]] = {
+    "vector, next step": lambda: vector(AutoresetMode.NEXT_STEP),
+    "vector, same step": lambda: vector(AutoresetMode.SAME_STEP, action_mode="discrete"),
+    "vector in pictures": lambda: vector(AutoresetMode.SAME_STEP, render_mode="rgb_array"),
+}
+PARALLEL: dict[str, Callable[[], Any]] = {
+    "parallel": lambda: flockesc_env.parallel_env(SCENARIO),
+    "parallel, hunted": lambda: flockesc_env.parallel_env(HUNTED, reward="own_distance"),
+    "parallel, learned predator": lambda: flockesc_env.parallel_env(LEARNED),
+}
+SB3: dict[str, Callable[[], Any]] = {
+    "SB3, flocks": lambda: FlockVecEnv(2, SCENARIO),
+    "SB3, agents": lambda: AgentVecEnv(2, HUNTED),
+}
+
+
+def attributes(env: Any) -> list[Any]:
+    """Return what an environment shows of itself."""
+    names = ("metadata", "action_space", "observation_space", "state_space", "action_spaces", "control")
+    names += ("single_action_space", "single_observation_space", "observation_spaces", "predator_control")
+    shown = [getattr(env, name, None) for name in names]
+    actions = getattr(getattr(env, "control", None), "actions", None)
+    return [*shown, env.options, env.scenario, getattr(actions, "grid", None)]
+
+
+def spoilt(make: Callable[[], Any]) -> Any:
+    """Return an environment whose attributes were changed in place before its first reset."""
+    env = make()
+    for attribute in attributes(env):
+        if not callable(attribute):
+            spoil(attribute)
+    return env
+
+
+@pytest.mark.parametrize("make", [*GYMNASIUM.values(), *VECTORS.values()], ids=[*GYMNASIUM, *VECTORS])
+def test_gymnasium(make: Callable[[], Any]) -> None:
+    env, twin, judge = spoilt(make), make(), make()
+    options = [{"initial_positions": np.arange(10.0).reshape(5, 2)} for _ in range(2)]
+    if isinstance(twin, flockesc_env.LineEscapeEnv):
+        options = [{"initial_state": np.linspace(0, 1, 5)} for _ in range(2)]
+    judge.action_space.seed(0)
+    results = env.reset(seed=3, options=options[0])
+    assert data_equivalence(results, twin.reset(seed=3, options=options[1]), exact=True)
+    spoil((results, options[0]))
+    for _ in range(STEPS):
+        actions = np.array(judge.action_space.sample())
+        mine = actions.copy()
+        results = env.step(mine)
+        spoil(mine)
+        assert data_equivalence(results, twin.step(actions), exact=True)
+        ends = np.any(results[2]) or np.any(results[3])
+        if twin.render_mode:
+            np.testing.assert_equal(env.render(), twin.render())
+            spoil(env.render())
+            np.testing.assert_equal(env.render(), twin.render())
+        spoil(results)
+        if ends and not hasattr(twin, "num_envs"):
+            results = env.reset()
+            assert data_equivalence(results, twin.reset(), exact=True)
+            spoil(results)
+
+
+@pytest.mark.parametrize("make", PARALLEL.values(), ids=PARALLEL)
+def test_parallel(make: Callable[[], Any]) -> None:
+    env, twin, judge = spoilt(make), make(), make()
+    options = [{"initial_positions": np.arange(10.0).reshape(5, 2)} for _ in range(2)]
+    results = env.reset(seed=3, options=options[0])
+    np.testing.assert_equal(results, twin.reset(seed=3, options=options[1]))
+    spoil((results, options[0]))
+    for number, agent in enumerate(judge.possible_agents):
+        judge.action_space(agent).seed(number)
+    while twin.agents:
+        actions = {agent: judge.action_space(agent).sample() for agent in twin.agents}
+        mine = copy.deepcopy(actions)
+        results = env.step(mine)
+        spoil(mine)
+        np.testing.assert_equal(results, twin.step(actions))
+        np.testing.assert_equal(env.state(), twin.state())
+        spoil((results, env.state()))
+    assert env.agents == []
+
+
+@pytest.mark.parametrize("make", PARALLEL.values(), ids=PARALLEL)
+def test_parallel_arrays(make: Callable[[], Any]) -> None:
+    env, twin, judge = spoilt(make), make(), make()
+    results = env.reset_array(seed=3)
+    np.testing.assert_equal(results, twin.reset_array(seed=3))
+    spoil(results)
+    hunters = [agent for agent in judge.possible_agents if agent.startswith("predator")]
+    rng = np.random.default_rng(0)
+    while twin.agents:
+        actions = rng.uniform(-1, 1, (5, 1)).astype(np.float32)
+        steering = rng.uniform(-0.5, 0.5, (len(hunters), 2)) if hunters else None
+        mine = copy.deepcopy((actions, steering))
+        results = env.step_array(*mine)
+        spoil(mine)
+        np.testing.assert_equal(results, twin.step_array(actions, steering))
+        spoil(results)
+
+
+@pytest.mark.parametrize("make", SB3.values(), ids=SB3)
+def test_sb3(make: Callable[[], Any]) -> None:
+    env, twin = spoilt(make), make()
+    for each in (env, twin):
+        each.seed(3)
+    results = env.reset()
+    np.testing.assert_equal(results, twin.reset())
+    spoil((results, env.reset_infos))
+    rng = np.random.default_rng(0)
+    for _ in range(STEPS):
+        actions = rng.uniform(-1, 1, (twin.num_envs, 1)).astype(np.float32)
+        mine = actions.copy()
+        env.step_async(mine)
+        spoil(mine)
+        results = env.step_wait()
+        np.testing.assert_equal(results, twin.step(actions))
+        spoil(results)
+
+
+def test_what_one_environment_shows_is_not_another_ones() -> None:
+    for make in (GYMNASIUM | VECTORS | PARALLEL | SB3).values():
+        before = copy.deepcopy(make().metadata)
+        spoilt(make)
+        assert make().metadata == before
+
+
+POSITIONS = np.random.default_rng(0).uniform(0, 30, (5, 2))
+
+FUNCTIONS: dict[str, tuple[Callable[..., Any], Callable[[], dict[str, Any]]]] = {
+    "simulate": (
+        flockesc_env.simulate,
+        lambda: {
+            "scenario": LEARNED,
+            "interaction_range": np.full((10, 5), 7.0),
+            "seed": 1,
+            "initial_positions": POSITIONS.copy(),
+            "initial_velocities": POSITIONS - POSITIONS.mean(axis=0),
+            "predator_actions": np.zeros((10, 1, 2)),
+        },
+    ),
+    "simulate_line": (
+        flockesc_env.simulate_line,
+        lambda: {
+            "scenario": LINE,
+            "interaction_range": 0.1,
+            "initial_state": np.linspace(0, 1, 5),
+            "seed": 0,
+        },
+    ),
+    "sweep": (
+        flockesc_env.sweep,
+        lambda: {"scenario": SCENARIO, "interaction_ranges": np.array([0.0, 5.0]), "seeds": [1, 2]},
+    ),
+    "rollout": (
+        flockesc_env.rollout,
+        lambda: {"policy": RandomRange(0), "seeds": [1, 2], "scenario": SCENARIO, "range_grid": [1.0, 2.0]},
+    ),
+    "rollout_line": (
+        flockesc_env.rollout_line,
+        lambda: {"policy": ScheduledRange([0.1] * 10), "seeds": [1, 2], "scenario": LINE},
+    ),
+    "record": (flockesc_env.record, lambda: {"policy": RandomRange(0), "seed": 1, "scenario": SCENARIO}),
+    "component_labels": (
+        graph.component_labels,
+        lambda: {"positions": POSITIONS.copy(), "interaction_range": np.full(5, 9.0)},
+    ),
+    "neighbor_pairs": (
+        graph.neighbor_pairs,
+        lambda: {"positions": POSITIONS.tolist(), "interaction_range": [9.0] * 5},
+    ),
+    "laplacian": (graph.laplacian, lambda: {"states": np.linspace(0, 1, 5), "interaction_range": 0.3}),
+    "perron_matrix": (
+        graph.perron_matrix,
+        lambda: {"states": np.linspace(0, 1, 5), "interaction_range": 0.3},
+    ),
+    "built_in": (contenders.built_in, lambda: {"name": "stubborn-witnesses"}),
+}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_functions(name: str) -> None:
+    function, arguments = FUNCTIONS[name]
+    first, again = arguments(), arguments()
+    result = function(**first)
+    kept = copy.deepcopy(plain(result))
+    spoil(first)
+    np.testing.assert_equal(plain(result), kept)
+    spoil(result)
+    np.testing.assert_equal(plain(function(**again)), kept)
+
+
+def plain(value: Any) -> Any:
+    """Return a result as what ``assert_equal`` compares: dataclasses as dicts, policies by their type."""
+    if dataclasses.is_dataclass(value):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    return type(value) if hasattr(value, "act") else value
+
+
+GIVEN: dict[str, tuple[Callable[[Any], Any], Any, Callable[[Any], Any]]] = {
+    "speeds": (lambda v: small_flock(speed=v), np.full(5, 3.0), FlockScenario.to_json),
+    "predators": (
+        lambda v: small_flock(predators=v),
+        [flockesc_env.PurePursuit(), flockesc_env.Wandering()],
+        FlockScenario.to_json,
+    ),
+    "a predator's position": (
+        lambda v: small_flock(predators=(flockesc_env.PurePursuit(position=v),)),
+        [1.0, 2.0],
+        FlockScenario.to_json,
+    ),
+    "given positions": (
+        lambda v: small_flock(initial_positions=flockesc_env.GivenPositions(v)),
+        POSITIONS.tolist(),
+        FlockScenario.to_json,
+    ),
+    "choices": (
+        lambda v: small_flock(randomization=[flockesc_env.Choice("angular_noise", v)]),
+        [0.0, 1.0],
+        FlockScenario.to_json,
+    ),
+    "a grid of ranges": (
+        lambda v: EnvOptions(action_mode="discrete", range_grid=v),
+        np.array([1.0, 2.0]),
+        lambda options: options.range_grid,
+    ),
+    "a schedule": (ScheduledRange, np.arange(10.0), lambda policy: policy.schedule.tolist()),
+    "a rule's numbers": (
+        lambda v: StubbornWitnesses(v, v, v),
+        np.array([0.1, 0.2]),
+        lambda policy: policy.parameters.tolist(),
+    ),
+    "a network's numbers": (
+        lambda v: NetworkPolicy(Architecture(("time",), ()), v),
+        np.ones(2, np.float32),
+        lambda policy: policy.parameters.tolist(),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", GIVEN)
+def test_what_was_given_is_copied(name: str) -> None:
+    make, value, show = GIVEN[name]
+    made = make(value := copy.deepcopy(value))
+    before = show(made)
+    spoil(value)
+    assert show(made) == before
+    assert show(made) == show(make(copy.deepcopy(GIVEN[name][1])))
+
+
+@pytest.mark.parametrize("value", [SCENARIO, LEARNED, LINE, EnvOptions(range_grid=[1.0])], ids=repr)
+def test_scenarios_and_options_are_values(value: Any) -> None:
+    hash(value)  # of numbers, texts and tuples alone
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        setattr(value, dataclasses.fields(value)[0].name, 1)
+
+
+def test_presets_are_fixed() -> None:
+    with pytest.raises(TypeError):
+        flockesc_env.PRESETS["paper-flock"] = None  # type: ignore[index]

@@ -1,0 +1,272 @@
+"""Files may come from anybody: whatever is in them, there is a documented error or a sound result."""
+
+from __future__ import annotations
+
+import ast
+import io
+import json
+import random
+import resource
+import tracemalloc
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from option_table import small_flock
+
+import flockesc_env
+from flockesc_env import FlockScenario, LineScenario, load_policy, load_state, records, save_policy
+from flockesc_env.contenders import Contender
+from flockesc_env.errors import RecordError, ScenarioError
+from flockesc_env.network import Architecture, NetworkPolicy
+
+MUTATIONS = 300
+"""Of every kind of file."""
+
+MEMORY = 2**24
+"""Bytes that reading a small file may take, whatever it says of itself."""
+
+ROOT = Path(__file__).parent.parent
+SCENARIO = small_flock()
+ARCHITECTURE = Architecture(("time", "predator_distance"), (3, 2), memory=1)
+
+
+def write_policy(path: Path) -> None:
+    policy = NetworkPolicy(ARCHITECTURE, np.random.default_rng(0).normal(size=ARCHITECTURE.size))
+    options = {"max_range": 30.0, "steps_per_action": 2}
+    save_policy(Contender("mine", policy, per_agent=True, options=options, scenario=SCENARIO), path)
+
+
+def write_run(path: Path) -> None:
+    records.save(flockesc_env.simulate(SCENARIO, 5.0, seed=1), path)
+
+
+def write_line(path: Path) -> None:
+    records.save(flockesc_env.simulate_line(LineScenario(num_agents=5), 0.1, seed=1), path)
+
+
+def write_state(path: Path) -> None:
+    numbers = np.random.default_rng(0).normal(size=(5, 4))
+    if path.suffix == ".npy":
+        np.save(path, numbers)
+    elif path.suffix == ".npz":
+        np.savez(path, positions=numbers[:, :2], velocities=numbers[:, 2:])
+    else:
+        np.savetxt(path, numbers, delimiter=",", header="x,y,vx,vy", comments="")
+
+
+def read_toml(path: Path) -> FlockScenario:
+    return FlockScenario.from_toml(path.read_bytes().decode("utf-8", "replace"))
+
+
+def read_json(path: Path) -> FlockScenario:
+    return FlockScenario.from_json(path.read_bytes().decode("utf-8", "replace"))
+
+
+FILES: dict[str, tuple[Callable[[Path], None], Callable[[Path], Any]]] = {
+    "policy.npz": (write_policy, load_policy),
+    "run.npz": (write_run, records.load),
+    "line.npz": (write_line, records.load),
+    "state.npz": (write_state, load_state),
+    "state.npy": (write_state, load_state),
+    "state.csv": (write_state, load_state),
+    "scenario.toml": (lambda path: path.write_text(SCENARIO.to_toml()) and None, read_toml),
+    "scenario.json": (lambda path: path.write_text(SCENARIO.to_json()) and None, read_json),
+}
+
+
+def mutated(whole: bytes, draw: random.Random) -> bytes:
+    """Return bytes of which some are flipped, replaced, cut out, put in, moved or made very large."""
+    raw = bytearray(whole)
+    kind = draw.randrange(6)
+    for _ in range(draw.choice([1, 1, 2, 8])):
+        at = draw.randrange(len(raw) or 1)
+        source = draw.randrange(len(raw) or 1)
+        if kind == 0:
+            raw[at : at + 1] = bytes(byte ^ 1 << draw.randrange(8) for byte in raw[at : at + 1])
+        elif kind == 1:
+            raw[at : at + 1] = draw.randbytes(1)
+        elif kind == 2:
+            del raw[at : at + draw.randrange(1, 50)]
+        elif kind == 3:
+            raw[at:at] = draw.randbytes(draw.randrange(1, 20))
+        elif kind == 4:
+            raw[at : at + 20] = raw[source : source + 20]
+        else:
+            raw[at : at + 4] = b"\xff\xff\xff\x7f"
+    return bytes(raw)
+
+
+def with_mutated_member(whole: bytes, draw: random.Random) -> bytes:
+    """Return an archive whose checksums hold, and of whose members one is not what it was."""
+    target = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(whole)) as source, zipfile.ZipFile(target, "w") as archive:
+        victim = draw.choice(source.namelist())
+        for name in source.namelist():
+            raw = source.read(name)
+            archive.writestr(name, mutated(raw, draw) if name == victim else raw)
+    return target.getvalue()
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_mutated_files_are_refused_or_sound(name: str, tmp_path: Path) -> None:
+    write, read = FILES[name]
+    path, draw, refused = tmp_path / name, random.Random(0), 0  # noqa: S311, no secret
+    write(path)
+    whole = path.read_bytes()
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for number in range(MUTATIONS):
+        is_inner = path.suffix == ".npz" and number % 2
+        path.write_bytes((with_mutated_member if is_inner else mutated)(whole, draw))
+        try:
+            read(path)
+        except (RecordError, ScenarioError):
+            refused += 1
+    grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - peak
+    assert grown * 1024 < 4 * MEMORY
+    assert refused > MUTATIONS / 2
+
+
+@pytest.mark.parametrize("name", [name for name in FILES if not name.startswith("scenario")])
+def test_cut_files_are_refused(name: str, tmp_path: Path) -> None:
+    write, read = FILES[name]
+    path = tmp_path / name
+    write(path)
+    whole = path.read_bytes()
+    lengths = range(0, len(whole) - 1, max(1, len(whole) // 60))
+    for length in lengths if path.suffix != ".csv" else [0, 5]:  # a shorter table is a table
+        path.write_bytes(whole[:length])
+        with pytest.raises(RecordError):
+            read(path)
+
+
+ARRAY_FILES = [name for name in FILES if name.endswith("npz")]
+
+
+def npy(shape: tuple[int, ...], dtype: str = "<f8", numbers: bytes = b"") -> bytes:
+    """Return an npy file that says of itself what it is told to."""
+    stream = io.BytesIO()
+    header = {"descr": dtype, "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_2_0(stream, header)
+    return stream.getvalue() + numbers
+
+
+def archive(members: dict[str, bytes]) -> bytes:
+    target = io.BytesIO()
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as file:
+        for name, raw in members.items():
+            file.writestr(name, raw)
+    return target.getvalue()
+
+
+LIES = {
+    "a size that is not there": npy((2**40,)),
+    "more sizes than fit": npy((2**40, 2**40)),
+    "a negative size": npy((-1,), numbers=b"12345678"),
+    "two negative sizes": npy((-1, -1), numbers=b"12345678"),
+    "entries of no size": npy((2**40,), "<U0"),
+    "objects": npy((1,), "|O", b"12345678"),
+    "too much": npy((1,), numbers=b"123456789"),
+    "nothing": b"",
+}
+
+
+@pytest.mark.parametrize("lie", LIES)
+@pytest.mark.parametrize("name", [*ARRAY_FILES, "state.npy"])
+def test_arrays_that_lie_are_refused(name: str, lie: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    members = {f"{key}.npy": LIES[lie] for key in ("header", "parameters", "positions")}
+    path.write_bytes(LIES[lie] if path.suffix == ".npy" else archive(members))
+    tracemalloc.start()
+    with pytest.raises(RecordError):
+        FILES[name][1](path)
+    assert tracemalloc.get_traced_memory()[1] < MEMORY
+    tracemalloc.stop()
+
+
+@pytest.mark.parametrize("says_so", [True, False])
+@pytest.mark.parametrize("name", ARRAY_FILES)
+def test_bombs_are_refused_before_they_unpack(name: str, says_so: bool, tmp_path: Path) -> None:
+    path = tmp_path / name
+    size = 2**27
+    bomb = archive({"header.npy": npy((size // 8,), numbers=bytes(size))})
+    if not says_so:  # the size stands in the member's own header and in the directory
+        claimed = len(npy((size // 8,))) + size
+        bomb = bomb.replace(claimed.to_bytes(4, "little"), (200).to_bytes(4, "little"))
+    path.write_bytes(bomb)
+    tracemalloc.start()
+    with pytest.raises(RecordError):
+        FILES[name][1](path)
+    assert tracemalloc.get_traced_memory()[1] < MEMORY
+    tracemalloc.stop()
+
+
+DOCUMENTS = {
+    "deep lists": "[" * 100_000,
+    "deep lists that end": '{"predators": ' + "[" * 400 + "]" * 400 + "}",
+    "deep objects": '{"predators": [' + '{"herd": ' * 400 + "1" + "}" * 400 + "]}",
+    "a long number": '{"num_agents": ' + "1" * 5000 + "}",
+    "no number": '{"num_agents": NaN}',
+    "half a character": '{"neighbor_rule": "\\ud800"}',
+}
+
+
+@pytest.mark.parametrize("document", DOCUMENTS.values(), ids=DOCUMENTS)
+def test_documents_that_overwhelm_parsers_are_refused(document: str) -> None:
+    with pytest.raises(ScenarioError):
+        FlockScenario.from_json(document)
+    with pytest.raises(ScenarioError):
+        FlockScenario.from_toml(f"predators = {document}")
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"name": 3},
+        {"per_agent": "yes"},
+        {"options": {"wings": 2}},
+        {"options": [1]},
+        {"options": {"max_range": -1}},
+    ],
+)
+def test_a_policy_is_refused_when_it_is_read_and_not_when_it_acts(changes: Any, tmp_path: Path) -> None:
+    path = tmp_path / "policy.npz"
+    write_policy(path)
+    with np.load(path) as file:
+        header, parameters = json.loads(str(file["header"])), file["parameters"]
+    np.savez(path, header=np.array(json.dumps(header | changes)), parameters=parameters)
+    with pytest.raises((RecordError, ScenarioError)):
+        load_policy(path)
+
+
+EXECUTES = {"pickle", "marshal", "shelve", "dill", "joblib", "cloudpickle"}
+OWN_CHECKPOINTS = {"training/outputs.py"}
+"""What a killed run left for itself; never a file that is handed on."""
+
+
+def test_nothing_that_is_read_is_executed() -> None:
+    """Who could execute what is in a file: by pickle, by NumPy with pickle, by torch, by Python itself."""
+    found = set()
+    for path in (*ROOT.glob("flockesc_env/**/*.py"), *ROOT.glob("training/**/*.py")):
+        for part in ast.walk(ast.parse(path.read_text())):
+            if isinstance(part, ast.Import | ast.ImportFrom):
+                modules = (
+                    [alias.name for alias in part.names]
+                    if isinstance(part, ast.Import)
+                    else [part.module or ""]
+                )
+                is_dangerous = bool(EXECUTES & {module.partition(".")[0] for module in modules})
+            elif isinstance(part, ast.Call):
+                name = ast.unparse(part.func)
+                is_safe = any(
+                    key.arg == "allow_pickle" and ast.unparse(key.value) == "False" for key in part.keywords
+                )
+                is_dangerous = name in {"eval", "exec", "torch.load"} or (name == "np.load" and not is_safe)
+            else:
+                continue
+            if is_dangerous:
+                found.add(path.relative_to(ROOT).as_posix())
+    assert found == OWN_CHECKPOINTS
