@@ -249,8 +249,8 @@ FUNCTIONS: dict[str, Row] = {
     "graph.laplacian": Row(graph.laplacian, LINE_MOMENT),
     "contenders.built_in": Row(
         contenders.built_in,
-        {"name": Choice("fixed:5"), "argument": Text("policies")},
-        after=lambda made: (made.name, made.options, vars(made.policy)),
+        {"name": Choice("random"), "argument": Text("policies")},
+        after=lambda made: (made.name, made.options, made.per_agent),
         named={"name": ("policies",)},
     ),
     "records.versions": Row(records.versions),

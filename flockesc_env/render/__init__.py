@@ -106,7 +106,7 @@ def render(viewer: Viewer | None) -> list[NDArray[np.uint8]] | None:
 
 def frames_per_second(seconds: float) -> int:
     """Return how many pictures a second are shown where each is ``seconds`` after the one before."""
-    return max(1, round(1.0 / seconds))
+    return max(1, round(min(1.0 / seconds, 1000.0)))  # of the shortest steps it would be infinite
 
 
 def require(*modules: str) -> None:
