@@ -59,7 +59,7 @@ class Model:
         return np.zeros((len(observations), 1)), None
 
 
-FIXED_LENGTH = Floats([1.0, 2.0, 4.0])
+FIXED_LENGTH = Floats([1.0, 2.0, 4.0], has_extremes=False)
 THE_FLOCK = Part(FLOCK, confusing=(LINE,))
 
 
@@ -258,7 +258,7 @@ POLICIES: dict[str, Row] = {
         contenders.Contender("fixed", FIXED).record, {"seed": Seed(3), "scenario": SCENARIO}
     ),
 }
-VALUES = Floats([1.0, 2.0, 4.0], is_any_length=True)
+VALUES = Floats([1.0, 2.0, 4.0], is_any_length=True, has_extremes=False)
 RESULTS: dict[str, Row] = {
     "FlockSweepResult.values": Row(SWEPT.values, {"objective": Choice("mean", True)}),
     "FlockSweepResult.best_range": Row(SWEPT.best_range, {"objective": Choice("mean", True)}),
@@ -277,7 +277,10 @@ RESULTS: dict[str, Row] = {
     "stats.share": Row(stats.share, {"is_so": Bools(np.array([True, False]))}),
     "stats.argmax": Row(
         stats.argmax,
-        {"positions": Floats([1.0, 2.0]), "values": Floats([[1.0, 2.0, 4.0], [2.0, 4.0, 1.0]])},
+        {
+            "positions": Floats([1.0, 2.0], has_extremes=False),
+            "values": Floats([[1.0, 2.0, 4.0], [2.0, 4.0, 1.0]], has_extremes=False),
+        },
         named={"positions": ("positions", "values")},
     ),
     "watch.write_page": Row(watch.write_page, {"runs": RUNS, "path": File("made.html")}),

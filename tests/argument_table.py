@@ -255,3 +255,11 @@ FUNCTIONS: dict[str, Row] = {
     ),
     "records.versions": Row(records.versions),
 }
+
+
+def used(result: Any) -> None:
+    """Run a scenario that came out of a call."""
+    if isinstance(result, fe.FlockScenario) and result.num_agents < 10:
+        fe.simulate(result, 5.0, seed=1)
+    elif isinstance(result, fe.LineScenario) and result.num_agents < 10:
+        fe.simulate_line(result, 0.25, seed=1)

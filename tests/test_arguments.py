@@ -6,13 +6,15 @@ What is refused leaves no trace: an environment goes on as one that was not aske
 from __future__ import annotations
 
 import inspect
+from contextlib import suppress
 from types import ModuleType
 from typing import Any
 
 import pytest
 from argument_environments import CONSTRUCTORS, METHODS
+from argument_kinds import Kind
 from argument_parts import POLICIES, RESULTS, SCENARIOS
-from argument_table import FUNCTIONS, Row, write_files
+from argument_table import FUNCTIONS, Row, used, write_files
 from same import same
 
 import flockesc_env
@@ -33,6 +35,12 @@ MADE_HERE = {
     *("Episodes", "LineEpisodes", "records.Record", "stats.Estimate", "predator_policies.PredatorControl"),
     *("predator_policies.opposite", "network.mirrored"),
 }
+
+
+def _arguments(case: Any) -> Kind:
+    row, name = case.values
+    kind: Kind = row.all_arguments[name]
+    return kind
 
 
 @pytest.fixture(autouse=True)
@@ -78,6 +86,17 @@ def test_taken(row: Row, name: str) -> None:
         given = [kind.good, kind.good if form == "plain" else kind.alike()[form]]
         results = [called(row, twin, **{name: value}) for twin, value in zip(twins, given, strict=True)]
         same(*(twins if row.subject else results), after=row.after)
+
+
+@pytest.mark.parametrize(("row", "name"), [case for case in CASES if list(_arguments(case).extreme())])
+def test_extreme(row: Row, name: str) -> None:
+    """What is as large or as small as can be is refused, or harmless."""
+    for value in row.all_arguments[name].extreme():
+        subject = row.subject() if row.subject else None
+        with suppress(FlockescError):
+            result = called(row, subject, **{name: value})
+            used(result)
+            row.after(subject or result)
 
 
 def _members(module: ModuleType) -> list[str]:
