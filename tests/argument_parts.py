@@ -177,7 +177,9 @@ SCENARIOS: dict[str, Row] = {
     "FlockScenario": Row(fe.FlockScenario, FLOCK_FIELDS),
     "LineScenario": Row(fe.LineScenario, LINE_FIELDS),
     **{
-        kind.__name__: Row(_part(slot, place, kind), arguments)
+        kind.__name__: Row(
+            _part(slot, place, kind), arguments, named={name: (f"{kind.kind}.{name}",) for name in arguments}
+        )
         for slot, (place, kinds) in SLOTS.items()
         for kind, arguments in kinds.items()
     },
@@ -254,7 +256,7 @@ POLICIES: dict[str, Row] = {
             "scenario": Part(FLOCK, True, confusing=(fe.Disc(),)),
         },
     ),
-    "Contender.record": Row(
+    "contenders.Contender.record": Row(
         contenders.Contender("fixed", FIXED).record, {"seed": Seed(3), "scenario": SCENARIO}
     ),
 }
@@ -297,9 +299,8 @@ RESULTS: dict[str, Row] = {
     ),
     "video.write_video": Row(
         video.write_video,
-        {
-            "runs": RUNS,
-            "path": File("made.mp4"),
+        {"runs": RUNS, "path": File("made.mp4")},
+        others={
             "fps": Count(4),
             "speed": Number(4.0, low=0.0, is_above=True),
             "options": Part(fe.RenderOptions(size=160), True),
