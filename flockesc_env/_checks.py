@@ -55,11 +55,14 @@ def as_seeds(values: Any, field: str = "seeds") -> list[int]:
     return seeds
 
 
-def as_count(value: Any, field: str, error: _Error = ArgumentError, *, least: int = 1) -> int:
-    """Return a whole number of at least ``least`` and at most 63 bits as a plain integer."""
+def as_count(
+    value: Any, field: str, error: _Error = ArgumentError, *, least: int = 1, most: int | None = None
+) -> int:
+    """Return a whole number from ``least`` to ``most`` or, without one, of 63 bits as a plain integer."""
     count = as_integer(value, field, error)
-    if not least <= count < 2**63:
-        raise error(field, f"an integer of at least {least} and at most 63 bits", count)
+    largest, told = (2**63 - 1, "63 bits") if most is None else (most, most)
+    if not least <= count <= largest:
+        raise error(field, f"an integer of at least {least} and at most {told}", count)
     return count
 
 

@@ -46,6 +46,9 @@ RESET_OPTIONS: Final = (*STARTS, "episode")
 Start = Mapping[str, Any]
 """Those that were given, checked; the rest is the seed's or the scenario's, the episode the next one."""
 
+MAX_FLOCKS: Final = 1_000_000
+"""Flocks of a batch: many more would not fit into memory, and a process that runs out of it is killed."""
+
 NO_START: Final[Start] = MappingProxyType({})
 
 
@@ -85,7 +88,7 @@ class FlockBatch:
         self.predator_control = PredatorControl.of(scenario)
         self._predator_policy = predator_policy
         self.options = options
-        self.num_flocks = as_count(num_flocks, "num_flocks")
+        self.num_flocks = as_count(num_flocks, "num_flocks", most=MAX_FLOCKS)
         self.rows = scenario.num_agents if per_agent else 1
         threads = as_threads(num_threads)
         self.control = Control(

@@ -75,7 +75,9 @@ class NetworkPolicy:
 
     def __init__(self, architecture: Architecture, parameters: ArrayLike) -> None:
         as_instance(architecture, "architecture", Architecture)
-        given = as_floats(parameters, "parameters")
+        with np.errstate(over="ignore"):  # what is too large for a float32 is infinite, and refused as that
+            narrow = as_floats(parameters, "parameters").astype(np.float32)
+        given = as_floats(narrow, "parameters")
         if given.ndim not in {1, 2} or given.shape[-1] != architecture.size or not given.size:
             expected = f"shape ({architecture.size},) or (networks, {architecture.size})"
             raise ArgumentError("parameters", expected, f"shape {given.shape}")

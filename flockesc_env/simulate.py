@@ -167,7 +167,8 @@ def simulate(
     )
     document = scenario.to_json()
     run = _core.simulate_flock(document, ranges, start, positions, velocities, threads, controls)
-    times: FloatArray = np.arange(scenario.num_steps + 1) * np.float64(scenario.time_step)
+    with np.errstate(over="ignore"):
+        times: FloatArray = np.arange(scenario.num_steps + 1) * np.float64(scenario.time_step)
     in_force = np.broadcast_to(ranges, (scenario.num_steps, ranges.shape[1])).copy()
     return Trajectory(
         scenario=scenario.drawn(start),

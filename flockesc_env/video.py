@@ -30,6 +30,9 @@ _FORMATS: dict[str, dict[str, Any]] = {
 """What ffmpeg is told, by the file's suffix."""
 
 
+_MAX_FRAMES = 10_000_000
+
+
 def write_video(
     runs: Sequence[tuple[str, Trajectory]],
     path: str | Path,
@@ -73,8 +76,7 @@ def write_video(
 
     from flockesc_env.render.flock import draw_flock
 
-    last = max(float(run.times[-1]) for _, run in runs)
-    times = np.arange(round(last / pace * fps) + 1) * pace / fps
+    times = np.arange(_count_frames(runs, pace, fps)) * pace / fps
     films = [_frames(run, times.tolist()) for _, run in runs]
     unfinished = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     size = len(runs) * options.size, options.size
@@ -102,6 +104,15 @@ def write_video(
     finally:
         writer.close()
         unfinished.unlink(missing_ok=True)
+
+
+def _count_frames(runs: Sequence[tuple[str, Trajectory]], pace: float, fps: int) -> int:
+    last = max(float(run.times[-1]) for _, run in runs)
+    with np.errstate(over="ignore"):
+        count = np.float64(last) / pace * fps
+    if not count < _MAX_FRAMES:
+        raise ArgumentError("fps", f"fewer than {_MAX_FRAMES} frames at speed {pace}", f"{count:g} frames")
+    return round(count) + 1
 
 
 def _frames(run: Trajectory, times: Iterable[float]) -> Iterator[FlockFrame]:

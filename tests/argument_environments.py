@@ -98,6 +98,12 @@ METHODS = {
         {"actions": Part({f"agent_{i}": [0.25] for i in range(5)})},
         START,
     ),
+    "FlockParallelEnv.reset_array": Row(
+        lambda env, **arguments: env.reset_array(**arguments),
+        {"seed": Seed(4, True), "options": Part({}, True, accepts=("dict",))},
+        started(lambda: fe.FlockParallelEnv(FLOCK)),
+        goes_on,
+    ),
     "FlockParallelEnv.step_array": Row(
         lambda env, **arguments: env.step_array(**arguments),
         {"actions": Floats(np.full((5, 1), 0.25)), "predator_actions": Floats([[0.5, 0.5]])},

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 NAN = float("nan")
 NOT_FINITE: dict[str, Any] = {"nan": NAN, "inf": np.inf, "minus inf": -np.inf}
 
+EXTREME = (1.7e308, 1e155, -1e155, -1.7e308, 5e-324, -5e-324, 1e-160, -0.0, 0.0)
+
 # Taken by no kind but those that say so.
 FOREIGN: dict[str, Any] = {
     "none": None,
@@ -64,6 +66,10 @@ class Kind:
         """Return other forms of the good value, which mean the same."""
         return {}
 
+    def extreme(self) -> Iterable[Any]:
+        """Return values that are as large or as small as can be, which pass or are refused."""
+        return ()
+
 
 @dataclass(frozen=True)
 class Number(Kind):
@@ -86,6 +92,9 @@ class Number(Kind):
     def alike(self) -> dict[str, Any]:
         return _forms_of_a_number(np.float64(self.good))
 
+    def extreme(self) -> Iterable[Any]:
+        yield from EXTREME
+
 
 @dataclass(frozen=True)
 class Count(Kind):
@@ -95,6 +104,9 @@ class Count(Kind):
 
     def own_bad(self) -> Iterable[Any]:
         yield from (self.low - 1, -1, 1.5, 2.0, np.float64(2), 2**63, 2**64, [2], np.array([2]))
+
+    def extreme(self) -> Iterable[Any]:
+        yield from (2**62, 2**40)
 
     def alike(self) -> dict[str, Any]:
         return _forms_of_an_integer(self.good)
@@ -152,6 +164,7 @@ class Floats(Kind):
     low: float = -np.inf
     is_any_length: bool = False
     is_scalar_fine: bool = False
+    has_extremes: bool = True
 
     def own_bad(self) -> Iterable[Any]:
         good = np.asarray(self.good, np.float64)
@@ -169,6 +182,12 @@ class Floats(Kind):
 
     def alike(self) -> dict[str, Any]:
         return forms_of_an_array(np.asarray(self.good, np.float64))
+
+    def extreme(self) -> Iterable[Any]:
+        shape = np.shape(self.good)
+        for value in EXTREME if self.has_extremes else ():
+            yield np.full(shape, value)
+            yield np.where(np.arange(np.prod(shape)).reshape(shape) % 2, value, 1.0)
 
 
 @dataclass(frozen=True)

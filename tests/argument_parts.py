@@ -59,7 +59,7 @@ class Model:
         return np.zeros((len(observations), 1)), None
 
 
-FIXED_LENGTH = Floats([1.0, 2.0, 4.0])
+FIXED_LENGTH = Floats([1.0, 2.0, 4.0], has_extremes=False)
 THE_FLOCK = Part(FLOCK, confusing=(LINE,))
 
 
@@ -177,7 +177,9 @@ SCENARIOS: dict[str, Row] = {
     "FlockScenario": Row(fe.FlockScenario, FLOCK_FIELDS),
     "LineScenario": Row(fe.LineScenario, LINE_FIELDS),
     **{
-        kind.__name__: Row(_part(slot, place, kind), arguments)
+        kind.__name__: Row(
+            _part(slot, place, kind), arguments, named={name: (f"{kind.kind}.{name}",) for name in arguments}
+        )
         for slot, (place, kinds) in SLOTS.items()
         for kind, arguments in kinds.items()
     },
@@ -254,11 +256,11 @@ POLICIES: dict[str, Row] = {
             "scenario": Part(FLOCK, True, confusing=(fe.Disc(),)),
         },
     ),
-    "Contender.record": Row(
+    "contenders.Contender.record": Row(
         contenders.Contender("fixed", FIXED).record, {"seed": Seed(3), "scenario": SCENARIO}
     ),
 }
-VALUES = Floats([1.0, 2.0, 4.0], is_any_length=True)
+VALUES = Floats([1.0, 2.0, 4.0], is_any_length=True, has_extremes=False)
 RESULTS: dict[str, Row] = {
     "FlockSweepResult.values": Row(SWEPT.values, {"objective": Choice("mean", True)}),
     "FlockSweepResult.best_range": Row(SWEPT.best_range, {"objective": Choice("mean", True)}),
@@ -277,7 +279,10 @@ RESULTS: dict[str, Row] = {
     "stats.share": Row(stats.share, {"is_so": Bools(np.array([True, False]))}),
     "stats.argmax": Row(
         stats.argmax,
-        {"positions": Floats([1.0, 2.0]), "values": Floats([[1.0, 2.0, 4.0], [2.0, 4.0, 1.0]])},
+        {
+            "positions": Floats([1.0, 2.0], has_extremes=False),
+            "values": Floats([[1.0, 2.0, 4.0], [2.0, 4.0, 1.0]], has_extremes=False),
+        },
         named={"positions": ("positions", "values")},
     ),
     "watch.write_page": Row(watch.write_page, {"runs": RUNS, "path": File("made.html")}),
@@ -294,9 +299,8 @@ RESULTS: dict[str, Row] = {
     ),
     "video.write_video": Row(
         video.write_video,
-        {
-            "runs": RUNS,
-            "path": File("made.mp4"),
+        {"runs": RUNS, "path": File("made.mp4")},
+        others={
             "fps": Count(4),
             "speed": Number(4.0, low=0.0, is_above=True),
             "options": Part(fe.RenderOptions(size=160), True),

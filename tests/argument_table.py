@@ -249,9 +249,17 @@ FUNCTIONS: dict[str, Row] = {
     "graph.laplacian": Row(graph.laplacian, LINE_MOMENT),
     "contenders.built_in": Row(
         contenders.built_in,
-        {"name": Choice("fixed:5"), "argument": Text("policies")},
-        after=lambda made: (made.name, made.options, vars(made.policy)),
+        {"name": Choice("random"), "argument": Text("policies")},
+        after=lambda made: (made.name, made.options, made.per_agent),
         named={"name": ("policies",)},
     ),
     "records.versions": Row(records.versions),
 }
+
+
+def used(result: Any) -> None:
+    """Run a scenario that came out of a call."""
+    if isinstance(result, fe.FlockScenario) and result.num_agents < 10:
+        fe.simulate(result, 5.0, seed=1)
+    elif isinstance(result, fe.LineScenario) and result.num_agents < 10:
+        fe.simulate_line(result, 0.25, seed=1)

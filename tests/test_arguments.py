@@ -6,13 +6,15 @@ What is refused leaves no trace: an environment goes on as one that was not aske
 from __future__ import annotations
 
 import inspect
+from contextlib import suppress
 from types import ModuleType
 from typing import Any
 
 import pytest
 from argument_environments import CONSTRUCTORS, METHODS
+from argument_kinds import Kind
 from argument_parts import POLICIES, RESULTS, SCENARIOS
-from argument_table import FUNCTIONS, Row, write_files
+from argument_table import FUNCTIONS, Row, used, write_files
 from same import same
 
 import flockesc_env
@@ -33,6 +35,18 @@ MADE_HERE = {
     *("Episodes", "LineEpisodes", "records.Record", "stats.Estimate", "predator_policies.PredatorControl"),
     *("predator_policies.opposite", "network.mirrored"),
 }
+# Methods that are other libraries' protocols, or that this package alone calls.
+PROTOCOLS = {
+    *("act", "action_space", "observation_space", "render", "close_extras"),
+    *("env_is_wrapped", "env_method", "get_attr", "set_attr", "step_async"),
+    *("to_core", "selected"),
+}
+
+
+def _arguments(case: Any) -> Kind:
+    row, name = case.values
+    kind: Kind = row.all_arguments[name]
+    return kind
 
 
 @pytest.fixture(autouse=True)
@@ -80,6 +94,17 @@ def test_taken(row: Row, name: str) -> None:
         same(*(twins if row.subject else results), after=row.after)
 
 
+@pytest.mark.parametrize(("row", "name"), [case for case in CASES if list(_arguments(case).extreme())])
+def test_extreme(row: Row, name: str) -> None:
+    """What is as large or as small as can be is refused, or harmless."""
+    for value in row.all_arguments[name].extreme():
+        subject = row.subject() if row.subject else None
+        with suppress(FlockescError):
+            result = called(row, subject, **{name: value})
+            used(result)
+            row.after(subject or result)
+
+
 def _members(module: ModuleType) -> list[str]:
     names = getattr(module, "__all__", None) or [
         name for name, member in vars(module).items() if getattr(member, "__module__", "") == module.__name__
@@ -115,10 +140,42 @@ def test_every_public_argument_is_in_the_table() -> None:
     assert not missing
 
 
-@pytest.mark.parametrize("row", [pytest.param(row, id=name) for name, row in ROWS.items()])
-def test_missing_and_unknown_arguments(row: Row) -> None:
+def _methods(member: Any) -> dict[str, Any]:
+    """Return the methods of a class of this package that take arguments."""
+    if not isinstance(member, type):
+        return {}
+    static = {name: inspect.getattr_static(member, name) for name in dir(member) if not name.startswith("_")}
+    functions = {name: getattr(method, "__func__", method) for name, method in static.items()}
+    return {
+        name: function
+        for name, function in functions.items()
+        if inspect.isfunction(function)
+        and function.__module__.startswith("flockesc_env")
+        and len(inspect.signature(function).parameters) > 1
+    }
+
+
+def test_every_argument_of_a_method_is_in_the_table() -> None:
+    public = {name: member for name, member in _public().items() if not name.endswith("PredatorControl")}
+    missing, covered = {}, set()
+    for owner, member in public.items():
+        for name, function in _methods(member).items():
+            label = f"{owner}.{name}"
+            parameters = list(inspect.signature(function).parameters.values())[1:]
+            wanted = {p.name for p in parameters if p.kind is not p.VAR_KEYWORD}
+            if label in ROWS and wanted <= set(ROWS[label].all_arguments):
+                covered.add(function)
+            else:
+                missing[label] = function
+    assert not {
+        label
+        for label, function in missing.items()
+        if function not in covered and label.rpartition(".")[2] not in PROTOCOLS
+    }
+
+
+@pytest.mark.parametrize("row", [pytest.param(ROWS[name], id=name) for name in _public() if name in ROWS])
+def test_an_unknown_argument(row: Row) -> None:
     """As in any call in Python: a TypeError that names the argument."""
-    if row.subject or not row.arguments:
-        return
-    with pytest.raises(TypeError, match="no_such_argument"):
+    with pytest.raises(TypeError, match=r"no_such_argument|takes no arguments"):
         called(row, None, no_such_argument=1)

@@ -1,4 +1,4 @@
-"""Arguments of functions and resets that are refused by name, without a trace in what runs."""
+"""Arguments that do not fit together, and which of their entries an error names (see ``test_arguments``)."""
 
 from __future__ import annotations
 
@@ -13,20 +13,14 @@ from flockesc_env import (
     ConstantVelocity,
     FlockEscapeEnv,
     FlockescError,
-    FlockVectorEnv,
-    LineEscapeEnv,
     LineScenario,
     PurePursuit,
-    env,
-    parallel_env,
     rollout,
     simulate,
-    simulate_line,
     sweep,
 )
 from flockesc_env.errors import ArgumentError
 from flockesc_env.policies import FixedRange, ScheduledRange, StubbornLeaders
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 FLOCK, LINE = small_flock(), LineScenario(num_agents=5, max_steps=10)
 NAN = np.nan
@@ -47,35 +41,20 @@ def refusal(call: Callable[[], Any]) -> ArgumentError:
 
 
 SIMULATE: list[tuple[Any, dict[str, Any], str]] = [
-    (-1.0, {}, "interaction_range"),
-    (NAN, {}, "interaction_range"),
-    (np.inf, {}, "interaction_range"),
-    ("5", {}, "interaction_range"),
-    (None, {}, "interaction_range"),
-    (True, {}, "interaction_range"),
-    (1j, {}, "interaction_range"),
-    ([], {}, "interaction_range"),
-    ([1.0, 2.0], {}, "interaction_range"),
-    ([1.0, [2.0]], {}, "interaction_range"),
     ([1, 1, 1, 1, -1], {}, "interaction_range[4]"),
     ([1, 1, NAN, 1, 1], {}, "interaction_range[2]"),
     (np.ones((5, 10)), {}, "interaction_range"),
     (np.ones((10, 4)), {}, "interaction_range"),
     (np.ones((10, 5, 1)), {}, "interaction_range"),
-    (1.0, {"initial_positions": POSITIONS[:4]}, "initial_positions"),
     (1.0, {"initial_positions": POSITIONS.T}, "initial_positions"),
-    (1.0, {"initial_positions": POSITIONS.ravel()}, "initial_positions"),
     (1.0, {"initial_positions": SPOILT}, "initial_positions[3, 1]"),
-    (1.0, {"initial_velocities": np.zeros((5, 3))}, "initial_velocities"),
     (1.0, {"initial_velocities": SPOILT}, "initial_velocities[3, 1]"),
-    (1.0, {"initial_velocities": POSITIONS.astype(str)}, "initial_velocities"),
-    (1.0, {"initial_velocities": POSITIONS.astype(complex)}, "initial_velocities"),
 ]
 
 
 @pytest.mark.parametrize(("rho", "arguments", "field"), SIMULATE)
 def test_simulate(rho: Any, arguments: dict[str, Any], field: str) -> None:
-    assert refusal(lambda: simulate(FLOCK, rho, seed=0, **arguments)).field.startswith(field)
+    assert refusal(lambda: simulate(FLOCK, rho, seed=0, **arguments)).field == field
 
 
 def test_schedule_or_range_per_agent() -> None:
@@ -97,62 +76,19 @@ def test_schedule_or_range_per_agent() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("rho", "arguments", "field"),
-    [
-        (-0.1, {}, "interaction_range"),
-        (NAN, {}, "interaction_range"),
-        ("0.1", {}, "interaction_range"),
-        ([0.1], {}, "interaction_range"),
-        (0.1, {"initial_state": [0.0] * 4}, "initial_state"),
-        (0.1, {"initial_state": [[0.0] * 5]}, "initial_state"),
-        (0.1, {"initial_state": [0.0, 0.0, NAN, 0.0, 0.0]}, "initial_state[2]"),
-        (0.1, {"initial_state": ["a"] * 5}, "initial_state"),
-    ],
-)
-def test_simulate_line(rho: Any, arguments: dict[str, Any], field: str) -> None:
-    assert refusal(lambda: simulate_line(LINE, rho, seed=0, **arguments)).field == field
-
-
 @pytest.mark.parametrize("scenario", [FLOCK, LINE], ids=["flock", "line"])
 @pytest.mark.parametrize(
     ("ranges", "seeds", "options", "field"),
     [
-        ([], [0], {}, "interaction_ranges"),
-        (1.0, [0], {}, "interaction_ranges"),
-        ([[1.0]], [0], {}, "interaction_ranges"),
         ([1.0, -1.0], [0], {}, "interaction_ranges[1]"),
         ([1.0, NAN], [0], {}, "interaction_ranges[1]"),
-        ([1.0, np.inf], [0], {}, "interaction_ranges[1]"),
-        (["1"], [0], {}, "interaction_ranges"),
-        ([1.0], [], {}, "seeds"),
         ([1.0], [0, -1], {}, "seeds[1]"),
-        ([1.0], [0.5], {}, "seeds[0]"),
         ([1.0], [2**64], {}, "seeds[0]"),
-        ([1.0], ["0"], {}, "seeds[0]"),
-        ([1.0], [0], {"num_threads": 0}, "num_threads"),
-        ([1.0], [0], {"num_threads": -1}, "num_threads"),
-        ([1.0], [0], {"num_threads": 1.5}, "num_threads"),
         ([1.0], [0], {"num_threads": 10**6}, "num_threads"),
     ],
 )
 def test_sweep(scenario: Any, ranges: Any, seeds: Any, options: dict[str, Any], field: str) -> None:
     assert refusal(lambda: sweep(scenario, ranges, seeds, **options)).field == field
-
-
-@pytest.mark.parametrize(
-    ("seeds", "options", "field"),
-    [
-        ([], {}, "seeds"),
-        ([0, -1], {}, "seeds[1]"),
-        (["a"], {}, "seeds[0]"),
-        ([0], {"batch_size": 0}, "batch_size"),
-        ([0], {"batch_size": 1.5}, "batch_size"),
-        ([0], {"num_threads": 0}, "num_threads"),
-    ],
-)
-def test_rollout(seeds: Any, options: dict[str, Any], field: str) -> None:
-    assert refusal(lambda: rollout(FixedRange(1.0), seeds, scenario=FLOCK, **options)).field == field
 
 
 @pytest.mark.parametrize(
@@ -162,7 +98,7 @@ def test_rollout(seeds: Any, options: dict[str, Any], field: str) -> None:
         (lambda: FixedRange(100.5), "interaction_range"),
         (lambda: FixedRange(NAN), "interaction_range"),
         (lambda: FixedRange("1"), "interaction_range"),
-        (lambda: ScheduledRange(-np.ones(10)), "interaction_range"),
+        (lambda: ScheduledRange(-np.ones(10)), "schedule[0]"),
         (lambda: ScheduledRange(np.ones(9)), "schedule"),
         (lambda: ScheduledRange(np.ones((10, 5))), "schedule"),
         (lambda: ScheduledRange(5.0), "schedule"),
@@ -174,57 +110,6 @@ def test_rollout(seeds: Any, options: dict[str, Any], field: str) -> None:
 def test_policies(policy: Callable[[], Any], field: str) -> None:
     """Refused when made, or by the first environment that they do not fit."""
     assert refusal(lambda: rollout(policy(), [0], scenario=FLOCK)).field == field
-
-
-@pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])
-@pytest.mark.parametrize(
-    ("count", "options", "field"),
-    [
-        (0, {}, "num_flocks"),
-        (-1, {}, "num_flocks"),
-        (1.5, {}, "num_flocks"),
-        (2, {"num_threads": 0}, "num_threads"),
-        (2, {"num_threads": "2"}, "num_threads"),
-    ],
-)
-def test_vector_environments(make: Any, count: Any, options: dict[str, Any], field: str) -> None:
-    assert refusal(lambda: make(count, FLOCK, **options)).field == field
-
-
-@pytest.mark.parametrize("num_threads", [0, -1, 1.5, "2", [2], 2**64, 10**6], ids=repr)
-@pytest.mark.parametrize(
-    "call",
-    [
-        lambda num_threads: simulate(FLOCK, 1.0, seed=0, num_threads=num_threads),
-        lambda num_threads: FlockEscapeEnv(FLOCK, num_threads=num_threads),
-        lambda num_threads: parallel_env(FLOCK, num_threads=num_threads),
-        lambda num_threads: env(FLOCK, num_threads=num_threads),
-        lambda num_threads: FlockVectorEnv(2, FLOCK, num_threads=num_threads),
-        lambda num_threads: FlockVectorEnv(1, FLOCK, num_threads=num_threads),
-    ],
-    ids=["simulate", "flock", "parallel", "aec", "vector", "vector of one"],
-)
-def test_threads(call: Callable[[Any], Any], num_threads: Any) -> None:
-    assert refusal(lambda: call(num_threads)).field == "num_threads"
-
-
-@pytest.mark.parametrize("seed", [-1, 1.5, 2**64, "a", [1], np.float64(2.0), np.int64(-3)], ids=repr)
-@pytest.mark.parametrize(
-    "call",
-    [
-        lambda seed: FlockEscapeEnv(FLOCK).reset(seed=seed),
-        lambda seed: LineEscapeEnv(LINE).reset(seed=seed),
-        lambda seed: parallel_env(FLOCK).reset(seed=seed),
-        lambda seed: env(FLOCK).reset(seed=seed),
-        lambda seed: FlockVecEnv(2, FLOCK).seed(seed),
-        lambda seed: AgentVecEnv(2, FLOCK).seed(seed),
-        lambda seed: simulate(FLOCK, 1.0, seed=seed),
-        lambda seed: simulate_line(LINE, 0.1, seed=seed),
-    ],
-    ids=["flock", "line", "parallel", "aec", "flock slots", "agent slots", "simulate", "simulate_line"],
-)
-def test_seeds(call: Callable[[Any], Any], seed: Any) -> None:
-    assert refusal(lambda: call(seed)).field == "seed"
 
 
 PREDATORS = (ConstantVelocity(), PurePursuit((1.0, 2.0)))

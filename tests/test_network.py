@@ -279,7 +279,7 @@ def test_parameters_that_are_no_numbers_are_refused() -> None:
         ({"inputs": ()}, "inputs: expected at least one name, got none"),
         ({"hidden": (4, 0)}, r"hidden\[1\]: expected an integer of at least 1"),
         ({"hidden": (2.5,)}, r"hidden\[0\]: expected an integer"),
-        ({"memory": -1}, "memory: expected an integer of at least 0, got -1"),
+        ({"memory": -1}, "memory: expected an integer of at least 0 and at most 63 bits, got -1"),
         ({"memory": 0.5}, "memory: expected an integer"),
         ({"squash": "cut"}, "squash: expected one of clip, tanh, got 'cut'"),
     ],

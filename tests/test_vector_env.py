@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from functools import partial
 from typing import Any
 
 import gymnasium
@@ -173,6 +174,15 @@ def test_make_vec(mode: Any) -> None:
     env.close()
     assert env.closed
     assert type(gymnasium.make_vec(NAME)) is FlockVectorEnv  # the default way
+
+
+def test_make_vec_may_not_cut_the_horizon_short() -> None:
+    """It is the scenario's; ``make_vec`` hands a limit on, which other environments leave to a wrapper."""
+    make = partial(gymnasium.make_vec, NAME, 2, scenario=small_flock(), steps_per_action=4)
+    for limit in (None, 3, 100):
+        assert make(max_episode_steps=limit).options.steps_per_action == 4
+    with pytest.raises(ArgumentError, match="max_episode_steps: expected None or at least 3: the scenario's"):
+        make(max_episode_steps=2)
 
 
 def play(env: VectorEnv[Any, Any, Any], keep: Any = copy.deepcopy) -> list[Any]:

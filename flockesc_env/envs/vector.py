@@ -12,7 +12,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from flockesc_env._checks import FloatArray, as_choice, as_count, as_flag, as_mapping, as_seed
-from flockesc_env.batch import AtEnd, Columns, FlockBatch, Observations, is_over
+from flockesc_env.batch import MAX_FLOCKS, AtEnd, Columns, FlockBatch, Observations, is_over
 from flockesc_env.envs.restorable import RestorableBatch
 from flockesc_env.errors import ArgumentError, EpisodeError, shown
 from flockesc_env.options import EnvOptions
@@ -73,7 +73,7 @@ class FlockVectorEnv(RestorableBatch, VectorEnv[Observations, NDArray[Any], NDAr
         predator_policy: PredatorPolicy | None = None,
         **options: Any,
     ) -> None:
-        self.num_envs = as_count(num_envs, "num_envs")
+        self.num_envs = as_count(num_envs, "num_envs", most=MAX_FLOCKS)
         self.autoreset_mode = _mode(autoreset_mode)
         self._batch = FlockBatch(
             as_scenario(scenario, FlockScenario),

@@ -16,9 +16,8 @@ import numpy as np
 from gymnasium.error import DependencyNotInstalled
 from numpy.typing import NDArray
 
-from flockesc_env._checks import as_integer, as_text
+from flockesc_env._checks import as_count, as_text
 from flockesc_env.batch import FlockBatch
-from flockesc_env.errors import ArgumentError
 from flockesc_env.render.options import RENDER_MODES, RenderOptions, as_render_mode, as_render_options
 from flockesc_env.scenario import LineScenario
 from flockesc_env.simulate import LineTrajectory, Trajectory, as_run
@@ -48,9 +47,7 @@ def draw(
     as_run(run, "run")
     options, title = as_render_options(options), as_text(title, "title")
     last = run.steps if isinstance(run, LineTrajectory) else run.scenario.num_steps
-    step = as_integer(step, "step")
-    if not 0 <= step <= last:
-        raise ArgumentError("step", f"an integer from 0 to {last}", step)
+    step = as_count(step, "step", least=0, most=last)
     require("pygame")
     if isinstance(run, LineTrajectory):
         from flockesc_env.render.line import draw_line, recorded_line
@@ -106,7 +103,7 @@ def render(viewer: Viewer | None) -> list[NDArray[np.uint8]] | None:
 
 def frames_per_second(seconds: float) -> int:
     """Return how many pictures a second are shown where each is ``seconds`` after the one before."""
-    return max(1, round(1.0 / seconds))
+    return max(1, round(min(1.0 / seconds, 1000.0)))  # of the shortest steps it would be infinite
 
 
 def require(*modules: str) -> None:

@@ -16,7 +16,7 @@ Show = Literal["none", "discs", "edges"]
 
 RENDER_MODES: Final = get_args(RenderMode)
 
-_MIN_SIZE = 160
+_MIN_SIZE, _MAX_SIZE = 160, 16_384
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +24,7 @@ class RenderOptions:
     """Options of the pictures; of a line, ``size`` alone matters.
 
     Attributes:
-        size: width and height in pixels, an even number of at least 160.
+        size: width and height in pixels, an even number from 160 to 16384.
         show: ``"edges"``: the edges of the neighbor graph, from whoever listens to whoever is heard;
             ``"discs"``: the interaction range of agents as a disc, or edges where it is no length.
         agents: indices of the agents whose discs or edges are drawn; ``None``: all.
@@ -40,9 +40,9 @@ class RenderOptions:
     trail: float = 3.0
 
     def __post_init__(self) -> None:
-        size = as_count(self.size, "size", ScenarioError)
-        if size < _MIN_SIZE or size % 2:
-            raise ScenarioError("size", f"an even number of at least {_MIN_SIZE}", size)
+        size = as_count(self.size, "size", ScenarioError, least=_MIN_SIZE, most=_MAX_SIZE)
+        if size % 2:
+            raise ScenarioError("size", "an even number", size)
         as_choice(self.show, "show", get_args(Show), ScenarioError)
         if self.agents is not None:
             agents = as_array(self.agents, "agents", ScenarioError)

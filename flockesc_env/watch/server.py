@@ -44,9 +44,7 @@ def serve(
         ArgumentError: for runs that cannot be shown side by side, or a bad seed or port.
         OSError: if the port is taken.
     """
-    port = as_count(port, "port", least=0)
-    if port >= 2**16:
-        raise ArgumentError("port", f"a number from 0 to {2**16 - 1}", port)
+    port = as_count(port, "port", least=0, most=2**16 - 1)
     as_instance(scenario, "scenario", FlockScenario)
     as_flag(open_browser, "open_browser")
     check_runs(runs)
