@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use crate::config::{EpisodeConfig, FlockConfig};
 use crate::episode::Episode;
+use crate::error::Result;
 use crate::flock::InitialState;
 use crate::rng::episode_seed;
+use crate::threads::Progress;
 
 #[derive(Debug, Clone)]
 pub(crate) struct Slot<const D: usize> {
@@ -25,6 +27,14 @@ impl<const D: usize> Slot<D> {
             next: 0,
             playing: seed,
             episode: None,
+        }
+    }
+
+    /// The same place without its episode.
+    pub(crate) fn without_episode(&self) -> Self {
+        Self {
+            episode: None,
+            ..*self
         }
     }
 
@@ -65,20 +75,24 @@ impl<const D: usize> Slot<D> {
     }
 
     /// Advances the episode, unless it has ended: that pays nothing and gives `false`.
+    ///
+    /// # Errors
+    /// As [`Episode::advance`].
     pub(crate) fn advance(
         &mut self,
         ranges: &[f64],
         controls: &[f64],
         rewards: &mut [f64],
-    ) -> bool {
+        progress: &Progress,
+    ) -> Result<bool> {
         match &mut self.episode {
             Some(episode) if !episode.has_ended() => {
-                episode.advance(ranges, controls, rewards);
-                true
+                episode.advance(ranges, controls, rewards, progress)?;
+                Ok(true)
             }
             _ => {
                 rewards.fill(0.0);
-                false
+                Ok(false)
             }
         }
     }
