@@ -16,7 +16,6 @@ import numpy as np
 import pytest
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 from option_table import small_flock
-from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
 
 from flockesc_env import FlockEscapeEnv, FlockScenario, FlockVectorEnv, LineScenario, rollout, sweep
 from flockesc_env.policies import FixedRange
@@ -173,19 +172,21 @@ def test_child_that_has_the_process_id_of_its_parent() -> None:
     assert ended.returncode == 0, ended.stderr
 
 
-def step_all(actions: int) -> list[Any]:
-    env = SubprocVecEnv([lambda: FlockEscapeEnv(small_flock())] * 3, start_method="fork")
-    env.seed(3)
-    seen = [env.reset()]
-    try:
-        return seen + [env.step(np.full((3, 1), 0.1, np.float32))[:3] for _ in range(actions)]
-    finally:
-        env.close()
-
-
 def test_stable_baselines3_subprocesses_equal_one_process() -> None:
+    # Not above: children that are spawned import this file, and torch takes seconds.
+    from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
+
     played(2)
-    here = DummyVecEnv([lambda: FlockEscapeEnv(small_flock())] * 3)
-    here.seed(3)
-    seen = [here.reset()] + [here.step(np.full((3, 1), 0.1, np.float32))[:3] for _ in range(15)]
-    np.testing.assert_equal(step_all(15), seen)
+    makers = [lambda: FlockEscapeEnv(small_flock())] * 3
+    here, there = DummyVecEnv(makers), SubprocVecEnv(makers, start_method="fork")
+    try:
+        for env in (here, there):
+            env.seed(3)
+        np.testing.assert_array_equal(there.reset(), here.reset())
+        for _ in range(15):  # into the second episode
+            seen, expected = (env.step(np.full((3, 1), 0.1, np.float32)) for env in (there, here))
+            np.testing.assert_array_equal(seen[0], expected[0])
+            np.testing.assert_array_equal(seen[1].astype(np.float32), expected[1])  # one of them rounds
+            np.testing.assert_array_equal(seen[2], expected[2])
+    finally:
+        there.close()

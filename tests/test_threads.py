@@ -27,6 +27,8 @@ from flockesc_env import (
 from flockesc_env.policies import FixedRange
 
 THREADS = 8
+CYCLE = [0.36, 0.68] * 50
+"""Two groups on the line that chase each other past the predator for ever, so that the episode does not end."""
 REFUSED = (
     "environment: expected one call at a time, "
     "got a call during another one, of another thread or inside of a signal handler"
@@ -91,16 +93,16 @@ def shared_batch() -> tuple[Any, Any]:
 
 
 def shared_line() -> tuple[Any, Any]:
-    # Two groups that chase each other past the predator for ever, so that the episode does not end.
-    line = LineScenario(escape_force="linear_as_printed", num_agents=300, max_steps=10**6)
-    return LineEscapeEnv(line, action_mode="range", max_range=10.0), np.array([0.01], np.float32)
+    line = LineScenario(escape_force="linear_as_printed", max_steps=10**6)
+    return LineEscapeEnv(line, action_mode="range", max_range=10.0), np.array([10.0], np.float32)
 
 
 @pytest.mark.parametrize("make", [shared_flock, shared_batch, shared_line])
 def test_threads_that_share_an_environment_step_it_in_turn_or_are_refused(make: Any) -> None:
     (shared, action), (alone, _) = make(), make()
-    shared.reset(seed=5)
-    alone.reset(seed=5)
+    options = {"initial_state": CYCLE} if make is shared_line else None
+    shared.reset(seed=5, options=options)
+    alone.reset(seed=5, options=options)
 
     def step(index: int) -> list[bytes]:
         stepped = []
@@ -129,7 +131,7 @@ def test_a_look_during_a_long_step_is_refused(name: str) -> None:
     else:
         line = LineScenario(escape_force="linear_as_printed", max_steps=10**6)
         env = LineEscapeEnv(line, action_mode="range", max_range=10.0, steps_per_action=10**6)
-        env.reset(seed=0, options={"initial_state": [0.36, 0.68] * 50})
+        env.reset(seed=0, options={"initial_state": CYCLE})
         look = env._episode.observe
     stepping = threading.Thread(target=env.step, args=(np.array([10.0], np.float32),))
     stepping.start()

@@ -40,6 +40,8 @@ pub struct Batch<const D: usize> {
     slots: Vec<Slot<D>>,
     num_threads: Option<usize>,
     row_length: usize,
+    /// Agents that a step of one flock visits.
+    work_each: usize,
 }
 
 impl<const D: usize> Batch<D> {
@@ -66,6 +68,7 @@ impl<const D: usize> Batch<D> {
         }
         Ok(Self {
             row_length: observation::entries(config.view, scenario.dimension).len(),
+            work_each: work_each(&scenario, &config),
             scenario: Arc::new(scenario),
             config: Arc::new(config),
             slots: (0..num_flocks as u64).map(Slot::new).collect(),
@@ -209,15 +212,7 @@ impl<const D: usize> Batch<D> {
     /// About how many agents a step visits, which tells a long one from a short one.
     #[must_use]
     pub fn work(&self) -> usize {
-        let n = self.scenario.num_agents;
-        let visits = if self.config.reward == Reward::Difference {
-            n
-        } else {
-            self.scenario.neighbor_options().visits_per_agent(n)
-        };
-        [n, self.steps_per_action(), visits]
-            .into_iter()
-            .fold(self.num_flocks(), usize::saturating_mul)
+        self.num_flocks().saturating_mul(self.work_each)
     }
 
     /// The episode in `slot`.
@@ -442,6 +437,16 @@ fn spread<T: Send, R: Send>(
         }
         None => work.map(run).collect(),
     }
+}
+
+fn work_each(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
+    let n = scenario.num_agents;
+    let visits = match config.reward {
+        Reward::Difference => n,
+        _ => scenario.neighbor_options().visits_per_agent(n),
+    };
+    let steps = config.steps_per_action.min(scenario.num_steps);
+    n.saturating_mul(visits).saturating_mul(steps)
 }
 
 fn never_reset(slot: usize) -> Error {
