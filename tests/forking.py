@@ -1,4 +1,4 @@
-"""Run by test_processes.py in a process of its own: forks while other threads are busy, and counts what came of it.
+"""Run by test_processes.py in a process of its own: forks while other threads are busy.
 
 Prints a JSON object: children started, those that hung, those whose results were not the parent's.
 """

@@ -1,6 +1,6 @@
-"""Run by test_lifecycles.py in a process of its own: environments come and go, and what they leave is measured.
+"""Run by test_lifecycles.py in a process of its own: environments come and go.
 
-Prints a JSON object: growth of resident memory in KiB, of open files and of threads.
+Prints a JSON object of what they leave: growth of resident memory in KiB, of open files and of threads.
 """
 
 from __future__ import annotations

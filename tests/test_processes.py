@@ -9,7 +9,6 @@ import subprocess
 import sys
 from multiprocessing.queues import SimpleQueue
 from pathlib import Path
-from typing import Any
 
 import gymnasium
 import numpy as np
@@ -135,7 +134,7 @@ def forked_while(*busy: str, count: int) -> dict[str, int]:
 
 @pytest.mark.parametrize("busy", ["stepping", "starting pools", "sweeping"])
 def test_fork_while_another_thread_is_busy(busy: str) -> None:
-    """Whatever that thread held at this moment, the child steps, and what it shows is what its parent shows."""
+    """Whatever that thread held at this moment, the child steps, and sees what its parent sees."""
     assert forked_while(busy, count=24) == {"children": 24, "hung": 0, "wrong": 0}
 
 

@@ -1,4 +1,4 @@
-"""Python threads: environments of their own do not disturb each other, and a shared one refuses two calls at once."""
+"""Python threads: own environments do not disturb each other; a shared one refuses two calls at once."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from flockesc_env.policies import FixedRange
 
 THREADS = 8
 CYCLE = [0.36, 0.68] * 50
-"""Two groups on the line that chase each other past the predator for ever, so that the episode does not end."""
+"""Two groups on the line that chase each other past the predator for ever: an episode without end."""
 REFUSED = (
     "environment: expected one call at a time, "
     "got a call during another one, of another thread or inside of a signal handler"
@@ -104,16 +104,19 @@ def test_threads_that_share_an_environment_step_it_in_turn_or_are_refused(make: 
     shared.reset(seed=5, options=options)
     alone.reset(seed=5, options=options)
 
+    refusals: set[str] = set()
+
     def step(index: int) -> list[bytes]:
         stepped = []
         for _ in range(12):
             try:
                 stepped.append(shared.step(action)[0].tobytes())
             except EpisodeError as error:
-                assert str(error) == REFUSED
+                refusals.add(str(error))
         return stepped
 
     stepped = [observation for each in at_once(step) for observation in each]
+    assert refusals <= {REFUSED}
     expected = [alone.step(action)[0].tobytes() for _ in stepped]
     # Every step was made once and wholly, in some order; and the next one goes on from there.
     assert sorted(stepped) == sorted(expected)

@@ -184,3 +184,32 @@ impl Progress {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+
+    use super::*;
+
+    fn address(threads: usize) -> usize {
+        let pool = pool(Some(threads)).expect("few threads");
+        assert_eq!(pool.current_num_threads(), threads);
+        std::ptr::from_ref(pool).addr()
+    }
+
+    #[test]
+    fn whoever_asks_gets_the_pool_of_this_process() {
+        let started = thread::scope(|scope| {
+            let asked: Vec<_> = (0..8).map(|_| scope.spawn(|| address(3))).collect();
+            asked
+                .into_iter()
+                .map(|thread| thread.join().expect("a pool"))
+                .collect::<Vec<_>>()
+        });
+        assert!(started.iter().all(|pool| *pool == started[0]));
+        assert_eq!(address(3), started[0]);
+        assert_ne!(address(2), started[0]);
+        forked();
+        assert_ne!(address(3), started[0]);
+    }
+}

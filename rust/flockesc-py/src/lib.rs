@@ -46,6 +46,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let forked = wrap_pyfunction!(forked, module)?;
     let when = [("after_in_child", forked)].into_py_dict(module.py())?;
     let os = module.py().import("os")?;
-    os.call_method("register_at_fork", (), Some(&when))?;
+    if os.hasattr("register_at_fork")? {
+        os.call_method("register_at_fork", (), Some(&when))?;
+    }
     module.add("__version__", env!("CARGO_PKG_VERSION"))
 }
