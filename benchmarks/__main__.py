@@ -10,11 +10,11 @@ from typing import Annotated, Any, Literal, get_args
 import tyro
 from threadpoolctl import threadpool_limits
 
-from benchmarks import environments, grid, kernel, line, machine, peers, plots, report, rules, size
+from benchmarks import environments, grid, kernel, line, machine, peers, plots, report, rules, size, threads
 from benchmarks.measure import Record
 from benchmarks.targets import TARGETS, Medians
 
-Section = Literal["kernel", "size", "environments", "line", "grid", "rules"]
+Section = Literal["kernel", "size", "environments", "line", "grid", "rules", "threads"]
 _FILE = "benchmarks.json"
 
 
@@ -61,6 +61,7 @@ def _run(args: Annotated[RunArgs, tyro.conf.arg(name="")]) -> None:
             "line": lambda: line.run(quick=args.quick),
             "grid": lambda: grid.run(quick=args.quick),
             "rules": lambda: rules.run(quick=args.quick),
+            "threads": lambda: threads.run(quick=args.quick),
         }
         records: list[Record] = []
         for name in args.only:

@@ -92,6 +92,13 @@ LAYOUTS = (
         for name, columns in {"topological": "their number", "voronoi": "the range in m"}.items()
     ),
     Layout(
+        "A piece of work: ms on the wall, against threads that do one each or, of one batch, share it",
+        "threads",
+        {"threads"},
+        "threads",
+        lambda record: 1e3 * record.median,
+    ),
+    Layout(
         "Grid search: s on the wall, against threads",
         "grid",
         {"ranges", "seeds", "threads"},

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
-from benchmarks import PROJECT, grid, kernel, line, size
+from benchmarks import PROJECT, grid, kernel, line, size, threads
 from benchmarks.measure import Record
 
 
@@ -49,6 +50,11 @@ class Medians:
     def grid(self, threads: int) -> float:
         """Return the seconds of the paper's whole grid search."""
         return self.get("grid", ranges=len(grid.RANGES), seeds=len(grid.SEEDS), threads=threads)
+
+    def second_thread(self, contender: str) -> float:
+        """Return how many times as much two threads do as one."""
+        one, two = (self.get("threads", contender, threads=count) for count in (1, 2))
+        return one / two
 
     def largest(self, threads: int) -> float:
         """Return the seconds of a step of the largest flock, on the wall."""
@@ -170,5 +176,9 @@ TARGETS = (
         at_most=True,
     ),
     Target("two cores, paper's grid", "x", 1.8, None, lambda m: m.grid(1) / m.grid(2)),
+    *(
+        Target(f"two threads: {name}", "x", 1.7, None, partial(Medians.second_thread, contender=name))
+        for name in (threads.OWN_ENVIRONMENTS, threads.OWN_SMALL_ENVIRONMENTS, threads.ONE_BATCH)
+    ),
     Target("two cores, one flock of 1,000,000", "x", 1.8, None, lambda m: m.largest(1) / m.largest(2)),
 )

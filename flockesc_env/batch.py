@@ -178,6 +178,9 @@ class FlockBatch:
             ActionError: for a wrong dtype or shape, or an action outside of the action space, save those of
                 agents that were caught before.
             EpisodeError: if a slot was never reset or its episode has ended and that is refused.
+            KeyboardInterrupt: on Ctrl-C in a step of many agents. It leaves all flocks as they are after the
+                step, if that ends at once, or else as they were before it, if it holds for 100 steps of the
+                model or more; otherwise without an episode, so that the next step asks for a reset.
         """
         controls = self._controls() if controls is None else controls
         step = self._core.step(actions, at_end, out, controls)

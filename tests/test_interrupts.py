@@ -112,3 +112,111 @@ def test_a_handler_that_does_not_raise_lets_the_sweep_finish() -> None:
         print(result.min_mean_distance.shape, bool(seen), flush=True)
     """)
     assert finish(process) == "(1, 400) True\n"
+
+
+# Environments whose one step would take hours; `what` shows all that moves in them.
+STEPS = {
+    "gymnasium": """
+        env = FlockEscapeEnv(flock, steps_per_action=10**9, action_mode="range")
+        env.reset(seed=0)
+        act = lambda: env.step(np.array([1.0], np.float32))
+        what = lambda: env._batch.state(0)
+    """,
+    "vector": """
+        env = FlockVectorEnv(3, flock, copy=False, steps_per_action=10**9, action_mode="range", num_threads=2)
+        observations, _ = env.reset(seed=0)
+        act = lambda: env.step(np.ones((3, 1), np.float32))
+        what = lambda: [env._batch.state(slot) for slot in range(3)] + [observations.copy()]
+    """,
+    "parallel": """
+        env = parallel_env(flock, steps_per_action=10**9, action_mode="range", reward="difference")
+        env.reset(seed=0)
+        act = lambda: env.step({agent: np.ones(1, np.float32) for agent in env.agents})
+        what = lambda: env.state()
+    """,
+    "line": """
+        env = LineEscapeEnv(line, steps_per_action=10**9, action_mode="range", max_range=10.0)
+        env.reset(seed=0, options={"initial_state": cycle})
+        act = lambda: env.step(np.array([10.0], np.float32))
+        what = lambda: [env._episode.steps, env._episode.states]
+    """,
+}
+
+
+@pytest.mark.parametrize("interface", STEPS)
+def test_ctrl_c_leaves_an_environment_as_it_was_before_the_step(interface: str) -> None:
+    process = start(f"""
+        import numpy as np
+        from flockesc_env import FlockEscapeEnv, FlockVectorEnv, LineEscapeEnv, parallel_env
+        {STEPS[interface]}
+        before = what()
+        for _ in range(2):
+            threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+            try:
+                act()
+            except KeyboardInterrupt:
+                print("interrupted", flush=True)
+            np.testing.assert_equal(what(), before)
+        env.reset(seed=1)
+        check()
+    """)
+    assert finish(process).splitlines() == ["interrupted", "interrupted", "works"]
+
+
+def test_ctrl_c_takes_an_episode_that_was_stepped_in_part() -> None:
+    """A copy of the flock would be too dear here, and a half-made step must not look like a whole one."""
+    process = start("""
+        import numpy as np
+        from flockesc_env import EpisodeError, FlockEscapeEnv, Voronoi
+        crowd = FlockScenario(num_agents=20_000, initial_side=800.0, neighbor_rule=Voronoi())
+        env = FlockEscapeEnv(crowd, steps_per_action=99, action_mode="range")
+        env.reset(seed=0)
+        threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT)).start()
+        try:
+            env.step(np.array([1.0], np.float32))
+        except KeyboardInterrupt:
+            print("interrupted", flush=True)
+        try:
+            env.step(np.array([1.0], np.float32))
+        except EpisodeError as error:
+            print(error, flush=True)
+        env.reset(seed=0)
+        check()
+    """)
+    refused = "step: expected a reset before anything else, got slot 0 without an episode"
+    assert finish(process).splitlines() == ["interrupted", refused, "works"]
+
+
+def test_ctrl_c_stops_a_rollout() -> None:
+    process = start("""
+        from flockesc_env import rollout
+        from flockesc_env.policies import FixedRange
+        threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+        try:
+            rollout(FixedRange(10.0), range(100), scenario=flock)
+        except KeyboardInterrupt:
+            print("interrupted", flush=True)
+        check()
+    """)
+    assert finish(process).splitlines() == ["interrupted", "works"]
+
+
+def test_a_child_forked_by_a_callback_does_not_wait_for_its_parents_call() -> None:
+    process = start("""
+        parent = os.getpid()
+
+        def fork(done, total):
+            if os.getpid() == parent and not children:
+                children.append(os.fork())
+
+        children = []
+        try:
+            sweep(FlockScenario(num_steps=20_000), [10.0], range(4), progress=fork)
+        except RuntimeError as error:
+            print(error, flush=True)
+            os._exit(7)
+        assert os.waitstatus_to_exitcode(os.waitpid(children[0], 0)[1]) == 7
+        check()
+    """)
+    refused = "only the parent process can finish a call during which it was forked"
+    assert finish(process).splitlines() == [refused, "works"]

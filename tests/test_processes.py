@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import functools
+import json
 import multiprocessing
+import subprocess
+import sys
 from multiprocessing.queues import SimpleQueue
+from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -115,3 +119,73 @@ def test_child_steps_a_vector_environment_after_its_parent_has(method: str) -> N
         for result in there:
             np.testing.assert_array_equal(result.get(TIMEOUT), here)
     np.testing.assert_array_equal(played(2), here)
+
+
+FORKING = Path(__file__).with_name("forking.py")
+
+
+def forked_while(*busy: str, count: int) -> dict[str, int]:
+    """Return what came of forks while threads of the parent were busy."""
+    command = [sys.executable, str(FORKING), str(count), *busy]
+    ended = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
+    found: dict[str, int] = json.loads(ended.stdout)
+    return found
+
+
+@pytest.mark.parametrize("busy", ["stepping", "starting pools", "sweeping"])
+def test_fork_while_another_thread_is_busy(busy: str) -> None:
+    """Whatever that thread held at this moment, the child steps, and sees what its parent sees."""
+    assert forked_while(busy, count=24) == {"children": 24, "hung": 0, "wrong": 0}
+
+
+NAMESPACES = """
+import ctypes, os, sys
+from flockesc_env import FlockScenario, sweep
+
+def new_process_ids():
+    if ctypes.CDLL(None).unshare(0x20000000):  # CLONE_NEWPID
+        os._exit(77)
+
+def descend(generations):
+    child = os.fork()
+    if child:
+        sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+    assert os.getpid() == 1
+    sweep(FlockScenario(num_agents=5, num_steps=5), [1.0], range(4), num_threads=2)
+    if generations:
+        new_process_ids()
+        descend(generations - 1)
+    os._exit(0)
+
+new_process_ids()
+descend(1)
+"""
+
+
+def test_child_that_has_the_process_id_of_its_parent() -> None:
+    """Containers number their processes anew, and long-lived machines come round to old numbers."""
+    command = [sys.executable, "-W", "ignore", "-c", NAMESPACES]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT)  # noqa: S603
+    if ended.returncode == 77:
+        pytest.skip("needs the right to make a namespace of process ids")
+    assert ended.returncode == 0, ended.stderr
+
+
+def test_stable_baselines3_subprocesses_equal_one_process() -> None:
+    # Not above: children that are spawned import this file, and torch takes seconds.
+    from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
+
+    played(2)
+    makers = [lambda: FlockEscapeEnv(small_flock())] * 3
+    here, there = DummyVecEnv(makers), SubprocVecEnv(makers, start_method="fork")
+    try:
+        for env in (here, there):
+            env.seed(3)
+        np.testing.assert_array_equal(there.reset(), here.reset())
+        for _ in range(15):  # into the second episode
+            seen, expected = (env.step(np.full((3, 1), 0.1, np.float32)) for env in (there, here))
+            np.testing.assert_array_equal(seen[0], expected[0])
+            np.testing.assert_array_equal(seen[1].astype(np.float32), expected[1])  # one of them rounds
+            np.testing.assert_array_equal(seen[2], expected[2])
+    finally:
+        there.close()

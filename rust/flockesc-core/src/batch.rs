@@ -12,13 +12,16 @@ use rayon::prelude::*;
 use crate::config::{EpisodeConfig, FlockConfig};
 use crate::episode::{Episode, Metrics, rows};
 use crate::error::{Error, Result};
-use crate::flock::InitialState;
-use crate::flock::{check_controls, check_ranges};
+use crate::flock::{InitialState, check_controls, check_ranges};
 use crate::observation;
+use crate::reward::Reward;
 use crate::rng::episode_seed;
 use crate::slot::Slot;
 use crate::state::Fingerprint;
-use crate::threads;
+use crate::threads::{self, Progress};
+
+/// Cost of drawing and arranging an agent, in steps of it.
+const START: usize = 16;
 
 /// What a step does with a slot whose episode has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,6 +43,8 @@ pub struct Batch<const D: usize> {
     num_threads: Option<usize>,
     row_length: usize,
     fingerprint: Fingerprint,
+    /// Agents that a step of one flock visits.
+    work_each: usize,
 }
 
 impl<const D: usize> Batch<D> {
@@ -67,6 +72,7 @@ impl<const D: usize> Batch<D> {
         Ok(Self {
             fingerprint: Fingerprint::of(&(&scenario, &config)),
             row_length: observation::entries(config.view, scenario.dimension).len(),
+            work_each: work_each(&scenario, &config),
             scenario: Arc::new(scenario),
             config: Arc::new(config),
             slots: (0..num_flocks as u64).map(Slot::new).collect(),
@@ -133,31 +139,84 @@ impl<const D: usize> Batch<D> {
         episode: Option<u64>,
         start: &InitialState,
     ) -> Result<()> {
+        let reset = self.prepare_reset(resets, episode, start.clone())?;
+        self.put(reset.build(&Progress::default())?);
+        Ok(())
+    }
+
+    /// What [`Self::reset_many`] does, to be built apart from the batch and put into it then.
+    ///
+    /// # Errors
+    /// As [`Self::reset_many`].
+    pub fn prepare_reset(
+        &self,
+        resets: &[(usize, Option<u64>)],
+        episode: Option<u64>,
+        start: InitialState,
+    ) -> Result<Reset<D>> {
         start.check(&self.scenario)?;
         let slots = self.slots.len();
         if let Some((slot, _)) = resets.iter().find(|(slot, _)| *slot >= slots) {
             let expected = format!("an integer below {slots}");
             return Err(Error::argument("slot", expected, slot));
         }
-        let pool = self.pool(resets.len())?;
-        let mut is_reset = vec![false; slots];
-        for &(slot, seed) in resets {
-            is_reset[slot] = true;
+        let mut fresh: Vec<Option<Slot<D>>> = vec![None; slots];
+        for &(index, seed) in resets {
+            let slot = fresh[index].get_or_insert_with(|| self.slots[index].without_episode());
             if let Some(seed) = seed {
-                self.slots[slot].seed(seed);
+                slot.seed(seed);
             }
             if let Some(episode) = episode {
-                self.slots[slot].turn_to(episode);
+                slot.turn_to(episode);
             }
         }
-        let (scenario, config) = (&self.scenario, &self.config);
-        let work = self.slots.iter_mut().zip(is_reset);
-        spread(
-            pool,
-            work.filter_map(|(slot, is_reset)| is_reset.then_some(slot)),
-            |slot| slot.start(scenario, config, start),
-        );
-        Ok(())
+        Ok(Reset {
+            scenario: self.scenario.clone(),
+            config: self.config.clone(),
+            start,
+            slots: fresh,
+            pool: self.pool(resets.len())?,
+        })
+    }
+
+    /// Puts the slots of a reset in the places of the old ones.
+    pub fn put(&mut self, reset: Reset<D>) {
+        for (slot, fresh) in self.slots.iter_mut().zip(reset.slots) {
+            if let Some(fresh) = fresh {
+                *slot = fresh;
+            }
+        }
+    }
+
+    /// The same batch before its first reset.
+    #[must_use]
+    pub fn without_episodes(&self) -> Self {
+        Self {
+            scenario: self.scenario.clone(),
+            config: self.config.clone(),
+            slots: self.slots.iter().map(Slot::without_episode).collect(),
+            ..*self
+        }
+    }
+
+    /// Steps of the model during which an action holds.
+    #[must_use]
+    pub fn steps_per_action(&self) -> usize {
+        self.config.steps_per_action.min(self.scenario.num_steps)
+    }
+
+    /// As [`Self::work`], of a reset of so many slots.
+    #[must_use]
+    pub fn work_of_reset(&self, slots: usize) -> usize {
+        slots
+            .saturating_mul(START)
+            .saturating_mul(self.scenario.num_agents)
+    }
+
+    /// About how many agents a step visits, which tells a long one from a short one.
+    #[must_use]
+    pub fn work(&self) -> usize {
+        self.num_flocks().saturating_mul(self.work_each)
     }
 
     /// The episode in `slot`.
@@ -192,8 +251,17 @@ impl<const D: usize> Batch<D> {
         rewards: &mut [f64],
         observations: &mut [f32],
     ) -> Result<()> {
-        self.step_measured(ranges, &[], AtEnd::Refuse, rewards, observations, |_| ())
-            .map(drop)
+        let progress = Progress::default();
+        let action = (ranges, &[][..]);
+        self.step_measured(
+            action,
+            AtEnd::Refuse,
+            rewards,
+            observations,
+            &progress,
+            |_| (),
+        )
+        .map(drop)
     }
 
     /// As [`Self::step`], and returns what `measure` finds in every slot after it, in the same pass over the
@@ -201,14 +269,14 @@ impl<const D: usize> Batch<D> {
     /// empty.
     ///
     /// # Errors
-    /// As [`Self::step`].
+    /// As [`Self::step`]; [`Error::Interrupted`] if `progress` was cancelled, and all episodes are worth nothing then.
     pub fn step_measured<T: Send>(
         &mut self,
-        ranges: &[f64],
-        controls: &[f64],
+        (ranges, controls): (&[f64], &[f64]),
         at_end: AtEnd,
         rewards: &mut [f64],
         observations: &mut [f32],
+        progress: &Progress,
         measure: impl Fn(&Episode<D>) -> T + Send + Sync,
     ) -> Result<Vec<T>> {
         self.check_step(ranges, at_end, rewards.len(), observations.len())?;
@@ -228,15 +296,17 @@ impl<const D: usize> Batch<D> {
             .zip(observations.chunks_exact_mut(size));
         let measured = spread(pool, work, |((((index, slot), ranges), rewards), out)| {
             let controls = &controls[index * controls_each..(index + 1) * controls_each];
-            if !slot.advance(ranges, controls, rewards) && at_end == AtEnd::Restart {
+            let is_over = !slot.advance(ranges, controls, rewards, progress)?;
+            if is_over && at_end == AtEnd::Restart {
                 slot.start(scenario, config, &InitialState::default());
             }
-            slot.episode().map(|episode| {
+            Ok(slot.episode().map(|episode| {
                 episode.observe(out);
                 measure(episode)
-            })
+            }))
         });
-        Ok(measured.into_iter().flatten().collect())
+        let measured: Result<Vec<Option<T>>> = measured.into_iter().collect();
+        Ok(measured?.into_iter().flatten().collect())
     }
 
     /// Writes the observations of `slots`, one after the other.
@@ -331,6 +401,33 @@ impl<const D: usize> Batch<D> {
     }
 }
 
+/// What a reset makes of some slots, apart from their batch: given up half-made, it leaves no trace.
+#[derive(Debug)]
+pub struct Reset<const D: usize> {
+    scenario: Arc<FlockConfig>,
+    config: Arc<EpisodeConfig>,
+    start: InitialState,
+    slots: Vec<Option<Slot<D>>>,
+    pool: Option<&'static ThreadPool>,
+}
+
+impl<const D: usize> Reset<D> {
+    /// Starts the episodes.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] if `progress` was cancelled.
+    pub fn build(mut self, progress: &Progress) -> Result<Self> {
+        let (scenario, config, start) = (&self.scenario, &self.config, &self.start);
+        let built = spread(self.pool, self.slots.iter_mut().flatten(), |slot| {
+            progress.check()?;
+            slot.start(scenario, config, start);
+            Ok(())
+        });
+        built.into_iter().collect::<Result<()>>()?;
+        Ok(self)
+    }
+}
+
 /// Runs every piece of work, over the threads of `pool` if there is one; results are in order.
 fn spread<T: Send, R: Send>(
     pool: Option<&ThreadPool>,
@@ -344,6 +441,16 @@ fn spread<T: Send, R: Send>(
         }
         None => work.map(run).collect(),
     }
+}
+
+fn work_each(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
+    let n = scenario.num_agents;
+    let visits = match config.reward {
+        Reward::Difference => n,
+        _ => scenario.neighbor_options().visits_per_agent(n),
+    };
+    let steps = config.steps_per_action.min(scenario.num_steps);
+    n.saturating_mul(visits).saturating_mul(steps)
 }
 
 fn never_reset(slot: usize) -> Error {

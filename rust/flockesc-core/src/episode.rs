@@ -9,10 +9,12 @@ use serde::{Deserialize, Serialize};
 pub(crate) use state::EpisodeState;
 
 use crate::config::{EpisodeConfig, FlockConfig, Objective, View};
+use crate::error::Result;
 use crate::flock::{InitialState, Summary, World};
 use crate::neighbor::Ranges;
 use crate::observation;
 use crate::reward::{Moment, Reward, difference};
+use crate::threads::Progress;
 
 /// One distance over an episode, in m; or the share of agents that were not caught.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -91,7 +93,17 @@ impl<const D: usize> Episode<D> {
     /// Holds `ranges` (one entry, or one per agent) and `controls` (D entries per learned predator; none: they fly
     /// straight on) for `steps_per_action` steps or until the end, and writes what that pays: one entry for the
     /// flock, or one per agent, 0 for those that were caught before.
-    pub fn advance(&mut self, ranges: &[f64], controls: &[f64], rewards: &mut [f64]) {
+    ///
+    /// # Errors
+    /// [`crate::Error::Interrupted`] if `progress` was cancelled. The episode is worth nothing then: part of the action
+    /// was held.
+    pub fn advance(
+        &mut self,
+        ranges: &[f64],
+        controls: &[f64],
+        rewards: &mut [f64],
+        progress: &Progress,
+    ) -> Result<()> {
         self.world.control(controls);
         self.ranges.copy_from_slice(ranges);
         let caught_before = self.world.caught().len();
@@ -103,6 +115,7 @@ impl<const D: usize> Episode<D> {
             if self.has_ended() {
                 break;
             }
+            progress.check()?;
             let minimum_before = self.objective().minimum;
             self.world.step(as_ranges(&self.config, &self.ranges));
             self.step += 1;
@@ -136,7 +149,8 @@ impl<const D: usize> Episode<D> {
         }
         if let Some(before) = before {
             let (objective, value) = (self.config.objective, self.objective().now);
-            difference::add(&before, objective, ranges, num_steps, value, rewards);
+            let action = (ranges, num_steps);
+            difference::add(&before, objective, action, value, rewards, progress)?;
         }
         if self.config.view == View::Agent {
             for agent in self.world.caught().take(caught_before) {
@@ -144,6 +158,7 @@ impl<const D: usize> Episode<D> {
             }
         }
         self.summary = Summary::of(&self.world);
+        Ok(())
     }
 
     /// Writes the observation: one row for the flock, or one per agent.

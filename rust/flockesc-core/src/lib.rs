@@ -45,7 +45,7 @@ mod sweep;
 mod threads;
 mod vector;
 
-pub use batch::{AtEnd, Batch};
+pub use batch::{AtEnd, Batch, Reset};
 pub use config::{
     EpisodeConfig, FlockConfig, LineConfig, MAX_AGENTS, MAX_STEPS, Objective, SameRange,
     SensingRange, View,
@@ -74,4 +74,4 @@ pub use randomization::{Choice, Distribution, Interval, Randomization};
 pub use reward::Reward;
 pub use rng::episode_seed;
 pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};
-pub use threads::Progress;
+pub use threads::{Progress, forked};

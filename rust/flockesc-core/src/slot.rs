@@ -9,6 +9,7 @@ use crate::episode::{Episode, EpisodeState};
 use crate::error::Result;
 use crate::flock::InitialState;
 use crate::rng::episode_seed;
+use crate::threads::Progress;
 
 #[derive(Debug, Clone)]
 pub(crate) struct Slot<const D: usize> {
@@ -66,6 +67,14 @@ impl<const D: usize> Slot<D> {
         })
     }
 
+    /// The same place without its episode.
+    pub(crate) fn without_episode(&self) -> Self {
+        Self {
+            episode: None,
+            ..*self
+        }
+    }
+
     /// Begins the schedule anew; the episode goes on.
     pub(crate) fn seed(&mut self, seed: u64) {
         (self.seed, self.next) = (seed, 0);
@@ -103,20 +112,24 @@ impl<const D: usize> Slot<D> {
     }
 
     /// Advances the episode, unless it has ended: that pays nothing and gives `false`.
+    ///
+    /// # Errors
+    /// As [`Episode::advance`].
     pub(crate) fn advance(
         &mut self,
         ranges: &[f64],
         controls: &[f64],
         rewards: &mut [f64],
-    ) -> bool {
+        progress: &Progress,
+    ) -> Result<bool> {
         match &mut self.episode {
             Some(episode) if !episode.has_ended() => {
-                episode.advance(ranges, controls, rewards);
-                true
+                episode.advance(ranges, controls, rewards, progress)?;
+                Ok(true)
             }
             _ => {
                 rewards.fill(0.0);
-                false
+                Ok(false)
             }
         }
     }

@@ -1,9 +1,8 @@
 //! The crate's own thread pools, safe after `fork`, and the hook by which a long call is watched and stopped.
 
-use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Mutex, OnceLock, PoisonError};
 
+use once_cell::race::OnceBox;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -13,10 +12,26 @@ use crate::error::{Error, Result};
 /// Most threads that a call may ask for.
 const MAX_THREADS: usize = 1024;
 
-/// Pools by (process id, number of threads). A forked child inherits its parent's pools without their
-/// threads; it never looks at them because its process id differs, and they are never dropped, because
-/// dropping would wait for threads that do not exist.
-static POOLS: OnceLock<Mutex<BTreeMap<(u32, usize), &'static ThreadPool>>> = OnceLock::new();
+/// All pools, in a list without locks: one that another thread held at the moment of a fork would stay locked in the
+/// child for ever. A child inherits its parent's pools without their threads. It never uses them, and they are never
+/// dropped, because dropping would wait for threads that do not exist.
+static POOLS: OnceBox<Started> = OnceBox::new();
+
+/// How often [`forked`] was called here or in a process that this one descends from.
+static FORKS: AtomicUsize = AtomicUsize::new(0);
+
+/// A pool and whose it is.
+struct Started {
+    pool: ThreadPool,
+    process: (u32, usize),
+    next: OnceBox<Started>,
+}
+
+/// Tells a child process that it is one. The process id alone would not: a parent that has ended leaves its id, and
+/// the first process of a container has the same as the first of another.
+pub fn forked() {
+    FORKS.fetch_add(1, Ordering::Relaxed);
+}
 
 /// The pool of `num_threads` threads of this process (`None`: one thread per core).
 ///
@@ -31,19 +46,28 @@ pub(crate) fn pool(num_threads: Option<usize>) -> Result<&'static ThreadPool> {
             threads,
         ));
     }
-    let pools = POOLS.get_or_init(Mutex::default);
-    let mut pools = pools.lock().unwrap_or_else(PoisonError::into_inner);
-    let key = (std::process::id(), threads);
-    if let Some(pool) = pools.get(&key) {
-        return Ok(pool);
+    let process = (std::process::id(), FORKS.load(Ordering::Relaxed));
+    let mut link = &POOLS;
+    loop {
+        let started = link.get_or_try_init(|| start(threads, process))?;
+        if started.process == process && started.pool.current_num_threads() == threads {
+            return Ok(&started.pool);
+        }
+        link = &started.next;
     }
+}
+
+/// A new pool; of two that are started at once one is dropped, which ends its threads.
+fn start(threads: usize, process: (u32, usize)) -> Result<Box<Started>> {
     let pool = ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
         .map_err(|error| Error::argument("num_threads", "threads that can be started", error))?;
-    let pool: &'static ThreadPool = Box::leak(Box::new(pool));
-    pools.insert(key, pool);
-    Ok(pool)
+    Ok(Box::new(Started {
+        pool,
+        process,
+        next: OnceBox::new(),
+    }))
 }
 
 /// Number of threads that `None` stands for.
@@ -158,5 +182,34 @@ impl Progress {
         } else {
             Ok(())
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+
+    use super::*;
+
+    fn address(threads: usize) -> usize {
+        let pool = pool(Some(threads)).expect("few threads");
+        assert_eq!(pool.current_num_threads(), threads);
+        std::ptr::from_ref(pool).addr()
+    }
+
+    #[test]
+    fn whoever_asks_gets_the_pool_of_this_process() {
+        let started = thread::scope(|scope| {
+            let asked: Vec<_> = (0..8).map(|_| scope.spawn(|| address(3))).collect();
+            asked
+                .into_iter()
+                .map(|thread| thread.join().expect("a pool"))
+                .collect::<Vec<_>>()
+        });
+        assert!(started.iter().all(|pool| *pool == started[0]));
+        assert_eq!(address(3), started[0]);
+        assert_ne!(address(2), started[0]);
+        forked();
+        assert_ne!(address(3), started[0]);
     }
 }

@@ -181,11 +181,11 @@ fn play<const D: usize>(
     while !batch.episode(0).expect("an episode").has_ended() {
         let metrics = batch
             .step_measured(
-                &ranges,
-                &[],
+                (&ranges, &[]),
                 AtEnd::Refuse,
                 &mut rewards,
                 &mut observations,
+                &Progress::default(),
                 |episode| {
                     let distance = episode.world().predator_distance();
                     [distance.mean.to_bits(), distance.minimum.to_bits()]

@@ -1,7 +1,10 @@
 //! `FlockBatch`: the batch of either dimension behind one Python class.
 
+use std::time::Duration;
+
 use flockesc_core::{
-    AtEnd, Batch, EpisodeConfig, Error, FlockConfig, InitialState, predator_entries,
+    AtEnd, Batch, Episode, EpisodeConfig, Error, FlockConfig, InitialState, Progress,
+    predator_entries,
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn};
 use pyo3::intern;
@@ -10,14 +13,21 @@ use pyo3::types::{PyBytes, PyDict, PyType};
 
 use crate::actions::RangeMap;
 use crate::arrays::{column, flat, overwrite, shaped};
-use crate::errors::CoreError;
+use crate::errors::{CoreError, shared, sole};
 use crate::info::{Measured, columns, metric_columns, numbers};
+use crate::long_call::{LONG, LongCall, long_call};
 
 #[derive(Clone)]
 enum Inner {
     Plane(Batch<2>),
     Space(Batch<3>),
 }
+
+/// Steps from which on an action is worth a copy of the flocks, which costs about as much as one or two of them.
+const COPY_PAYS: usize = 100;
+
+/// How long an interrupted step may go on, so that it ends with a flock that can be stepped on.
+const GRACE: Duration = Duration::from_millis(100);
 
 /// Runs the same expression on the batch of either dimension.
 macro_rules! on_batch {
@@ -98,7 +108,7 @@ impl FlockBatch {
     #[pyo3(signature = (slots, seeds, *, initial_positions=None, initial_velocities=None, predator_positions=None, predator_velocities=None, episode=None))]
     #[expect(clippy::too_many_arguments, reason = "a reset's options")]
     fn reset<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         slots: Vec<usize>,
         seeds: Vec<Option<u64>>,
@@ -108,6 +118,7 @@ impl FlockBatch {
         predator_velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
         episode: Option<u64>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>)> {
+        let this = &mut *sole(slf)?;
         let start = InitialState {
             seed: 0,
             positions: flat(initial_positions)?,
@@ -116,13 +127,13 @@ impl FlockBatch {
             predator_velocities: flat(predator_velocities)?,
         };
         let resets: Vec<_> = slots.iter().copied().zip(seeds).collect();
-        let rows = slots.len() * self.rows;
-        let mut observations = vec![0.0; rows * self.row_length];
-        let (inner, count_components) = (&mut self.inner, self.count_components);
+        let rows = slots.len() * this.rows;
+        let mut observations = vec![0.0; rows * this.row_length];
+        this.restart(py, &resets, episode, start)?;
+        let (inner, count_components) = (&this.inner, this.count_components);
         let measured = py
             .detach(|| -> flockesc_core::Result<Vec<Measured>> {
                 on_batch!(inner, batch => {
-                    batch.reset_many(&resets, episode, &start)?;
                     batch.observe(&slots, &mut observations)?;
                     let started = slots.iter().map(|slot| batch.episode(*slot));
                     started.map(|episode| Ok(Measured::of(episode?, count_components))).collect()
@@ -130,7 +141,7 @@ impl FlockBatch {
             })
             .map_err(CoreError::from)?;
         Ok((
-            shaped(py, observations, [rows, self.row_length])?,
+            shaped(py, observations, [rows, this.row_length])?,
             columns(py, &measured)?,
         ))
     }
@@ -143,19 +154,20 @@ impl FlockBatch {
     /// observations and rewards are written into those two arrays. `controls` steer the learned predators.
     #[pyo3(signature = (actions, at_end="refuse", out=None, controls=None))]
     fn step<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         actions: &Bound<'py, PyAny>,
         at_end: &str,
         out: Option<Out<'py>>,
         controls: Option<PyReadonlyArrayDyn<'py, f64>>,
     ) -> PyResult<Option<Step<'py>>> {
+        let this = &mut *sole(slf)?;
         let at_end = parsed(at_end)?;
-        let rows = self.num_flocks * self.rows;
-        let Some(mut ranges) = self.actions.ranges(actions, rows) else {
+        let rows = this.num_flocks * this.rows;
+        let Some(mut ranges) = this.actions.ranges(actions, rows) else {
             return Ok(None);
         };
-        for (range, is_ignored) in ranges.iter_mut().zip(self.is_ignored(at_end)?) {
+        for (range, is_ignored) in ranges.iter_mut().zip(this.is_ignored(at_end)?) {
             if is_ignored {
                 *range = 0.0;
             }
@@ -165,34 +177,27 @@ impl FlockBatch {
         }
         let controls = flat(controls)?.unwrap_or_default();
         let (mut observations, mut rewards) = match out {
-            Some(_) if !self.scratch.1.is_empty() => std::mem::take(&mut self.scratch),
-            _ => (vec![0.0; rows * self.row_length], vec![0.0; rows]),
+            Some(_) if !this.scratch.1.is_empty() => std::mem::take(&mut this.scratch),
+            _ => (vec![0.0; rows * this.row_length], vec![0.0; rows]),
         };
-        let measured = self
-            .advance(
-                py,
-                (&ranges, &controls),
-                at_end,
-                &mut rewards,
-                &mut observations,
-            )
-            .map_err(CoreError::from)?;
+        let out_of_core = (&mut rewards, &mut observations);
+        let measured = this.advance(py, (&ranges, &controls), at_end, out_of_core)?;
         let (observations, rewards) = match out {
             Some((kept_observations, kept_rewards)) => {
                 overwrite(&kept_observations, &observations)?;
                 overwrite(&kept_rewards, &rewards)?;
-                self.scratch = (observations, rewards);
+                this.scratch = (observations, rewards);
                 (kept_observations.into_any(), kept_rewards)
             }
             None => (
-                shaped(py, observations, [rows, self.row_length])?,
+                shaped(py, observations, [rows, this.row_length])?,
                 rewards.into_pyarray(py),
             ),
         };
         Ok(Some((
             observations,
             rewards,
-            self.ended(py)?,
+            this.ended(py)?,
             ranges.into_pyarray(py),
             columns(py, &measured)?,
         )))
@@ -201,51 +206,51 @@ impl FlockBatch {
     /// As `step`, for the single action of a batch of one row.
     #[pyo3(signature = (action, controls=None))]
     fn step_one<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         action: &Bound<'py, PyAny>,
         controls: Option<PyReadonlyArrayDyn<'py, f64>>,
     ) -> PyResult<Option<StepOne<'py>>> {
-        let Some(range) = self.actions.to_range(action) else {
+        let this = &mut *sole(slf)?;
+        let Some(range) = this.actions.to_range(action) else {
             return Ok(None);
         };
         let controls = flat(controls)?.unwrap_or_default();
-        let mut reward = [0.0];
-        let mut observation = vec![0.0; self.row_length];
-        let measured = self
-            .advance(
-                py,
-                (&[range], &controls),
-                AtEnd::Refuse,
-                &mut reward,
-                &mut observation,
-            )
-            .map_err(CoreError::from)?;
+        let mut reward = vec![0.0];
+        let mut observation = vec![0.0; this.row_length];
+        let out_of_core = (&mut reward, &mut observation);
+        let measured = this.advance(py, (&[range], &controls), AtEnd::Refuse, out_of_core)?;
         let info = match measured.first() {
             Some(measured) => numbers(py, measured)?,
             None => PyDict::new(py),
         };
         info.set_item(intern!(py, "interaction_range"), range)?;
-        let ended = self.has_ended(0)?;
+        let ended = this.has_ended(0)?;
         Ok(Some((observation.into_pyarray(py), reward[0], ended, info)))
     }
 
     /// Observations of `slots`, one after the other.
-    fn observe<'py>(&self, py: Python<'py>, slots: Vec<usize>) -> PyResult<Bound<'py, PyAny>> {
-        let rows = slots.len() * self.rows;
-        let mut observations = vec![0.0_f32; rows * self.row_length];
-        on_batch!(&self.inner, batch => batch.observe(&slots, &mut observations))
+    fn observe<'py>(
+        slf: &Bound<'py, Self>,
+        py: Python<'py>,
+        slots: Vec<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let this = &*shared(slf)?;
+        let rows = slots.len() * this.rows;
+        let mut observations = vec![0.0_f32; rows * this.row_length];
+        on_batch!(&this.inner, batch => batch.observe(&slots, &mut observations))
             .map_err(CoreError::from)?;
-        shaped(py, observations, [rows, self.row_length])
+        shaped(py, observations, [rows, this.row_length])
     }
 
     /// What the learned predators of `slots` see, a row for each, one slot after the other.
     fn observe_predators<'py>(
-        &self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         slots: Vec<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let inner = &self.inner;
+        let this = &*shared(slf)?;
+        let inner = &this.inner;
         let (learned, dimension) =
             on_batch!(inner, batch => (batch.num_learned(), batch.dimension()));
         let shape = [slots.len() * learned, predator_entries(dimension).len()];
@@ -256,8 +261,9 @@ impl FlockBatch {
     }
 
     /// Metrics of every slot, one column each, without the number of components.
-    fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let inner = &self.inner;
+    fn metrics<'py>(slf: &Bound<'py, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let this = &*shared(slf)?;
+        let inner = &this.inner;
         let metrics = py
             .detach(|| on_batch!(inner, batch => batch.metrics()))
             .map_err(CoreError::from)?;
@@ -265,26 +271,37 @@ impl FlockBatch {
     }
 
     /// Connected components of every slot under the ranges of its last action.
-    fn num_components<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<i64>>, CoreError> {
-        let inner = &self.inner;
+    fn num_components<'py>(
+        slf: &Bound<'py, Self>,
+        py: Python<'py>,
+    ) -> Result<Bound<'py, PyArray1<i64>>, CoreError> {
+        let this = &*shared(slf)?;
+        let inner = &this.inner;
         let components = py.detach(|| on_batch!(inner, batch => batch.num_components()))?;
         Ok(column(py, &components, |count| *count as i64))
     }
 
     /// Seed of the episode in one slot.
-    fn episode_seed(&self, slot: usize) -> Result<u64, CoreError> {
-        Ok(on_batch!(&self.inner, batch => batch.episode_seed(slot)?))
+    fn episode_seed(slf: &Bound<'_, Self>, slot: usize) -> Result<u64, CoreError> {
+        let this = &*shared(slf)?;
+        Ok(on_batch!(&this.inner, batch => batch.episode_seed(slot)?))
     }
 
     /// Whether the episode in one slot has ended.
-    fn has_ended(&self, slot: usize) -> Result<bool, CoreError> {
-        Ok(on_batch!(&self.inner, batch => batch.episode(slot)?.has_ended()))
+    #[pyo3(name = "has_ended")]
+    fn is_over(slf: &Bound<'_, Self>, slot: usize) -> Result<bool, CoreError> {
+        shared(slf)?.has_ended(slot)
     }
 
     /// State of one slot: step, positions, velocities, predator positions and velocities.
-    fn state<'py>(&self, py: Python<'py>, slot: usize) -> PyResult<Bound<'py, PyDict>> {
+    fn state<'py>(
+        slf: &Bound<'py, Self>,
+        py: Python<'py>,
+        slot: usize,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let this = &*shared(slf)?;
         let dict = PyDict::new(py);
-        on_batch!(&self.inner, batch => {
+        on_batch!(&this.inner, batch => {
             let episode = batch.episode(slot).map_err(CoreError::from)?;
             let world = episode.world();
             let agents = [world.config().num_agents, world.config().dimension];
@@ -308,35 +325,45 @@ impl FlockBatch {
     /// Which rows have an action that does not matter: of agents that were caught and, unless that is refused, of slots
     /// whose episode has ended.
     fn ignored<'py>(
-        &self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         at_end: &str,
     ) -> Result<Bound<'py, PyArray1<bool>>, CoreError> {
-        Ok(self.is_ignored(parsed(at_end)?)?.into_pyarray(py))
+        let this = &*shared(slf)?;
+        Ok(this.is_ignored(parsed(at_end)?)?.into_pyarray(py))
     }
 
     /// Which agents of every slot were caught, one slot after the other.
-    fn caught<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let caught = self.is_caught()?;
-        let agents = caught.len() / self.num_flocks;
-        shaped(py, caught, [self.num_flocks, agents])
+    fn caught<'py>(slf: &Bound<'py, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let this = &*shared(slf)?;
+        let caught = this.is_caught()?;
+        let agents = caught.len() / this.num_flocks;
+        shaped(py, caught, [this.num_flocks, agents])
     }
 
     /// Everything about `slots` that their future depends on, as bytes.
-    fn get_state<'py>(&self, py: Python<'py>, slots: Vec<usize>) -> PyResult<Bound<'py, PyBytes>> {
+    fn get_state<'py>(
+        slf: &Bound<'py, Self>,
+        py: Python<'py>,
+        slots: Vec<usize>,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let this = &*shared(slf)?;
         for slot in &slots {
-            self.has_ended(*slot)?; // refuses those that were never reset
+            this.has_ended(*slot)?; // refuses those that were never reset
         }
-        self.save(py, &slots)
+        this.save(py, &slots)
     }
 
     /// Makes `slots` what `get_state` has saved: as many, or one that all of them become. Nothing changes if that is
     /// refused.
-    fn set_state(&mut self, py: Python<'_>, slots: Vec<usize>, state: &[u8]) -> PyResult<()> {
-        let inner = &mut self.inner;
-        py.detach(|| on_batch!(inner, batch => batch.restore(&slots, state)))
-            .map_err(CoreError::from)?;
-        Ok(())
+    fn set_state(
+        slf: &Bound<'_, Self>,
+        py: Python<'_>,
+        slots: Vec<usize>,
+        state: &[u8],
+    ) -> Result<(), CoreError> {
+        let inner = &mut sole(slf)?.inner;
+        Ok(py.detach(|| on_batch!(inner, batch => batch.restore(&slots, state)))?)
     }
 
     #[expect(clippy::type_complexity, reason = "what pickle takes")]
@@ -347,7 +374,7 @@ impl FlockBatch {
         (String, String, RangeMap, usize, Option<usize>, bool, u64),
         Bound<'py, PyBytes>,
     )> {
-        let batch = slf.borrow();
+        let batch = &*shared(slf)?;
         let (scenario, options, num_threads) = batch.made_from.clone();
         let all: Vec<usize> = (0..batch.num_flocks).collect();
         let arguments = (
@@ -362,13 +389,14 @@ impl FlockBatch {
         Ok((slf.get_type(), arguments, batch.save(slf.py(), &all)?))
     }
 
-    fn __setstate__(&mut self, py: Python<'_>, state: &[u8]) -> PyResult<()> {
-        self.set_state(py, (0..self.num_flocks).collect(), state)
+    fn __setstate__(slf: &Bound<'_, Self>, py: Python<'_>, state: &[u8]) -> Result<(), CoreError> {
+        let all = (0..shared(slf)?.num_flocks).collect();
+        Self::set_state(slf, py, all, state)
     }
 
     /// An equal batch that goes its own way.
-    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
-        self.clone()
+    fn __deepcopy__(slf: &Bound<'_, Self>, _memo: &Bound<'_, PyAny>) -> Result<Self, CoreError> {
+        Ok(shared(slf)?.clone())
     }
 }
 
@@ -418,21 +446,75 @@ impl FlockBatch {
         })
     }
 
+    fn has_ended(&self, slot: usize) -> Result<bool, CoreError> {
+        Ok(on_batch!(&self.inner, batch => batch.episode(slot)?.has_ended()))
+    }
+
+    /// Starts episodes; the old ones stay if that is interrupted.
+    fn restart(
+        &mut self,
+        py: Python<'_>,
+        resets: &[(usize, Option<u64>)],
+        episode: Option<u64>,
+        start: InitialState,
+    ) -> PyResult<()> {
+        on_batch!(&mut self.inner, batch => {
+            let reset = batch.prepare_reset(resets, episode, start).map_err(CoreError::from)?;
+            let is_long = batch.work_of_reset(resets.len()) >= LONG;
+            let reset = if is_long {
+                long_call(py, None, |progress| reset.build(progress))?
+            } else {
+                let progress = Progress::default();
+                py.detach(|| reset.build(&progress)).map_err(CoreError::from)?
+            };
+            batch.put(reset);
+        });
+        Ok(())
+    }
+
+    /// Steps all flocks. Where that is interrupted, they are as after the step, as before it or, if neither comes
+    /// cheaply, without episodes.
     fn advance(
         &mut self,
         py: Python<'_>,
         (ranges, controls): (&[f64], &[f64]),
         at_end: AtEnd,
-        rewards: &mut [f64],
-        observations: &mut [f32],
-    ) -> flockesc_core::Result<Vec<Measured>> {
-        let (inner, count_components) = (&mut self.inner, self.count_components);
-        py.detach(|| {
-            on_batch!(inner, batch => {
-                batch.step_measured(ranges, controls, at_end, rewards, observations, |episode| {
-                    Measured::of(episode, count_components)
-                })
-            })
+        (rewards, observations): (&mut Vec<f64>, &mut Vec<f32>),
+    ) -> PyResult<Vec<Measured>> {
+        let count_components = self.count_components;
+        on_batch!(&mut self.inner, batch => {
+            let measure = move |episode: &Episode<_>| Measured::of(episode, count_components);
+            if batch.work() < LONG {
+                let progress = Progress::default();
+                let measured = py.detach(|| {
+                    batch.step_measured((ranges, controls), at_end, rewards, observations, &progress, measure)
+                });
+                return Ok(measured.map_err(CoreError::from)?);
+            }
+            let is_copied = batch.steps_per_action() >= COPY_PAYS;
+            let left = if is_copied { batch.clone() } else { batch.without_episodes() };
+            let mut taken = std::mem::replace(batch, left);
+            let (ranges, controls) = (ranges.to_vec(), controls.to_vec());
+            let (mut paid, mut seen) = (std::mem::take(rewards), std::mem::take(observations));
+            let mut call = LongCall::start(move |progress| {
+                let action = (&ranges[..], &controls[..]);
+                let measured =
+                    taken.step_measured(action, at_end, &mut paid, &mut seen, progress, measure);
+                (taken, paid, seen, measured)
+            })?;
+            match call.finish(py, None) {
+                Ok((stepped, paid, seen, measured)) => {
+                    *batch = stepped;
+                    (*rewards, *observations) = (paid, seen);
+                    Ok(measured.map_err(CoreError::from)?)
+                }
+                Err(raised) => {
+                    if !is_copied && let Ok(Some((stepped, ..))) = call.wait(py, GRACE) {
+                        *batch = stepped;
+                    }
+                    Err(raised)
+                }
+            }
         })
     }
 }

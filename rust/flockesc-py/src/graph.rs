@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::shaped;
 use crate::errors::CoreError;
+use crate::long_call::{LONG, long_call};
 
 #[pyfunction]
 pub(crate) fn component_labels<'py>(
@@ -17,12 +18,10 @@ pub(crate) fn component_labels<'py>(
     ranges: PyReadonlyArray1<'py, f64>,
 ) -> PyResult<Bound<'py, PyArray1<i64>>> {
     let moment = Moment::new(scenario, &positions, &velocities, &ranges)?;
-    let labels = py
-        .detach(|| match moment.dimension {
-            2 => moment.graph::<2>().component_labels(moment.ranges()),
-            _ => moment.graph::<3>().component_labels(moment.ranges()),
-        })
-        .map_err(CoreError::from)?;
+    let labels = at_once_or_long(py, moment.len(), move || match moment.dimension {
+        2 => moment.graph::<2>().component_labels(moment.ranges()),
+        _ => moment.graph::<3>().component_labels(moment.ranges()),
+    })?;
     let labels: Vec<i64> = labels.into_iter().map(i64::from).collect();
     Ok(labels.into_pyarray(py))
 }
@@ -36,14 +35,16 @@ pub(crate) fn neighbor_pairs<'py>(
     ranges: PyReadonlyArray1<'py, f64>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let moment = Moment::new(scenario, &positions, &velocities, &ranges)?;
-    let pairs = py
-        .detach(|| match moment.dimension {
+    let flat: Vec<i64> = at_once_or_long(py, moment.len(), move || {
+        let pairs = match moment.dimension {
             2 => moment.graph::<2>().pairs(moment.ranges()),
             _ => moment.graph::<3>().pairs(moment.ranges()),
-        })
-        .map_err(CoreError::from)?;
-    let flat = pairs.iter().flat_map(|&(i, j)| [i.into(), j.into()]);
-    shaped(py, flat.collect::<Vec<i64>>(), [pairs.len(), 2])
+        }?;
+        let flat = pairs.iter().flat_map(|&(i, j)| [i.into(), j.into()]);
+        Ok(flat.collect())
+    })?;
+    let pairs = flat.len() / 2;
+    shaped(py, flat, [pairs, 2])
 }
 
 /// A flock at one moment whose neighbor graph is asked for.
@@ -72,6 +73,11 @@ impl Moment {
         })
     }
 
+    /// Number of agents.
+    fn len(&self) -> usize {
+        self.positions.len() / self.dimension
+    }
+
     fn graph<const D: usize>(&self) -> NeighborGraph<D> {
         let vectors = |flat: &[f64]| -> Vec<_> {
             let rows = flat.chunks_exact(D);
@@ -95,10 +101,10 @@ pub(crate) fn laplacian<'py>(
     states: PyReadonlyArray1<'py, f64>,
     interaction_range: f64,
 ) -> PyResult<Bound<'py, PyAny>> {
-    square(
-        py,
-        flockesc_core::laplacian(states.as_slice()?, interaction_range),
-    )
+    let states = states.as_slice()?.to_vec();
+    square(py, states.len(), move || {
+        flockesc_core::laplacian(&states, interaction_range)
+    })
 }
 
 #[pyfunction]
@@ -107,14 +113,31 @@ pub(crate) fn perron_matrix<'py>(
     states: PyReadonlyArray1<'py, f64>,
     interaction_range: f64,
 ) -> PyResult<Bound<'py, PyAny>> {
-    square(
-        py,
-        flockesc_core::perron_matrix(states.as_slice()?, interaction_range),
-    )
+    let states = states.as_slice()?.to_vec();
+    square(py, states.len(), move || {
+        flockesc_core::perron_matrix(&states, interaction_range)
+    })
 }
 
-/// A matrix of nalgebra (column-major) as a numpy array (row-major).
-fn square(py: Python<'_>, matrix: nalgebra::DMatrix<f64>) -> PyResult<Bound<'_, PyAny>> {
-    let n = matrix.nrows();
-    shaped(py, matrix.transpose().data.into(), [n, n])
+/// A matrix of nalgebra (column-major) as a numpy array (row-major), shape (n, n).
+fn square(
+    py: Python<'_>,
+    n: usize,
+    matrix: impl FnOnce() -> nalgebra::DMatrix<f64> + Send + 'static,
+) -> PyResult<Bound<'_, PyAny>> {
+    let entries = at_once_or_long(py, n, move || Ok(matrix().transpose().data.into()))?;
+    shaped(py, entries, [n, n])
+}
+
+/// What `work` finds of the graph of n agents, all pairs of which it may visit.
+fn at_once_or_long<T: Send + 'static>(
+    py: Python<'_>,
+    n: usize,
+    work: impl FnOnce() -> flockesc_core::Result<T> + Send + 'static,
+) -> PyResult<T> {
+    if n.saturating_mul(n) >= LONG {
+        long_call(py, None, |_| work())
+    } else {
+        Ok(py.detach(work).map_err(CoreError::from)?)
+    }
 }

@@ -12,6 +12,13 @@ mod long_call;
 mod models;
 
 use pyo3::prelude::*;
+use pyo3::types::IntoPyDict;
+
+/// Called in every child that Python forks.
+#[pyfunction]
+fn forked() {
+    flockesc_core::forked();
+}
 
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -36,5 +43,11 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module
     )?)?;
     module.add_function(wrap_pyfunction!(line::line_observation_entries, module)?)?;
+    let forked = wrap_pyfunction!(forked, module)?;
+    let when = [("after_in_child", forked)].into_py_dict(module.py())?;
+    let os = module.py().import("os")?;
+    if os.hasattr("register_at_fork")? {
+        os.call_method("register_at_fork", (), Some(&when))?;
+    }
     module.add("__version__", env!("CARGO_PKG_VERSION"))
 }

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use flockesc_core::{LineConfig, LineEpisodeConfig, line_entries};
+use flockesc_core::{LineConfig, LineEpisodeConfig, Progress, line_entries};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
 
 use crate::arrays::flat;
-use crate::errors::CoreError;
+use crate::errors::{CoreError, shared, sole};
+use crate::long_call::{LONG, long_call};
 
 #[pyclass(module = "flockesc_env._core")]
 #[derive(Clone)]
@@ -23,6 +24,7 @@ impl LineEpisode {
     #[new]
     #[pyo3(signature = (scenario, options, seed, initial_state=None))]
     fn new(
+        py: Python<'_>,
         scenario: &str,
         options: &str,
         seed: u64,
@@ -32,34 +34,53 @@ impl LineEpisode {
         let scenario = LineConfig::from_json(scenario).map_err(CoreError::from)?;
         let options = LineEpisodeConfig::from_json(options).map_err(CoreError::from)?;
         let states = flat(initial_state)?;
-        let inner =
+        let is_long = scenario.num_agents >= LONG;
+        let start = move |_: &Progress| {
             flockesc_core::LineEpisode::new(Arc::new(scenario), options, seed, states.as_deref())
-                .map_err(CoreError::from)?;
+        };
+        let inner = if is_long {
+            long_call(py, None, start)?
+        } else {
+            start(&Progress::default()).map_err(CoreError::from)?
+        };
         Ok(Self { inner, made_from })
     }
 
-    fn step(&mut self, interaction_range: f64) -> Result<f64, CoreError> {
-        Ok(self.inner.advance(interaction_range)?)
+    /// Holds a range for one action. Where that is interrupted, the episode is as before.
+    fn step(slf: &Bound<'_, Self>, py: Python<'_>, interaction_range: f64) -> PyResult<f64> {
+        let this = &mut *sole(slf)?;
+        if this.inner.work() < LONG {
+            let reward = this.inner.advance(interaction_range, &Progress::default());
+            return Ok(reward.map_err(CoreError::from)?);
+        }
+        let mut stepped = this.inner.clone();
+        let (stepped, reward) = long_call(py, None, move |progress| {
+            let reward = stepped.advance(interaction_range, progress)?;
+            Ok((stepped, reward))
+        })?;
+        this.inner = stepped;
+        Ok(reward)
     }
 
-    fn observe<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
-        self.inner.observation().into_pyarray(py)
+    fn observe<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyArray1<f32>>, CoreError> {
+        Ok(shared(slf)?.inner.observation().into_pyarray(slf.py()))
     }
 
     /// The episode, and the seed and the next number of the schedule that it belongs to, as bytes.
     fn get_state<'py>(
-        &self,
-        py: Python<'py>,
+        slf: &Bound<'py, Self>,
         seed: u64,
         episode: u64,
     ) -> Result<Bound<'py, PyBytes>, CoreError> {
-        Ok(PyBytes::new(py, &self.inner.save((seed, episode))?))
+        let state = shared(slf)?.inner.save((seed, episode))?;
+        Ok(PyBytes::new(slf.py(), &state))
     }
 
     /// Becomes what `get_state` has saved, and returns the schedule. Nothing changes if that is refused.
-    fn set_state(&mut self, state: &[u8]) -> Result<(u64, u64), CoreError> {
-        let (episode, schedule) = self.inner.restored(state)?;
-        self.inner = episode;
+    fn set_state(slf: &Bound<'_, Self>, state: &[u8]) -> Result<(u64, u64), CoreError> {
+        let this = &mut *sole(slf)?;
+        let (episode, schedule) = this.inner.restored(state)?;
+        this.inner = episode;
         Ok(schedule)
     }
 
@@ -71,54 +92,54 @@ impl LineEpisode {
         (String, String, u64),
         Bound<'py, PyBytes>,
     )> {
-        let episode = slf.borrow();
-        let (scenario, options) = episode.made_from.clone();
-        let state = episode.get_state(slf.py(), 0, 0)?;
+        let (scenario, options) = shared(slf)?.made_from.clone();
+        let state = Self::get_state(slf, 0, 0)?;
         Ok((slf.get_type(), (scenario, options, 0), state))
     }
 
-    fn __setstate__(&mut self, state: &[u8]) -> Result<(), CoreError> {
-        self.set_state(state).map(drop)
+    fn __setstate__(slf: &Bound<'_, Self>, state: &[u8]) -> Result<(), CoreError> {
+        Self::set_state(slf, state).map(drop)
     }
 
     /// An equal episode that goes its own way.
-    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
-        self.clone()
+    fn __deepcopy__(slf: &Bound<'_, Self>, _memo: &Bound<'_, PyAny>) -> Result<Self, CoreError> {
+        Ok(shared(slf)?.clone())
     }
 
     #[getter]
-    fn states<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.inner.line().states().into_pyarray(py)
+    fn states<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyArray1<f64>>, CoreError> {
+        Ok(shared(slf)?.inner.line().states().into_pyarray(slf.py()))
     }
 
     #[getter]
-    fn steps(&self) -> usize {
-        self.inner.steps()
+    fn steps(slf: &Bound<'_, Self>) -> Result<usize, CoreError> {
+        Ok(shared(slf)?.inner.steps())
     }
 
     #[getter]
-    fn escape_distance(&self) -> f64 {
-        self.inner.line().escape_distance()
+    fn escape_distance(slf: &Bound<'_, Self>) -> Result<f64, CoreError> {
+        Ok(shared(slf)?.inner.line().escape_distance())
     }
 
     #[getter]
-    fn num_components(&self) -> usize {
-        self.inner.line().num_components(self.inner.last_range())
+    fn num_components(slf: &Bound<'_, Self>) -> Result<usize, CoreError> {
+        let inner = &shared(slf)?.inner;
+        Ok(inner.line().num_components(inner.last_range()))
     }
 
     #[getter]
-    fn interaction_range(&self) -> f64 {
-        self.inner.last_range()
+    fn interaction_range(slf: &Bound<'_, Self>) -> Result<f64, CoreError> {
+        Ok(shared(slf)?.inner.last_range())
     }
 
     #[getter]
-    fn is_steady(&self) -> bool {
-        self.inner.is_steady()
+    fn is_steady(slf: &Bound<'_, Self>) -> Result<bool, CoreError> {
+        Ok(shared(slf)?.inner.is_steady())
     }
 
     #[getter]
-    fn has_ended(&self) -> bool {
-        self.inner.has_ended()
+    fn has_ended(slf: &Bound<'_, Self>) -> Result<bool, CoreError> {
+        Ok(shared(slf)?.inner.has_ended())
     }
 }
 

@@ -1,52 +1,96 @@
 //! Calls that may take long: they answer Ctrl-C at once and report their progress.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::process;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
 
 use flockesc_core::Progress;
 use pyo3::prelude::*;
 
-use crate::errors::{CoreError, worker_died};
+use crate::errors::{CoreError, forked_within, worker_died};
 
 const POLL: Duration = Duration::from_millis(50);
 
+/// Agents visited from which on a call is watched: it takes milliseconds, of which starting a thread is about a hundredth.
+pub(crate) const LONG: usize = 1 << 18;
+
 /// Runs `work` on a thread of its own, while this one looks for signals and calls `report(done)`.
 ///
-/// A signal handler that raises (Ctrl-C) or a `report` that raises cancels the work; the exception
-/// is passed on once the work has stopped. The last call of `report` comes when all is done.
-pub(crate) fn long_call<T: Send>(
+/// A signal handler that raises (Ctrl-C) or a `report` that raises gives the work up: the exception is passed on at
+/// once, and the thread ends with the step of the model that it is at. The last call of `report` comes when all is
+/// done.
+pub(crate) fn long_call<T: Send + 'static>(
     py: Python<'_>,
     report: Option<&Bound<'_, PyAny>>,
-    work: impl FnOnce(&Progress) -> flockesc_core::Result<T> + Send,
+    work: impl FnOnce(&Progress) -> flockesc_core::Result<T> + Send + 'static,
 ) -> PyResult<T> {
-    let progress = Progress::default();
-    let has_returned = AtomicBool::new(false);
-    let (watched, returned, watcher) = (&progress, &has_returned, thread::current());
-    thread::scope(|scope| {
-        let worker = scope.spawn(move || {
-            let outcome = work(watched);
-            returned.store(true, Ordering::Release);
-            watcher.unpark();
-            outcome
-        });
-        let mut raised = Ok(());
-        // A worker that panicked is finished without having returned.
-        while raised.is_ok() && !returned.load(Ordering::Acquire) && !worker.is_finished() {
-            py.detach(|| thread::park_timeout(POLL));
-            raised = py.check_signals().and_then(|()| {
-                report.map_or(Ok(()), |report| report.call1((watched.done(),)).map(drop))
-            });
+    let outcome = LongCall::start(work)?.finish(py, report)?;
+    Ok(outcome.map_err(CoreError::from)?)
+}
+
+/// Work on a thread of its own, which is told to stop when this is dropped.
+pub(crate) struct LongCall<T> {
+    progress: Arc<Progress>,
+    outcome: Receiver<T>,
+    process: u32,
+}
+
+impl<T: Send + 'static> LongCall<T> {
+    pub(crate) fn start(work: impl FnOnce(&Progress) -> T + Send + 'static) -> PyResult<Self> {
+        let progress = Arc::new(Progress::default());
+        let (sender, outcome) = channel();
+        let watched = Arc::clone(&progress);
+        thread::Builder::new().spawn(move || {
+            // Nobody receives what was given up.
+            let _ = sender.send(work(&watched));
+        })?;
+        Ok(Self {
+            progress,
+            outcome,
+            process: process::id(),
+        })
+    }
+
+    /// Waits for the outcome; looks for signals and reports meanwhile, and passes on what they raise.
+    pub(crate) fn finish(
+        &mut self,
+        py: Python<'_>,
+        report: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<T> {
+        let report = |progress: &Progress| match report {
+            Some(report) => report.call1((progress.done(),)).map(drop),
+            None => Ok(()),
+        };
+        loop {
+            let outcome = self.wait(py, POLL)?;
+            if outcome.is_none() {
+                py.check_signals()?;
+            }
+            report(&self.progress)?;
+            if let Some(outcome) = outcome {
+                return Ok(outcome);
+            }
+            if process::id() != self.process {
+                return Err(forked_within());
+            }
         }
-        if raised.is_err() {
-            watched.cancel();
+    }
+
+    /// The outcome, if it comes in time.
+    pub(crate) fn wait(&mut self, py: Python<'_>, patience: Duration) -> PyResult<Option<T>> {
+        let outcome = &mut self.outcome;
+        match py.detach(move || outcome.recv_timeout(patience)) {
+            Ok(outcome) => Ok(Some(outcome)),
+            Err(RecvTimeoutError::Timeout) => Ok(None),
+            Err(RecvTimeoutError::Disconnected) => Err(worker_died()),
         }
-        let outcome = py.detach(|| worker.join()).map_err(|_| worker_died())?;
-        raised?;
-        let outcome = outcome.map_err(CoreError::from)?;
-        if let Some(report) = report {
-            report.call1((watched.done(),))?;
-        }
-        Ok(outcome)
-    })
+    }
+}
+
+impl<T> Drop for LongCall<T> {
+    fn drop(&mut self) {
+        self.progress.cancel();
+    }
 }

@@ -56,8 +56,9 @@ pub(crate) fn simulate_flock<'py>(
         velocities: flat(velocities)?,
         ..InitialState::default()
     };
-    let run = long_call(py, None, |progress| {
-        flockesc_core::simulate_flock(config.clone(), &schedule, &start, num_threads, progress)
+    let simulated = config.clone();
+    let run = long_call(py, None, move |progress| {
+        flockesc_core::simulate_flock(simulated, &schedule, &start, num_threads, progress)
     })?;
     let times = config.num_steps + 1;
     let agents = [times, config.num_agents, config.dimension];
@@ -93,7 +94,7 @@ pub(crate) fn simulate_line<'py>(
     let config = Arc::new(LineConfig::from_json(scenario).map_err(CoreError::from)?);
     let states = flat(initial_state)?;
     let agents = config.num_agents;
-    let run = long_call(py, None, |progress| {
+    let run = long_call(py, None, move |progress| {
         flockesc_core::simulate_line(config, interaction_range, seed, states.as_deref(), progress)
     })?;
     let dict = PyDict::new(py);
@@ -117,10 +118,10 @@ pub(crate) fn sweep_flock<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let config = Arc::new(FlockConfig::from_json(scenario).map_err(CoreError::from)?);
     let (ranges, seeds) = (ranges.as_slice()?.to_vec(), seeds.as_slice()?.to_vec());
-    let cells = long_call(py, report, |progress| {
+    let shape = [ranges.len(), seeds.len()];
+    let cells = long_call(py, report, move |progress| {
         flockesc_core::sweep_flock(&config, &ranges, &seeds, num_threads, progress)
     })?;
-    let shape = [ranges.len(), seeds.len()];
     let dict = PyDict::new(py);
     dict.set_item(
         "min_mean_distance",
@@ -153,10 +154,10 @@ pub(crate) fn sweep_line<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let config = Arc::new(LineConfig::from_json(scenario).map_err(CoreError::from)?);
     let (ranges, seeds) = (ranges.as_slice()?.to_vec(), seeds.as_slice()?.to_vec());
-    let cells = long_call(py, report, |progress| {
+    let shape = [ranges.len(), seeds.len()];
+    let cells = long_call(py, report, move |progress| {
         flockesc_core::sweep_line(&config, &ranges, &seeds, num_threads, progress)
     })?;
-    let shape = [ranges.len(), seeds.len()];
     let dict = PyDict::new(py);
     dict.set_item(
         "escape_distance",

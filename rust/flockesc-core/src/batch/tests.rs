@@ -134,11 +134,11 @@ fn slots_restart_at_their_own_horizon() {
             }
             crowd
                 .step_measured(
-                    &vec![4.0; rows],
-                    &[],
+                    (&vec![4.0; rows], &[]),
                     AtEnd::Restart,
                     &mut rewards,
                     &mut observations,
+                    &Progress::default(),
                     |_| (),
                 )
                 .expect("good ranges");

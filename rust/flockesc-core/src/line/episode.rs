@@ -11,6 +11,7 @@ use super::dynamics::check_range;
 use crate::config::MAX_STEPS;
 use crate::config::{LineConfig, parse, positive, within};
 use crate::error::{Error, Result};
+use crate::threads::Progress;
 
 /// What a line environment pays and how long an action holds (docs/model.md).
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -88,8 +89,8 @@ impl LineEpisode {
     ///
     /// # Errors
     /// [`Error::Argument`] for a range that is negative or not finite; [`Error::Episode`] after the end.
-    /// Nothing has changed then.
-    pub fn advance(&mut self, range: f64) -> Result<f64> {
+    /// Nothing has changed then. [`Error::Interrupted`] if `progress` was cancelled; the episode is worth nothing then.
+    pub fn advance(&mut self, range: f64, progress: &Progress) -> Result<f64> {
         check_range(range)?;
         if self.has_ended() {
             return Err(Error::episode(
@@ -104,6 +105,7 @@ impl LineEpisode {
             if self.has_ended() {
                 break;
             }
+            progress.check()?;
             let moved = self.line.step(range)?;
             self.is_steady = self.line.is_steady(moved);
             self.step += 1;
@@ -136,6 +138,14 @@ impl LineEpisode {
             .chain(offsets.map(|u| u / (1.0 + u.abs())))
             .map(|entry| entry as f32)
             .collect()
+    }
+
+    /// About how many agents a step visits, which tells a long one from a short one.
+    #[must_use]
+    pub fn work(&self) -> usize {
+        let scenario = self.line.config();
+        let steps = self.config.steps_per_action.min(scenario.max_steps);
+        scenario.num_agents.saturating_mul(steps)
     }
 
     /// Steps made so far.

@@ -2,19 +2,24 @@
 //! gains by what one agent hears.
 
 use crate::config::Objective;
+use crate::error::Result;
 use crate::flock::World;
 use crate::neighbor::Ranges;
+use crate::threads::Progress;
 
-/// Adds to every agent i in the flock `value` - G_-i: the objective's value after the action of these `ranges`, which
-/// was held for `num_steps` steps or until nobody was left, and the same had agent i alone had a range of 0.
+/// Adds to every agent i in the flock `value` - G_-i: the objective's value after the action of these ranges, which
+/// was held for so many steps or until nobody was left, and the same had agent i alone had a range of 0.
+///
+/// # Errors
+/// [`crate::Error::Interrupted`] if `progress` was cancelled.
 pub(crate) fn add<const D: usize>(
     before: &World<D>,
     objective: Objective,
-    ranges: &[f64],
-    num_steps: usize,
+    (ranges, num_steps): (&[f64], usize),
     value: f64,
     rewards: &mut [f64],
-) {
+    progress: &Progress,
+) -> Result<()> {
     let mut others = ranges.to_vec();
     for &name in before.agents().names() {
         let name = name as usize;
@@ -26,12 +31,14 @@ pub(crate) fn add<const D: usize>(
                 if world.agents().len() == 0 {
                     break;
                 }
+                progress.check()?;
                 world.step(Ranges::PerAgent(&others));
             }
             rewards[name] += value - value_of(objective, &world);
             others[name] = ranges[name];
         }
     }
+    Ok(())
 }
 
 fn value_of<const D: usize>(objective: Objective, world: &World<D>) -> f64 {

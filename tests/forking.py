@@ -1,0 +1,101 @@
+"""Run by test_processes.py in a process of its own: forks while other threads are busy.
+
+Prints a JSON object: children started, those that hung, those whose results were not the parent's.
+"""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import sys
+import threading
+import time
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+
+from flockesc_env import FlockEscapeEnv, FlockScenario, FlockVectorEnv, sweep
+
+HANGS = 20.0  # seconds; a child needs a few hundredths
+LARGE = FlockScenario(num_agents=5000, initial_side=400.0)
+SMALL = FlockScenario(num_agents=20, num_steps=8, initial_side=40.0)
+
+
+def played(num_threads: int) -> bytes:
+    """Return what a large flock, spread over threads, and a batch of small ones show."""
+    large = FlockEscapeEnv(LARGE, num_threads=num_threads, action_mode="range")
+    shown = [large.reset(seed=4)[0]]
+    shown += [large.step(np.array([10.0], np.float32))[0] for _ in range(3)]
+    small = FlockVectorEnv(5, SMALL, num_threads=num_threads, action_mode="range")
+    shown += [small.reset(seed=4)[0]]
+    shown += [small.step(np.full((5, 1), 10.0, np.float32))[0] for _ in range(10)]
+    return b"".join(observations.tobytes() for observations in shown)
+
+
+def step_for_ever(stop: threading.Event) -> None:
+    """Keep the pool of two threads at work on one large flock."""
+    env = FlockEscapeEnv(LARGE, num_threads=2, action_mode="range")
+    while not stop.is_set():
+        env.reset(seed=1)
+        for _ in range(20):
+            env.step(np.array([10.0], np.float32))
+
+
+def start_pools(stop: threading.Event) -> None:
+    """Start pools of many threads, each of which takes milliseconds."""
+    for num_threads in range(200, 212):
+        if not stop.is_set():
+            sweep(SMALL, [1.0], range(2), num_threads=num_threads)
+
+
+def sweep_for_ever(stop: threading.Event) -> None:
+    """Keep long calls, with their own worker threads, under way."""
+    while not stop.is_set():
+        sweep(SMALL, [1.0, 10.0], range(200), num_threads=2)
+
+
+BUSY: dict[str, Callable[[threading.Event], None]] = {
+    "stepping": step_for_ever,
+    "starting pools": start_pools,
+    "sweeping": sweep_for_ever,
+}
+
+
+def run(busy: list[Callable[[threading.Event], None]], count: int) -> dict[str, int]:
+    """Fork this often while the threads are busy."""
+    expected = played(2)
+    stop = threading.Event()
+    threads = [threading.Thread(target=work, args=(stop,)) for work in busy]
+    for thread in threads:
+        thread.start()
+    children = []
+    context = multiprocessing.get_context("fork")
+    for index in range(count):
+        child = context.Process(target=check, args=(expected, 2 + index % 3))
+        child.start()
+        children.append(child)
+        time.sleep(0.001 * (index % 4))
+        if index % 8 == 7:
+            children[-8].join(HANGS)
+    for child in children:
+        child.join(HANGS)
+    hung = [child for child in children if child.is_alive()]
+    for child in hung:
+        child.kill()
+    stop.set()
+    for thread in threads:
+        thread.join()
+    wrong = [child for child in children if child not in hung and child.exitcode != 0]
+    return {"children": len(children), "hung": len(hung), "wrong": len(wrong)}
+
+
+def check(expected: bytes, num_threads: int) -> None:
+    """Play the same in a child, which ends with status 1 if anything differs."""
+    os._exit(played(num_threads) != expected)
+
+
+if __name__ == "__main__":
+    warnings.simplefilter("ignore", DeprecationWarning)  # Python 3.12 warns of what this is about
+    print(json.dumps(run([BUSY[name] for name in sys.argv[2:]], int(sys.argv[1]))))

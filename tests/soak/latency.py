@@ -1,0 +1,149 @@
+"""Run by test_interrupt_latency.py: Ctrl-C in a call that takes long.
+
+Prints a JSON list: seconds from signal to exception in several tries; null where the call was over before.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from flockesc_env import (
+    FlockEscapeEnv,
+    FlockScenario,
+    FlockVectorEnv,
+    LineEscapeEnv,
+    LineScenario,
+    Voronoi,
+    graph,
+    parallel_env,
+    rollout,
+    simulate,
+    simulate_line,
+    sweep,
+)
+from flockesc_env.policies import FixedRange
+
+TRIES = 5
+FOREVER = 10**9
+CYCLE = [0.36, 0.68] * 50
+
+small = FlockScenario(num_steps=FOREVER)
+crowd = FlockScenario(num_agents=100_000, initial_side=1826.0, num_steps=FOREVER)
+huge = FlockScenario(num_agents=1_000_000, initial_side=5774.0, num_steps=10)
+dense = FlockScenario(num_agents=30_000, initial_side=100.0, blind_angle=1.0, num_steps=100)
+line = LineScenario(escape_force="linear_as_printed", max_steps=FOREVER)
+points = np.random.default_rng(0).uniform(0.0, 1.0, (60_000, 2))
+
+Call = Callable[[], Any]
+
+
+def gymnasium_step(scenario: FlockScenario, rho: float = 10.0, **options: Any) -> Call:
+    env = FlockEscapeEnv(scenario, action_mode="range", **options)
+
+    def call() -> None:
+        env.reset(seed=0)
+        armed()
+        env.step(np.array([rho], np.float32))
+
+    return call
+
+
+def vector_step() -> Call:
+    env = FlockVectorEnv(64, small, action_mode="range", steps_per_action=10_000, copy=False)
+    env.reset(seed=0)
+    return lambda: env.step(np.full((64, 1), 10.0, np.float32))
+
+
+def parallel_step() -> Call:
+    env = parallel_env(
+        FlockScenario(num_agents=5000, initial_side=400.0), action_mode="range", reward="difference"
+    )
+    action = np.array([10.0], np.float32)
+
+    def call() -> None:
+        env.reset(seed=0)
+        armed()
+        env.step(dict.fromkeys(env.agents, action))
+
+    return call
+
+
+def line_step() -> Call:
+    env = LineEscapeEnv(line, action_mode="range", max_range=10.0, steps_per_action=FOREVER)
+    env.reset(seed=0, options={"initial_state": CYCLE})
+    return lambda: env.step(np.array([10.0], np.float32))
+
+
+CALLS: dict[str, Callable[[], Call]] = {
+    "simulate": lambda: lambda: simulate(FlockScenario(num_agents=2000, num_steps=50_000), 1.0, seed=0),
+    "simulate, a step takes long": lambda: lambda: simulate(dense, 50.0, seed=0),
+    "simulate_line": lambda: lambda: simulate_line(line, 10.0, initial_state=CYCLE),
+    "sweep": lambda: lambda: sweep(small, [1.0], range(9)),
+    "sweep, lines": lambda: lambda: sweep(line.replace(num_agents=2), [1.0], [2, 3]),
+    "rollout": lambda: lambda: rollout(FixedRange(10.0), range(64), scenario=crowd),
+    "step, 10,000 steps per action": lambda: gymnasium_step(
+        crowd.replace(num_agents=5000), steps_per_action=10_000
+    ),
+    "step, 10 slow steps per action": lambda: gymnasium_step(dense, 50.0, steps_per_action=10),
+    "step, 99 steps of Voronoi neighbors": lambda: gymnasium_step(
+        crowd.replace(neighbor_rule=Voronoi(), num_agents=30_000), steps_per_action=99
+    ),
+    "step of a vector environment": vector_step,
+    "step with difference rewards": parallel_step,
+    "step of a line": line_step,
+    "reset of 1,000,000 agents": lambda: lambda: FlockEscapeEnv(huge).reset(seed=0),
+    "reset of 64 x 30,000 agents": lambda: (
+        lambda: FlockVectorEnv(64, crowd.replace(num_agents=30_000, initial_side=1000.0)).reset(seed=0)
+    ),
+    "perron_matrix": lambda: lambda: graph.perron_matrix(points[:15_000, 0], 0.1),
+    "laplacian": lambda: lambda: graph.laplacian(points[:15_000, 0], 0.1),
+    "neighbor_pairs": lambda: lambda: graph.neighbor_pairs(points[:30_000], 0.2),
+    "component_labels": lambda: (
+        lambda: graph.component_labels(
+            points, 0.3, scenario=FlockScenario(num_agents=60_000, blind_angle=1.0), velocities=points
+        )
+    ),
+}
+
+at = [0.0]
+
+
+def armed() -> None:
+    """Send Ctrl-C to this process in a moment."""
+
+    def send() -> None:
+        at[0] = time.perf_counter()
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Timer(0.15, send).start()
+
+
+def latency(call: Call, arms_itself: bool) -> float | None:
+    """Return the seconds that one answer took; ``None`` if the call was over before."""
+    at[0] = 0.0
+    try:
+        if not arms_itself:
+            armed()
+        call()
+        was_over = at[0] == 0.0
+        time.sleep(0.5)
+    except KeyboardInterrupt:
+        return time.perf_counter() - at[0]
+    return None if was_over else float("nan")
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    made = CALLS[sys.argv[1]]()
+    arms_itself = made.__name__ == "call"
+    tries = [latency(made, arms_itself) for _ in range(TRIES)]
+    print(json.dumps(tries))

@@ -1,0 +1,15 @@
+"""10,000 environments of every kind leave no more behind than a few do."""
+
+from __future__ import annotations
+
+import pytest
+from every_env import MAKERS
+from test_lifecycles import MEMORY, growth
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_10_000_environments_leave_nothing_behind(name: str, record_property) -> None:
+    left = growth(name, 10_000)
+    print(name, left)
+    assert left["memory"] <= MEMORY
+    assert (left["files"], left["threads"]) == (0, 0)

@@ -1,0 +1,31 @@
+"""Environments that come and go leave nothing behind: no memory, no open files, no threads."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from every_env import MAKERS
+
+SCRIPT = Path(__file__).with_name("lifecycles.py")
+WARM_UP = 300
+MEMORY = 1024
+"""KiB by which the allocator may still grow after the warm-up."""
+
+
+def growth(name: str, count: int) -> dict[str, int]:
+    """Return what so many environments leave, after the first few hundred."""
+    command = [sys.executable, str(SCRIPT), name, str(WARM_UP), str(count)]
+    ended = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
+    found: dict[str, int] = json.loads(ended.stdout.splitlines()[-1])
+    return found
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_environments_leave_nothing_behind(name: str) -> None:
+    left = growth(name, 300)
+    assert left["memory"] <= MEMORY
+    assert (left["files"], left["threads"]) == (0, 0)

@@ -1,0 +1,149 @@
+"""Python threads: own environments do not disturb each other; a shared one refuses two calls at once."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+import pytest
+from every_env import MAKERS, play
+from option_table import small_flock
+
+from flockesc_env import (
+    EpisodeError,
+    FlockEscapeEnv,
+    FlockScenario,
+    FlockVectorEnv,
+    LineEscapeEnv,
+    LineScenario,
+    rollout,
+    simulate,
+    sweep,
+)
+from flockesc_env.policies import FixedRange
+
+THREADS = 8
+CYCLE = [0.36, 0.68] * 50
+"""Two groups on the line that chase each other past the predator for ever: an episode without end."""
+REFUSED = (
+    "environment: expected one call at a time, "
+    "got a call during another one, of another thread or inside of a signal handler"
+)
+
+
+@pytest.fixture(autouse=True)
+def threads_alternate_often() -> Iterator[None]:
+    usual = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    yield
+    sys.setswitchinterval(usual)
+
+
+def at_once(work: Callable[[int], Any]) -> list[Any]:
+    """Return what ``work(0)``, ``work(1)``, .. return, begun by all threads at the same time."""
+    barrier = threading.Barrier(THREADS)
+
+    def begin(index: int) -> Any:
+        barrier.wait()
+        return work(index)
+
+    with ThreadPoolExecutor(THREADS) as pool:
+        return list(pool.map(begin, range(THREADS)))
+
+
+@pytest.mark.parametrize("name", [name for name in MAKERS if name != "pictures"])  # SDL draws in one thread
+def test_eight_threads_play_as_one(name: str) -> None:
+    def whole(index: int) -> Any:
+        return play(MAKERS[name](), 9, index)
+
+    for there, here in zip(at_once(whole), map(whole, range(THREADS)), strict=True):
+        np.testing.assert_equal(there, here)
+
+
+def test_eight_threads_share_one_pool() -> None:
+    """Large flocks, batches and sweeps that are all spread over the same two threads of the core."""
+    large = FlockScenario(num_agents=5000, initial_side=400.0, num_steps=6)
+    small = small_flock()
+
+    def work(index: int) -> Any:
+        if index % 4 == 0:
+            return simulate(large, 10.0, seed=index, num_threads=2).positions
+        if index % 4 == 1:
+            return sweep(small, [1.0, 9.0], range(index, index + 30), num_threads=2).min_mean_distance
+        if index % 4 == 2:
+            return rollout(FixedRange(9.0), range(index, 40), scenario=small, num_threads=2).mean_return
+        return play(FlockEscapeEnv(large, num_threads=2), 5, index)
+
+    for there, here in zip(at_once(work), map(work, range(THREADS)), strict=True):
+        np.testing.assert_equal(there, here)
+
+
+def shared_flock() -> tuple[Any, Any]:
+    scenario = FlockScenario(num_agents=600, initial_side=140.0)
+    return FlockEscapeEnv(scenario, action_mode="range"), np.array([10.0], np.float32)
+
+
+def shared_batch() -> tuple[Any, Any]:
+    env = FlockVectorEnv(12, FlockScenario(num_agents=100), num_threads=2, action_mode="range")
+    return env, np.full((12, 1), 10.0, np.float32)
+
+
+def shared_line() -> tuple[Any, Any]:
+    line = LineScenario(escape_force="linear_as_printed", max_steps=10**6)
+    return LineEscapeEnv(line, action_mode="range", max_range=10.0), np.array([10.0], np.float32)
+
+
+@pytest.mark.parametrize("make", [shared_flock, shared_batch, shared_line])
+def test_threads_that_share_an_environment_step_it_in_turn_or_are_refused(make: Any) -> None:
+    (shared, action), (alone, _) = make(), make()
+    options = {"initial_state": CYCLE} if make is shared_line else None
+    shared.reset(seed=5, options=options)
+    alone.reset(seed=5, options=options)
+
+    refusals: set[str] = set()
+
+    def step(index: int) -> list[bytes]:
+        stepped = []
+        for _ in range(12):
+            try:
+                stepped.append(shared.step(action)[0].tobytes())
+            except EpisodeError as error:
+                refusals.add(str(error))
+        return stepped
+
+    stepped = [observation for each in at_once(step) for observation in each]
+    assert refusals <= {REFUSED}
+    expected = [alone.step(action)[0].tobytes() for _ in stepped]
+    # Every step was made once and wholly, in some order; and the next one goes on from there.
+    assert sorted(stepped) == sorted(expected)
+    np.testing.assert_equal(shared.step(action), alone.step(action))
+
+
+@pytest.mark.parametrize("name", ["flock", "line"])
+def test_a_look_during_a_long_step_is_refused(name: str) -> None:
+    env: Any
+    if name == "flock":
+        flock = FlockScenario(num_agents=300, num_steps=20_000)
+        env = FlockEscapeEnv(flock, action_mode="range", steps_per_action=20_000)
+        env.reset(seed=0)
+        look: Callable[[], Any] = env._batch.metrics
+    else:
+        line = LineScenario(escape_force="linear_as_printed", max_steps=10**6)
+        env = LineEscapeEnv(line, action_mode="range", max_range=10.0, steps_per_action=10**6)
+        env.reset(seed=0, options={"initial_state": CYCLE})
+        look = env._episode.observe
+    stepping = threading.Thread(target=env.step, args=(np.array([10.0], np.float32),))
+    stepping.start()
+    refusals = []
+    while stepping.is_alive():
+        try:
+            look()
+        except EpisodeError as error:
+            refusals.append(str(error))
+    stepping.join()
+    assert set(refusals) == {REFUSED}
+    look()
