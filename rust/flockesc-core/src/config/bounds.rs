@@ -54,7 +54,12 @@ pub(crate) fn coordinates(values: &[f64], field: impl Fn(usize) -> String) -> Re
 
 pub(crate) fn within_bounds(field: &str, value: f64, low: f64, high: f64) -> Result<()> {
     let expected = format!("a number from {low:?} to {high:?}");
-    check(field, shown(value), &expected, (low..=high).contains(&value))
+    check(
+        field,
+        shown(value),
+        &expected,
+        (low..=high).contains(&value),
+    )
 }
 
 /// A point, velocity or direction: 2 or `dimension` coordinates.
