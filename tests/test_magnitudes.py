@@ -205,6 +205,15 @@ def test_agents_too_close_to_be_told_apart_are_in_one_place() -> None:
         assert run.mean_distance[0] == 0
 
 
+@pytest.mark.parametrize("place", [0.1, 33.3, 1e6 / 3, 1e12 / 7, LARGEST / 3])
+def test_agents_in_one_place_have_no_spread(place: float) -> None:
+    """Although their mean, rounded, may be a hair beside them."""
+    for count in (3, 7, 60):
+        env = FlockEscapeEnv(small_flock(num_agents=count))
+        observation, _ = env.reset(seed=1, options={"initial_positions": np.full((count, 2), place)})
+        assert observation[env.control.layout.index("spread")] == 0
+
+
 def test_far_from_the_origin_the_same_is_heard() -> None:
     """Places that 2^40 m more leave exact: the first step's forces and neighbors are the same bits."""
     rng = np.random.default_rng(0)

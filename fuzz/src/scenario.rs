@@ -8,9 +8,14 @@ const EDGES: [f64; 12] = [
     0.0, 5e-324, 1e-160, 1e-140, 1e-20, 1e-9, 0.5, 1.0, 3.0, 10.0, 1e12, LARGEST,
 ];
 
+/// True once in `times`, and never where there are no more bytes: what they leave out is ordinary.
+pub fn rarely(u: &mut Unstructured<'_>, times: u8) -> Result<bool> {
+    Ok(!u.ratio(times - 1, times)?)
+}
+
 /// One of the edges, or any number from 0 to a hundred.
 fn quantity(u: &mut Unstructured<'_>) -> Result<f64> {
-    match u.ratio(1, 3)? {
+    match rarely(u, 3)? {
         true => Ok(*u.choose(&EDGES)?),
         false => Ok(f64::from(u.arbitrary::<u16>()?) / 655.36),
     }
@@ -23,7 +28,7 @@ fn positive(u: &mut Unstructured<'_>) -> Result<f64> {
 
 /// Any interaction range: a small one, an edge, or one beyond everything.
 pub fn any_range(u: &mut Unstructured<'_>) -> Result<f64> {
-    match u.ratio(1, 8)? {
+    match rarely(u, 8)? {
         true => Ok(f64::MAX),
         false => quantity(u),
     }
@@ -50,7 +55,7 @@ fn per_agent(
     agents: usize,
     number: fn(&mut Unstructured<'_>) -> Result<f64>,
 ) -> Result<Value> {
-    match u.ratio(1, 4)? {
+    match rarely(u, 4)? {
         true => Ok(json!(
             (0..agents)
                 .map(|_| number(u))
@@ -113,7 +118,7 @@ fn predator(u: &mut Unstructured<'_>, dimension: usize) -> Result<Value> {
 /// The document of a small flock that has predators; most are good ones.
 pub fn flock(u: &mut Unstructured<'_>) -> Result<Value> {
     let dimension = u.int_in_range(2..=3)?;
-    let agents = match u.ratio(1, 8)? {
+    let agents = match rarely(u, 8)? {
         true => u.int_in_range(60..=140)?,
         false => u.int_in_range(1..=12)?,
     };
@@ -135,7 +140,7 @@ pub fn flock(u: &mut Unstructured<'_>) -> Result<Value> {
         2 => *u.choose(&["metric", "topological", "voronoi"])?,
         _ => *u.choose(&["metric", "topological"])?,
     };
-    let capture_radius = if u.ratio(1, 3)? {
+    let capture_radius = if rarely(u, 3)? {
         Some(any_range(u)?)
     } else {
         None
@@ -144,7 +149,7 @@ pub fn flock(u: &mut Unstructured<'_>) -> Result<Value> {
     let predators = (0..num_predators)
         .map(|_| predator(u, dimension))
         .collect::<Result<Vec<Value>>>()?;
-    let randomization = match u.ratio(1, 8)? {
+    let randomization = match rarely(u, 8)? {
         true => json!([{"uniform": {"field": "predator_range", "low": 0.0, "high": quantity(u)?}}]),
         false => json!([]),
     };
@@ -155,20 +160,20 @@ pub fn flock(u: &mut Unstructured<'_>) -> Result<Value> {
         "speed": per_agent(u, agents, positive)?,
         "initial_side": positive(u)?,
         "initial_positions": positions, "initial_headings": {"random": {}},
-        "initial_plane": u.ratio(1, 8)?,
+        "initial_plane": rarely(u, 8)?,
         "predator_range": any_range(u)?,
         "repulsion_strength": per_agent(u, agents, quantity)?,
         "alignment_strength": per_agent(u, agents, quantity)?,
         "constant_speed": motion.get("vicsek").is_some() || u.ratio(2, 3)?,
         "motion": motion,
-        "angular_noise": if u.ratio(1, 4)? { 1.0 } else { 0.0 },
-        "sensing_noise": if u.ratio(1, 4)? { quantity(u)? } else { 0.0 },
-        "sensing_delay": if u.ratio(1, 4)? { u.int_in_range(0..=3)? } else { 0 },
+        "angular_noise": if rarely(u, 4)? { 1.0 } else { 0.0 },
+        "sensing_noise": if rarely(u, 4)? { quantity(u)? } else { 0.0 },
+        "sensing_delay": if rarely(u, 4)? { u.int_in_range(0..=3)? } else { 0 },
         "capture_radius": capture_radius,
         "predators": predators,
         "neighbor_rule": {rule: {}},
-        "blind_angle": if u.ratio(1, 4)? { 2.0 } else { 0.0 },
-        "mutual": u.ratio(1, 4)?, "frozen_graph": u.ratio(1, 8)?,
+        "blind_angle": if rarely(u, 4)? { 2.0 } else { 0.0 },
+        "mutual": rarely(u, 4)?, "frozen_graph": rarely(u, 8)?,
         "periodic_side": null, "randomization": randomization,
     }))
 }

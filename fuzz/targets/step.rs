@@ -7,7 +7,7 @@ use arbitrary::{Result, Unstructured};
 use flockesc_core::{
     AtEnd, Batch, EpisodeConfig, FlockConfig, InitialState, Metrics, PerAgent, Ranges, View,
 };
-use flockesc_fuzz::{any_range, assert_world_is_sound, coordinates, episode, flock};
+use flockesc_fuzz::{any_range, assert_world_is_sound, coordinates, episode, flock, rarely};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -30,7 +30,7 @@ fn documents(u: &mut Unstructured<'_>) -> Result<(FlockConfig, EpisodeConfig)> {
 }
 
 fn start(scenario: &FlockConfig, u: &mut Unstructured<'_>) -> Result<InitialState> {
-    let mut given = |rows: usize| match u.ratio(1, 3)? {
+    let mut given = |rows: usize| match rarely(u, 3)? {
         true => coordinates(u, rows * scenario.dimension).map(Some),
         false => Ok(None),
     };

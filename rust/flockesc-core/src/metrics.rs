@@ -112,8 +112,12 @@ pub(crate) fn centroid<const D: usize>(
         |chunk| total_position(chunk, scale),
         |a: [i64; D], b| std::array::from_fn(|axis| a[axis] + b[axis]),
     );
-    let n = num_agents as f64;
-    sums.unwrap_or([0; D]).map(|sum| scale.value(sum) / n)
+    let sums = sums.unwrap_or([0; D]);
+    // Rounding may carry a mean past all it is of: then no offset from it would be within the extent of the box.
+    std::array::from_fn(|axis| {
+        let mean = scale.value(sums[axis]) / num_agents as f64;
+        mean.max(low[axis]).min(high[axis])
+    })
 }
 
 /// Sum of the positions in units of `scale`.

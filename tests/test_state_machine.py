@@ -1,0 +1,204 @@
+"""Whatever is done to an environment, in whatever order, it is where its seed and its actions lead.
+
+The model is a log: resets and steps with what they returned. A restored state takes the log back to where
+that state was saved; refused calls, pictures, copies and pickles leave it as it is. In the end a new
+environment plays the log and returns the same, bit for bit.
+"""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import (
+    Bundle,
+    RuleBasedStateMachine,
+    initialize,
+    precondition,
+    rule,
+    run_state_machine_as_test,
+)
+from option_table import UNLIKE, small_flock
+
+from flockesc_env import (
+    FlockEscapeEnv,
+    FlockPursuitEnv,
+    FlockVectorEnv,
+    LineEscapeEnv,
+    LineScenario,
+    PurePursuit,
+    Wandering,
+    parallel_env,
+)
+from flockesc_env.errors import ActionError, ArgumentError, EpisodeError, FlockescError
+from flockesc_env.render import RenderOptions
+
+RANDOM = {
+    "predators": (
+        Wandering((10.0, 10.0), (5.0, 0.0), 2.0),
+        PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0),
+    ),
+    "capture_radius": 2.0,
+    "num_steps": 8,
+}
+PICTURES = {"render_mode": "rgb_array", "render_options": RenderOptions(size=160)}
+LINE = LineScenario(num_agents=6, max_steps=8)
+
+MAKERS: dict[str, Callable[[], Any]] = {
+    "flock": lambda: FlockEscapeEnv(small_flock(**RANDOM), steps_per_action=2, **PICTURES),
+    "unlike agents in space": lambda: FlockEscapeEnv(small_flock(3, **RANDOM, **UNLIKE)),
+    "frozen graph": lambda: FlockEscapeEnv(small_flock(num_steps=8, frozen_graph=True), reward="terminal"),
+    "pursuit": lambda: FlockPursuitEnv(small_flock(num_steps=8)),
+    "vector": lambda: FlockVectorEnv(3, small_flock(**RANDOM)),
+    "vector without autoreset": lambda: FlockVectorEnv(
+        2, small_flock(**RANDOM), autoreset_mode="Disabled", num_threads=2
+    ),
+    "parallel": lambda: parallel_env(small_flock(**RANDOM), reward="own_running_minimum"),
+    "line": lambda: LineEscapeEnv(LINE, **PICTURES),
+}
+
+seeds = st.integers(0, 2**64 - 4) | st.none()
+parts = st.floats(-1, 1, width=32)
+
+
+def action_of(env: Any, part: float) -> Any:
+    """Return an action of the environment's space, ``part`` of the way through it."""
+    if hasattr(env, "possible_agents"):
+        return {agent: np.array([part / (1 + k)], np.float32) for k, agent in enumerate(env.agents)}
+    return np.full(env.action_space.shape, part, np.float32)
+
+
+def has_ended(env: Any, step: tuple[Any, ...]) -> bool:
+    if hasattr(env, "possible_agents"):
+        return not env.agents
+    if isinstance(env, FlockVectorEnv) and env.autoreset_mode.value != "Disabled":
+        return False
+    return bool(np.any(step[2]) or np.any(step[3]))
+
+
+class Machine(RuleBasedStateMachine):
+    """One environment under everything that can be done to it."""
+
+    make: Callable[[], Any]
+    saves = Bundle("saves")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.env = type(self).make()
+        self.log: list[tuple[str, Any, Any]] = []
+        self.has_ended = False
+
+    def do(self, call: str, argument: Any) -> None:
+        """Do one thing and write down what came of it."""
+        returned = play(self.env, call, argument)
+        self.log.append((call, argument, copy.deepcopy(returned)))
+        self.has_ended = call == "step" and has_ended(self.env, returned)
+
+    @initialize(seed=st.integers(0, 2**64 - 4))
+    def start(self, seed: int) -> None:
+        self.do("reset", seed)
+
+    @rule(seed=seeds)
+    def reset(self, seed: int | None) -> None:
+        self.do("reset", seed)
+
+    @precondition(lambda self: not self.has_ended)
+    @rule(part=parts)
+    def step(self, part: float) -> None:
+        self.do("step", action_of(self.env, part))
+
+    @precondition(lambda self: self.has_ended)
+    @rule(part=parts)
+    def step_after_the_end(self, part: float) -> None:
+        with pytest.raises(EpisodeError):
+            self.env.step(action_of(self.env, part))
+
+    @precondition(lambda self: not self.has_ended)
+    @rule(part=st.sampled_from([np.nan, np.inf, -1.5, 1e300]))
+    def step_out_of_bounds(self, part: float) -> None:
+        with pytest.raises(ActionError), np.errstate(over="ignore"):
+            self.env.step(action_of(self.env, part))
+
+    @rule(seed=st.sampled_from([-1, 2**64, 1.5, "7"]))
+    def reset_with_a_bad_seed(self, seed: Any) -> None:
+        with pytest.raises(ArgumentError):
+            self.env.reset(seed=seed)
+
+    @rule()
+    def reset_to_a_bad_start(self) -> None:
+        name = "initial_state" if isinstance(self.env, LineEscapeEnv) else "initial_positions"
+        with pytest.raises(ArgumentError):
+            self.env.reset(seed=1, options={name: [np.nan]})
+
+    @rule()
+    def look(self) -> None:
+        if getattr(self.env, "render_mode", None) == "rgb_array":
+            assert self.env.render().shape == (160, 160, 3)
+
+    @rule()
+    def close(self) -> None:
+        self.env.close()
+
+    @rule(part=parts)
+    def go_on_with_a_copy(self, part: float) -> None:
+        original, self.env = self.env, copy.deepcopy(self.env)
+        if not self.has_ended:
+            original.step(action_of(original, part))
+        original.reset(seed=5)
+
+    @rule()
+    def go_on_with_a_pickle(self) -> None:
+        original, self.env = self.env, pickle.loads(pickle.dumps(self.env))  # noqa: S301, our own
+        original.reset(seed=5)
+
+    @rule(target=saves)
+    def save(self) -> tuple[bytes, list[tuple[str, Any, Any]], bool]:
+        state = self.env.get_state()
+        assert isinstance(state, bytes)
+        assert self.env.get_state() == state
+        return state, self.log.copy(), self.has_ended
+
+    @rule(saved=saves)
+    def restore(self, saved: tuple[bytes, list[tuple[str, Any, Any]], bool]) -> None:
+        state, log, self.has_ended = saved
+        self.env.set_state(state)
+        self.log = log.copy()
+        assert self.env.get_state() == state
+
+    @rule(saved=saves)
+    def restore_into_a_new_environment(self, saved: tuple[bytes, list[tuple[str, Any, Any]], bool]) -> None:
+        self.env = type(self).make()
+        self.restore(saved)
+
+    @rule(saved=saves, part=st.floats(0, 1, exclude_max=True), flip=st.integers(1, 255))
+    def restore_what_is_damaged(
+        self, saved: tuple[bytes, list[tuple[str, Any, Any]], bool], part: float, flip: int
+    ) -> None:
+        """A state that is cut short or longer is refused, and nothing has changed."""
+        state = saved[0]
+        for damaged in (state[: int(part * len(state))], state + bytes([flip])):
+            with pytest.raises(FlockescError):
+                self.env.set_state(damaged)
+
+    def teardown(self) -> None:
+        twin = type(self).make()
+        for place, (call, argument, returned) in enumerate(self.log):
+            np.testing.assert_equal(play(twin, call, argument), returned, err_msg=f"{place}: {call}")
+
+
+def play(env: Any, call: str, argument: Any) -> Any:
+    return env.reset(seed=argument) if call == "reset" else env.step(argument)
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_an_environment_is_where_its_actions_lead(name: str) -> None:
+    # A class of its own: rules belong to classes.
+    machine = type("Machine", (Machine,), {"make": staticmethod(MAKERS[name])})
+    run = settings(max_examples=25, stateful_step_count=40)
+    run_state_machine_as_test(machine, settings=run)
