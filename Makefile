@@ -112,6 +112,20 @@ compat-pins: $(TOOLS)/installed ## resolve the pins of `make compat` anew
 	  --python-version 3.11 pyproject.toml compat/$(name).in $(if $(filter $(name),$(RELEASES)),--extra train --extra video) \
 	  $(if $(filter $(name),oldest),--resolution lowest-direct) --output-file compat/$(name).txt &&) true
 
+# cargo-deny is compiled by the first call (some minutes).
+CARGO_DENY := $(COMPAT)/cargo/bin/cargo-deny
+$(CARGO_DENY):
+	cargo install --quiet --locked --root $(COMPAT)/cargo cargo-deny@0.20.2
+
+.PHONY: audit
+audit: $(CARGO_DENY) ## licenses, sources and versions of all crates
+	$(CARGO_DENY) --locked check licenses bans sources
+
+.PHONY: advisories
+advisories: $(CARGO_DENY) $(TOOLS)/installed ## known faults of crates and Python packages (asks RustSec and PyPI)
+	$(CARGO_DENY) --locked check advisories
+	$(TOOLS)/pip-audit --requirement constraints.txt --no-deps --disable-pip
+
 .PHONY: format
 format: build ## format all code
 	cargo fmt --all
