@@ -8,8 +8,8 @@ def shown(value: object) -> str:
     """Return what came as an error shows it: its ``repr``, cut off where it is long."""
     try:
         return _cut(repr(value))
-    except ValueError:  # an integer of thousands of digits
-        return f"{type(value).__name__} that is too long to show"
+    except (ValueError, RecursionError):  # an integer of thousands of digits, lists in lists
+        return f"something too long to show, of type {type(value).__name__}"
 
 
 def _cut(text: str) -> str:
@@ -28,7 +28,7 @@ class FlockescError(ValueError):
     def __init__(self, field: str, expected: str, given: object) -> None:
         try:
             self.given = _cut(str(given))
-        except ValueError:
+        except (ValueError, RecursionError):
             self.given = shown(given)
         super().__init__(field, expected, self.given)
         self.field = field

@@ -31,6 +31,9 @@ _T = TypeVar("_T")
 
 _INTEGER_LIMIT = 2**63
 
+_DEEPEST = 8
+"""Lists in lists, of which no field has so many."""
+
 _VARIANTS: dict[str, type[Part]] = {variant.kind: variant for variant in get_args(Part)}
 
 
@@ -242,7 +245,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return fields
 
 
-def _plain(value: Any, annotation: Any = None) -> Any:
+def _plain(value: Any, annotation: Any = None, depth: int = 0) -> Any:
     if isinstance(value, Part):
         parts = {f.name: _plain(getattr(value, f.name), f.type) for f in dataclasses.fields(value)}
         return type(value)(**parts)
@@ -252,7 +255,9 @@ def _plain(value: Any, annotation: Any = None) -> Any:
         value = np.float64(value).tolist() if value.dtype.kind == "f" else value.tolist()
     of_numbers = "float" in str(annotation)
     if isinstance(value, list | tuple):
-        return tuple(_plain(entry, "float" if of_numbers else None) for entry in value)
+        if depth > _DEEPEST:
+            return list(value)  # which the document then refuses by its field
+        return tuple(_plain(entry, "float" if of_numbers else None, depth + 1) for entry in value)
     if isinstance(value, int) and not isinstance(value, bool) and of_numbers:
         # What is too large for a float stays an integer, which the document then refuses by its field.
         return float(value) if abs(value) < _INTEGER_LIMIT else value

@@ -15,6 +15,12 @@ NOT_FINITE: dict[str, Any] = {"nan": NAN, "inf": np.inf, "minus inf": -np.inf}
 
 EXTREME = (1.7e308, 1e155, -1e155, -1.7e308, 5e-324, -5e-324, 1e-160, -0.0, 0.0)
 
+DEEP: list[Any] = []
+for _ in range(5000):
+    DEEP = [DEEP]
+CYCLE: list[Any] = []
+CYCLE.append(CYCLE)
+
 # Taken by no kind but those that say so.
 FOREIGN: dict[str, Any] = {
     "none": None,
@@ -37,6 +43,8 @@ FOREIGN: dict[str, Any] = {
     "function": len,
     "class": float,
     "huge": 10**5000,
+    "deep": DEEP,
+    "cycle": CYCLE,
     "wide": np.longdouble("1e4000"),
     "many axes": np.zeros((1,) * 40),
     **NOT_FINITE,
