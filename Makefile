@@ -67,15 +67,28 @@ test-rust: ## tests of the core crate
 test-python: build ## tests of the Python package
 	$(BIN)/python -m pytest
 
+# What takes minutes. Fuzzing wants a nightly compiler and cargo-fuzz.
+FUZZ_SECONDS := 60
+.PHONY: soak
+soak: build ## tests that take minutes: long runs, forks, interrupts, lifecycles, corrupted documents
+	$(BIN)/python -m pytest tests/soak
+
+.PHONY: fuzz
+fuzz: ## fuzz documents, steps and states of the core, a minute each
+	for target in config state step; do \
+	  mkdir -p fuzz/corpus/$$target; \
+	  cargo +nightly fuzz run $$target fuzz/corpus/$$target $$(ls -d fuzz/seeds/$$target 2> /dev/null) -- \
+	    -max_total_time=$(FUZZ_SECONDS) -max_len=8192 || exit 1; \
+	done
+
 # The package as users get it: a wheel, put into environments that hold other versions or other libraries than .venv
-# does. What is in each stands in compat/NAME.in, its pins in compat/NAME.txt; the newest takes the newest Python.
+# does. What is in each stands in compat/NAME.in, its pins in compat/NAME.txt; the newest takes NEWEST_PYTHON.
 COMPAT := .compat
 TOOLS := $(COMPAT)/tools/bin
 UV := $(TOOLS)/uv
 RELEASES := oldest newest
 PEERS := bare rllib supersuit torchrl
-PYTHONS := $(wildcard $(HOME)/.pyenv/versions/3.1[1-9].*/bin/python)
-NEWEST_PYTHON ?= $(or $(lastword $(sort $(PYTHONS))),$(PYTHON))
+NEWEST_PYTHON ?= $(PYTHON)
 CONTRACT := conformance copies golden gymnasium_envs parallel_env policy_files readme records sb3 state_files vector_env
 WITHOUT_RUST := env -i HOME=$(HOME) PATH=/usr/bin:/bin
 
