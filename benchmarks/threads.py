@@ -1,7 +1,7 @@
 """What a second thread is worth, on the wall: environments in Python threads, one batch, and a ceiling.
 
-Cores may share parts, and others may be at work on them: what two processes of plain arithmetic gain is all that
-two threads of anything can.
+Cores may share parts, and others may be at work on them: what two processes of plain arithmetic gain is all
+that two threads of anything can.
 """
 
 from __future__ import annotations

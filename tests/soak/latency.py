@@ -39,7 +39,7 @@ CYCLE = [0.36, 0.68] * 50
 small = FlockScenario(num_steps=FOREVER)
 crowd = FlockScenario(num_agents=100_000, initial_side=1826.0, num_steps=FOREVER)
 huge = FlockScenario(num_agents=1_000_000, initial_side=5774.0, num_steps=10)
-dense = FlockScenario(num_agents=30_000, initial_side=100.0, blind_angle=1.0, num_steps=100)
+dense = FlockScenario(num_agents=10_000, initial_side=100.0, blind_angle=1.0, num_steps=100)
 line = LineScenario(escape_force="linear_as_printed", max_steps=FOREVER)
 points = np.random.default_rng(0).uniform(0.0, 1.0, (60_000, 2))
 
