@@ -1,24 +1,20 @@
-"""What callers do to things that they were given, or gave, changes nothing inside."""
+"""What callers do to what environments gave, or were given, changes nothing inside."""
 
 from __future__ import annotations
 
 import copy
-import dataclasses
 from collections.abc import Callable
 from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode
 from option_table import small_flock
+from spoiling import spoil
 
 import flockesc_env
-from flockesc_env import FlockScenario, LineScenario, contenders, graph
-from flockesc_env.network import Architecture, NetworkPolicy
-from flockesc_env.options import EnvOptions
-from flockesc_env.policies import RandomRange, ScheduledRange, StubbornWitnesses
+from flockesc_env import LineScenario
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 SCENARIO = small_flock()
@@ -27,33 +23,6 @@ HUNTED = SCENARIO.replace(capture_radius=3.0, predator_range=5.0)
 LINE = LineScenario(num_agents=5, max_steps=10)
 STEPS = 15
 """More than an episode has, so that environments that reset themselves do so."""
-
-
-def spoil(value: Any) -> Any:
-    """Change everything that can be changed in a value, in place, and return it."""
-    if isinstance(value, np.ndarray):
-        if value.flags.writeable:
-            value[...] = np.array(77).astype(value.dtype)
-    elif isinstance(value, dict):
-        for entry in value.values():
-            spoil(entry)
-        value.clear()
-        value["__all__"] = True
-    elif isinstance(value, list):
-        for entry in value:
-            spoil(entry)
-        value.append("spoilt")
-    elif isinstance(value, tuple):
-        for entry in value:
-            spoil(entry)
-    elif isinstance(value, gymnasium.spaces.Box):
-        spoil((value.low, value.high, value.bounded_below, value.bounded_above))
-    elif dataclasses.is_dataclass(value):
-        for field in dataclasses.fields(value):
-            spoil(getattr(value, field.name))
-    elif type(value).__module__.startswith("flockesc_env.") and hasattr(value, "__dict__"):
-        spoil(tuple(vars(value).values()))
-    return value
 
 
 def vector(mode: AutoresetMode, **options: Any) -> Any:
@@ -194,138 +163,3 @@ def test_what_one_environment_shows_is_not_another_ones() -> None:
         before = copy.deepcopy(make().metadata)
         spoilt(make)
         assert make().metadata == before
-
-
-POSITIONS = np.random.default_rng(0).uniform(0, 30, (5, 2))
-
-FUNCTIONS: dict[str, tuple[Callable[..., Any], Callable[[], dict[str, Any]]]] = {
-    "simulate": (
-        flockesc_env.simulate,
-        lambda: {
-            "scenario": LEARNED,
-            "interaction_range": np.full((10, 5), 7.0),
-            "seed": 1,
-            "initial_positions": POSITIONS.copy(),
-            "initial_velocities": POSITIONS - POSITIONS.mean(axis=0),
-            "predator_actions": np.zeros((10, 1, 2)),
-        },
-    ),
-    "simulate_line": (
-        flockesc_env.simulate_line,
-        lambda: {
-            "scenario": LINE,
-            "interaction_range": 0.1,
-            "initial_state": np.linspace(0, 1, 5),
-            "seed": 0,
-        },
-    ),
-    "sweep": (
-        flockesc_env.sweep,
-        lambda: {"scenario": SCENARIO, "interaction_ranges": np.array([0.0, 5.0]), "seeds": [1, 2]},
-    ),
-    "rollout": (
-        flockesc_env.rollout,
-        lambda: {"policy": RandomRange(0), "seeds": [1, 2], "scenario": SCENARIO, "range_grid": [1.0, 2.0]},
-    ),
-    "rollout_line": (
-        flockesc_env.rollout_line,
-        lambda: {"policy": ScheduledRange([0.1] * 10), "seeds": [1, 2], "scenario": LINE},
-    ),
-    "record": (flockesc_env.record, lambda: {"policy": RandomRange(0), "seed": 1, "scenario": SCENARIO}),
-    "component_labels": (
-        graph.component_labels,
-        lambda: {"positions": POSITIONS.copy(), "interaction_range": np.full(5, 9.0)},
-    ),
-    "neighbor_pairs": (
-        graph.neighbor_pairs,
-        lambda: {"positions": POSITIONS.tolist(), "interaction_range": [9.0] * 5},
-    ),
-    "laplacian": (graph.laplacian, lambda: {"states": np.linspace(0, 1, 5), "interaction_range": 0.3}),
-    "perron_matrix": (
-        graph.perron_matrix,
-        lambda: {"states": np.linspace(0, 1, 5), "interaction_range": 0.3},
-    ),
-    "built_in": (contenders.built_in, lambda: {"name": "stubborn-witnesses"}),
-}
-
-
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_functions(name: str) -> None:
-    function, arguments = FUNCTIONS[name]
-    first, again = arguments(), arguments()
-    result = function(**first)
-    kept = copy.deepcopy(plain(result))
-    spoil(first)
-    np.testing.assert_equal(plain(result), kept)
-    spoil(result)
-    np.testing.assert_equal(plain(function(**again)), kept)
-
-
-def plain(value: Any) -> Any:
-    """Return a result as what ``assert_equal`` compares: dataclasses as dicts, policies by their type."""
-    if dataclasses.is_dataclass(value):
-        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
-    return type(value) if hasattr(value, "act") else value
-
-
-GIVEN: dict[str, tuple[Callable[[Any], Any], Any, Callable[[Any], Any]]] = {
-    "speeds": (lambda v: small_flock(speed=v), np.full(5, 3.0), FlockScenario.to_json),
-    "predators": (
-        lambda v: small_flock(predators=v),
-        [flockesc_env.PurePursuit(), flockesc_env.Wandering()],
-        FlockScenario.to_json,
-    ),
-    "a predator's position": (
-        lambda v: small_flock(predators=(flockesc_env.PurePursuit(position=v),)),
-        [1.0, 2.0],
-        FlockScenario.to_json,
-    ),
-    "given positions": (
-        lambda v: small_flock(initial_positions=flockesc_env.GivenPositions(v)),
-        POSITIONS.tolist(),
-        FlockScenario.to_json,
-    ),
-    "choices": (
-        lambda v: small_flock(randomization=[flockesc_env.Choice("angular_noise", v)]),
-        [0.0, 1.0],
-        FlockScenario.to_json,
-    ),
-    "a grid of ranges": (
-        lambda v: EnvOptions(action_mode="discrete", range_grid=v),
-        np.array([1.0, 2.0]),
-        lambda options: options.range_grid,
-    ),
-    "a schedule": (ScheduledRange, np.arange(10.0), lambda policy: policy.schedule.tolist()),
-    "a rule's numbers": (
-        lambda v: StubbornWitnesses(v, v, v),
-        np.array([0.1, 0.2]),
-        lambda policy: policy.parameters.tolist(),
-    ),
-    "a network's numbers": (
-        lambda v: NetworkPolicy(Architecture(("time",), ()), v),
-        np.ones(2, np.float32),
-        lambda policy: policy.parameters.tolist(),
-    ),
-}
-
-
-@pytest.mark.parametrize("name", GIVEN)
-def test_what_was_given_is_copied(name: str) -> None:
-    make, value, show = GIVEN[name]
-    made = make(value := copy.deepcopy(value))
-    before = show(made)
-    spoil(value)
-    assert show(made) == before
-    assert show(made) == show(make(copy.deepcopy(GIVEN[name][1])))
-
-
-@pytest.mark.parametrize("value", [SCENARIO, LEARNED, LINE, EnvOptions(range_grid=[1.0])], ids=repr)
-def test_scenarios_and_options_are_values(value: Any) -> None:
-    hash(value)  # of numbers, texts and tuples alone
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        setattr(value, dataclasses.fields(value)[0].name, 1)
-
-
-def test_presets_are_fixed() -> None:
-    with pytest.raises(TypeError):
-        flockesc_env.PRESETS["paper-flock"] = None  # type: ignore[index]
