@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import cycle
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import matplotlib as mpl
@@ -12,6 +13,7 @@ import numpy as np
 import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from flockesc_env.atomic import writing
 from flockesc_env.paper.style import INK
@@ -51,6 +53,7 @@ def learning_curves(studies: Sequence[Study]) -> Figure:
         level = float(study.values(BEST_FIXED).mean())
         axes.axhline(level, color=_FLAT, ls="--", lw=1, label=BEST_FIXED)
         axes.set_xscale("log")
+        axes.xaxis.set_minor_formatter(NullFormatter())  # its labels overlap
         axes.set_xlabel("training episodes")
         axes.set_ylabel(_label(study))
         _title_and_legend(axes, study)
@@ -139,7 +142,7 @@ def _colors(studies: Sequence[Study]) -> dict[str, Any]:
 
 
 def _title_and_legend(axes: Axes, study: Study) -> None:
-    axes.set_title(study.title, fontsize=10)
+    axes.set_title(fill(study.title, 48), fontsize=10)
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=8)
 
 
