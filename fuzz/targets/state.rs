@@ -34,7 +34,8 @@ fn play<const D: usize>(
     u: &mut Unstructured<'_>,
 ) -> Result<()> {
     let make = || {
-        Batch::<D>::new(scenario.clone(), options.clone(), 1, Some(1)).expect("a flock with predators")
+        Batch::<D>::new(scenario.clone(), options.clone(), 1, Some(1))
+            .expect("a flock with predators")
     };
     let (mut batch, mut other) = (make(), make());
     let start = InitialState::seeded(u.arbitrary()?);
