@@ -3,7 +3,7 @@
 #![no_main]
 
 use arbitrary::{Result, Unstructured};
-use flockesc_core::{AtEnd, Batch, EpisodeConfig, FlockConfig, InitialState};
+use flockesc_core::{AtEnd, Batch, EpisodeConfig, FlockConfig, InitialState, Progress};
 use flockesc_fuzz::{any_range, episode, flock};
 use libfuzzer_sys::fuzz_target;
 
@@ -70,11 +70,11 @@ fn step<const D: usize>(batch: &mut Batch<D>, ranges: &[f64]) -> (Vec<u64>, Vec<
     let (mut rewards, mut observations) = (vec![0.0; rows], vec![0.0; rows * length]);
     batch
         .step_measured(
-            ranges,
-            &[],
+            (ranges, &[]),
             AtEnd::Restart,
             &mut rewards,
             &mut observations,
+            &Progress::default(),
             |_| (),
         )
         .expect("a good step");

@@ -5,7 +5,8 @@
 
 use arbitrary::{Result, Unstructured};
 use flockesc_core::{
-    AtEnd, Batch, EpisodeConfig, FlockConfig, InitialState, Metrics, PerAgent, Ranges, View,
+    AtEnd, Batch, EpisodeConfig, FlockConfig, InitialState, Metrics, PerAgent, Progress, Ranges,
+    View,
 };
 use flockesc_fuzz::{any_range, assert_world_is_sound, coordinates, episode, flock, rarely};
 use libfuzzer_sys::fuzz_target;
@@ -67,11 +68,11 @@ fn play<const D: usize>(
             .collect::<Result<Vec<f64>>>()?;
         batch
             .step_measured(
-                &ranges,
-                &controls,
+                (&ranges, &controls),
                 AtEnd::Refuse,
                 &mut rewards,
                 &mut observations,
+                &Progress::default(),
                 |_| (),
             )
             .expect("a good step");

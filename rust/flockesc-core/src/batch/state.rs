@@ -60,6 +60,7 @@ mod tests {
     use super::*;
     use crate::batch::AtEnd;
     use crate::flock::InitialState;
+    use crate::threads::Progress;
     use proptest::prelude::*;
 
     fn running() -> Batch<2> {
@@ -101,9 +102,11 @@ mod tests {
             if running.restore(&[0, 1], &sealed(&good, &body)).is_ok() {
                 let (rows, length) = (2 * running.rows(), running.row_length());
                 let (mut rewards, mut seen) = (vec![0.0; rows], vec![0.0; rows * length]);
+                let (ranges, progress) = (vec![4.0; rows], Progress::default());
                 for _ in 0..3 {
+                    let (on, out, seen) = ((&ranges[..], &[][..]), &mut rewards, &mut seen);
                     running
-                        .step_measured(&vec![4.0; rows], &[], AtEnd::Restart, &mut rewards, &mut seen, |_| ())
+                        .step_measured(on, AtEnd::Restart, out, seen, &progress, |_| ())
                         .expect("a step");
                 }
             } else {
