@@ -102,6 +102,11 @@ pub(crate) fn is_sound(number: f64) -> bool {
     number.abs() <= LARGEST
 }
 
+/// Whether this is an interaction range, which may be beyond everything.
+pub(crate) fn is_range(number: f64) -> bool {
+    number.is_finite() && number >= 0.0
+}
+
 /// Refuses numbers that are not as many, or not [sound](is_sound).
 pub(crate) fn check_numbers(numbers: &[f64], count: usize, what: &str) -> Result<()> {
     check(numbers.len() == count, what)?;

@@ -130,6 +130,15 @@ mod tests {
     }
 
     #[test]
+    fn a_range_beyond_everything_comes_back() {
+        let mut running = running();
+        step(&mut running, f64::MAX).expect("steps left");
+        let state = running.save(&[0, 1]).expect("slots");
+        running.restore(&[0, 1], &state).expect("a state");
+        assert_eq!(running.save(&[0, 1]), Ok(state));
+    }
+
+    #[test]
     fn another_version_is_named() {
         let mut running = running();
         let mut bytes = running.save(&[0]).expect("a slot");

@@ -8,7 +8,7 @@ use super::{Episode, Running, rows};
 use crate::config::{EpisodeConfig, FlockConfig};
 use crate::error::Result;
 use crate::flock::{Summary, World, WorldState};
-use crate::state::{check, check_numbers};
+use crate::state::{check, check_numbers, is_range};
 
 /// See the fields of [`Episode`].
 #[derive(Debug, Serialize, Deserialize)]
@@ -70,8 +70,8 @@ impl<const D: usize> Episode<D> {
         ] {
             check_numbers(&[start, now, minimum], 3, "objectives")?;
         }
-        check_numbers(&state.ranges, rows(config, scenario), "ranges")?;
-        check(state.ranges.iter().all(|range| *range >= 0.0), "ranges")?;
+        check(state.ranges.len() == rows(config, scenario), "ranges")?;
+        check(state.ranges.iter().copied().all(is_range), "ranges")?;
         let world = World::restore(state.world, scenario, seed)?;
         Ok(Self {
             config: config.clone(),

@@ -9,7 +9,7 @@ use crate::config::LineConfig;
 use crate::error::Result;
 use crate::line::Line;
 use crate::line::groups::Groups;
-use crate::state::{Fingerprint, check, check_numbers, open, seal};
+use crate::state::{Fingerprint, check, is_range, is_sound, open, seal};
 
 /// See the fields of [`LineEpisode`].
 #[derive(Debug, Serialize, Deserialize)]
@@ -49,12 +49,8 @@ impl LineEpisode {
         let state: LineState<'static> = open(fingerprint(scenario, &self.config), state)?;
         check(state.groups.fit(scenario.num_agents), "states of agents")?;
         check(state.step <= scenario.max_steps, "step")?;
-        check_numbers(
-            &[state.start_distance, state.last_range],
-            2,
-            "distance and range",
-        )?;
-        check(state.last_range >= 0.0, "range")?;
+        check(is_sound(state.start_distance), "distance")?;
+        check(is_range(state.last_range), "range")?;
         let episode = Self {
             config: self.config.clone(),
             line: Line::of_groups(scenario.clone(), state.groups.into_owned()),
