@@ -272,7 +272,10 @@ class FlockBatch:
     def _slots(self, slots: Any) -> list[int]:
         if slots is None:
             return list(range(self.num_flocks))
-        given = list(slots) if isinstance(slots, Iterable) else [slots]
+        is_one = not isinstance(slots, Iterable) or (isinstance(slots, np.ndarray) and slots.ndim == 0)
+        given = [slots] if is_one else list(slots)
+        if not given:
+            raise ArgumentError("flocks", "an index or indices", "none")
         chosen = [as_seed(slot, f"flocks[{place}]") for place, slot in enumerate(given)]
         for place, slot in enumerate(chosen):
             if slot >= self.num_flocks:

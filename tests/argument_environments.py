@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from argument_kinds import Choice, Count, Flag, Floats, Kind, Part, Seed
+from argument_kinds import Choice, Count, Flag, Floats, Indices, Kind, Part, Seed, State
 from argument_table import (
     ENV,
     ENV_OPTIONS,
@@ -67,6 +67,23 @@ def _step(env: Any, **arguments: Any) -> Any:
     return env.step(**arguments)
 
 
+def _set_state(env: Any, **arguments: Any) -> Any:
+    return env.set_state(**arguments)
+
+
+def _of_flocks(name: str, subject: Callable[[], Any]) -> dict[str, Row]:
+    """States of some flocks of many."""
+    flocks = Indices(1, True, size=2)
+    return {
+        f"{name}.get_state": Row(
+            lambda env, **arguments: env.get_state(**arguments), {"flocks": flocks}, subject, goes_on
+        ),
+        f"{name}.set_state": Row(
+            _set_state, {"state": State(subject().get_state(1)), "flocks": flocks}, subject, goes_on
+        ),
+    }
+
+
 def _methods(
     name: str,
     make: Callable[[], Any],
@@ -82,6 +99,7 @@ def _methods(
             reset, {"seed": Seed(4, True), "options": given}, subject, goes_on, others=options
         ),
         f"{name}.step": Row(_step, actions, subject, goes_on, named=dict.fromkeys(actions, (told,))),
+        f"{name}.set_state": Row(_set_state, {"state": State(subject().get_state())}, subject, goes_on),
     }
 
 
@@ -112,6 +130,7 @@ METHODS = {
         named={"actions": ("action",)},
     ),
 }
+METHODS |= _of_flocks("FlockVectorEnv", started(lambda: fe.FlockVectorEnv(2, FLOCK)))
 for _name, _class in {"FlockVecEnv": FlockVecEnv, "AgentVecEnv": AgentVecEnv}.items():
     _subject = started(lambda make=_class: make(2, FLOCK))  # type: ignore[misc]
     _count = 2 if _class is FlockVecEnv else 10
@@ -122,6 +141,7 @@ for _name, _class in {"FlockVecEnv": FlockVecEnv, "AgentVecEnv": AgentVecEnv}.it
         goes_on,
         named={"actions": ("action",)},
     )
+    METHODS |= _of_flocks(f"sb3.{_name}", _subject)
     METHODS[f"sb3.{_name}.seed"] = Row(
         lambda env, **arguments: env.seed(**arguments), {"seed": Seed(3, True)}, _subject, goes_on
     )

@@ -267,6 +267,39 @@ class Part(Kind):
 
 
 @dataclass(frozen=True)
+class State(Kind):
+    """The bytes of ``get_state``."""
+
+    def own_bad(self) -> Iterable[Any]:
+        yield from (b"", self.good[:-1], self.good + b"0", self.good[:-1] + bytes([self.good[-1] ^ 1]))
+
+    def alike(self) -> dict[str, Any]:
+        return {"bytearray": bytearray(self.good), "memoryview": memoryview(self.good)}
+
+
+@dataclass(frozen=True)
+class Indices(Kind):
+    """An index below ``size``, or several."""
+
+    size: int = 1
+
+    def own_bad(self) -> Iterable[Any]:
+        yield from (
+            -1,
+            self.size,
+            2**64,
+            1.0,
+            [0, self.size],
+            [[0]],
+            np.array(0.0),
+            np.zeros(self.size, np.bool),
+        )
+
+    def alike(self) -> dict[str, Any]:
+        return {"list": [self.good], "array": np.array([self.good]), "numpy": np.int64(self.good)}
+
+
+@dataclass(frozen=True)
 class Call(Kind):
     """Something to call."""
 

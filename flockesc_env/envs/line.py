@@ -93,7 +93,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         start = self._seeds.next(seed)
         self._episode = _core.LineEpisode(self.scenario.to_json(), self._document, start, states)
         self._show(self._episode)
-        return self._episode.observe(), self._info(self._episode)
+        return self._episode.observe(), self._episode.info()
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Hold the range that ``action`` sets for ``steps_per_action`` steps of the model.
@@ -105,10 +105,9 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         if self._episode is None:
             raise EpisodeError("step", "a reset before anything else", "no episode")
         episode = self._episode
-        reward = episode.step(self.control.actions.to_range(action))
+        step = episode.step_one(self.control.actions.to_range(action))
         self._show(episode)
-        is_truncated = episode.has_ended and not episode.is_steady
-        return episode.observe(), reward, episode.is_steady, is_truncated, self._info(episode)
+        return step
 
     def get_state(self) -> bytes:
         """Return everything that the future depends on as bytes; see ``FlockEscapeEnv.get_state``.
@@ -141,11 +140,3 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
     def _show(self, episode: _core.LineEpisode) -> None:
         if self._viewer is not None:
             self._viewer.update(episode.steps, episode.states, episode.interaction_range)
-
-    @staticmethod
-    def _info(episode: _core.LineEpisode) -> dict[str, Any]:
-        return {
-            "escape_distance": episode.escape_distance,
-            "num_components": episode.num_components,
-            "interaction_range": episode.interaction_range,
-        }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final, Literal, get_args
+from typing import Any, Final, Literal, cast, get_args
 
 import numpy as np
 
@@ -72,7 +72,11 @@ def as_render_mode(value: Any) -> RenderMode | None:
     Raises:
         ScenarioError: for anything else.
     """
-    return None if value is None else as_choice(value, "render_mode", RENDER_MODES, ScenarioError)
+    if value is None:
+        return None
+    if not isinstance(value, str) or value not in RENDER_MODES:
+        raise ScenarioError("render_mode", f"one of {', '.join(RENDER_MODES)} or None", shown(value))
+    return cast("RenderMode", value)
 
 
 def as_render_options(value: Any) -> RenderOptions:

@@ -4,12 +4,22 @@ use std::sync::Arc;
 
 use flockesc_core::{LineConfig, LineEpisodeConfig, Progress, line_entries};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArrayDyn};
+use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyType};
+use pyo3::types::{PyBytes, PyDict, PyType};
 
 use crate::arrays::flat;
 use crate::errors::{CoreError, shared, sole};
 use crate::long_call::{LONG, long_call};
+
+/// Observation, reward, whether it stands still, whether it is cut off, `info`.
+type StepOne<'py> = (
+    Bound<'py, PyArray1<f32>>,
+    f64,
+    bool,
+    bool,
+    Bound<'py, PyDict>,
+);
 
 #[pyclass(module = "flockesc_env._core")]
 #[derive(Clone)]
@@ -60,6 +70,32 @@ impl LineEpisode {
         })?;
         this.inner = stepped;
         Ok(reward)
+    }
+
+    /// As `step`; and the observation, whether the line stands still, whether it has ended otherwise, and `info`, of the
+    /// same moment.
+    fn step_one<'py>(
+        slf: &Bound<'py, Self>,
+        py: Python<'py>,
+        interaction_range: f64,
+    ) -> PyResult<StepOne<'py>> {
+        let reward = Self::step(slf, py, interaction_range)?;
+        let inner = &shared(slf)?.inner;
+        let observation = inner.observation().into_pyarray(py);
+        let is_steady = inner.is_steady();
+        let is_truncated = inner.has_ended() && !is_steady;
+        Ok((
+            observation,
+            reward,
+            is_steady,
+            is_truncated,
+            info(py, inner)?,
+        ))
+    }
+
+    /// What an environment tells beside the observation.
+    fn info<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        info(slf.py(), &shared(slf)?.inner)
     }
 
     fn observe<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyArray1<f32>>, CoreError> {
@@ -141,6 +177,18 @@ impl LineEpisode {
     fn has_ended(slf: &Bound<'_, Self>) -> Result<bool, CoreError> {
         Ok(shared(slf)?.inner.has_ended())
     }
+}
+
+fn info<'py>(
+    py: Python<'py>,
+    episode: &flockesc_core::LineEpisode,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (line, range) = (episode.line(), episode.last_range());
+    let dict = PyDict::new(py);
+    dict.set_item(intern!(py, "escape_distance"), line.escape_distance())?;
+    dict.set_item(intern!(py, "num_components"), line.num_components(range))?;
+    dict.set_item(intern!(py, "interaction_range"), range)?;
+    Ok(dict)
 }
 
 /// Name, lower and upper bound of every entry of a line observation.

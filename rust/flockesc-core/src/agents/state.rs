@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{Agent, Agents, Caught, GROUP, Group};
 use crate::error::Result;
 use crate::state::{check, check_numbers, vector};
+use crate::vector::SHORTEST;
 
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct AgentsState {
@@ -16,6 +17,16 @@ pub(crate) struct AgentsState {
     speeds: Vec<f64>,
     /// Names of those that have left, and where.
     caught: Vec<(u32, Vec<f64>)>,
+}
+
+/// Whether a speed is the length of a velocity, but for rounding.
+fn is_norm((velocity, speed): (&[f64], &f64)) -> bool {
+    let norm = velocity
+        .iter()
+        .map(|entry| entry * entry)
+        .sum::<f64>()
+        .sqrt();
+    (norm - speed).abs() <= 1e-9 * norm || (norm.max(speed.abs()) < SHORTEST && *speed >= 0.0)
 }
 
 impl<const D: usize> Agents<D> {
@@ -48,6 +59,8 @@ impl<const D: usize> Agents<D> {
         check_numbers(&state.positions, count * D, "positions")?;
         check_numbers(&state.velocities, count * D, "velocities")?;
         check_numbers(&state.speeds, count, "speeds")?;
+        let vectors = state.velocities.chunks_exact(D);
+        check(vectors.zip(&state.speeds).all(is_norm), "speeds")?;
         let caught = state.caught.iter().map(|(name, position)| {
             Ok(Caught {
                 name: *name,

@@ -49,6 +49,10 @@ impl<const D: usize> Neighborhood<D> {
             "numbers of neighbors",
         )?;
         check_numbers(&state.norms, agents.len(), "velocities heard")?;
+        check(
+            state.norms.iter().all(|norm| *norm >= 0.0),
+            "velocities heard",
+        )?;
         check(is_sound(state.unit), "unit of velocities heard")?;
         let mut neighborhood = Self::silent(options, agents);
         neighborhood.scale =
