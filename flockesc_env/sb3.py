@@ -130,22 +130,6 @@ class _BatchVecEnv(RestorableBatch, VecEnv):
         self._seeds = [first + slot // rows for slot in range(self.num_envs)]
         return self._seeds
 
-    def set_state(self, state: bytes, flocks: Any = None) -> Observations:
-        """Go on from where flocks were when ``state`` was returned; return the observations of all slots.
-
-        Args:
-            state: what ``get_state`` returned, here or elsewhere: of as many flocks, or of one, such as that
-                of a single environment, which all ``flocks`` become.
-            flocks: index of one flock, or indices of several; ``None``: all.
-
-        Raises:
-            ArgumentError: for an index out of bounds, or bytes that are damaged, of another version, scenario
-                or interface, other options or another number of flocks; the running episodes go on.
-            EpisodeError: before ``reset``, if ``flocks`` leaves some out.
-        """
-        self._restore(state, flocks)
-        return self._batch.observe(range(self._batch.num_flocks))
-
     def get_images(self) -> Sequence[np.ndarray | None]:
         """Return a picture of every flock, shape (size, size, 3); none without a render mode."""
         return [] if self._viewer is None else self._viewer.images()

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from flockesc_env.render.viewer import FlockViewer
 
 
-class FlockEscapeEnv(Rendered, Restorable, gymnasium.Env[NDArray[np.float32], Any]):
+class FlockEscapeEnv(Rendered, Restorable[NDArray[np.float32]], gymnasium.Env[NDArray[np.float32], Any]):
     """A flock under attack, ``flockesc/FlockEscape-v0``; the action is its interaction range.
 
     Observations, rewards and ``info`` are described in docs/model.md. The horizon truncates; a flock of which
@@ -110,16 +110,6 @@ class FlockEscapeEnv(Rendered, Restorable, gymnasium.Env[NDArray[np.float32], An
         terminated = bool(is_over(info))
         return observation, reward, terminated, has_ended and not terminated, info
 
-    def set_state(self, state: bytes) -> NDArray[np.float32]:
-        """Go on from where an environment was when it returned ``state``; return the observation there.
-
-        Args:
-            state: what ``get_state`` returned, here or elsewhere.
-
-        Raises:
-            ArgumentError: for bytes that are damaged, of another version, or of another scenario, other
-                options or another interface; the running episode goes on.
-        """
-        self._restore(state)
+    def _seen_now(self) -> NDArray[np.float32]:
         observation: NDArray[np.float32] = self._batch.observe([0])[0]
         return observation

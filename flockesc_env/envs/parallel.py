@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from flockesc_env.render.viewer import FlockViewer
 
 
-class FlockParallelEnv(Rendered, Restorable, ParallelEnv[str, Observation, Any]):
+class FlockParallelEnv(Rendered, Restorable[dict[str, Observation]], ParallelEnv[str, Observation, Any]):
     """A flock under attack; the action of every agent is its own interaction range.
 
     Observations, rewards and ``info`` are described in docs/model.md. Team rewards pay every agent the
@@ -226,17 +226,7 @@ class FlockParallelEnv(Rendered, Restorable, ParallelEnv[str, Observation, Any])
         names = ("positions", "velocities", "predator_positions", "predator_velocities")
         return np.concatenate([scalars, *(state[name].ravel() for name in names)], dtype=np.float32)
 
-    def set_state(self, state: bytes) -> dict[str, Observation]:
-        """Go on from where an environment was when it returned ``state``; return the observations there.
-
-        Args:
-            state: what ``get_state`` returned, here or elsewhere.
-
-        Raises:
-            ArgumentError: for bytes that are damaged, of another version, or of another scenario, other
-                options or another interface; the running episode goes on.
-        """
-        self._restore(state)
+    def _seen_now(self) -> dict[str, Observation]:
         self._name_agents(has_ended=self._batch.has_ended(0))
         rows = self._batch.observe([0])
         flock = self.agents[: len(self.agents) - len(self._predators)]

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from flockesc_env.render.viewer import FlockViewer
 
 
-class FlockPursuitEnv(Rendered, Restorable, gymnasium.Env[NDArray[np.float32], Any]):
+class FlockPursuitEnv(Rendered, Restorable[NDArray[np.float32]], gymnasium.Env[NDArray[np.float32], Any]):
     """A predator after a flock, ``flockesc/FlockPursuit-v0``; the action is its acceleration.
 
     Observations ("Predator view"), rewards, which are minus those of the flock, and ``info`` are described in
@@ -122,17 +122,7 @@ class FlockPursuitEnv(Rendered, Restorable, gymnasium.Env[NDArray[np.float32], A
         truncated = bool(ended[0]) and not terminated
         return self._batch.observe_predators([0])[0], reward, terminated, truncated, infos(columns)[0]
 
-    def set_state(self, state: bytes) -> NDArray[np.float32]:
-        """Go on from where an environment was when it returned ``state``; return the observation there.
-
-        Args:
-            state: what ``get_state`` returned, here or elsewhere.
-
-        Raises:
-            ArgumentError: for bytes that are damaged, of another version, or of another scenario, other
-                options or another interface; the running episode goes on.
-        """
-        self._restore(state)
+    def _seen_now(self) -> NDArray[np.float32]:
         self._flock_sees = self._batch.observe([0])
         observation: NDArray[np.float32] = self._batch.observe_predators([0])[0]
         return observation

@@ -159,22 +159,10 @@ class FlockVectorEnv(RestorableBatch, VectorEnv[Observations, NDArray[Any], NDAr
             self._viewer.update()
         return observations, rewards, terminations, truncations, infos
 
-    def set_state(self, state: bytes, flocks: Any = None) -> Observations:
-        """Go on from where flocks were when ``state`` was returned; return the observations of all flocks.
-
-        Args:
-            state: what ``get_state`` returned, here or elsewhere: of as many flocks, or of one, such as that
-                of a single environment, which all ``flocks`` become.
-            flocks: index of one flock, or indices of several; ``None``: all.
-
-        Raises:
-            ArgumentError: for an index out of bounds, or bytes that are damaged, of another version, scenario
-                or interface, other options or another number of flocks; the running episodes go on.
-            EpisodeError: before ``reset``, if ``flocks`` leaves some out.
-        """
-        self._restore(state, flocks)
+    def set_state(self, state: bytes, flocks: Any = None) -> Observations:  # noqa: D102, inherited
+        observations = super().set_state(state, flocks)
         self._is_started = True
-        return self._batch.observe(range(self.num_envs))
+        return observations
 
     def render(self) -> tuple[Any, ...] | None:
         """Return a picture per flock, shape (size, size, 3), or show them side by side in mode ``"human"``.

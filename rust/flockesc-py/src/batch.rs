@@ -1,10 +1,9 @@
 //! `FlockBatch`: the batch of either dimension behind one Python class.
 
-use std::time::Duration;
+mod inner;
 
 use flockesc_core::{
-    AtEnd, Batch, Episode, EpisodeConfig, Error, FlockConfig, InitialState, Progress,
-    predator_entries,
+    AtEnd, Batch, EpisodeConfig, Error, FlockConfig, InitialState, predator_entries,
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn};
 use pyo3::intern;
@@ -15,29 +14,7 @@ use crate::actions::RangeMap;
 use crate::arrays::{column, flat, overwrite, shaped};
 use crate::errors::{CoreError, shared, sole};
 use crate::info::{Measured, columns, metric_columns, numbers};
-use crate::long_call::{LONG, LongCall, long_call};
-
-#[derive(Clone)]
-enum Inner {
-    Plane(Batch<2>),
-    Space(Batch<3>),
-}
-
-/// Steps from which on an action is worth a copy of the flocks, which costs about as much as one or two of them.
-const COPY_PAYS: usize = 100;
-
-/// How long an interrupted step may go on, so that it ends with a flock that can be stepped on.
-const GRACE: Duration = Duration::from_millis(100);
-
-/// Runs the same expression on the batch of either dimension.
-macro_rules! on_batch {
-    ($inner:expr, $batch:ident => $body:expr) => {
-        match $inner {
-            Inner::Plane($batch) => $body,
-            Inner::Space($batch) => $body,
-        }
-    };
-}
+use inner::{Inner, on_batch};
 
 /// Observations, rewards, whether the episode in each slot has ended, ranges, metrics.
 type Step<'py> = (
@@ -129,7 +106,7 @@ impl FlockBatch {
         let resets: Vec<_> = slots.iter().copied().zip(seeds).collect();
         let rows = slots.len() * this.rows;
         let mut observations = vec![0.0; rows * this.row_length];
-        this.restart(py, &resets, episode, start)?;
+        this.inner.restart(py, &resets, episode, start)?;
         let (inner, count_components) = (&this.inner, this.count_components);
         let measured = py
             .detach(|| -> flockesc_core::Result<Vec<Measured>> {
@@ -181,7 +158,10 @@ impl FlockBatch {
             _ => (vec![0.0; rows * this.row_length], vec![0.0; rows]),
         };
         let out_of_core = (&mut rewards, &mut observations);
-        let measured = this.advance(py, (&ranges, &controls), at_end, out_of_core)?;
+        let counts = this.count_components;
+        let measured = this
+            .inner
+            .advance(py, (&ranges, &controls), at_end, out_of_core, counts)?;
         let (observations, rewards) = match out {
             Some((kept_observations, kept_rewards)) => {
                 overwrite(&kept_observations, &observations)?;
@@ -219,13 +199,17 @@ impl FlockBatch {
         let mut reward = vec![0.0];
         let mut observation = vec![0.0; this.row_length];
         let out_of_core = (&mut reward, &mut observation);
-        let measured = this.advance(py, (&[range], &controls), AtEnd::Refuse, out_of_core)?;
+        let counts = this.count_components;
+        let action = (&[range][..], &controls[..]);
+        let measured = this
+            .inner
+            .advance(py, action, AtEnd::Refuse, out_of_core, counts)?;
         let info = match measured.first() {
             Some(measured) => numbers(py, measured)?,
             None => PyDict::new(py),
         };
         info.set_item(intern!(py, "interaction_range"), range)?;
-        let ended = this.has_ended(0)?;
+        let ended = this.inner.has_ended(0)?;
         Ok(Some((observation.into_pyarray(py), reward[0], ended, info)))
     }
 
@@ -290,7 +274,7 @@ impl FlockBatch {
     /// Whether the episode in one slot has ended.
     #[pyo3(name = "has_ended")]
     fn is_over(slf: &Bound<'_, Self>, slot: usize) -> Result<bool, CoreError> {
-        shared(slf)?.has_ended(slot)
+        shared(slf)?.inner.has_ended(slot)
     }
 
     /// State of one slot: step, positions, velocities, predator positions and velocities.
@@ -336,7 +320,7 @@ impl FlockBatch {
     /// Which agents of every slot were caught, one slot after the other.
     fn caught<'py>(slf: &Bound<'py, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let this = &*shared(slf)?;
-        let caught = this.is_caught()?;
+        let caught = this.inner.is_caught()?;
         let agents = caught.len() / this.num_flocks;
         shaped(py, caught, [this.num_flocks, agents])
     }
@@ -349,7 +333,7 @@ impl FlockBatch {
     ) -> PyResult<Bound<'py, PyBytes>> {
         let this = &*shared(slf)?;
         for slot in &slots {
-            this.has_ended(*slot)?; // refuses those that were never reset
+            this.inner.has_ended(*slot)?; // refuses those that were never reset
         }
         this.save(py, &slots)
     }
@@ -412,110 +396,25 @@ impl FlockBatch {
     /// Whether the episode in each slot has ended.
     fn ended<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<bool>>, CoreError> {
         let ended: Vec<bool> = (0..self.num_flocks)
-            .map(|slot| self.has_ended(slot))
+            .map(|slot| self.inner.has_ended(slot))
             .collect::<Result<_, _>>()?;
         Ok(ended.into_pyarray(py))
     }
 
     fn is_ignored(&self, at_end: AtEnd) -> Result<Vec<bool>, CoreError> {
         let mut ignored = if self.rows > 1 {
-            self.is_caught()?
+            self.inner.is_caught()?
         } else {
             vec![false; self.num_flocks]
         };
         if at_end != AtEnd::Refuse {
             for (slot, rows) in ignored.chunks_exact_mut(self.rows).enumerate() {
-                if self.has_ended(slot)? {
+                if self.inner.has_ended(slot)? {
                     rows.fill(true);
                 }
             }
         }
         Ok(ignored)
-    }
-
-    fn is_caught(&self) -> Result<Vec<bool>, CoreError> {
-        on_batch!(&self.inner, batch => {
-            let mut all = Vec::new();
-            for slot in 0..self.num_flocks {
-                let world = batch.episode(slot)?.world();
-                let first = all.len();
-                all.resize(first + world.config().num_agents, false);
-                world.caught().for_each(|agent| all[first + agent] = true);
-            }
-            Ok(all)
-        })
-    }
-
-    fn has_ended(&self, slot: usize) -> Result<bool, CoreError> {
-        Ok(on_batch!(&self.inner, batch => batch.episode(slot)?.has_ended()))
-    }
-
-    /// Starts episodes; the old ones stay if that is interrupted.
-    fn restart(
-        &mut self,
-        py: Python<'_>,
-        resets: &[(usize, Option<u64>)],
-        episode: Option<u64>,
-        start: InitialState,
-    ) -> PyResult<()> {
-        on_batch!(&mut self.inner, batch => {
-            let reset = batch.prepare_reset(resets, episode, start).map_err(CoreError::from)?;
-            let is_long = batch.work_of_reset(resets.len()) >= LONG;
-            let reset = if is_long {
-                long_call(py, None, |progress| reset.build(progress))?
-            } else {
-                let progress = Progress::default();
-                py.detach(|| reset.build(&progress)).map_err(CoreError::from)?
-            };
-            batch.put(reset);
-        });
-        Ok(())
-    }
-
-    /// Steps all flocks. Where that is interrupted, they are as after the step, as before it or, if neither comes
-    /// cheaply, without episodes.
-    fn advance(
-        &mut self,
-        py: Python<'_>,
-        (ranges, controls): (&[f64], &[f64]),
-        at_end: AtEnd,
-        (rewards, observations): (&mut Vec<f64>, &mut Vec<f32>),
-    ) -> PyResult<Vec<Measured>> {
-        let count_components = self.count_components;
-        on_batch!(&mut self.inner, batch => {
-            let measure = move |episode: &Episode<_>| Measured::of(episode, count_components);
-            if batch.work() < LONG {
-                let progress = Progress::default();
-                let measured = py.detach(|| {
-                    batch.step_measured((ranges, controls), at_end, rewards, observations, &progress, measure)
-                });
-                return Ok(measured.map_err(CoreError::from)?);
-            }
-            let is_copied = batch.steps_per_action() >= COPY_PAYS;
-            let left = if is_copied { batch.clone() } else { batch.without_episodes() };
-            let mut taken = std::mem::replace(batch, left);
-            let (ranges, controls) = (ranges.to_vec(), controls.to_vec());
-            let (mut paid, mut seen) = (std::mem::take(rewards), std::mem::take(observations));
-            let mut call = LongCall::start(move |progress| {
-                let action = (&ranges[..], &controls[..]);
-                let measured =
-                    taken.step_measured(action, at_end, &mut paid, &mut seen, progress, measure);
-                (taken, paid, seen, measured)
-            })?;
-            match call.finish(py, None) {
-                Ok((stepped, paid, seen, measured)) => {
-                    *batch = stepped;
-                    (*rewards, *observations) = (paid, seen);
-                    Ok(measured.map_err(CoreError::from)?)
-                }
-                Err(raised) => {
-                    if !is_copied && let Ok(Some((stepped, ..))) = call.wait(py, GRACE) {
-                        *batch = stepped;
-                    }
-                    Err(raised)
-                }
-            }
-        })
     }
 }
 

@@ -1,0 +1,123 @@
+//! The batch of either dimension, and calls of it that may take long.
+
+use std::time::Duration;
+
+use flockesc_core::{AtEnd, Batch, Episode, InitialState, Progress};
+use pyo3::prelude::*;
+
+use crate::errors::CoreError;
+use crate::info::Measured;
+use crate::long_call::{LONG, LongCall, long_call};
+
+/// The batch of either dimension.
+#[derive(Clone)]
+pub(super) enum Inner {
+    Plane(Batch<2>),
+    Space(Batch<3>),
+}
+
+/// Steps from which on an action is worth a copy of the flocks, which costs about as much as one or two of them.
+const COPY_PAYS: usize = 100;
+
+/// How long an interrupted step may go on, so that it ends with a flock that can be stepped on.
+const GRACE: Duration = Duration::from_millis(100);
+
+/// Runs the same expression on the batch of either dimension.
+macro_rules! on_batch {
+    ($inner:expr, $batch:ident => $body:expr) => {
+        match $inner {
+            Inner::Plane($batch) => $body,
+            Inner::Space($batch) => $body,
+        }
+    };
+}
+pub(super) use on_batch;
+
+impl Inner {
+    /// Which agents of every slot were caught, one slot after the other.
+    pub(super) fn is_caught(&self) -> Result<Vec<bool>, CoreError> {
+        on_batch!(self, batch => {
+            let mut all = Vec::new();
+            for slot in 0..batch.num_flocks() {
+                let world = batch.episode(slot)?.world();
+                let first = all.len();
+                all.resize(first + world.config().num_agents, false);
+                world.caught().for_each(|agent| all[first + agent] = true);
+            }
+            Ok(all)
+        })
+    }
+
+    /// Whether the episode in a slot has ended.
+    pub(super) fn has_ended(&self, slot: usize) -> Result<bool, CoreError> {
+        Ok(on_batch!(self, batch => batch.episode(slot)?.has_ended()))
+    }
+
+    /// Starts episodes; the old ones stay if that is interrupted.
+    pub(super) fn restart(
+        &mut self,
+        py: Python<'_>,
+        resets: &[(usize, Option<u64>)],
+        episode: Option<u64>,
+        start: InitialState,
+    ) -> PyResult<()> {
+        on_batch!(self, batch => {
+            let reset = batch.prepare_reset(resets, episode, start).map_err(CoreError::from)?;
+            let is_long = batch.work_of_reset(resets.len()) >= LONG;
+            let reset = if is_long {
+                long_call(py, None, |progress| reset.build(progress))?
+            } else {
+                let progress = Progress::default();
+                py.detach(|| reset.build(&progress)).map_err(CoreError::from)?
+            };
+            batch.put(reset);
+        });
+        Ok(())
+    }
+
+    /// Steps all flocks. Where that is interrupted, they are as after the step, as before it or, if neither comes
+    /// cheaply, without episodes.
+    pub(super) fn advance(
+        &mut self,
+        py: Python<'_>,
+        (ranges, controls): (&[f64], &[f64]),
+        at_end: AtEnd,
+        (rewards, observations): (&mut Vec<f64>, &mut Vec<f32>),
+        count_components: bool,
+    ) -> PyResult<Vec<Measured>> {
+        on_batch!(self, batch => {
+            let measure = move |episode: &Episode<_>| Measured::of(episode, count_components);
+            if batch.work() < LONG {
+                let progress = Progress::default();
+                let measured = py.detach(|| {
+                    batch.step_measured((ranges, controls), at_end, rewards, observations, &progress, measure)
+                });
+                return Ok(measured.map_err(CoreError::from)?);
+            }
+            let is_copied = batch.steps_per_action() >= COPY_PAYS;
+            let left = if is_copied { batch.clone() } else { batch.without_episodes() };
+            let mut taken = std::mem::replace(batch, left);
+            let (ranges, controls) = (ranges.to_vec(), controls.to_vec());
+            let (mut paid, mut seen) = (std::mem::take(rewards), std::mem::take(observations));
+            let mut call = LongCall::start(move |progress| {
+                let action = (&ranges[..], &controls[..]);
+                let measured =
+                    taken.step_measured(action, at_end, &mut paid, &mut seen, progress, measure);
+                (taken, paid, seen, measured)
+            })?;
+            match call.finish(py, None) {
+                Ok((stepped, paid, seen, measured)) => {
+                    *batch = stepped;
+                    (*rewards, *observations) = (paid, seen);
+                    Ok(measured.map_err(CoreError::from)?)
+                }
+                Err(raised) => {
+                    if !is_copied && let Ok(Some((stepped, ..))) = call.wait(py, GRACE) {
+                        *batch = stepped;
+                    }
+                    Err(raised)
+                }
+            }
+        })
+    }
+}
