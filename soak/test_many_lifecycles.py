@@ -8,8 +8,8 @@ from test_lifecycles import MEMORY, growth
 
 
 @pytest.mark.parametrize("name", MAKERS)
-def test_10_000_environments_leave_nothing_behind(name: str, record_property) -> None:
-    left = growth(name, 10_000)
+def test_10_000_environments_leave_nothing_behind(name: str) -> None:
+    left = growth(name, 3_000, 10_000)
     print(name, left)
     assert left["memory"] <= MEMORY
     assert (left["files"], left["threads"]) == (0, 0)

@@ -11,14 +11,13 @@ import pytest
 from every_env import MAKERS
 
 SCRIPT = Path(__file__).with_name("lifecycles.py")
-WARM_UP = 100
 MEMORY = 1024
 """KiB by which the allocator may still grow after the warm-up."""
 
 
-def growth(name: str, count: int) -> dict[str, int]:
-    """Return what so many environments leave, after the first hundred."""
-    command = [sys.executable, str(SCRIPT), name, str(WARM_UP), str(count)]
+def growth(name: str, warm_up: int, count: int) -> dict[str, int]:
+    """Return what ``count`` environments leave after the first ``warm_up``, with which the allocator grows."""
+    command = [sys.executable, str(SCRIPT), name, str(warm_up), str(count)]
     ended = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
     found: dict[str, int] = json.loads(ended.stdout.splitlines()[-1])
     return found
@@ -26,6 +25,6 @@ def growth(name: str, count: int) -> dict[str, int]:
 
 @pytest.mark.parametrize("name", MAKERS)
 def test_environments_leave_nothing_behind(name: str) -> None:
-    left = growth(name, 100)
+    left = growth(name, 60, 60)
     assert left["memory"] <= MEMORY
     assert (left["files"], left["threads"]) == (0, 0)

@@ -102,7 +102,7 @@ def ways_on(env: Any, make: Callable[[], Any]) -> dict[str, Any]:
 
 
 @interfaces
-@pytest.mark.parametrize("played", [0, 1, 7, 33])
+@pytest.mark.parametrize("played", [1, 33])
 def test_every_way_on_is_the_same(interface: str, played: int) -> None:
     make = MAKERS[interface]
     env = make()
