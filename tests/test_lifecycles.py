@@ -16,7 +16,7 @@ MEMORY = 1024
 
 
 def growth(name: str, warm_up: int, count: int) -> dict[str, int]:
-    """Return what ``count`` environments leave after the first ``warm_up``, with which the allocator grows."""
+    """Return what ``count`` environments leave after the first ``warm_up``, as the allocator grows."""
     command = [sys.executable, str(SCRIPT), name, str(warm_up), str(count)]
     ended = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
     found: dict[str, int] = json.loads(ended.stdout.splitlines()[-1])
