@@ -171,5 +171,5 @@ def hashes(num_threads: int) -> dict[str, str]:
 
 
 if __name__ == "__main__":
-    json.dump(hashes(int(sys.argv[1]) if len(sys.argv) > 1 else 1), sys.stdout, indent=1)
+    json.dump(hashes(int(sys.argv[1]) if len(sys.argv) > 1 else 1), sys.stdout, indent=4)
     print()

@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 const MAGIC: [u8; 4] = *b"FESC";
 
 /// Changes whenever the body does.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 const HEAD: usize = 16;
 

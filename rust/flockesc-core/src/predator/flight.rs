@@ -73,14 +73,15 @@ impl Limits {
         }
     }
 
-    /// The velocity after `velocity` along `heading`, a unit vector, or straight on where there is none.
+    /// The velocity after `velocity`, and its norm after `speed`, along `heading`, a unit vector, or straight on where
+    /// there is none.
     pub(super) fn next<const D: usize>(
         &self,
         velocity: &SVector<f64, D>,
+        speed: f64,
         heading: Option<SVector<f64, D>>,
         time_step: f64,
-    ) -> SVector<f64, D> {
-        let speed = velocity.norm();
+    ) -> (SVector<f64, D>, f64) {
         let grown = match self.max_speed {
             Some(fastest) if speed < fastest => {
                 (speed + self.acceleration * time_step).min(fastest)
@@ -88,10 +89,10 @@ impl Limits {
             _ => speed,
         };
         match heading {
-            Some(heading) => heading * grown,
+            Some(heading) => (heading * grown, grown),
             // As it is, bit for bit.
-            None if grown <= speed => *velocity,
-            None => unit(velocity).map_or(*velocity, |heading| heading * grown),
+            None if grown <= speed => (*velocity, speed),
+            None => unit(velocity).map_or((*velocity, speed), |heading| (heading * grown, grown)),
         }
     }
 }
@@ -108,7 +109,12 @@ mod tests {
             max_speed,
             acceleration: 4.0,
         };
-        let next = |max_speed, velocity, heading| limits(max_speed).next(&velocity, heading, 0.5);
+        let next = |max_speed, velocity: SVector<f64, 2>, heading| {
+            let speed = velocity.norm();
+            let (next, norm) = limits(max_speed).next(&velocity, speed, heading, 0.5);
+            assert_eq!(next.norm(), norm);
+            next
+        };
         let (up, still) = (Some(vector![0.0, 1.0]), vector![0.0, 0.0]);
         assert_eq!(next(Some(9.0), vector![3.0, 0.0], up), vector![0.0, 5.0]);
         assert_eq!(next(Some(4.5), vector![3.0, 0.0], up), vector![0.0, 4.5]);

@@ -127,6 +127,8 @@ pub struct Predator<const D: usize> {
     pub position: SVector<f64, D>,
     /// v_p in m/s.
     pub velocity: SVector<f64, D>,
+    /// ||v_p|| in m/s, kept apart from v_p: the norm of what was turned a million times is off by as many roundings.
+    speed: f64,
     strategy: PredatorConfig,
     /// Name of the agent that it is after, where it keeps to one.
     kept: Option<usize>,
@@ -145,9 +147,11 @@ impl<const D: usize> Predator<D> {
     pub fn new(config: &PredatorConfig) -> Self {
         let (position, velocity) = config.start();
         let embed = |vector: &[f64]| SVector::from_fn(|k, _| vector.get(k).copied().unwrap_or(0.0));
+        let velocity: SVector<f64, D> = embed(velocity);
         Self {
             position: embed(position),
-            velocity: embed(velocity),
+            velocity,
+            speed: velocity.norm(),
             strategy: config.clone(),
             kept: None,
             agreed: None,
@@ -155,6 +159,12 @@ impl<const D: usize> Predator<D> {
             control: SVector::zeros(),
             push: SVector::zeros(),
         }
+    }
+
+    /// Gives it another velocity, of any norm.
+    pub(crate) fn fly(&mut self, velocity: SVector<f64, D>) {
+        self.velocity = velocity;
+        self.speed = velocity.norm();
     }
 
     fn shares_targets(&self) -> bool {
@@ -172,7 +182,7 @@ impl<const D: usize> Predator<D> {
         let (heading, limits) = match &self.strategy {
             PredatorConfig::ConstantVelocity(_) => return,
             PredatorConfig::Wandering(strategy) => {
-                self.velocity = strategy.steer(velocity, time_step, rng);
+                self.velocity = strategy.steer(velocity, self.speed, time_step, rng);
                 return;
             }
             PredatorConfig::PurePursuit(strategy) => {
@@ -189,7 +199,7 @@ impl<const D: usize> Predator<D> {
                 (heading_toward(agreed, &limits), limits)
             }
             PredatorConfig::Learned(strategy) => {
-                self.velocity = strategy.steer(velocity, &self.push);
+                self.fly(strategy.steer(velocity, &self.push));
                 return;
             }
             PredatorConfig::Herd(strategy) => {
@@ -197,7 +207,7 @@ impl<const D: usize> Predator<D> {
                 (heading_toward(agreed, &limits), limits)
             }
         };
-        self.velocity = limits.next(velocity, heading, time_step);
+        (self.velocity, self.speed) = limits.next(velocity, self.speed, heading, time_step);
     }
 }
 

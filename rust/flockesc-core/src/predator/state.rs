@@ -5,13 +5,14 @@ use serde::{Deserialize, Serialize};
 
 use super::{Predator, PredatorConfig};
 use crate::error::Result;
-use crate::state::{check, vector};
+use crate::state::{check, is_sound, vector};
 
 /// See the fields of [`Predator`].
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct PredatorState {
     position: Vec<f64>,
     velocity: Vec<f64>,
+    speed: f64,
     kept: Option<usize>,
     agreed: Option<Vec<f64>>,
     steps: usize,
@@ -25,6 +26,7 @@ impl<const D: usize> Predator<D> {
         PredatorState {
             position: entries(&self.position),
             velocity: entries(&self.velocity),
+            speed: self.speed,
             kept: self.kept,
             agreed: self.agreed.as_ref().map(entries),
             steps: self.steps,
@@ -40,10 +42,13 @@ impl<const D: usize> Predator<D> {
     ) -> Result<Self> {
         let is_agent = state.kept.is_none_or(|name| name < num_agents);
         check(is_agent, "name of a predator's target")?;
+        let is_speed = is_sound(state.speed) && state.speed >= 0.0;
+        check(is_speed, "a predator's speed")?;
         let aim = |entries| vector(entries, "a predator's aim");
         Ok(Self {
             position: vector(&state.position, "a predator's position")?,
             velocity: vector(&state.velocity, "a predator's velocity")?,
+            speed: state.speed,
             kept: state.kept,
             agreed: state.agreed.as_deref().map(aim).transpose()?,
             steps: state.steps,

@@ -28,9 +28,11 @@ impl Wandering {
         quantity(&field, self.angular_diffusion)
     }
 
+    /// The velocity after `velocity`, whose norm is `speed`.
     pub(super) fn steer<const D: usize>(
         &self,
         velocity: &SVector<f64, D>,
+        speed: f64,
         time_step: f64,
         rng: &mut ChaCha8Rng,
     ) -> SVector<f64, D> {
@@ -42,7 +44,7 @@ impl Wandering {
         let size = (drawn - heading * heading.dot(&drawn)).norm();
         let angle = size * (2.0 * self.angular_diffusion * time_step).sqrt();
         match side_of(&heading, &drawn) {
-            Some(side) => turn(&heading, &side, angle) * velocity.norm(),
+            Some(side) => turn(&heading, &side, angle) * speed,
             None => *velocity,
         }
     }

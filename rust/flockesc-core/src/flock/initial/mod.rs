@@ -95,7 +95,7 @@ impl InitialState {
         }
         if let Some(given) = &self.predator_velocities {
             for (predator, row) in predators.iter_mut().zip(rows(given)) {
-                predator.velocity = row;
+                predator.fly(row);
             }
         }
         predators
