@@ -9,9 +9,6 @@ use std::sync::Arc;
 
 pub use reset::Reset;
 
-use rayon::ThreadPool;
-use rayon::prelude::*;
-
 use crate::config::{EpisodeConfig, FlockConfig};
 use crate::episode::{Episode, Metrics, rows};
 use crate::error::{Error, Result};
@@ -20,6 +17,7 @@ use crate::observation;
 use crate::reward::Reward;
 use crate::rng::episode_seed;
 use crate::slot::Slot;
+use crate::spread::{Pool, spread};
 use crate::state::Fingerprint;
 use crate::threads::{self, Progress};
 
@@ -290,13 +288,18 @@ impl<const D: usize> Batch<D> {
         slots.map(|slot| self.episode(slot)).collect()
     }
 
-    /// The pool to spread `flocks` over; `None` where one small flock or one thread leaves nothing to spread.
-    fn pool(&self, flocks: usize) -> Result<Option<&'static ThreadPool>> {
-        let is_small = flocks <= 1 && !threads::is_large(self.scenario.num_agents);
-        if is_small || self.num_threads == Some(1) {
-            return Ok(None);
+    /// The threads to spread `flocks` over; none where one small flock or one thread leaves nothing to spread.
+    fn pool(&self, flocks: usize) -> Result<Pool> {
+        let is_large = threads::is_large(self.scenario.num_agents);
+        if self.num_threads == Some(1) || (flocks <= 1 && !is_large) {
+            return Ok(Pool::None);
         }
-        threads::pool(self.num_threads).map(Some)
+        let pool = threads::pool(self.num_threads)?;
+        Ok(if is_large {
+            Pool::Within(pool)
+        } else {
+            Pool::Beside(pool)
+        })
     }
 
     fn check_step(
@@ -320,21 +323,6 @@ impl<const D: usize> Batch<D> {
             }
         }
         check_ranges("interaction_range", ranges)
-    }
-}
-
-/// Runs every piece of work, over the threads of `pool` if there is one; results are in order.
-fn spread<T: Send, R: Send>(
-    pool: Option<&ThreadPool>,
-    work: impl Iterator<Item = T>,
-    run: impl Fn(T) -> R + Send + Sync,
-) -> Vec<R> {
-    match pool {
-        Some(pool) => {
-            let work: Vec<T> = work.collect();
-            pool.install(|| work.into_par_iter().map(run).collect())
-        }
-        None => work.map(run).collect(),
     }
 }
 

@@ -40,6 +40,7 @@ mod randomization;
 mod reward;
 mod rng;
 mod slot;
+mod spread;
 mod state;
 mod sweep;
 mod threads;

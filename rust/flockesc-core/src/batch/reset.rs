@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rayon::ThreadPool;
-
-use super::{Batch, spread};
+use super::Batch;
 use crate::config::{EpisodeConfig, FlockConfig};
 use crate::error::{Error, Result};
 use crate::flock::InitialState;
 use crate::slot::Slot;
+use crate::spread::{Pool, spread};
 use crate::threads::Progress;
 
 /// Cost of drawing and arranging an agent, in steps of it.
@@ -22,7 +21,7 @@ pub struct Reset<const D: usize> {
     config: Arc<EpisodeConfig>,
     start: InitialState,
     slots: BTreeMap<usize, Slot<D>>,
-    pool: Option<&'static ThreadPool>,
+    pool: Pool,
 }
 
 impl<const D: usize> Reset<D> {
