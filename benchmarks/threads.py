@@ -1,14 +1,14 @@
-"""What a second thread is worth, on the wall: environments in Python threads, one batch, and a ceiling.
+"""What a second thread is worth, on the wall: environments in Python threads, one batch, and two ceilings.
 
-Cores may share parts, and others may be at work on them: what two processes of plain arithmetic gain is all
-that two threads of anything can.
+Cores may share parts, and others may be at work on them: two threads can gain what two processes gain that do
+the same work, or plain arithmetic, and no more.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
-from functools import partial
+from functools import cache, partial
 from multiprocessing import get_context
 
 import numpy as np
@@ -20,7 +20,8 @@ from flockesc_env import FlockEscapeEnv, FlockScenario, FlockVectorEnv
 OWN_ENVIRONMENTS = f"{PROJECT}, a vector environment per thread"
 OWN_SMALL_ENVIRONMENTS = f"{PROJECT}, an environment per thread"
 ONE_BATCH = f"{PROJECT}, one vector environment"
-CEILING = "arithmetic, a process per thread"
+OWN_PROCESSES = f"{PROJECT}, a vector environment per process"
+ARITHMETIC = "arithmetic, a process per thread"
 
 RANGE = 10.0
 STEPS = 240
@@ -41,10 +42,11 @@ def run(*, quick: bool) -> list[Record]:
                 _per_thread(OWN_ENVIRONMENTS, threads, [_vector_episode(1) for _ in range(count)]),
                 _per_thread(OWN_SMALL_ENVIRONMENTS, threads, [_episode() for _ in range(count)]),
                 Contender(ONE_BATCH, _on(count, _vector_episode(count)), 1, case={"threads": count}),
-                _per_thread(CEILING, processes, [add] * count),
+                _per_thread(OWN_PROCESSES, processes, [play_apart] * count),
+                _per_thread(ARITHMETIC, processes, [add] * count),
             )
         ]
-        return measure("threads", contenders, "piece of work", repetitions=3 if quick else 7, clock="wall")
+        return measure("threads", contenders, "piece of work", repetitions=3 if quick else 21, clock="wall")
 
 
 def _per_thread(name: str, executor: Executor, pieces: list[Callable[[], object]]) -> Contender:
@@ -81,6 +83,16 @@ def _play(env: FlockVectorEnv | FlockEscapeEnv, actions: np.ndarray) -> None:
     env.reset(seed=0)
     for _ in range(STEPS):
         env.step(actions)
+
+
+def play_apart() -> None:
+    """Play an episode in a process that keeps its environment."""
+    _kept_episode()()
+
+
+@cache
+def _kept_episode() -> Callable[[], object]:
+    return _vector_episode(1)
 
 
 def add() -> int:
