@@ -1,6 +1,7 @@
 """Run by test_processes.py in a process of its own: forks while other threads are busy.
 
-Prints a JSON object: children started, those that hung, those whose results were not the parent's.
+Prints a JSON object: children started, those that hung, those whose results were not the parent's, and how many
+seconds the slowest took from its fork to its results.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
+import struct
 import sys
 import threading
 import time
@@ -63,7 +65,7 @@ BUSY: dict[str, Callable[[threading.Event], None]] = {
 }
 
 
-def run(busy: list[Callable[[threading.Event], None]], count: int) -> dict[str, int]:
+def run(busy: list[Callable[[threading.Event], None]], count: int) -> dict[str, float]:
     """Fork this often while the threads are busy."""
     expected = played(2)
     stop = threading.Event()
@@ -71,9 +73,10 @@ def run(busy: list[Callable[[threading.Event], None]], count: int) -> dict[str, 
     for thread in threads:
         thread.start()
     children = []
+    taken, report = os.pipe()
     context = multiprocessing.get_context("fork")
     for index in range(count):
-        child = context.Process(target=check, args=(expected, 2 + index % 3))
+        child = context.Process(target=check, args=(expected, 2 + index % 3, time.monotonic(), report))
         child.start()
         children.append(child)
         time.sleep(0.001 * (index % 4))
@@ -88,12 +91,17 @@ def run(busy: list[Callable[[threading.Event], None]], count: int) -> dict[str, 
     for thread in threads:
         thread.join()
     wrong = [child for child in children if child not in hung and child.exitcode != 0]
-    return {"children": len(children), "hung": len(hung), "wrong": len(wrong)}
+    os.close(report)
+    with os.fdopen(taken, "rb") as reports:
+        slowest = max((seconds for (seconds,) in struct.iter_unpack("d", reports.read())), default=HANGS)
+    return {"children": len(children), "hung": len(hung), "wrong": len(wrong), "slowest": slowest}
 
 
-def check(expected: bytes, num_threads: int) -> None:
-    """Play the same in a child, which ends with status 1 if anything differs."""
-    os._exit(played(num_threads) != expected)
+def check(expected: bytes, num_threads: int, forked: float, report: int) -> None:
+    """Play the same in a child, which reports its seconds and ends with status 1 if anything differs."""
+    shown = played(num_threads)
+    os.write(report, struct.pack("d", time.monotonic() - forked))
+    os._exit(shown != expected)
 
 
 if __name__ == "__main__":
