@@ -1,69 +1,30 @@
-"""Agents that are caught: the plain model says who and when, and every interface goes on without them."""
+"""Agents that are caught: the plain model says who and when."""
 
 from __future__ import annotations
 
-import copy
 from typing import Any, get_args
 
 import numpy as np
 import pytest
 import reference
-from gymnasium.utils.env_checker import check_env as check_gymnasium
-from gymnasium.utils.env_checker import data_equivalence
-from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from captured_flocks import SIDE, hunted
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from option_table import ACTION_MODES, DIMENSIONS, FLOCK_REWARDS, OBJECTIVES, OWN_REWARDS
-from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, seed_test
-from stable_baselines3.common.env_checker import check_env as check_sb3
+from option_table import DIMENSIONS
 
-import flockesc_env
 from flockesc_env import (
     ConstantVelocity,
     FlockEscapeEnv,
     FlockScenario,
-    FlockVectorEnv,
     Intercept,
     PurePursuit,
     Trajectory,
     parallel_env,
     records,
-    rollout,
     simulate,
-    sweep,
 )
-from flockesc_env.errors import ActionError, EpisodeError, ScenarioError
-from flockesc_env.policies import FixedRange, RandomRange
+from flockesc_env.errors import EpisodeError, ScenarioError
 from flockesc_env.predators import Target
-from flockesc_env.rollout import record
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
-
-SIDE = 20.0
-SEEDS = range(12)
-
-
-def hunted(dimension: int = 2, **changes: Any) -> FlockScenario:
-    """Return a flock of which most agents are caught at different times by three predators."""
-    predators = (
-        PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0),
-        Intercept((25.0, 0.0), (0.0, 15.0), max_turn_rate=3.0),
-        ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
-    )
-    fields = {
-        "num_agents": 9,
-        "num_steps": 25,
-        "dimension": dimension,
-        "initial_side": SIDE,
-        "capture_radius": 4.0,
-        "predators": predators,
-    }
-    return FlockScenario(**{**fields, **changes})
-
-
-def doomed(**changes: Any) -> FlockScenario:
-    """Return a flock of which nobody may be left before the horizon, at a time that differs between seeds."""
-    return hunted(**{"num_agents": 3, "num_steps": 40, **changes})
-
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
@@ -199,284 +160,6 @@ def test_a_catch_can_raise_the_mean_distance_but_not_its_running_minimum() -> No
     assert after["mean_distance"] > 49
     assert after["min_mean_distance"] == 25.25
     assert (reward, terminated, truncated, after["fraction_surviving"]) == (0.0, False, True, 0.5)
-
-
-# What every interface makes of it.
-
-
-def play_array(scenario: FlockScenario, seed: int, **options: Any) -> list[tuple[Any, ...]]:
-    """Return what every step of `step_array` gave under a range of 3 m."""
-    env = parallel_env(scenario, action_mode="range", **options)
-    env.reset_array(seed=seed)
-    actions = np.full((scenario.num_agents, 1), 3.0)
-    steps = []
-    while env.agents:
-        steps.append(env.step_array(actions))
-    return steps
-
-
-@dimensions
-@pytest.mark.parametrize("objective", OBJECTIVES)
-@pytest.mark.parametrize("reward", ["running_minimum", *OWN_REWARDS])
-def test_dicts_and_arrays_play_one_episode(dimension: int, objective: str, reward: str) -> None:
-    scenario = hunted(dimension)
-    options = {"objective": objective, "reward": reward, "steps_per_action": 2}
-    env = parallel_env(scenario, action_mode="range", **options)
-    env.reset(seed=4)
-    alive = np.ones(scenario.num_agents, bool)
-    was_any_caught = False
-    for rows, rewards, terminations, truncations, info in play_array(scenario, 4, **options):
-        acting = [agent for agent, is_alive in zip(env.possible_agents, alive, strict=True) if is_alive]
-        assert env.agents == acting
-        result = env.step({agent: np.array([3.0], np.float32) for agent in acting})
-        expected = [rows[alive], rewards[alive], terminations[alive], truncations[alive]]
-        for got, wanted in zip(result, expected, strict=False):
-            assert list(got) == acting
-            np.testing.assert_array_equal(list(got.values()), wanted)
-        assert not rows[terminations].any()
-        assert not rewards[~alive].any()
-        assert terminations[~alive].all()
-        assert not (terminations & truncations).any()
-        for agent, own in result[4].items():
-            assert own["fraction_surviving"] == info["fraction_surviving"] == np.mean(~terminations), agent
-        np.testing.assert_array_equal(info["interaction_range"][~alive], 0.0)
-        was_any_caught |= 0 < terminations.sum() < len(terminations)
-        alive = ~terminations
-    assert env.agents == []
-    assert was_any_caught
-
-
-@pytest.mark.parametrize("action_mode", ACTION_MODES)
-def test_only_agents_that_are_left_act(action_mode: str) -> None:
-    env = parallel_env(hunted(), action_mode=action_mode)
-    env.reset(seed=4)
-    while len(env.agents) == env.num_agents == len(env.possible_agents):
-        env.step({agent: env.action_space(agent).sample() for agent in env.agents})
-    gone = next(agent for agent in env.possible_agents if agent not in env.agents)
-    actions = {agent: env.action_space(agent).sample() for agent in env.agents}
-    with pytest.raises(ActionError, match=gone):
-        env.step({**actions, gone: env.action_space(gone).sample()})
-    missing = env.agents[-1]
-    with pytest.raises(ActionError, match=missing):
-        env.step({agent: action for agent, action in actions.items() if agent != missing})
-    env.step(actions)
-
-
-def test_arrays_ignore_actions_of_agents_that_were_caught() -> None:
-    scenario = hunted()
-    first, second = parallel_env(scenario), parallel_env(scenario)
-    first.reset_array(seed=4)
-    second.reset_array(seed=4)
-    caught = np.zeros(9, bool)
-    while first.agents:
-        actions = np.zeros((9, 1), np.float32)
-        result = first.step_array(actions)
-        actions[caught] = np.nan
-        assert data_equivalence(result, second.step_array(actions), exact=True)
-        caught = result[2]
-    assert caught.any()
-
-
-def test_own_distances_end_at_zero() -> None:
-    """The distance of an agent that was caught is 0: so its changes sum to minus the first one."""
-    scenario = hunted()
-    run = simulate(scenario, 3.0, seed=4)
-    start = reference.predator_distances(run.positions[0], run.predator_positions[0])
-    end = reference.predator_distances(run.positions[-1], run.predator_positions[-1])
-    end[run.caught_at >= 0] = 0.0
-    paid = sum(step[1] for step in play_array(scenario, 4, reward="own_distance_change"))
-    np.testing.assert_allclose(paid, end - start)
-
-
-def test_own_running_minimum_pays_who_was_caught_no_more() -> None:
-    """Not even for the way until it was caught, where the minimum did not fall in that very step."""
-    late = 0
-    for seed in SEEDS:
-        scenario = hunted()
-        run = simulate(scenario, 3.0, seed=seed)
-        steps = range(1, scenario.num_steps + 1)
-        falls = [t for t in steps if run.mean_distance[t] < run.mean_distance[:t].min()]
-        own = np.stack(
-            [
-                reference.predator_distances(*at)
-                for at in zip(run.positions, run.predator_positions, strict=True)
-            ]
-        )
-        is_caught = (run.caught_at >= 0) & (run.caught_at <= np.arange(len(own))[:, None])
-        own[is_caught] = 0.0
-        for t, step in zip(steps, play_array(scenario, seed, reward="own_running_minimum"), strict=False):
-            before = max((fall for fall in falls if fall < t), default=0)
-            expected = (
-                np.where(is_caught[t - 1], 0.0, own[t] - own[before]) if t in falls else np.zeros(len(own[t]))
-            )
-            np.testing.assert_allclose(step[1], expected, atol=1e-9)
-            late += int((is_caught[t] & ~is_caught[t - 1]).any() and t not in falls)
-    assert late
-
-
-@pytest.mark.parametrize("reward", FLOCK_REWARDS)
-@pytest.mark.parametrize("steps_per_action", [1, 4])
-def test_survival_pays_what_survives(reward: str, steps_per_action: int) -> None:
-    seen = set()
-    for seed in SEEDS:
-        scenario = doomed()
-        run = simulate(scenario, 3.0, seed=seed)
-        options: dict[str, Any] = {"reward": reward, "steps_per_action": steps_per_action}
-        env = FlockEscapeEnv(scenario, objective="survival", action_mode="range", **options)
-        env.reset(seed=seed)
-        total, is_over, steps = 0.0, False, 0
-        while not is_over:
-            observation, paid, terminated, truncated, info = env.step(np.array([3.0], np.float32))
-            at = env.control.layout.index("running_minimum")
-            assert observation[at] == np.float32(info["fraction_surviving"])
-            total, steps, is_over = total + paid, steps + 1, terminated or truncated
-        left = run.fraction_surviving[-1]
-        assert info["fraction_surviving"] == left
-        assert (terminated, truncated) == (left == 0, left > 0)
-        if left == 0:
-            assert -(-run.caught_at.max() // steps_per_action) == steps
-        expected = run.fraction_surviving[1:].mean() if reward == "distance" else left - 1
-        assert total == pytest.approx(expected, abs=1e-12)
-        seen.add(terminated)
-    assert seen == {True, False}
-
-
-@pytest.mark.parametrize("autoreset_mode", AutoresetMode)
-@pytest.mark.parametrize("steps_per_action", [1, 3])
-@pytest.mark.parametrize("num_threads", [1, 3])
-def test_the_vector_environment_is_that_of_gymnasium(
-    autoreset_mode: AutoresetMode, steps_per_action: int, num_threads: int
-) -> None:
-    options = {"scenario": doomed(), "objective": "survival", "steps_per_action": steps_per_action}
-    native = FlockVectorEnv(5, autoreset_mode=autoreset_mode, num_threads=num_threads, **options)
-    sync = SyncVectorEnv([lambda: FlockEscapeEnv(**options)] * 5, autoreset_mode=autoreset_mode)
-    sync.action_space.seed(0)
-    assert data_equivalence(native.reset(seed=3), sync.reset(seed=3), exact=True)
-    ends = np.zeros((2, 5), int)
-    for _ in range(120):
-        actions = sync.action_space.sample()
-        result = native.step(actions)
-        assert data_equivalence(result, sync.step(actions), exact=True)
-        ends += np.stack(result[2:4])
-        over = result[2] | result[3]
-        if autoreset_mode is AutoresetMode.DISABLED and over.any():
-            masks = [{"reset_mask": over.copy()} for _ in range(2)]
-            assert data_equivalence(native.reset(options=masks[0]), sync.reset(options=masks[1]), exact=True)
-    assert (ends.sum(axis=1) > 0).all()
-
-
-def test_sb3_slots_of_flocks() -> None:
-    env = FlockVecEnv(6, doomed(), action_mode="range")
-    env.seed(0)
-    env.reset()
-    seen = set()
-    for _ in range(120):
-        _, _, dones, infos = env.step(np.full((6, 1), 3.0, np.float32))
-        for done, info in zip(dones, infos, strict=True):
-            assert info["TimeLimit.truncated"] == (done and info["fraction_surviving"] > 0)
-            assert ("terminal_observation" in info) == done
-            if done:
-                seen.add(info["TimeLimit.truncated"])
-    assert seen == {True, False}
-
-
-def test_sb3_slots_of_agents_stay_until_the_flock_ends() -> None:
-    scenario = doomed(num_agents=4)
-    env = AgentVecEnv(5, scenario, action_mode="range", reward="own_distance")
-    env.seed(0)
-    env.reset()
-    alive = np.ones((5, 4), bool)
-    was_caught_in_time = False
-    for _ in range(100):
-        observations, rewards, dones, infos = env.step(np.full((20, 1), 3.0, np.float32))
-        observations = observations.reshape(5, 4, -1)
-        assert not rewards.reshape(5, 4)[~alive].any()
-        for flock in range(5):
-            own = infos[4 * flock : 4 * flock + 4]
-            is_done = dones[4 * flock]
-            assert (dones[4 * flock : 4 * flock + 4] == is_done).all()
-            last = [info["terminal_observation"] for info in own] if is_done else observations[flock]
-            now = np.any(last, axis=1)
-            assert own[0]["fraction_surviving"] == now.mean()
-            assert not (now & ~alive[flock]).any()
-            assert [info["TimeLimit.truncated"] for info in own] == (now & is_done).tolist()
-            was_caught_in_time |= bool(is_done and 0 < now.sum() < 4)
-            alive[flock] = True if is_done else now
-    assert was_caught_in_time
-
-
-# An agent that was caught sees zeros.
-@pytest.mark.filterwarnings("ignore:Observation numpy array is all zeros:UserWarning")
-@pytest.mark.parametrize("capture_radius", [0.0, 4.0, 1e6])
-@pytest.mark.parametrize("objective", OBJECTIVES)
-@dimensions
-def test_conformance(dimension: int, objective: str, capture_radius: float) -> None:
-    scenario = hunted(dimension, capture_radius=capture_radius)
-    options: dict[str, Any] = {"objective": objective}
-    check_gymnasium(FlockEscapeEnv(scenario, **options), skip_render_check=True)
-    check_sb3(FlockEscapeEnv(scenario, **options))
-    parallel_api_test(parallel_env(scenario, **options), num_cycles=60)
-    api_test(flockesc_env.env(scenario, **options), num_cycles=200)
-    parallel_seed_test(lambda: parallel_env(scenario, **options), num_cycles=60)
-    seed_test(lambda: flockesc_env.env(scenario, **options), num_cycles=200)
-
-
-@dimensions
-@pytest.mark.parametrize("per_agent", [False, True])
-def test_sweeps_rollouts_and_records_agree(dimension: int, per_agent: bool, tmp_path: Any) -> None:
-    scenario = doomed(dimension=dimension)
-    ranges = np.array([2.0, 12.0])
-    result = sweep(scenario, ranges, SEEDS)
-    for i, rho in enumerate(ranges):
-        runs = [simulate(scenario, rho, seed=seed) for seed in SEEDS]
-        survived = [run.fraction_surviving[-1] for run in runs]
-        np.testing.assert_array_equal(result.fraction_surviving[i], survived)
-        np.testing.assert_array_equal(result.min_mean_distance[i], [run.mean_distance.min() for run in runs])
-        for batch_size in (1, 5, 64):
-            episodes = rollout(
-                FixedRange(rho),
-                SEEDS,
-                scenario=scenario,
-                per_agent=per_agent,
-                batch_size=batch_size,
-                action_mode="range",
-                objective="survival",
-            )
-            np.testing.assert_array_equal(episodes.fraction_surviving, survived)
-            np.testing.assert_array_equal(
-                episodes.min_mean_distance, [run.mean_distance.min() for run in runs]
-            )
-        for run in runs:
-            records.save(run, tmp_path / "run.npz")
-            loaded = records.load(tmp_path / "run.npz").trajectory
-            assert_equal(run, loaded)
-            assert_equal(loaded, records.replay(loaded))
-    assert result.best_range("survival") in ranges
-    assert len({0.0, *result.fraction_surviving.ravel()}) > 1
-
-
-def test_a_policy_is_recorded_beyond_the_end_of_its_flock() -> None:
-    scenario = doomed(capture_radius=1e6)
-    run = record(RandomRange(seed=1), 0, scenario=scenario, per_agent=True)
-    assert run.interaction_ranges.shape == (scenario.num_steps, scenario.num_agents)
-    np.testing.assert_array_equal(run.caught_at, 1)
-
-
-@pytest.mark.parametrize("make", [FlockEscapeEnv, parallel_env], ids=["flock", "agents"])
-def test_a_copy_in_mid_episode_goes_its_own_way(make: Any) -> None:
-    env = make(hunted(), action_mode="range")
-    env.reset(seed=4)
-    agents = getattr(env, "agents", None)
-
-    def step(env: Any) -> Any:
-        one = np.array([3.0], np.float32)
-        return env.step(one if agents is None else dict.fromkeys(env.agents, one))
-
-    for _ in range(12):
-        step(env)
-    twin = copy.deepcopy(env)
-    expected = [step(env) for _ in range(13)]
-    assert data_equivalence(expected, [step(twin) for _ in range(13)], exact=True)
 
 
 @pytest.mark.parametrize("radius", [-1.0, np.inf, np.nan, "near", True])

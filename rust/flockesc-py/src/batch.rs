@@ -13,7 +13,7 @@ use pyo3::types::{PyBytes, PyDict, PyType};
 use crate::actions::RangeMap;
 use crate::arrays::{column, flat, overwrite, shaped};
 use crate::errors::{CoreError, shared, sole};
-use crate::info::{Measured, columns, metric_columns, numbers};
+use crate::info::{self, Measured, columns, metric_columns, numbers};
 use inner::{Inner, on_batch};
 
 /// Observations, rewards, whether the episode in each slot has ended, ranges, metrics.
@@ -144,7 +144,7 @@ impl FlockBatch {
         let Some(mut ranges) = this.actions.ranges(actions, rows) else {
             return Ok(None);
         };
-        for (range, is_ignored) in ranges.iter_mut().zip(this.is_ignored(at_end)?) {
+        for (range, is_ignored) in ranges.iter_mut().zip(this.inner.is_ignored(at_end)?) {
             if is_ignored {
                 *range = 0.0;
             }
@@ -177,7 +177,7 @@ impl FlockBatch {
         Ok(Some((
             observations,
             rewards,
-            this.ended(py)?,
+            this.inner.ended()?.into_pyarray(py),
             ranges.into_pyarray(py),
             columns(py, &measured)?,
         )))
@@ -284,26 +284,9 @@ impl FlockBatch {
         slot: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
         let this = &*shared(slf)?;
-        let dict = PyDict::new(py);
         on_batch!(&this.inner, batch => {
-            let episode = batch.episode(slot).map_err(CoreError::from)?;
-            let world = episode.world();
-            let agents = [world.config().num_agents, world.config().dimension];
-            let mut distances = Vec::new();
-            world.write_distances(&mut distances);
-            let predators = [world.predators().len(), world.config().dimension];
-            let flat = |rows: &[_]| rows.iter().flatten().copied().collect::<Vec<f64>>();
-            let positions: Vec<_> = world.predators().iter().map(|p| p.position).collect();
-            let velocities: Vec<_> = world.predators().iter().map(|p| p.velocity).collect();
-            dict.set_item("step", episode.step_count())?;
-            dict.set_item("interaction_range", episode.ranges().to_vec().into_pyarray(py))?;
-            dict.set_item("distances", distances.into_pyarray(py))?;
-            dict.set_item("positions", shaped(py, flat(&world.positions()), agents)?)?;
-            dict.set_item("velocities", shaped(py, flat(&world.velocities()), agents)?)?;
-            dict.set_item("predator_positions", shaped(py, flat(&positions), predators)?)?;
-            dict.set_item("predator_velocities", shaped(py, flat(&velocities), predators)?)?;
-        });
-        Ok(dict)
+            info::state(py, batch.episode(slot).map_err(CoreError::from)?)
+        })
     }
 
     /// Which rows have an action that does not matter: of agents that were caught and, unless that is refused, of slots
@@ -314,7 +297,7 @@ impl FlockBatch {
         at_end: &str,
     ) -> Result<Bound<'py, PyArray1<bool>>, CoreError> {
         let this = &*shared(slf)?;
-        Ok(this.is_ignored(parsed(at_end)?)?.into_pyarray(py))
+        Ok(this.inner.is_ignored(parsed(at_end)?)?.into_pyarray(py))
     }
 
     /// Which agents of every slot were caught, one slot after the other.
@@ -335,7 +318,7 @@ impl FlockBatch {
         for slot in &slots {
             this.inner.has_ended(*slot)?; // refuses those that were never reset
         }
-        this.save(py, &slots)
+        this.inner.save(py, &slots)
     }
 
     /// Makes `slots` what `get_state` has saved: as many, or one that all of them become. Nothing changes if that is
@@ -370,7 +353,7 @@ impl FlockBatch {
             batch.count_components,
             0, // the state has every slot's seed
         );
-        Ok((slf.get_type(), arguments, batch.save(slf.py(), &all)?))
+        Ok((slf.get_type(), arguments, batch.inner.save(slf.py(), &all)?))
     }
 
     fn __setstate__(slf: &Bound<'_, Self>, py: Python<'_>, state: &[u8]) -> Result<(), CoreError> {
@@ -381,40 +364,6 @@ impl FlockBatch {
     /// An equal batch that goes its own way.
     fn __deepcopy__(slf: &Bound<'_, Self>, _memo: &Bound<'_, PyAny>) -> Result<Self, CoreError> {
         Ok(shared(slf)?.clone())
-    }
-}
-
-impl FlockBatch {
-    fn save<'py>(&self, py: Python<'py>, slots: &[usize]) -> PyResult<Bound<'py, PyBytes>> {
-        let inner = &self.inner;
-        let state = py
-            .detach(|| on_batch!(inner, batch => batch.save(slots)))
-            .map_err(CoreError::from)?;
-        Ok(PyBytes::new(py, &state))
-    }
-
-    /// Whether the episode in each slot has ended.
-    fn ended<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<bool>>, CoreError> {
-        let ended: Vec<bool> = (0..self.num_flocks)
-            .map(|slot| self.inner.has_ended(slot))
-            .collect::<Result<_, _>>()?;
-        Ok(ended.into_pyarray(py))
-    }
-
-    fn is_ignored(&self, at_end: AtEnd) -> Result<Vec<bool>, CoreError> {
-        let mut ignored = if self.rows > 1 {
-            self.inner.is_caught()?
-        } else {
-            vec![false; self.num_flocks]
-        };
-        if at_end != AtEnd::Refuse {
-            for (slot, rows) in ignored.chunks_exact_mut(self.rows).enumerate() {
-                if self.inner.has_ended(slot)? {
-                    rows.fill(true);
-                }
-            }
-        }
-        Ok(ignored)
     }
 }
 

@@ -1,11 +1,13 @@
-//! Metrics as `info`: plain numbers of one flock, or a column over many.
+//! What is known of flocks as dictionaries: metrics as plain numbers of one flock, or a column over many; positions and
+//! velocities.
 
 use flockesc_core::{Episode, Metrics};
+use numpy::IntoPyArray;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
-use crate::arrays::column;
+use crate::arrays::{column, shaped};
 
 /// What was measured of one flock; components where they were counted.
 pub(crate) struct Measured {
@@ -45,6 +47,39 @@ pub(crate) fn numbers<'py>(py: Python<'py>, measured: &Measured) -> PyResult<Bou
     if let Some(components) = measured.components {
         dict.set_item(intern!(py, "num_components"), components)?;
     }
+    Ok(dict)
+}
+
+/// What a flock is: its step, ranges, distances to the predator, positions and velocities.
+pub(crate) fn state<'py, const D: usize>(
+    py: Python<'py>,
+    episode: &Episode<D>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    let world = episode.world();
+    let agents = [world.config().num_agents, world.config().dimension];
+    let predators = [world.predators().len(), world.config().dimension];
+    let mut distances = Vec::new();
+    world.write_distances(&mut distances);
+    let flat = |rows: &[_]| rows.iter().flatten().copied().collect::<Vec<f64>>();
+    let positions: Vec<_> = world.predators().iter().map(|p| p.position).collect();
+    let velocities: Vec<_> = world.predators().iter().map(|p| p.velocity).collect();
+    dict.set_item("step", episode.step_count())?;
+    dict.set_item(
+        "interaction_range",
+        episode.ranges().to_vec().into_pyarray(py),
+    )?;
+    dict.set_item("distances", distances.into_pyarray(py))?;
+    dict.set_item("positions", shaped(py, flat(&world.positions()), agents)?)?;
+    dict.set_item("velocities", shaped(py, flat(&world.velocities()), agents)?)?;
+    dict.set_item(
+        "predator_positions",
+        shaped(py, flat(&positions), predators)?,
+    )?;
+    dict.set_item(
+        "predator_velocities",
+        shaped(py, flat(&velocities), predators)?,
+    )?;
     Ok(dict)
 }
 

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use flockesc_core::{AtEnd, Batch, Episode, InitialState, Progress};
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 
 use crate::errors::CoreError;
 use crate::info::Measured;
@@ -48,9 +49,46 @@ impl Inner {
         })
     }
 
+    /// Which rows have an action that does not matter: of agents that were caught and, unless `at_end` refuses them, of
+    /// slots whose episode has ended.
+    pub(super) fn is_ignored(&self, at_end: AtEnd) -> Result<Vec<bool>, CoreError> {
+        let (flocks, rows) = on_batch!(self, batch => (batch.num_flocks(), batch.rows()));
+        let mut ignored = if rows > 1 {
+            self.is_caught()?
+        } else {
+            vec![false; flocks]
+        };
+        if at_end != AtEnd::Refuse {
+            for (rows, has_ended) in ignored.chunks_exact_mut(rows).zip(self.ended()?) {
+                if has_ended {
+                    rows.fill(true);
+                }
+            }
+        }
+        Ok(ignored)
+    }
+
     /// Whether the episode in a slot has ended.
     pub(super) fn has_ended(&self, slot: usize) -> Result<bool, CoreError> {
         Ok(on_batch!(self, batch => batch.episode(slot)?.has_ended()))
+    }
+
+    /// Whether the episode in each slot has ended.
+    pub(super) fn ended(&self) -> Result<Vec<bool>, CoreError> {
+        let flocks = on_batch!(self, batch => batch.num_flocks());
+        (0..flocks).map(|slot| self.has_ended(slot)).collect()
+    }
+
+    /// State of some slots.
+    pub(super) fn save<'py>(
+        &self,
+        py: Python<'py>,
+        slots: &[usize],
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let state = py
+            .detach(|| on_batch!(self, batch => batch.save(slots)))
+            .map_err(CoreError::from)?;
+        Ok(PyBytes::new(py, &state))
     }
 
     /// Starts episodes; the old ones stay if that is interrupted.

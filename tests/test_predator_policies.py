@@ -1,0 +1,143 @@
+"""Policies of predators: the same hunt in every interface, in records and in training."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from option_table import DIMENSIONS, small_flock
+from stable_baselines3 import PPO
+
+from flockesc_env import (
+    ConstantVelocity,
+    FlockEscapeEnv,
+    FlockPursuitEnv,
+    FlockScenario,
+    FlockVectorEnv,
+    Learned,
+    PurePursuit,
+    parallel_env,
+    record,
+    records,
+    rollout,
+    simulate,
+)
+from flockesc_env.errors import ActionError
+from flockesc_env.policies import FixedRange, SB3Policy
+from flockesc_env.predator_policies import Chase, Coast
+from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+
+TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))
+
+dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
+
+
+def hunted(dimension: int = 2, count: int = 1, **changes: Any) -> FlockScenario:
+    return small_flock(dimension, predators=TWO[:count], **changes)
+
+
+class Spin:
+    """Circles to the left; what it remembers is copied with the environment."""
+
+    def __init__(self) -> None:
+        self.calls = 0
+
+    def act(self, observations: np.ndarray, control: Any) -> np.ndarray:
+        self.calls += 1
+        actions = np.zeros((len(observations), control.dimension), np.float32)
+        actions[:, 1] = 1.0 if self.calls % 3 else -0.5
+        return actions
+
+
+def actions_of_flock(environment: Any) -> Any:
+    return np.zeros((environment.num_envs, 1), np.float32)
+
+
+@dimensions
+def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
+    """Flock and predator of every interface go as those of the parallel environment, stepped by hand."""
+    scenario = hunted(dimension)
+    by_hand = parallel_env(scenario, predator="learned")
+    observations, _ = by_hand.reset(seed=4)
+    single = FlockEscapeEnv(scenario, predator_policy=Chase())
+    single.reset(seed=4)
+    parallel = parallel_env(scenario, predator_policy=Chase())
+    parallel.reset(seed=4)
+    vector = FlockVectorEnv(3, scenario, predator_policy=Chase())
+    vector.reset(seed=3)
+    flocks, agents = (make(3, scenario, predator_policy=Chase()) for make in (FlockVecEnv, AgentVecEnv))
+    for slots in (flocks, agents):
+        slots.seed(3)
+        slots.reset()
+    assert parallel.possible_agents == by_hand.possible_agents[:-1]
+    zero = np.zeros(1, np.float32)
+    for _ in range(9):
+        hunter = Chase().act(observations["predator_0"][np.newaxis], by_hand.predator_control)[0]
+        observations, *_, infos = by_hand.step({**dict.fromkeys(parallel.agents, zero), "predator_0": hunter})
+        expected = infos["agent_0"]["mean_distance"]
+        assert single.step(zero)[-1]["mean_distance"] == expected
+        assert parallel.step(dict.fromkeys(parallel.agents, zero))[-1]["agent_0"]["mean_distance"] == expected
+        assert vector.step(actions_of_flock(vector))[-1]["mean_distance"][1] == expected
+        assert flocks.step(actions_of_flock(flocks))[-1][1]["mean_distance"] == expected
+        assert agents.step(actions_of_flock(agents))[-1][5]["mean_distance"] == expected
+    np.testing.assert_array_equal(parallel.state(), by_hand.state())
+
+
+def test_a_bad_predator_policy_is_named_and_changes_nothing() -> None:
+    bad = SimpleNamespace(act=lambda observations, control: np.full((len(observations), 2), 2.0))
+    environment = FlockEscapeEnv(hunted(), predator_policy=bad)
+    environment.reset(seed=0)
+    before = environment._batch.state(0)
+    with pytest.raises(ActionError) as caught:
+        environment.step(np.zeros(1, np.float32))
+    assert caught.value.field == "actions of the predator policy[0]"
+    np.testing.assert_equal(environment._batch.state(0), before)
+
+
+@dimensions
+@pytest.mark.parametrize("steps_per_action", [1, 4])
+def test_records_replay_the_hunt_bit_for_bit(dimension: int, steps_per_action: int, tmp_path: Any) -> None:
+    options = {"scenario": hunted(dimension, 2), "steps_per_action": steps_per_action}
+    run = record(FixedRange(9.0), 3, predator_policy=Spin(), **options)
+    played = rollout(FixedRange(9.0), [3], predator_policy=Spin(), **options)
+    assert run.mean_distance.min() == played.min_mean_distance[0]
+    assert run.min_distance.min() == played.min_min_distance[0]
+    assert run.predator_actions.shape == (10, 2, dimension)
+    assert run.predator_actions.any()
+    records.save(run, tmp_path / "run.npz")
+    loaded = records.load(tmp_path / "run.npz").trajectory
+    assert records.differences(loaded, records.replay(loaded)) == []
+    straight = simulate(run.scenario, 9.0, seed=3)
+    assert not np.array_equal(straight.predator_positions, run.predator_positions)
+
+
+def test_chase_comes_closer_than_coast() -> None:
+    """To the nearest agent or, on average, to all of them, as its target says."""
+    nearest, centroid, nobody = (
+        rollout(FixedRange(0.0), range(10), scenario="paper-flock", predator_policy=policy)
+        for policy in (Chase(), Chase("centroid"), Coast())
+    )
+    assert nearest.min_min_distance.mean() < nobody.min_min_distance.mean() / 2
+    assert centroid.min_mean_distance.mean() < nobody.min_mean_distance.mean()
+
+
+def test_sb3_trains_a_predator_and_a_flock_against_it() -> None:
+    hunter = PPO("MlpPolicy", FlockPursuitEnv(hunted()), n_steps=32, batch_size=32, device="cpu").learn(64)
+    flock = FlockVecEnv(4, hunted(), predator_policy=SB3Policy(hunter))
+    PPO("MlpPolicy", flock, n_steps=8, batch_size=32, device="cpu").learn(32)
+    outcome = rollout(
+        FixedRange(10.0), [0, 1], scenario=hunted(), predator_policy=SB3Policy(hunter), batch_size=2
+    )
+    assert np.isfinite(outcome.min_mean_distance).all()
+
+
+def test_a_hunt_that_catches_all_is_replayed(tmp_path: Any) -> None:
+    hunters = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
+    scenario = small_flock(num_agents=12, predators=hunters, capture_radius=500.0)
+    run = record(FixedRange(9.0), 3, scenario=scenario, predator_policy=Spin(), per_agent=True)
+    records.save(run, tmp_path / "run.npz")
+    loaded = records.load(tmp_path / "run.npz").trajectory
+    assert records.differences(loaded, records.replay(loaded)) == []
+    assert run.fraction_surviving[-1] == 0
