@@ -1,7 +1,7 @@
 """Run by test_processes.py in a process of its own: forks while other threads are busy.
 
-Prints a JSON object: children started, those that hung, those whose results were not the parent's, and how many
-seconds the slowest took from its fork to its results.
+Prints a JSON object: children started, those that hung, those whose results were not the parent's, and how
+many seconds the slowest took from its fork to its results.
 """
 
 from __future__ import annotations
