@@ -7,6 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use flockesc_core::Progress;
+use pyo3::marker::Ungil;
 use pyo3::prelude::*;
 
 use crate::errors::{CoreError, forked_within, worker_died};
@@ -15,6 +16,23 @@ const POLL: Duration = Duration::from_millis(50);
 
 /// Agents visited from which on a call is watched: it takes milliseconds, of which starting a thread is about a hundredth.
 pub(crate) const LONG: usize = 1 << 18;
+
+/// Agents visited below which a call keeps the interpreter: handing it to another thread and getting it back takes longer
+/// than the few microseconds of such a call, and two threads that did so were half as fast as one.
+const SHORT: usize = 1 << 8;
+
+/// Runs `work`, which visits so many agents; other threads run Python meanwhile, if it takes long enough.
+pub(crate) fn beside<T: Ungil>(
+    py: Python<'_>,
+    visits: usize,
+    work: impl FnOnce() -> T + Ungil,
+) -> T {
+    if visits < SHORT {
+        work()
+    } else {
+        py.detach(work)
+    }
+}
 
 /// Runs `work` on a thread of its own, while this one looks for signals and calls `report(done)`.
 ///

@@ -8,7 +8,7 @@ use pyo3::types::PyBytes;
 
 use crate::errors::CoreError;
 use crate::info::Measured;
-use crate::long_call::{LONG, LongCall, long_call};
+use crate::long_call::{LONG, LongCall, beside, long_call};
 
 /// The batch of either dimension.
 #[derive(Clone)]
@@ -101,12 +101,12 @@ impl Inner {
     ) -> PyResult<()> {
         on_batch!(self, batch => {
             let reset = batch.prepare_reset(resets, episode, start).map_err(CoreError::from)?;
-            let is_long = batch.work_of_reset(resets.len()) >= LONG;
-            let reset = if is_long {
+            let visits = batch.work_of_reset(resets.len());
+            let reset = if visits >= LONG {
                 long_call(py, None, |progress| reset.build(progress))?
             } else {
                 let progress = Progress::default();
-                py.detach(|| reset.build(&progress)).map_err(CoreError::from)?
+                beside(py, visits, || reset.build(&progress)).map_err(CoreError::from)?
             };
             batch.put(reset);
         });
@@ -125,9 +125,10 @@ impl Inner {
     ) -> PyResult<Vec<Measured>> {
         on_batch!(self, batch => {
             let measure = move |episode: &Episode<_>| Measured::of(episode, count_components);
-            if batch.work() < LONG {
+            let visits = batch.work();
+            if visits < LONG {
                 let progress = Progress::default();
-                let measured = py.detach(|| {
+                let measured = beside(py, visits, || {
                     batch.step_measured((ranges, controls), at_end, rewards, observations, &progress, measure)
                 });
                 return Ok(measured.map_err(CoreError::from)?);
