@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import secrets
+from typing import NamedTuple
 
 from flockesc_env import _core
 from flockesc_env._checks import as_seed
@@ -26,25 +27,21 @@ def fresh_seed() -> int:
     return episode_seed(secrets.randbits(64), 1)
 
 
-class EpisodeSeeds:
-    """The seeds of one environment's episodes; the operating system draws the first that is not given."""
+class Schedule(NamedTuple):
+    """The seeds of one environment's episodes: that of the first, and the number of the next one."""
 
-    def __init__(self) -> None:
-        self._seed = fresh_seed()
-        self._episode = 0
+    seed: int
+    episode: int = 0
 
-    @property
-    def place(self) -> tuple[int, int]:
-        """Seed of the schedule, and number of its next episode."""
-        return self._seed, self._episode
+    def at(self, seed: int | None, episode: int | None) -> Schedule:
+        """Return the schedule of ``seed``, or else this one, before ``episode``, or else the next one."""
+        schedule = self if seed is None else Schedule(seed)
+        return schedule if episode is None else schedule._replace(episode=episode)
 
-    @place.setter
-    def place(self, place: tuple[int, int]) -> None:
-        self._seed, self._episode = place
+    def after(self) -> Schedule:
+        """Return the schedule after its next episode."""
+        return self._replace(episode=(self.episode + 1) % 2**64)
 
-    def next(self, seed: int | None = None) -> int:
-        """Return the seed of the next episode; ``seed`` starts the schedule anew."""
-        if seed is not None:
-            self._seed, self._episode = seed, 0
-        self._episode += 1
-        return episode_seed(self._seed, self._episode - 1)
+    def episode_seed(self) -> int:
+        """Return the seed of the next episode."""
+        return episode_seed(self.seed, self.episode)

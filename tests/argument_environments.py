@@ -104,7 +104,10 @@ def _methods(
 
 
 ONE, MANY = Floats([0.25]), Floats(np.full((2, 1), 0.25))
-LINE_START: dict[str, Kind] = {"initial_state": Floats([0.0, 0.25, 0.5, 0.75, 1.0], True)}
+LINE_START: dict[str, Kind] = {
+    "initial_state": Floats([0.0, 0.25, 0.5, 0.75, 1.0], True),
+    "episode": Seed(2, True),
+}
 METHODS = {
     **_methods("FlockEscapeEnv", lambda: fe.FlockEscapeEnv(FLOCK), {"action": ONE}, START),
     **_methods("FlockPursuitEnv", lambda: fe.FlockPursuitEnv(FLOCK), {"action": Floats([0.5, 0.5])}, START),

@@ -24,6 +24,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "flock slots": lambda: FlockVecEnv(2, FLOCK),
     "agent slots": lambda: AgentVecEnv(2, FLOCK),
 }
+EPISODES = [("episode", number, "options['episode']") for number in (-1, 2**64, 1.5, "2", [1])]
 FLOCK_OPTIONS = [
     ("initial_positions", np.zeros((4, 2)), "initial_positions"),
     ("initial_positions", SPOILT, "initial_positions[3, 1]"),
@@ -31,11 +32,12 @@ FLOCK_OPTIONS = [
     ("initial_velocities", SPOILT.astype(str), "initial_velocities"),
     ("predator_positions", np.zeros(2), "predator_positions"),
     ("predator_velocities", np.zeros((2, 2)), "predator_velocities"),
-    *[("episode", number, "options['episode']") for number in (-1, 2**64, 1.5, "2", [1])],
+    *EPISODES,
 ]
 LINE_OPTIONS = [
     ("initial_state", np.zeros(4), "initial_state"),
     ("initial_state", np.array([0, 0, np.inf, 0, 0]), "initial_state[2]"),
+    *EPISODES,
 ]
 UNKNOWN = ("positions", np.zeros((5, 2)), "options['positions']")
 CASES = [

@@ -14,6 +14,8 @@ from flockesc_env import (
     FlockEscapeEnv,
     FlockPursuitEnv,
     FlockVectorEnv,
+    LineEscapeEnv,
+    LineScenario,
     Wandering,
     env,
     episode_seed,
@@ -34,6 +36,7 @@ ACTION = np.array([-0.5], np.float32)  # exactly RHO of [0, 100]
 
 MAKERS: dict[str, Callable[[], Any]] = {
     "gymnasium": lambda: FlockEscapeEnv(SCENARIO),
+    "line": lambda: LineEscapeEnv(LineScenario(num_agents=40, max_steps=STEPS)),
     "pursuit": lambda: FlockPursuitEnv(SCENARIO),
     "parallel": lambda: parallel_env(SCENARIO),
     "aec": lambda: env(SCENARIO),

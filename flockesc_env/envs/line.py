@@ -19,10 +19,12 @@ from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, line_viewer
 from flockesc_env.rollout_line import line_control
 from flockesc_env.scenario import LineScenario
-from flockesc_env.seeds import EpisodeSeeds
+from flockesc_env.seeds import Schedule, fresh_seed
 
 if TYPE_CHECKING:
     from flockesc_env.render.viewer import LineViewer
+
+RESET_OPTIONS = ("initial_state", "episode")
 
 
 class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
@@ -58,7 +60,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         self._document = self.options.to_core()
         _core.LineEpisode(self.scenario.to_json(), self._document, 0)  # refuses what cannot be played
         self._episode: _core.LineEpisode | None = None
-        self._seeds = EpisodeSeeds()
+        self._schedule = Schedule(fresh_seed())
         self.control = line_control(self.scenario, self.options)
         self.observation_space = self.control.layout.space()
         self.action_space = self.control.actions.space()
@@ -75,23 +77,28 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
 
         Args:
             seed: seed of x(0), the same as in ``simulate_line(seed=seed)``; ``None``: the next one.
-            options: ``initial_state``, shape (n,).
+            options: ``initial_state``, shape (n,); ``episode``, the number of an episode of the schedule.
 
         Raises:
             ArgumentError: naming a bad seed or option; the running episode goes on.
         """
         options = as_mapping(options)
         for name in options:
-            if name != "initial_state":
-                raise ArgumentError(f"options[{shown(name)}]", "initial_state", "an unknown option")
-        states = options.get("initial_state")
+            if name not in RESET_OPTIONS:
+                known = ", ".join(RESET_OPTIONS)
+                raise ArgumentError(f"options[{shown(name)}]", f"one of {known}", "an unknown option")
+        states, episode = (options.get(name) for name in RESET_OPTIONS)
         if states is not None:
             states = as_floats(states, "initial_state", (self.scenario.num_agents,))
         seed = None if seed is None else as_seed(seed)
+        episode = None if episode is None else as_seed(episode, "options['episode']")
+        schedule = self._schedule.at(seed, episode)
+        self._episode = _core.LineEpisode(
+            self.scenario.to_json(), self._document, schedule.episode_seed(), states
+        )
+        self._schedule = schedule.after()
         if seed is not None:
             super().reset(seed=seed)
-        start = self._seeds.next(seed)
-        self._episode = _core.LineEpisode(self.scenario.to_json(), self._document, start, states)
         self._show(self._episode)
         return self._episode.observe(), self._episode.info()
 
@@ -117,7 +124,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         """
         if self._episode is None:
             raise EpisodeError("get_state", "a reset before anything else", "no episode")
-        return self._episode.get_state(*self._seeds.place)
+        return self._episode.get_state(*self._schedule)
 
     def set_state(self, state: bytes) -> NDArray[np.float32]:
         """Go on from where an environment was when it returned ``state``; return the observation there.
@@ -130,7 +137,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
                 options; the running episode goes on.
         """
         episode = _core.LineEpisode(self.scenario.to_json(), self._document, 0)
-        self._seeds.place = episode.set_state(as_bytes(state, "state"))
+        self._schedule = Schedule(*episode.set_state(as_bytes(state, "state")))
         self._episode = episode
         if self._viewer is not None:
             self._viewer.forget()
