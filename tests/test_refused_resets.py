@@ -37,6 +37,7 @@ FLOCK_OPTIONS = [
 LINE_OPTIONS = [
     ("initial_state", np.zeros(4), "initial_state"),
     ("initial_state", np.array([0, 0, np.inf, 0, 0]), "initial_state[2]"),
+    ("initial_state", np.array([0, 0, 0, 1e30, 0]), "initial_state[3]"),
     *EPISODES,
 ]
 UNKNOWN = ("positions", np.zeros((5, 2)), "options['positions']")

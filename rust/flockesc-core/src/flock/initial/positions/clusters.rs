@@ -32,7 +32,8 @@ impl Clusters {
         count: usize,
         rng: &mut ChaCha8Rng,
     ) -> Vec<SVector<f64, D>> {
-        let centers: Vec<SVector<f64, D>> = times(self.num_clusters, || space.uniform(rng));
+        let num_centers = self.num_clusters.min(count); // the others would stay empty
+        let centers: Vec<SVector<f64, D>> = times(num_centers, || space.uniform(rng));
         let center = centers.iter().cycle().take(count);
         center
             .map(|center| center + space.normal(self.spread, rng))
