@@ -174,18 +174,21 @@ class FlockParallelEnv(Rendered, Restorable[dict[str, Observation]], ParallelEnv
         if len(agents) < len(acting):
             stacked = _spread(stacked, acting)
         rows, rewards, ended, ranges, columns = self._step(stacked, self._label, controls)
-        paid = opposite(rewards, is_own=self.options.is_own)
+        paid = opposite(rewards, is_own=self.options.is_own) if self._predators else 0.0
         if len(agents) < len(acting):
             rows, rewards, ranges = rows[acting], rewards[acting], ranges[acting]
         caught = self._caught[acting]
-        count, terminated = len(self._predators), bool(is_over(columns)[0])
-        return (
-            self._by_name(agents, rows, self._seen()),
-            self._by_name(agents, rewards.tolist(), [paid] * count),
-            self._by_name(agents, caught.tolist(), [terminated] * count),
-            self._by_name(agents, (ended[0] & ~caught).tolist(), [bool(ended[0]) and not terminated] * count),
-            self._infos(agents, columns, ranges),
-        )
+        count, has_ended = len(self._predators), bool(ended[0])
+        payments = self._by_name(agents, rewards.tolist(), [paid] * count)
+        terminations = dict.fromkeys(payments, False)
+        truncations = dict.fromkeys(payments, has_ended)
+        if caught.any():
+            terminated = bool(is_over(columns)[0])
+            left = has_ended and not terminated
+            terminations = self._by_name(agents, caught.tolist(), [terminated] * count)
+            truncations = self._by_name(agents, (has_ended & ~caught).tolist(), [left] * count)
+        observations = self._by_name(agents, rows, self._seen())
+        return observations, payments, terminations, truncations, self._infos(agents, columns, ranges)
 
     def step_array(
         self, actions: Any, predator_actions: Any = None
@@ -277,22 +280,19 @@ class FlockParallelEnv(Rendered, Restorable[dict[str, Observation]], ParallelEnv
         return self._batch.observe_predators([0]) if self._predators else np.zeros((0, 0), np.float32)
 
     def _by_name(self, agents: list[str], flock: Any, predators: Any) -> dict[str, Any]:
-        return {
-            **dict(zip(agents, flock, strict=True)),
-            **dict(zip(self._predators, predators, strict=True)),
-        }
+        named = dict(zip(agents, flock, strict=True))
+        if self._predators:
+            named.update(zip(self._predators, predators, strict=True))
+        return named
 
     def _infos(
         self, agents: list[str], columns: Columns, ranges: NDArray[np.float64]
     ) -> dict[str, dict[str, Any]]:
         shared = {**infos(columns)[0], "interaction_range": 0.0}
-        own: dict[str, dict[str, Any]] = {}
-        for agent, rho in zip(agents, ranges.tolist(), strict=True):
-            own[agent] = info = shared.copy()  # cheaper than a display with one more key
+        own = [shared.copy() for _ in agents]  # cheaper than displays with one more key
+        for info, rho in zip(own, ranges.tolist(), strict=True):
             info["interaction_range"] = rho
-        for hunter in self._predators:
-            own[hunter] = infos(columns)[0]
-        return own
+        return self._by_name(agents, own, [infos(columns)[0] for _ in self._predators])
 
     def _info(self, columns: Columns, ranges: NDArray[np.float64]) -> dict[str, Any]:
         info = {**infos(columns)[0], "interaction_range": ranges}
