@@ -36,7 +36,7 @@ $(VENV)/bench-installed: $(VENV)/installed
 	touch $@
 
 .PHONY: bench
-bench: $(VENV)/bench-installed build ## measure speed beside peers (about 9 minutes; the core alone: cargo bench)
+bench: $(VENV)/bench-installed build ## measure speed beside peers (about 15 minutes; the core alone: cargo bench)
 	$(BIN)/python -m benchmarks run
 
 .PHONY: paper
