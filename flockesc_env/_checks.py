@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import operator
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -136,6 +136,16 @@ def as_mapping(value: Any, field: str = "options") -> Mapping[str, Any]:
     if not isinstance(value, Mapping):
         raise ArgumentError(field, "a dict or None", shown(value))
     return value
+
+
+def as_options(value: Any, known: Collection[str]) -> Mapping[str, Any]:
+    """Return the options of a reset, all of which are ``known``."""
+    options = as_mapping(value)
+    for name in options:
+        if name not in known:
+            expected = f"one of {', '.join(known)}"
+            raise ArgumentError(f"options[{shown(name)}]", expected, "an unknown option")
+    return options
 
 
 def as_array(value: Any, field: str, error: _Error = ArgumentError) -> NDArray[Any]:

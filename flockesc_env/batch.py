@@ -16,12 +16,12 @@ from flockesc_env._checks import (
     as_count,
     as_flag,
     as_floats,
-    as_mapping,
+    as_options,
     as_policy,
     as_seed,
     as_threads,
 )
-from flockesc_env.errors import ArgumentError, shown
+from flockesc_env.errors import ArgumentError
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorControl, PredatorPolicy, with_learned
 from flockesc_env.scenario import FlockScenario
@@ -125,10 +125,7 @@ class FlockBatch:
         predators = (len(self.scenario.predators), dimension)
         shapes = dict(zip(STARTS, (agents, agents, predators, predators), strict=True))
         start: dict[str, Any] = {}
-        for name, value in as_mapping(options).items():
-            if name not in RESET_OPTIONS:
-                known = ", ".join(RESET_OPTIONS)
-                raise ArgumentError(f"options[{shown(name)}]", f"one of {known}", "an unknown option")
+        for name, value in as_options(options, RESET_OPTIONS).items():
             if value is not None:
                 shape = shapes.get(name)
                 start[name] = (

@@ -19,7 +19,6 @@ from flockesc_env import (
     EpisodeError,
     FlockEscapeEnv,
     FlockPursuitEnv,
-    FlockScenario,
     FlockVectorEnv,
     LineEscapeEnv,
     LineScenario,
@@ -48,10 +47,6 @@ MAKERS: dict[str, Callable[[], Any]] = {
 }
 
 interfaces = pytest.mark.parametrize("interface", MAKERS)
-
-
-def _has_predators(scenario: Any) -> bool:
-    return isinstance(scenario, FlockScenario) and bool(scenario.predators)
 
 
 def start(env: Any, seed: int | None = None) -> Any:
@@ -114,12 +109,13 @@ def test_every_way_on_is_the_same(interface: str, played: int) -> None:
         np.testing.assert_equal(play(way, np.random.default_rng(1), STEPS), expected, err_msg=name)
 
 
-@pytest.mark.parametrize("name", [name for name, world in PRESETS.items() if _has_predators(world)])
+@pytest.mark.parametrize("name", PRESETS)
 def test_every_preset(name: str) -> None:
-    """Neighbor rules, laws of motion, predators, capture, noise, frozen graphs, drawn scenarios."""
+    """Neighbor rules, laws of motion, predators, capture, noise, frozen graphs, drawn scenarios, lines."""
 
-    def make() -> FlockEscapeEnv:
-        return FlockEscapeEnv(PRESETS[name])
+    def make() -> FlockEscapeEnv | LineEscapeEnv:
+        is_line = isinstance(PRESETS[name].scenario, LineScenario)
+        return LineEscapeEnv(name) if is_line else FlockEscapeEnv(name)
 
     env = make()
     env.reset(seed=3)

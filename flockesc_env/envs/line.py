@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import as_bytes, as_floats, as_mapping, as_seed
+from flockesc_env._checks import as_bytes, as_floats, as_options, as_seed
 from flockesc_env.envs.rendered import Rendered
-from flockesc_env.errors import ArgumentError, EpisodeError, shown
+from flockesc_env.errors import EpisodeError
 from flockesc_env.options import LineOptions
 from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, line_viewer
@@ -82,11 +82,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         Raises:
             ArgumentError: naming a bad seed or option; the running episode goes on.
         """
-        options = as_mapping(options)
-        for name in options:
-            if name not in RESET_OPTIONS:
-                known = ", ".join(RESET_OPTIONS)
-                raise ArgumentError(f"options[{shown(name)}]", f"one of {known}", "an unknown option")
+        options = as_options(options, RESET_OPTIONS)
         states, episode = (options.get(name) for name in RESET_OPTIONS)
         if states is not None:
             states = as_floats(states, "initial_state", (self.scenario.num_agents,))
