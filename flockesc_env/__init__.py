@@ -11,12 +11,7 @@ import gymnasium as _gymnasium
 from flockesc_env import contenders, graph, network, policies, predator_policies, records
 from flockesc_env._core import __version__
 from flockesc_env.approach import approach
-from flockesc_env.envs.flock import FlockEscapeEnv
-from flockesc_env.envs.line import LineEscapeEnv
-from flockesc_env.envs.parallel import FlockParallelEnv, env, parallel_env, raw_env
-from flockesc_env.envs.pursuit import FlockPursuitEnv
-from flockesc_env.envs.vector import FlockVectorEnv
-from flockesc_env.errors import (
+from flockesc_env.common.errors import (
     ActionError,
     ArgumentError,
     EpisodeError,
@@ -24,6 +19,11 @@ from flockesc_env.errors import (
     RecordError,
     ScenarioError,
 )
+from flockesc_env.envs.flock import FlockEscapeEnv
+from flockesc_env.envs.line import LineEscapeEnv
+from flockesc_env.envs.parallel import FlockParallelEnv, env, parallel_env, raw_env
+from flockesc_env.envs.pursuit import FlockPursuitEnv
+from flockesc_env.envs.vector import FlockVectorEnv
 from flockesc_env.initial import (
     AlignedHeadings,
     Clusters,

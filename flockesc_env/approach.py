@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from flockesc_env._checks import as_floats
-from flockesc_env.errors import ArgumentError, shown
+from flockesc_env.common.checks import as_floats
+from flockesc_env.common.errors import ArgumentError, shown
 
 Pair = tuple[float, float]
 

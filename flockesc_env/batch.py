@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import (
+from flockesc_env.common.checks import (
     FloatArray,
     as_bytes,
     as_count,
@@ -21,7 +21,7 @@ from flockesc_env._checks import (
     as_seed,
     as_threads,
 )
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorControl, PredatorPolicy, with_learned
 from flockesc_env.scenario import FlockScenario

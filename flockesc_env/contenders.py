@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from flockesc_env._checks import as_flag, as_instance, as_policy, as_text
-from flockesc_env.errors import ArgumentError, shown
+from flockesc_env.common.checks import as_flag, as_instance, as_policy, as_text
+from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.options import EnvOptions
 from flockesc_env.policies import FixedRange, Policy, RandomRange, StubbornLeaders, StubbornWitnesses
 from flockesc_env.rollout import record

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import FloatArray, as_floats, as_instance
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.checks import FloatArray, as_floats, as_instance
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.scenario import FlockScenario
 
 

@@ -10,8 +10,8 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flockesc_env._checks import as_choice, as_count, as_flag, as_floats, as_instance, as_text
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats, as_instance, as_text
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.policies import Observations
 from flockesc_env.spaces import Control, ObservationLayout
 

@@ -9,8 +9,8 @@ from typing import Any, Literal, Self, get_args
 
 import numpy as np
 
-from flockesc_env._checks import as_choice, as_count, as_flag, as_floats
-from flockesc_env.errors import ScenarioError, shown
+from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats
+from flockesc_env.common.errors import ScenarioError, shown
 
 ActionMode = Literal["normalized", "range", "discrete"]
 Objective = Literal["mean", "minimum", "survival"]

@@ -8,8 +8,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flockesc_env._checks import FloatArray, as_flag, as_floats, as_policy, as_seed
-from flockesc_env.errors import ArgumentError, shown
+from flockesc_env.common.checks import FloatArray, as_flag, as_floats, as_policy, as_seed
+from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.spaces import Control
 
 Observations = NDArray[np.float32]

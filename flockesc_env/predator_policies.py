@@ -11,8 +11,8 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from flockesc_env._checks import FloatArray, as_array, as_choice, as_instance
-from flockesc_env.errors import ActionError, ScenarioError
+from flockesc_env.common.checks import FloatArray, as_array, as_choice, as_instance
+from flockesc_env.common.errors import ActionError, ScenarioError
 from flockesc_env.predators import Learned, Predator
 from flockesc_env.scenario import FlockScenario
 from flockesc_env.spaces import ObservationLayout, predator_layout

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Any, Final, NamedTuple, TypeVar
 
 from flockesc_env.approach import approach
-from flockesc_env.errors import ScenarioError, shown
+from flockesc_env.common.errors import ScenarioError, shown
 from flockesc_env.initial import AlignedHeadings, Clusters, Disc
 from flockesc_env.motion import Reynolds, Vicsek
 from flockesc_env.neighbors import Topological, Voronoi

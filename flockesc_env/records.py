@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env._checks import as_instance, as_path, as_text
-from flockesc_env.array_files import read_document, write_document
-from flockesc_env.errors import RecordError, shown
+from flockesc_env.common.array_files import read_document, write_document
+from flockesc_env.common.checks import as_instance, as_path, as_text
+from flockesc_env.common.errors import RecordError, shown
 from flockesc_env.predators import Learned
 from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.simulate import LineTrajectory, Trajectory, as_run, simulate, simulate_line

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import FloatArray, as_count, as_policy, as_seeds
+from flockesc_env.common.checks import FloatArray, as_count, as_policy, as_seeds
 from flockesc_env.options import LineOptions
 from flockesc_env.policies import Policy
 from flockesc_env.presets import as_scenario

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
-from flockesc_env._checks import as_array, as_seed
 from flockesc_env.batch import Columns, FlockBatch, Observations, infos
+from flockesc_env.common.checks import as_array, as_seed
+from flockesc_env.common.errors import ActionError
 from flockesc_env.envs.restorable import RestorableBatch
-from flockesc_env.errors import ActionError
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorPolicy
 from flockesc_env.presets import as_scenario

@@ -15,8 +15,8 @@ import numpy as np
 import tomli_w
 
 from flockesc_env import _core
-from flockesc_env._checks import as_seed, as_text
-from flockesc_env.errors import ArgumentError, FlockescError, ScenarioError, shown
+from flockesc_env.common.checks import as_seed, as_text
+from flockesc_env.common.errors import ArgumentError, FlockescError, ScenarioError, shown
 from flockesc_env.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
 from flockesc_env.motion import Inertial, Motion
 from flockesc_env.neighbors import Metric, NeighborRule

@@ -6,7 +6,7 @@ import secrets
 from typing import NamedTuple
 
 from flockesc_env import _core
-from flockesc_env._checks import as_seed
+from flockesc_env.common.checks import as_seed
 
 
 def episode_seed(seed: int, episode: int) -> int:

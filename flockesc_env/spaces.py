@@ -12,8 +12,8 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import FloatArray, as_array
-from flockesc_env.errors import ActionError, ArgumentError
+from flockesc_env.common.checks import FloatArray, as_array
+from flockesc_env.common.errors import ActionError, ArgumentError
 from flockesc_env.options import GRID_SIZE, ActionOptions
 
 Label = Callable[[int], str]

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env._checks import FloatArray, as_floats, as_path
-from flockesc_env.array_files import read_npy, read_npz
-from flockesc_env.errors import RecordError, shown
+from flockesc_env.common.array_files import read_npy, read_npz
+from flockesc_env.common.checks import FloatArray, as_floats, as_path
+from flockesc_env.common.errors import RecordError, shown
 from flockesc_env.initial import GivenHeadings, GivenPositions
 
 _COLUMNS = {

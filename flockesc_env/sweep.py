@@ -11,9 +11,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import FloatArray, as_callback, as_choice, as_floats, as_path, as_seeds, as_threads
-from flockesc_env.atomic import writing
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.checks import (
+    FloatArray,
+    as_callback,
+    as_choice,
+    as_floats,
+    as_path,
+    as_seeds,
+    as_threads,
+)
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.files import writing
 from flockesc_env.scenario import FlockScenario, LineScenario, as_model
 from flockesc_env.simulate import IntArray
 

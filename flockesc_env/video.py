@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from flockesc_env._checks import as_callback, as_count, as_floats, as_path
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.checks import as_callback, as_count, as_floats, as_path
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.render import require
 from flockesc_env.render.colors import FRAME
 from flockesc_env.render.frame import FlockFrame, recorded_frames

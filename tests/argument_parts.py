@@ -39,7 +39,8 @@ from argument_table import (
 )
 
 import flockesc_env as fe
-from flockesc_env import contenders, network, policies, predator_policies, stats, video, watch
+from flockesc_env import contenders, network, policies, predator_policies, video, watch
+from flockesc_env.common import stats
 from flockesc_env.render import draw
 from flockesc_env.watch.document import check_runs, run_document
 

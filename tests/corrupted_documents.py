@@ -20,7 +20,7 @@ import numpy as np
 from mutations import Document, good_documents, mutated
 
 from flockesc_env import FlockEscapeEnv, FlockScenario, LineEscapeEnv, LineScenario, _core
-from flockesc_env.errors import ScenarioError
+from flockesc_env.common.errors import ScenarioError
 
 SECONDS = 2
 MOST_WORK = 2_000

@@ -10,7 +10,7 @@ from option_table import small_flock
 from stable_baselines3.common.vec_env import VecEnv
 
 from flockesc_env import FlockEscapeEnv, FlockVectorEnv, LineEscapeEnv, LineScenario, env, parallel_env
-from flockesc_env.errors import ActionError, EpisodeError
+from flockesc_env.common.errors import ActionError, EpisodeError
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 FLOCK, LINE = small_flock(), LineScenario(num_agents=5, max_steps=10)

@@ -19,7 +19,7 @@ from flockesc_env import (
     simulate,
     sweep,
 )
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.policies import FixedRange, ScheduledRange, StubbornLeaders
 
 FLOCK, LINE = small_flock(), LineScenario(num_agents=5, max_steps=10)

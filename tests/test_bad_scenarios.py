@@ -33,7 +33,7 @@ from flockesc_env import (
     parallel_env,
     rollout,
 )
-from flockesc_env.errors import ScenarioError
+from flockesc_env.common.errors import ScenarioError
 from flockesc_env.policies import FixedRange
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 

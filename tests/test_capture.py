@@ -23,7 +23,7 @@ from flockesc_env import (
     records,
     simulate,
 )
-from flockesc_env.errors import EpisodeError, ScenarioError
+from flockesc_env.common.errors import EpisodeError, ScenarioError
 from flockesc_env.predators import Target
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)

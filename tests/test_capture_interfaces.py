@@ -27,7 +27,7 @@ from flockesc_env import (
     simulate,
     sweep,
 )
-from flockesc_env.errors import ActionError
+from flockesc_env.common.errors import ActionError
 from flockesc_env.policies import FixedRange, RandomRange
 from flockesc_env.rollout import record
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv

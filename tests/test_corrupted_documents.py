@@ -9,7 +9,7 @@ import pytest
 from corrupted_documents import check, outcome_of
 
 from flockesc_env import FlockScenario, LineScenario
-from flockesc_env.errors import ScenarioError
+from flockesc_env.common.errors import ScenarioError
 
 
 def test_a_few_hundred() -> None:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.sparse.csgraph import connected_components
 
 from flockesc_env import LineScenario, simulate_line
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.graph import component_labels, laplacian, perron_matrix
 
 lines = st.tuples(st.integers(1, 40), st.integers(0, 2**32 - 1)).map(

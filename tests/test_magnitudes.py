@@ -32,7 +32,7 @@ from flockesc_env import (
     simulate,
     simulate_line,
 )
-from flockesc_env.errors import ArgumentError, ScenarioError
+from flockesc_env.common.errors import ArgumentError, ScenarioError
 from flockesc_env.predator_policies import Chase
 
 SMALLEST, LARGEST = 1e-20, 1e20

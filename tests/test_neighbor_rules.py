@@ -17,7 +17,7 @@ from flockesc_env import (
     simulate,
     sweep,
 )
-from flockesc_env.errors import ArgumentError, ScenarioError
+from flockesc_env.common.errors import ArgumentError, ScenarioError
 from flockesc_env.graph import component_labels, neighbor_pairs
 
 Floats = NDArray[np.float64]

@@ -19,7 +19,7 @@ from flockesc_env import (
     rollout,
     simulate,
 )
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.network import Architecture, NetworkPolicy, mirrored
 from flockesc_env.policies import bind
 from flockesc_env.spaces import Control

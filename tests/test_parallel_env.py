@@ -10,7 +10,7 @@ import pytest
 from option_table import ACTION_MODES, AGENT_OPTIONS, AGENT_REWARDS, DIMENSIONS, label, small_flock
 
 from flockesc_env import FlockParallelEnv, env, parallel_env
-from flockesc_env.errors import EpisodeError
+from flockesc_env.common.errors import EpisodeError
 
 Options = dict[str, Any]
 

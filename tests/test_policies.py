@@ -26,7 +26,7 @@ from flockesc_env import (
     rollout,
     simulate,
 )
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.policies import (
     FixedRange,
     RandomRange,

@@ -12,8 +12,8 @@ import pytest
 from option_table import small_flock
 
 from flockesc_env import LineScenario, load_policy, rollout, rollout_line, save_policy
+from flockesc_env.common.errors import ArgumentError, RecordError, ScenarioError
 from flockesc_env.contenders import Contender, built_in
-from flockesc_env.errors import ArgumentError, RecordError, ScenarioError
 from flockesc_env.network import Architecture, NetworkPolicy
 from flockesc_env.policies import FixedRange, StubbornWitnesses
 from flockesc_env.policy_files import find_policy

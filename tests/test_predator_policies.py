@@ -24,7 +24,7 @@ from flockesc_env import (
     rollout,
     simulate,
 )
-from flockesc_env.errors import ActionError
+from flockesc_env.common.errors import ActionError
 from flockesc_env.policies import FixedRange, SB3Policy
 from flockesc_env.predator_policies import Chase, Coast
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv

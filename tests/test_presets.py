@@ -29,7 +29,7 @@ from flockesc_env import (
     simulate,
     simulate_line,
 )
-from flockesc_env.errors import ScenarioError
+from flockesc_env.common.errors import ScenarioError
 from flockesc_env.paper.plan import aimed
 from flockesc_env.policies import FixedRange
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv

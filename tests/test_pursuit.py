@@ -26,7 +26,7 @@ from flockesc_env import (
     parallel_env,
     simulate,
 )
-from flockesc_env.errors import ActionError, ArgumentError, EpisodeError, ScenarioError
+from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError, ScenarioError
 from flockesc_env.policies import FixedRange, StubbornLeaders, bind
 from flockesc_env.predator_policies import Chase, Coast
 

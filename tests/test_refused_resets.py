@@ -10,7 +10,7 @@ import pytest
 from option_table import small_flock
 
 from flockesc_env import FlockEscapeEnv, LineEscapeEnv, LineScenario, parallel_env
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 FLOCK = small_flock()

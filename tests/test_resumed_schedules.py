@@ -22,7 +22,7 @@ from flockesc_env import (
     parallel_env,
     simulate,
 )
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 STEPS = 4

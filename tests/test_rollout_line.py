@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flockesc_env import LineEscapeEnv, LineScenario, rollout_line, sweep
-from flockesc_env.errors import ArgumentError, ScenarioError
+from flockesc_env.common.errors import ArgumentError, ScenarioError
 from flockesc_env.network import Architecture, NetworkPolicy
 from flockesc_env.policies import FixedRange, Policy, StubbornLeaders, bind
 

@@ -28,7 +28,7 @@ from flockesc_env import (
     simulate_line,
     sweep,
 )
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.policies import FixedRange
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 

@@ -36,7 +36,7 @@ from flockesc_env import (
     Wandering,
     parallel_env,
 )
-from flockesc_env.errors import ActionError, ArgumentError, EpisodeError, FlockescError
+from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError, FlockescError
 from flockesc_env.render import RenderOptions
 
 RANDOM = {

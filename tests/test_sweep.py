@@ -11,7 +11,7 @@ import pytest
 from option_table import small_flock
 
 from flockesc_env import FlockScenario, FlockSweepResult, LineScenario, LineSweepResult, simulate, sweep
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.errors import ArgumentError
 
 RANGES = [0.0, 5.0, 30.0]
 SEEDS = [4, 2**64 - 1, 17, 3]

@@ -19,8 +19,8 @@ from option_table import small_flock
 
 import flockesc_env
 from flockesc_env import FlockScenario, LineScenario, load_policy, load_state, records, save_policy
+from flockesc_env.common.errors import RecordError, ScenarioError
 from flockesc_env.contenders import Contender
-from flockesc_env.errors import RecordError, ScenarioError
 from flockesc_env.network import Architecture, NetworkPolicy
 
 MUTATIONS = 300

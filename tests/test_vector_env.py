@@ -15,7 +15,7 @@ from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
 from option_table import ACTION_MODES, FLOCK_REWARDS, small_flock
 
 from flockesc_env import FlockEscapeEnv, FlockVectorEnv, episode_seed, simulate
-from flockesc_env.errors import ActionError, ArgumentError, EpisodeError, ScenarioError
+from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError, ScenarioError
 
 NAME = "flockesc_env:flockesc/FlockEscape-v0"
 SLOTS = 4

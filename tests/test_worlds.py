@@ -23,7 +23,7 @@ from flockesc_env import (
     sweep,
 )
 from flockesc_env.cli.exits import Exit
-from flockesc_env.stats import Estimate
+from flockesc_env.common.stats import Estimate
 from flockesc_env.worlds.findings import Finding, Outcome, outcome
 from flockesc_env.worlds.page import RESULTS_FILE, Answer, Results, answers, markdown_page
 from flockesc_env.worlds.plan import METERS, NEIGHBORS, grid_of, studies, worlds

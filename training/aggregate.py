@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from rliable.metrics import aggregate_iqm
 from scipy.stats import bootstrap, trim_mean
 
-from flockesc_env.stats import CONFIDENCE, Estimate, FloatArray
+from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
 
 RESAMPLES = 2_000
 

@@ -10,9 +10,10 @@ import sys
 import numpy as np
 import polars as pl
 
-from flockesc_env import FlockScenario, FlockSweepResult, records, stats, sweep
-from flockesc_env.progress import bar
-from flockesc_env.stats import FloatArray
+from flockesc_env import FlockScenario, FlockSweepResult, records, sweep
+from flockesc_env.common import stats
+from flockesc_env.common.progress import bar
+from flockesc_env.common.stats import FloatArray
 from training import plots, seeds
 from training.arguments import CompareArgs
 from training.config import versions

@@ -12,7 +12,7 @@ from platform import python_version
 from typing import Any, Literal
 
 from flockesc_env import FlockScenario, LineScenario, preset
-from flockesc_env.atomic import writing
+from flockesc_env.common.files import writing
 
 PRESETS = Path(__file__).parent / "configs"
 CONFIG_FILE = "config.json"

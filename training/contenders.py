@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from flockesc_env import FlockScenario
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.contenders import NAMES, Contender
-from flockesc_env.errors import ArgumentError
 from flockesc_env.policy_files import find_policy
 from training.config import POLICY_FILE
 

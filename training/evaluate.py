@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import polars as pl
 
-from flockesc_env import stats
+from flockesc_env.common import stats
 from training import seeds
 from training.arguments import EvaluateArgs
 from training.contenders import contender, scenario_of

@@ -13,12 +13,12 @@ from flockesc_env import (
     parallel_env,
     rollout,
 )
+from flockesc_env.common.progress import bar
+from flockesc_env.common.stats import FloatArray
 from flockesc_env.contenders import Contender
 from flockesc_env.policies import Policy
-from flockesc_env.progress import bar
 from flockesc_env.rollout_line import rollout_line
 from flockesc_env.spaces import Control
-from flockesc_env.stats import FloatArray
 from training.config import Setting
 
 OUTCOMES = {"mean": "min_mean_distance", "minimum": "min_min_distance"}

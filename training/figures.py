@@ -15,9 +15,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from flockesc_env.atomic import writing
+from flockesc_env.common.files import writing
+from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.paper.style import INK
-from flockesc_env.stats import Estimate, FloatArray
 from training.aggregate import Profile
 from training.results import BEST_FIXED, Study
 from training.summary import Summary

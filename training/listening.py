@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario
-from flockesc_env.atomic import writing
+from flockesc_env.common.files import writing
 from flockesc_env.contenders import Contender
 from training.explain import watch
 from training.seeds import HELD_OUT, first_seeds

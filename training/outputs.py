@@ -10,7 +10,7 @@ from typing import Any
 
 import polars as pl
 
-from flockesc_env.atomic import writing
+from flockesc_env.common.files import writing
 from flockesc_env.contenders import Contender
 from flockesc_env.policy_files import Stored, save_policy
 from training.config import CONFIG_FILE, CURVE_FILE, POLICY_FILE, RUN_FILE, Args, RunRecord

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from flockesc_env.atomic import writing
+from flockesc_env.common.files import writing
+from flockesc_env.common.stats import CONFIDENCE
 from flockesc_env.paper.page import environment
-from flockesc_env.stats import CONFIDENCE
 from training import figures
 from training.aggregate import RESAMPLES, profile
 from training.listening import LISTENING_FILE, LISTENING_FLOCKS, draw_listening

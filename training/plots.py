@@ -11,9 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from flockesc_env import FlockScenario, FlockSweepResult, Trajectory, stats
+from flockesc_env import FlockScenario, FlockSweepResult, Trajectory
+from flockesc_env.common import stats
+from flockesc_env.common.stats import FloatArray
 from flockesc_env.contenders import Contender
-from flockesc_env.stats import FloatArray
 
 Run = tuple[str, Trajectory]
 """Name of a policy, and what the flock did under it."""

@@ -10,8 +10,8 @@ from typing import Any, Literal
 import numpy as np
 import polars as pl
 
-from flockesc_env.errors import RecordError
-from flockesc_env.stats import FloatArray
+from flockesc_env.common.errors import RecordError
+from flockesc_env.common.stats import FloatArray
 
 STUDY_FILE = "study.json"
 EPISODES_FILE = "episodes.parquet"

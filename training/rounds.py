@@ -24,8 +24,8 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepR
 from torch import nn
 
 from flockesc_env import FlockScenario, LineEscapeEnv, LineScenario
+from flockesc_env.common.progress import bar
 from flockesc_env.network import Architecture, NetworkPolicy
-from flockesc_env.progress import bar
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 from training.config import PPOArgs, SB3Args, TQCArgs
 from training.evaluation import control

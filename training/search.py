@@ -15,10 +15,10 @@ import numpy as np
 from cmaes import CMA
 from numpy.typing import NDArray
 
+from flockesc_env.common.progress import bar
+from flockesc_env.common.stats import FloatArray
 from flockesc_env.policies import Observations, Policy
-from flockesc_env.progress import bar
 from flockesc_env.spaces import Control
-from flockesc_env.stats import FloatArray
 from training.config import SearchArgs
 from training.evaluation import objective
 from training.families import Family, family_of

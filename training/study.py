@@ -16,10 +16,10 @@ import numpy as np
 import polars as pl
 
 from flockesc_env import FlockScenario
+from flockesc_env.common.progress import bar
+from flockesc_env.common.stats import FloatArray, mean
 from flockesc_env.contenders import Contender, built_in
 from flockesc_env.paper.jobs import Cache, Job
-from flockesc_env.progress import bar
-from flockesc_env.stats import FloatArray, mean
 from training import explain, seeds
 from training.arguments import StudyArgs
 from training.config import (

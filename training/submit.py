@@ -9,9 +9,9 @@ from pathlib import Path
 import polars as pl
 
 from flockesc_env import FlockScenario
-from flockesc_env.atomic import writing
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.files import writing
 from flockesc_env.contenders import Contender
-from flockesc_env.errors import ArgumentError
 from flockesc_env.options import EnvOptions, LineOptions
 from training.config import Setting, presets
 from training.contenders import contender

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import polars as pl
 
-from flockesc_env import stats
-from flockesc_env.stats import Estimate
+from flockesc_env.common import stats
+from flockesc_env.common.stats import Estimate
 from training.aggregate import Aggregate, aggregate
 from training.results import BEST_FIXED, Study
 from training.targets import AIMS, Aim, Target, aim_of

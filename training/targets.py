@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from flockesc_env.stats import Estimate
+from flockesc_env.common.stats import Estimate
 from training.aggregate import Aggregate
 
 

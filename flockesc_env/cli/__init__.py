@@ -21,7 +21,7 @@ from flockesc_env.cli import bench, paper, presets, replay, simulate, sweep, wat
 from flockesc_env.cli.exits import MEANINGS, Exit
 from flockesc_env.cli.flags import registry
 from flockesc_env.cli.output import flush, note, prepare_streams, show
-from flockesc_env.errors import FlockescError
+from flockesc_env.common.errors import FlockescError
 
 COMMANDS: dict[str, Callable[..., Exit]] = {
     "simulate": simulate.run,

@@ -15,13 +15,13 @@ import numpy as np
 from tyro.conf import arg
 
 from flockesc_env import records
-from flockesc_env._checks import as_count
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress
 from flockesc_env.cli.output import show, show_json, table
+from flockesc_env.common.checks import as_count
+from flockesc_env.common.progress import bar
 from flockesc_env.envs.parallel import FlockParallelEnv
 from flockesc_env.envs.vector import FlockVectorEnv
-from flockesc_env.progress import bar
 from flockesc_env.scenario import FlockScenario
 from flockesc_env.sweep import sweep
 

@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.errors import ArgumentError
 
 
 def prepare_streams() -> None:

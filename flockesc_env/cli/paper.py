@@ -12,9 +12,9 @@ from tyro.conf import arg
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress, optional
 from flockesc_env.cli.output import check_output, note, require, show, show_json
+from flockesc_env.common.progress import bar
 from flockesc_env.paper.jobs import total_size
 from flockesc_env.paper.plan import BATCH, Trials, studies
-from flockesc_env.progress import bar
 
 if TYPE_CHECKING:
     from flockesc_env.paper.page import Results

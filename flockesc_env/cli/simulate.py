@@ -10,8 +10,8 @@ from flockesc_env import records
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, ScenarioFlags, optional
 from flockesc_env.cli.output import check_output, note, show, show_json
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.contenders import NAMES
-from flockesc_env.errors import ArgumentError
 from flockesc_env.policy_files import find_policy
 from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.seeds import fresh_seed

@@ -14,14 +14,14 @@ import numpy as np
 from tyro.conf import arg
 
 from flockesc_env import records
-from flockesc_env._checks import FloatArray, as_count, as_floats, as_seed, as_threads
-from flockesc_env.atomic import writing
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress, ScenarioFlags, Threads, optional
 from flockesc_env.cli.output import check_output, note, require, show, show_json, table
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.checks import FloatArray, as_count, as_floats, as_seed, as_threads
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.files import writing
+from flockesc_env.common.progress import bar
 from flockesc_env.options import GRID_SIZE, EnvOptions, LineOptions
-from flockesc_env.progress import bar
 from flockesc_env.scenario import FlockScenario, Scenario
 from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import arg
 
-from flockesc_env._checks import as_count
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress, optional
 from flockesc_env.cli.output import check_output, note, require, show, show_json, table
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.checks import as_count
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.progress import bar
 from flockesc_env.paper.jobs import total_size
-from flockesc_env.progress import bar
 from flockesc_env.worlds.plan import LEAST_FLOCKS, studies, worlds
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env._checks import as_seed
 from flockesc_env.batch import FlockBatch, infos, is_over
+from flockesc_env.common.checks import as_seed
 from flockesc_env.envs.rendered import Rendered
 from flockesc_env.envs.restorable import Restorable
 from flockesc_env.options import EnvOptions

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env._checks import as_bytes, as_floats, as_options, as_seed
+from flockesc_env.common.checks import as_bytes, as_floats, as_options, as_seed
+from flockesc_env.common.errors import EpisodeError
 from flockesc_env.envs.rendered import Rendered
-from flockesc_env.errors import EpisodeError
 from flockesc_env.options import LineOptions
 from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, line_viewer

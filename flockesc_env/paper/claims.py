@@ -8,8 +8,8 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import stats
-from flockesc_env.stats import Estimate, FloatArray
+from flockesc_env.common import stats
+from flockesc_env.common.stats import Estimate, FloatArray
 
 
 class Verdict(StrEnum):

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import stats
+from flockesc_env.common import stats
+from flockesc_env.common.stats import FloatArray
 from flockesc_env.paper.claims import Claim, Figure, RangeRow, every, exactly, mean, quantiles, share, verdict
 from flockesc_env.paper.jobs import Arrays
 from flockesc_env.paper.plan import (
@@ -16,7 +17,6 @@ from flockesc_env.paper.plan import (
     OFFSETS,
     SHOWN_FLOCK_RANGES,
 )
-from flockesc_env.stats import FloatArray
 
 PRINTED_COMPONENTS = 12
 PRINTED_BEST = 10.0

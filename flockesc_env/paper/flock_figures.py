@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from flockesc_env import stats
+from flockesc_env.common import stats
 from flockesc_env.graph import component_labels
 from flockesc_env.paper.jobs import Arrays
 from flockesc_env.paper.plan import AIMED_GRID, FLOCK, FLOCK_GRID, FULL_RANGE, OFFSETS, SHOWN_FLOCK_RANGES

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.atomic import writing
+from flockesc_env.common.files import writing
 from flockesc_env.envs.vector import FlockVectorEnv
 from flockesc_env.scenario import FlockScenario, LineScenario
 from flockesc_env.simulate import simulate_line

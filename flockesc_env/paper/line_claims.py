@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import stats
+from flockesc_env.common import stats
+from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.paper.claims import Claim, Figure, every, mean, share, verdict
 from flockesc_env.paper.jobs import Arrays
 from flockesc_env.paper.plan import (
@@ -18,7 +19,6 @@ from flockesc_env.paper.plan import (
     PREDATOR_POSITIONS,
     SHOWN_RANGES,
 )
-from flockesc_env.stats import Estimate, FloatArray
 
 PRINTED_CLUSTERS = {0.2: (0.35, 0.69), 0.1: (0.14, 0.40, 0.67, 0.88)}
 """Cluster positions that Figure 3 shows, by range."""

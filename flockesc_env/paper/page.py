@@ -14,10 +14,10 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markdown import markdown
 
+from flockesc_env.common.stats import Estimate
 from flockesc_env.paper.claims import MOST, Claim, Figure, RangeRow, Verdict
 from flockesc_env.paper.plan import Trials
 from flockesc_env.paper.realizations import FLOCK_RULE, LINE_RULE
-from flockesc_env.stats import Estimate
 
 RESULTS_FILE = "results.json"
 

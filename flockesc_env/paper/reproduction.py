@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.metadata import version
 from pathlib import Path
 
-from flockesc_env.atomic import writing
+from flockesc_env.common.files import writing
 from flockesc_env.paper import flock_figures, line_figures, realizations, style
 from flockesc_env.paper.flock_claims import by_range, flock_claims
 from flockesc_env.paper.jobs import Arrays, Cache, measure

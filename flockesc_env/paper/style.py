@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from flockesc_env.atomic import writing
-from flockesc_env.stats import FloatArray
+from flockesc_env.common.files import writing
+from flockesc_env.common.stats import FloatArray
 
 INK = "0.25"
 BAND = "0.85"

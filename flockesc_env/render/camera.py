@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from flockesc_env._checks import FloatArray
+from flockesc_env.common.checks import FloatArray
 
 VIEW_ASPECT = 1.4
 """Width over height of the part of a picture that shows the flock."""

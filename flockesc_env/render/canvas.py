@@ -10,7 +10,7 @@ import numpy as np
 import pygame
 from numpy.typing import ArrayLike, NDArray
 
-from flockesc_env._checks import FloatArray
+from flockesc_env.common.checks import FloatArray
 from flockesc_env.render.camera import Rect
 from flockesc_env.render.colors import PAPER, Color, Colors
 

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flockesc_env._checks import FloatArray
+from flockesc_env.common.checks import FloatArray
 from flockesc_env.simulate import IntArray
 
 Colors = NDArray[np.uint8]

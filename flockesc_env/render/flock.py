@@ -7,7 +7,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from flockesc_env._checks import FloatArray
+from flockesc_env.common.checks import FloatArray
 from flockesc_env.graph import component_labels, neighbor_pairs
 from flockesc_env.render.camera import VIEW_ASPECT, Camera, Rect, camera
 from flockesc_env.render.canvas import Canvas, Image

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env._checks import FloatArray
+from flockesc_env.common.checks import FloatArray
 from flockesc_env.render.camera import grow
 from flockesc_env.scenario import FlockScenario
 from flockesc_env.simulate import Trajectory

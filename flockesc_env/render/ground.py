@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flockesc_env._checks import FloatArray
+from flockesc_env.common.checks import FloatArray
 from flockesc_env.render.camera import Camera, Rect, box_corners
 from flockesc_env.render.canvas import Canvas
 from flockesc_env.render.colors import FAINT_TEXT, GRID

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flockesc_env._checks import FloatArray
+from flockesc_env.common.checks import FloatArray
 from flockesc_env.render.camera import Rect
 from flockesc_env.render.canvas import Canvas, Image
 from flockesc_env.render.colors import FAINT_TEXT, GRID, PREDATOR, TEXT, Color, component_colors, faded

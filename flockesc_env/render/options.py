@@ -7,8 +7,8 @@ from typing import Any, Final, Literal, cast, get_args
 
 import numpy as np
 
-from flockesc_env._checks import as_array, as_choice, as_count, as_floats
-from flockesc_env.errors import ScenarioError, shown
+from flockesc_env.common.checks import as_array, as_choice, as_count, as_floats
+from flockesc_env.common.errors import ScenarioError, shown
 from flockesc_env.simulate import IntArray
 
 RenderMode = Literal["human", "rgb_array"]

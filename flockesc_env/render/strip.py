@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flockesc_env._checks import FloatArray
+from flockesc_env.common.checks import FloatArray
 from flockesc_env.render.camera import Rect
 from flockesc_env.render.canvas import Canvas
 from flockesc_env.render.colors import FAINT_TEXT, FRAME, GRID, MEAN, MINIMUM, PREDATOR, TEXT

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env._checks import as_instance, as_text
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.checks import as_instance, as_text
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.graph import component_labels
 from flockesc_env.neighbors import Metric
 from flockesc_env.scenario import FlockScenario

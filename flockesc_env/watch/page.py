@@ -10,8 +10,8 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-from flockesc_env._checks import as_path
-from flockesc_env.atomic import writing
+from flockesc_env.common.checks import as_path
+from flockesc_env.common.files import writing
 from flockesc_env.records import versions
 from flockesc_env.watch.document import Run, check_runs, run_document
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import stats
-from flockesc_env.stats import Estimate
+from flockesc_env.common import stats
+from flockesc_env.common.stats import Estimate
 
 OBJECTIVES = {"J_mean": "min_mean_distance", "J_min": "min_min_distance"}
 """Symbol and column of what is to be large."""

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from flockesc_env.common.stats import Estimate
 from flockesc_env.paper.page import environment
-from flockesc_env.stats import Estimate
 from flockesc_env.worlds.findings import RULE, Finding, Outcome
 from flockesc_env.worlds.plan import Grid
 from flockesc_env.worlds.questions import QUESTIONS

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.paper.jobs import Study
 from flockesc_env.predators import Learned
 from flockesc_env.presets import PRESETS

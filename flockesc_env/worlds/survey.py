@@ -7,7 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from flockesc_env import records
-from flockesc_env.atomic import writing
+from flockesc_env.common.files import writing
 from flockesc_env.paper import style
 from flockesc_env.paper.jobs import Arrays, Cache, measure
 from flockesc_env.presets import PRESETS

@@ -37,7 +37,7 @@ impl From<CoreError> for PyErr {
         };
         Python::attach(|py| {
             let raised = py
-                .import("flockesc_env.errors")
+                .import("flockesc_env.common.errors")
                 .and_then(|module| module.getattr(class))
                 .and_then(|class| class.call1((field, expected, given)));
             match raised {

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binomtest, bootstrap
 
-from flockesc_env._checks import as_array, as_floats
-from flockesc_env.errors import ArgumentError
+from flockesc_env.common.checks import as_array, as_floats
+from flockesc_env.common.errors import ArgumentError
 
 FloatArray = NDArray[np.float64]
 

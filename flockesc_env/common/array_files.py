@@ -14,8 +14,8 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from flockesc_env.atomic import writing
-from flockesc_env.errors import RecordError
+from flockesc_env.common.errors import RecordError
+from flockesc_env.common.files import writing
 
 _HEADER = "header"
 _LARGEST = 2**26

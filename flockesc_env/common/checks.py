@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.errors import ArgumentError, FlockescError, shown
+from flockesc_env.common.errors import ArgumentError, FlockescError, shown
 
 FloatArray = NDArray[np.float64]
 
