@@ -10,7 +10,6 @@ import gymnasium as _gymnasium
 
 from flockesc_env import contenders, graph, network, policies, predator_policies, records
 from flockesc_env._core import __version__
-from flockesc_env.approach import approach
 from flockesc_env.common.errors import (
     ActionError,
     ArgumentError,
@@ -24,7 +23,14 @@ from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.envs.parallel import FlockParallelEnv, env, parallel_env, raw_env
 from flockesc_env.envs.pursuit import FlockPursuitEnv
 from flockesc_env.envs.vector import FlockVectorEnv
-from flockesc_env.initial import (
+from flockesc_env.options import EnvOptions, LineOptions
+from flockesc_env.policy_files import load_policy, save_policy
+from flockesc_env.render import RenderOptions
+from flockesc_env.rollout import Episodes, record, rollout
+from flockesc_env.rollout_line import LineEpisodes, rollout_line
+from flockesc_env.scenario.approach import approach
+from flockesc_env.scenario.flock import FlockScenario, LineScenario
+from flockesc_env.scenario.initial import (
     AlignedHeadings,
     Clusters,
     Disc,
@@ -36,11 +42,10 @@ from flockesc_env.initial import (
     Segment,
     Square,
 )
-from flockesc_env.motion import Inertial, Reynolds, Vicsek
-from flockesc_env.neighbors import Metric, NeighborRule, Topological, Voronoi
-from flockesc_env.options import EnvOptions, LineOptions
-from flockesc_env.policy_files import load_policy, save_policy
-from flockesc_env.predators import (
+from flockesc_env.scenario.initial_files import load_state
+from flockesc_env.scenario.motion import Inertial, Reynolds, Vicsek
+from flockesc_env.scenario.neighbors import Metric, NeighborRule, Topological, Voronoi
+from flockesc_env.scenario.predators import (
     ConstantVelocity,
     Encircle,
     Herd,
@@ -49,15 +54,10 @@ from flockesc_env.predators import (
     PurePursuit,
     Wandering,
 )
-from flockesc_env.presets import PRESETS, preset
-from flockesc_env.randomization import Choice, LogUniform, Uniform
-from flockesc_env.render import RenderOptions
-from flockesc_env.rollout import Episodes, record, rollout
-from flockesc_env.rollout_line import LineEpisodes, rollout_line
-from flockesc_env.scenario import FlockScenario, LineScenario
+from flockesc_env.scenario.presets import PRESETS, preset
+from flockesc_env.scenario.randomization import Choice, LogUniform, Uniform
 from flockesc_env.seeds import episode_seed
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
-from flockesc_env.state_files import load_state
 from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 
 __all__ = [

@@ -24,7 +24,7 @@ from flockesc_env.common.checks import (
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorControl, PredatorPolicy, with_learned
-from flockesc_env.scenario import FlockScenario
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.seeds import fresh_seed
 from flockesc_env.spaces import STACKED, Control, Label, ObservationLayout, RangeActions
 

@@ -11,7 +11,7 @@ from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.options import EnvOptions
 from flockesc_env.policies import FixedRange, Policy, RandomRange, StubbornLeaders, StubbornWitnesses
 from flockesc_env.rollout import record
-from flockesc_env.scenario import FlockScenario, LineScenario, as_model
+from flockesc_env.scenario.flock import FlockScenario, LineScenario, as_model
 from flockesc_env.simulate import Trajectory
 
 NAMES = ("fixed:RHO", "random", "stubborn-leaders", "stubborn-leaders-local", "stubborn-witnesses")

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_floats, as_instance
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.scenario import FlockScenario
+from flockesc_env.scenario.flock import FlockScenario
 
 
 def component_labels(

@@ -15,7 +15,7 @@ from flockesc_env.network import Architecture, NetworkPolicy
 from flockesc_env.options import EnvOptions, LineOptions
 from flockesc_env.policies import StubbornWitnesses
 from flockesc_env.records import versions
-from flockesc_env.scenario import FlockScenario, LineScenario
+from flockesc_env.scenario.flock import FlockScenario, LineScenario
 
 SUFFIX = ".npz"
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}

@@ -14,8 +14,8 @@ from flockesc_env.common.checks import FloatArray, as_callback, as_count, as_pol
 from flockesc_env.options import EnvOptions
 from flockesc_env.policies import Observations, Policy
 from flockesc_env.predator_policies import PredatorControl, PredatorPolicy
-from flockesc_env.presets import as_scenario
-from flockesc_env.scenario import FlockScenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.presets import as_scenario
 from flockesc_env.simulate import IntArray, Trajectory, simulate
 
 

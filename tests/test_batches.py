@@ -22,9 +22,9 @@ from flockesc_env import (
     sweep,
 )
 from flockesc_env.batch import FlockBatch
-from flockesc_env.motion import Motion
 from flockesc_env.policies import FixedRange, StubbornLeaders
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+from flockesc_env.scenario.motion import Motion
 
 SEEDS = range(13)
 THREADS = [None, 1, 2, 3, 7]

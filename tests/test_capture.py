@@ -24,7 +24,7 @@ from flockesc_env import (
     simulate,
 )
 from flockesc_env.common.errors import EpisodeError, ScenarioError
-from flockesc_env.predators import Target
+from flockesc_env.scenario.predators import Target
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 

@@ -22,8 +22,8 @@ from flockesc_env import (
 )
 from flockesc_env.batch import FlockBatch
 from flockesc_env.graph import neighbor_pairs
-from flockesc_env.neighbors import Topological
 from flockesc_env.options import EnvOptions
+from flockesc_env.scenario.neighbors import Topological
 
 MAX_RANGE = 12.0
 NAMES = {"mean": "mean_distance", "minimum": "min_distance", "survival": "fraction_surviving"}

@@ -27,7 +27,7 @@ from flockesc_env import (
     simulate,
     sweep,
 )
-from flockesc_env.initial import InitialHeadings, InitialPositions
+from flockesc_env.scenario.initial import InitialHeadings, InitialPositions
 
 Floats = NDArray[np.float64]
 

@@ -26,7 +26,7 @@ from flockesc_env import (
     simulate,
     simulate_line,
 )
-from flockesc_env.predators import Predator, Target
+from flockesc_env.scenario.predators import Predator, Target
 
 SIDE = 40.0
 HUGE = 1e200  # its square is not a finite number

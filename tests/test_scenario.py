@@ -39,8 +39,8 @@ from flockesc_env import (
     Wandering,
     simulate,
 )
-from flockesc_env.initial import InitialHeadings, InitialPositions
-from flockesc_env.predators import Predator
+from flockesc_env.scenario.initial import InitialHeadings, InitialPositions
+from flockesc_env.scenario.predators import Predator
 
 LARGEST = 1e20
 

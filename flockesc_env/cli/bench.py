@@ -22,7 +22,7 @@ from flockesc_env.common.checks import as_count
 from flockesc_env.common.progress import bar
 from flockesc_env.envs.parallel import FlockParallelEnv
 from flockesc_env.envs.vector import FlockVectorEnv
-from flockesc_env.scenario import FlockScenario
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.sweep import sweep
 
 _ID = "flockesc_env:flockesc/FlockEscape-v0"

@@ -20,9 +20,9 @@ from tyro.constructors import (
 
 from flockesc_env.cli.parts import part_rule
 from flockesc_env.common.errors import ArgumentError, ScenarioError
-from flockesc_env.presets import PRESETS, as_scenario, preset
-from flockesc_env.scenario import FlockScenario, LineScenario, Scenario
-from flockesc_env.state_files import load_state
+from flockesc_env.scenario.flock import FlockScenario, LineScenario, Scenario
+from flockesc_env.scenario.initial_files import load_state
+from flockesc_env.scenario.presets import PRESETS, as_scenario, preset
 
 MODELS: dict[str, type[Scenario]] = {"flock": FlockScenario, "line": LineScenario}
 _DEFAULT_MODEL = "flock"

@@ -9,11 +9,11 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from tyro.constructors import PrimitiveConstructorSpec, PrimitiveTypeInfo
 
-from flockesc_env.initial import InitialHeadings, InitialPositions
-from flockesc_env.motion import Motion
-from flockesc_env.neighbors import NeighborRule
-from flockesc_env.predators import Predator
-from flockesc_env.randomization import Distribution
+from flockesc_env.scenario.initial import InitialHeadings, InitialPositions
+from flockesc_env.scenario.motion import Motion
+from flockesc_env.scenario.neighbors import NeighborRule
+from flockesc_env.scenario.predators import Predator
+from flockesc_env.scenario.randomization import Distribution
 
 
 def part_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:

@@ -10,8 +10,8 @@ from tyro.conf import Positional, arg
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json
 from flockesc_env.cli.output import show, show_json
-from flockesc_env.presets import PRESETS, preset
-from flockesc_env.scenario import FlockScenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.presets import PRESETS, preset
 
 
 def run(

@@ -22,7 +22,7 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.files import writing
 from flockesc_env.common.progress import bar
 from flockesc_env.options import GRID_SIZE, EnvOptions, LineOptions
-from flockesc_env.scenario import FlockScenario, Scenario
+from flockesc_env.scenario.flock import FlockScenario, Scenario
 from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 
 _CHUNK_SECONDS = 0.5

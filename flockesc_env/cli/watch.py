@@ -15,7 +15,7 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.progress import bar
 from flockesc_env.contenders import NAMES
 from flockesc_env.policy_files import find_policy
-from flockesc_env.scenario import FlockScenario
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.simulate import Trajectory
 from flockesc_env.watch import serve, write_page
 

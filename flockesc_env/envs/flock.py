@@ -15,9 +15,9 @@ from flockesc_env.envs.rendered import Rendered
 from flockesc_env.envs.restorable import Restorable
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorPolicy
-from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second
-from flockesc_env.scenario import FlockScenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.presets import as_scenario
 
 if TYPE_CHECKING:
     from flockesc_env.render.viewer import FlockViewer

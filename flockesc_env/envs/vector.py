@@ -17,9 +17,9 @@ from flockesc_env.common.errors import ArgumentError, EpisodeError, shown
 from flockesc_env.envs.restorable import RestorableBatch
 from flockesc_env.options import EnvOptions
 from flockesc_env.predator_policies import PredatorPolicy
-from flockesc_env.presets import as_scenario
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
-from flockesc_env.scenario import FlockScenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.presets import as_scenario
 
 if TYPE_CHECKING:
     from flockesc_env.render.viewer import FlockViewer

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.files import writing
 from flockesc_env.envs.vector import FlockVectorEnv
-from flockesc_env.scenario import FlockScenario, LineScenario
+from flockesc_env.scenario.flock import FlockScenario, LineScenario
 from flockesc_env.simulate import simulate_line
 from flockesc_env.sweep import FlockSweepResult, LineSweepResult, Progress, sweep
 

@@ -10,7 +10,7 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.paper.jobs import Arrays
 from flockesc_env.paper.plan import COARSE, FORCES, FREE_LINE, LINE, LINE_GRID, SHOWN_RANGES
 from flockesc_env.paper.style import BAND, INK, PREDATOR, cluster_colors, letter
-from flockesc_env.scenario import EscapeForce, LineScenario
+from flockesc_env.scenario.flock import EscapeForce, LineScenario
 from flockesc_env.simulate import simulate_line
 from flockesc_env.sweep import LineSweepResult
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from flockesc_env.approach import approach
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.paper.jobs import Study
-from flockesc_env.predators import ConstantVelocity
-from flockesc_env.scenario import EscapeForce, FlockScenario, LineScenario
+from flockesc_env.scenario.approach import approach
+from flockesc_env.scenario.flock import EscapeForce, FlockScenario, LineScenario
+from flockesc_env.scenario.predators import ConstantVelocity
 
 FLOCK: Final = FlockScenario()
 LINE: Final = LineScenario()

@@ -16,7 +16,7 @@ from flockesc_env.render.frame import FlockFrame, FlockMoment
 from flockesc_env.render.ground import draw_ground
 from flockesc_env.render.options import RenderOptions
 from flockesc_env.render.strip import draw_strip
-from flockesc_env.scenario import FlockScenario
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.simulate import IntArray
 
 _DART = np.array([(1.0, 0.0), (-0.8, 0.66), (-0.42, 0.0), (-0.8, -0.66)])

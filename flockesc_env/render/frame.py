@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.render.camera import grow
-from flockesc_env.scenario import FlockScenario
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.simulate import Trajectory
 
 _MARGIN = 0.06

@@ -8,9 +8,9 @@ from typing import Final
 
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.paper.jobs import Study
-from flockesc_env.predators import Learned
-from flockesc_env.presets import PRESETS
-from flockesc_env.scenario import FlockScenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.predators import Learned
+from flockesc_env.scenario.presets import PRESETS
 
 LEAST_FLOCKS: Final = 2
 """Flocks in each half, without which there is no interval."""

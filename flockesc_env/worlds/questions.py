@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from flockesc_env.scenario import FlockScenario
+from flockesc_env.scenario.flock import FlockScenario
 
 _STRAIGHT = "constant_velocity"
 _BLIND = ("constant_velocity", "wandering")

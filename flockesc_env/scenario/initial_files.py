@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from flockesc_env.common.array_files import read_npy, read_npz
 from flockesc_env.common.checks import FloatArray, as_floats, as_path
 from flockesc_env.common.errors import RecordError, shown
-from flockesc_env.initial import GivenHeadings, GivenPositions
+from flockesc_env.scenario.initial import GivenHeadings, GivenPositions
 
 _COLUMNS = {
     2: ("x", "y"),

@@ -17,11 +17,11 @@ import tomli_w
 from flockesc_env import _core
 from flockesc_env.common.checks import as_seed, as_text
 from flockesc_env.common.errors import ArgumentError, FlockescError, ScenarioError, shown
-from flockesc_env.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
-from flockesc_env.motion import Inertial, Motion
-from flockesc_env.neighbors import Metric, NeighborRule
-from flockesc_env.predators import ConstantVelocity, Predator
-from flockesc_env.randomization import Distribution
+from flockesc_env.scenario.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
+from flockesc_env.scenario.motion import Inertial, Motion
+from flockesc_env.scenario.neighbors import Metric, NeighborRule
+from flockesc_env.scenario.predators import ConstantVelocity, Predator
+from flockesc_env.scenario.randomization import Distribution
 
 EscapeForce = Literal["constant", "linear", "linear_as_printed"]
 

@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple, TypeVar
 
-from flockesc_env.approach import approach
 from flockesc_env.common.errors import ScenarioError, shown
-from flockesc_env.initial import AlignedHeadings, Clusters, Disc
-from flockesc_env.motion import Reynolds, Vicsek
-from flockesc_env.neighbors import Topological, Voronoi
-from flockesc_env.predators import (
+from flockesc_env.scenario.approach import approach
+from flockesc_env.scenario.flock import FlockScenario, LineScenario, Scenario
+from flockesc_env.scenario.initial import AlignedHeadings, Clusters, Disc
+from flockesc_env.scenario.motion import Reynolds, Vicsek
+from flockesc_env.scenario.neighbors import Topological, Voronoi
+from flockesc_env.scenario.predators import (
     ConstantVelocity,
     Encircle,
     Herd,
@@ -21,8 +22,7 @@ from flockesc_env.predators import (
     PurePursuit,
     Wandering,
 )
-from flockesc_env.randomization import LogUniform, Uniform
-from flockesc_env.scenario import FlockScenario, LineScenario, Scenario
+from flockesc_env.scenario.randomization import LogUniform, Uniform
 
 _T = TypeVar("_T", bound=Scenario)
 
