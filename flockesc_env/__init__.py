@@ -23,7 +23,8 @@ from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.envs.parallel import FlockParallelEnv, env, parallel_env, raw_env
 from flockesc_env.envs.pursuit import FlockPursuitEnv
 from flockesc_env.envs.vector import FlockVectorEnv
-from flockesc_env.options import EnvOptions, LineOptions
+from flockesc_env.episodes.options import EnvOptions, LineOptions
+from flockesc_env.episodes.seeds import episode_seed
 from flockesc_env.policy_files import load_policy, save_policy
 from flockesc_env.render import RenderOptions
 from flockesc_env.rollout import Episodes, record, rollout
@@ -56,7 +57,6 @@ from flockesc_env.scenario.predators import (
 )
 from flockesc_env.scenario.presets import PRESETS, preset
 from flockesc_env.scenario.randomization import Choice, LogUniform, Uniform
-from flockesc_env.seeds import episode_seed
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
 from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from flockesc_env.common.checks import as_flag, as_instance, as_policy, as_text
 from flockesc_env.common.errors import ArgumentError, shown
-from flockesc_env.options import EnvOptions
+from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.policies import FixedRange, Policy, RandomRange, StubbornLeaders, StubbornWitnesses
 from flockesc_env.rollout import record
 from flockesc_env.scenario.flock import FlockScenario, LineScenario, as_model

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import FloatArray, as_flag, as_floats, as_policy, as_seed
 from flockesc_env.common.errors import ArgumentError, shown
-from flockesc_env.spaces import Control
+from flockesc_env.episodes.spaces import Control
 
 Observations = NDArray[np.float32]
 

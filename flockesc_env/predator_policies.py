@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray, as_array, as_choice, as_instance
 from flockesc_env.common.errors import ActionError, ScenarioError
+from flockesc_env.episodes.spaces import ObservationLayout, predator_layout
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.predators import Learned, Predator
-from flockesc_env.spaces import ObservationLayout, predator_layout
 
 Observations = NDArray[np.float32]
 

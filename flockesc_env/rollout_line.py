@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_count, as_policy, as_seeds
-from flockesc_env.options import LineOptions
+from flockesc_env.episodes.options import LineOptions
+from flockesc_env.episodes.spaces import Control, ObservationLayout, RangeActions
 from flockesc_env.policies import Policy
 from flockesc_env.scenario.flock import LineScenario
 from flockesc_env.scenario.presets import as_scenario
 from flockesc_env.simulate import IntArray
-from flockesc_env.spaces import Control, ObservationLayout, RangeActions
 
 
 @dataclass(frozen=True, eq=False)

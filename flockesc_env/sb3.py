@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
-from flockesc_env.batch import Columns, FlockBatch, Observations, infos
 from flockesc_env.common.checks import as_array, as_seed
 from flockesc_env.common.errors import ActionError
 from flockesc_env.envs.restorable import RestorableBatch
-from flockesc_env.options import EnvOptions
+from flockesc_env.episodes.batch import Columns, FlockBatch, Observations, infos
+from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.predator_policies import PredatorPolicy
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
-from flockesc_env.seeds import fresh_seed
 
 
 class _BatchVecEnv(RestorableBatch, VecEnv):

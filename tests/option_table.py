@@ -4,7 +4,7 @@ from itertools import product
 from typing import Any, get_args
 
 from flockesc_env import FlockScenario
-from flockesc_env.options import ActionMode, LineReward, Objective, OwnReward, TeamReward
+from flockesc_env.episodes.options import ActionMode, LineReward, Objective, OwnReward, TeamReward
 
 # Taken from the schema, so that a new variant is tested without a change here.
 ACTION_MODES = get_args(ActionMode)

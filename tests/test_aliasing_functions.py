@@ -14,8 +14,8 @@ from spoiling import spoil
 
 import flockesc_env
 from flockesc_env import FlockScenario, LineScenario, contenders, graph
+from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.network import Architecture, NetworkPolicy
-from flockesc_env.options import EnvOptions
 from flockesc_env.policies import RandomRange, ScheduledRange, StubbornWitnesses
 
 SCENARIO = small_flock()

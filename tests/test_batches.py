@@ -21,7 +21,7 @@ from flockesc_env import (
     simulate,
     sweep,
 )
-from flockesc_env.batch import FlockBatch
+from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.policies import FixedRange, StubbornLeaders
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 from flockesc_env.scenario.motion import Motion

@@ -20,9 +20,9 @@ from flockesc_env import (
     parallel_env,
     simulate,
 )
-from flockesc_env.batch import FlockBatch
+from flockesc_env.episodes.batch import FlockBatch
+from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.graph import neighbor_pairs
-from flockesc_env.options import EnvOptions
 from flockesc_env.scenario.neighbors import Topological
 
 MAX_RANGE = 12.0

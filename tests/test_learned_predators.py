@@ -16,7 +16,7 @@ from option_table import AGENT_REWARDS, DIMENSIONS, OBJECTIVES, OWN_REWARDS, sma
 from reference import FlockState
 
 from flockesc_env import ConstantVelocity, EnvOptions, FlockScenario, Learned, parallel_env, simulate
-from flockesc_env.batch import FlockBatch
+from flockesc_env.episodes.batch import FlockBatch
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 

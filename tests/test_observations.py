@@ -12,7 +12,7 @@ from option_table import DIMENSIONS, OBJECTIVES
 from reference import Floats, FlockState
 
 from flockesc_env import ConstantVelocity, EnvOptions, FlockScenario, PurePursuit
-from flockesc_env.batch import FlockBatch
+from flockesc_env.episodes.batch import FlockBatch
 
 STEPS = 4
 HALF_COUNT = 8

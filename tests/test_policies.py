@@ -27,6 +27,7 @@ from flockesc_env import (
     simulate,
 )
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.episodes.spaces import RangeActions
 from flockesc_env.policies import (
     FixedRange,
     RandomRange,
@@ -37,7 +38,6 @@ from flockesc_env.policies import (
     bind,
 )
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
-from flockesc_env.spaces import RangeActions
 
 SCENARIO = small_flock(num_agents=7, num_steps=12, predator_range=60.0)
 SEEDS = [3, 4]

@@ -12,9 +12,9 @@ from flockesc_env.cli.flags import Json, ScenarioFlags, optional
 from flockesc_env.cli.output import check_output, note, show, show_json
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.contenders import NAMES
+from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.policy_files import find_policy
 from flockesc_env.scenario.flock import FlockScenario, LineScenario
-from flockesc_env.seeds import fresh_seed
 from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
 
 _MEANINGS = {

@@ -21,7 +21,7 @@ from flockesc_env.common.checks import FloatArray, as_count, as_floats, as_seed,
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.files import writing
 from flockesc_env.common.progress import bar
-from flockesc_env.options import GRID_SIZE, EnvOptions, LineOptions
+from flockesc_env.episodes.options import GRID_SIZE, EnvOptions, LineOptions
 from flockesc_env.scenario.flock import FlockScenario, Scenario
 from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 

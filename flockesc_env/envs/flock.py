@@ -9,11 +9,11 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.batch import FlockBatch, infos, is_over
 from flockesc_env.common.checks import as_seed
 from flockesc_env.envs.rendered import Rendered
 from flockesc_env.envs.restorable import Restorable
-from flockesc_env.options import EnvOptions
+from flockesc_env.episodes.batch import FlockBatch, infos, is_over
+from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.predator_policies import PredatorPolicy
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second
 from flockesc_env.scenario.flock import FlockScenario

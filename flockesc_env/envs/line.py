@@ -14,12 +14,12 @@ from flockesc_env import _core
 from flockesc_env.common.checks import as_bytes, as_floats, as_options, as_seed
 from flockesc_env.common.errors import EpisodeError
 from flockesc_env.envs.rendered import Rendered
-from flockesc_env.options import LineOptions
+from flockesc_env.episodes.options import LineOptions
+from flockesc_env.episodes.seeds import Schedule, fresh_seed
 from flockesc_env.render import RENDER_MODES, RenderOptions, line_viewer
 from flockesc_env.rollout_line import line_control
 from flockesc_env.scenario.flock import LineScenario
 from flockesc_env.scenario.presets import as_scenario
-from flockesc_env.seeds import Schedule, fresh_seed
 
 if TYPE_CHECKING:
     from flockesc_env.render.viewer import LineViewer

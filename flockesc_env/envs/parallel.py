@@ -13,17 +13,17 @@ from numpy.typing import NDArray
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
-from flockesc_env.batch import RESET_OPTIONS, Columns, FlockBatch, Step, infos, is_over
 from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_seed
 from flockesc_env.common.errors import ActionError, EpisodeError, shown
 from flockesc_env.envs.rendered import Rendered
 from flockesc_env.envs.restorable import Restorable
-from flockesc_env.options import EnvOptions
+from flockesc_env.episodes.batch import RESET_OPTIONS, Columns, FlockBatch, Step, infos, is_over
+from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.episodes.spaces import STACKED, Label
 from flockesc_env.predator_policies import PredatorPolicy, all_learned, opposite
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
-from flockesc_env.spaces import STACKED, Label
 
 Observation = NDArray[np.float32]
 

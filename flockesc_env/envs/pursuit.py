@@ -9,12 +9,12 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.batch import FlockBatch, Observations, infos, is_over
 from flockesc_env.common.checks import as_policy, as_seed
 from flockesc_env.common.errors import EpisodeError, ScenarioError
 from flockesc_env.envs.rendered import Rendered
 from flockesc_env.envs.restorable import Restorable
-from flockesc_env.options import EnvOptions
+from flockesc_env.episodes.batch import FlockBatch, Observations, infos, is_over
+from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.policies import FixedRange, Policy
 from flockesc_env.predator_policies import opposite, with_learned
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from flockesc_env.batch import FlockBatch, Observations
+from flockesc_env.episodes.batch import FlockBatch, Observations
 
 if TYPE_CHECKING:
     from flockesc_env.render.viewer import FlockViewer

@@ -11,11 +11,11 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from flockesc_env.batch import MAX_FLOCKS, AtEnd, Columns, FlockBatch, Observations, is_over
 from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_flag, as_mapping, as_seed
 from flockesc_env.common.errors import ArgumentError, EpisodeError, shown
 from flockesc_env.envs.restorable import RestorableBatch
-from flockesc_env.options import EnvOptions
+from flockesc_env.episodes.batch import MAX_FLOCKS, AtEnd, Columns, FlockBatch, Observations, is_over
+from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.predator_policies import PredatorPolicy
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario.flock import FlockScenario

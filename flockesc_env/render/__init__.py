@@ -16,8 +16,8 @@ import numpy as np
 from gymnasium.error import DependencyNotInstalled
 from numpy.typing import NDArray
 
-from flockesc_env.batch import FlockBatch
 from flockesc_env.common.checks import as_count, as_text
+from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.render.options import RENDER_MODES, RenderOptions, as_render_mode, as_render_options
 from flockesc_env.scenario.flock import LineScenario
 from flockesc_env.simulate import LineTrajectory, Trajectory, as_run

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from flockesc_env.batch import FlockBatch
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import EpisodeError
+from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.render.canvas import Image
 from flockesc_env.render.flock import draw_flock
 from flockesc_env.render.frame import FlockHistory, FlockMoment

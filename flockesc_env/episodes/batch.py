@@ -22,11 +22,11 @@ from flockesc_env.common.checks import (
     as_threads,
 )
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.options import EnvOptions
+from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.episodes.seeds import fresh_seed
+from flockesc_env.episodes.spaces import STACKED, Control, Label, ObservationLayout, RangeActions
 from flockesc_env.predator_policies import PredatorControl, PredatorPolicy, with_learned
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.seeds import fresh_seed
-from flockesc_env.spaces import STACKED, Control, Label, ObservationLayout, RangeActions
 
 Observations = NDArray[np.float32]
 

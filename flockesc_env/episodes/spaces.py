@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_array
 from flockesc_env.common.errors import ActionError, ArgumentError
-from flockesc_env.options import GRID_SIZE, ActionOptions
+from flockesc_env.episodes.options import GRID_SIZE, ActionOptions
 
 Label = Callable[[int], str]
 """What the error calls an action, given its place in the stack."""
