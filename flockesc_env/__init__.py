@@ -8,7 +8,7 @@ policies, ``rollout`` and ``rollout_line`` compare them.
 
 import gymnasium as _gymnasium
 
-from flockesc_env import contenders, graph, network, policies, predator_policies, records
+from flockesc_env import contenders, network, policies, predator_policies
 from flockesc_env._core import __version__
 from flockesc_env.common.errors import (
     ActionError,
@@ -25,6 +25,9 @@ from flockesc_env.envs.pursuit import FlockPursuitEnv
 from flockesc_env.envs.vector import FlockVectorEnv
 from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.episodes.seeds import episode_seed
+from flockesc_env.models import graph, records
+from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate, simulate_line
+from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 from flockesc_env.policy_files import load_policy, save_policy
 from flockesc_env.render import RenderOptions
 from flockesc_env.rollout import Episodes, record, rollout
@@ -57,8 +60,6 @@ from flockesc_env.scenario.predators import (
 )
 from flockesc_env.scenario.presets import PRESETS, preset
 from flockesc_env.scenario.randomization import Choice, LogUniform, Uniform
-from flockesc_env.simulate import LineTrajectory, Trajectory, simulate, simulate_line
-from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 
 __all__ = [
     "PRESETS",

@@ -9,10 +9,10 @@ from typing import Any
 from flockesc_env.common.checks import as_flag, as_instance, as_policy, as_text
 from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies import FixedRange, Policy, RandomRange, StubbornLeaders, StubbornWitnesses
 from flockesc_env.rollout import record
 from flockesc_env.scenario.flock import FlockScenario, LineScenario, as_model
-from flockesc_env.simulate import Trajectory
 
 NAMES = ("fixed:RHO", "random", "stubborn-leaders", "stubborn-leaders-local", "stubborn-witnesses")
 """What ``built_in`` knows: the same range rho in m for all, ranges at random, the rule of thumb with the

@@ -12,9 +12,9 @@ from flockesc_env.common.checks import as_instance, as_path
 from flockesc_env.common.errors import ArgumentError, RecordError, ScenarioError
 from flockesc_env.contenders import NAMES, Contender, built_in
 from flockesc_env.episodes.options import EnvOptions, LineOptions
+from flockesc_env.models.records import versions
 from flockesc_env.network import Architecture, NetworkPolicy
 from flockesc_env.policies import StubbornWitnesses
-from flockesc_env.records import versions
 from flockesc_env.scenario.flock import FlockScenario, LineScenario
 
 SUFFIX = ".npz"

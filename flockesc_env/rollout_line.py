@@ -13,10 +13,10 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_count, as_policy, as_seeds
 from flockesc_env.episodes.options import LineOptions
 from flockesc_env.episodes.spaces import Control, ObservationLayout, RangeActions
+from flockesc_env.models.simulate import IntArray
 from flockesc_env.policies import Policy
 from flockesc_env.scenario.flock import LineScenario
 from flockesc_env.scenario.presets import as_scenario
-from flockesc_env.simulate import IntArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,12 +11,12 @@ import numpy as np
 
 from flockesc_env.common.checks import as_callback, as_count, as_floats, as_path
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.models.simulate import Trajectory, as_runs
+from flockesc_env.models.sweep import Progress
 from flockesc_env.render import require
 from flockesc_env.render.colors import FRAME
 from flockesc_env.render.frame import FlockFrame, recorded_frames
 from flockesc_env.render.options import RenderOptions, as_render_options
-from flockesc_env.simulate import Trajectory, as_runs
-from flockesc_env.sweep import Progress
 
 _FORMATS: dict[str, dict[str, Any]] = {
     ".mp4": {"codec": "libx264", "quality": 6},

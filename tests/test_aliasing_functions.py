@@ -25,7 +25,7 @@ POSITIONS = np.random.default_rng(0).uniform(0, 30, (5, 2))
 
 FUNCTIONS: dict[str, tuple[Callable[..., Any], Callable[[], dict[str, Any]]]] = {
     "simulate": (
-        flockesc_env.simulate,
+        flockesc_env.models.simulate,
         lambda: {
             "scenario": LEARNED,
             "interaction_range": np.full((10, 5), 7.0),
@@ -45,7 +45,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], Callable[[], dict[str, Any]]]] = 
         },
     ),
     "sweep": (
-        flockesc_env.sweep,
+        flockesc_env.models.sweep,
         lambda: {"scenario": SCENARIO, "interaction_ranges": np.array([0.0, 5.0]), "seeds": [1, 2]},
     ),
     "rollout": (

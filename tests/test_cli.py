@@ -30,7 +30,7 @@ from flockesc_env import (
 )
 from flockesc_env.cli.exits import Exit
 from flockesc_env.contenders import built_in
-from flockesc_env.records import load, save
+from flockesc_env.models.records import load, save
 
 
 def test_a_simulation_is_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -311,7 +311,7 @@ def test_replay_notes_other_versions(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr("flockesc_env.records.versions", lambda: {"numpy": "0.9"})
+        patch.setattr("flockesc_env.models.records.versions", lambda: {"numpy": "0.9"})
         save(simulate(SMALL, 10.0, seed=7), tmp_path / "old.npz")
     ran = Ran(capsys, "replay", tmp_path / "old.npz")
     assert ran.code == Exit.DONE

@@ -20,7 +20,7 @@ from flockesc_env import (
     sweep,
 )
 from flockesc_env.cli.exits import Exit
-from flockesc_env.records import save
+from flockesc_env.models.records import save
 
 
 def test_a_process_ends_with_the_code_of_its_command() -> None:

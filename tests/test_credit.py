@@ -22,7 +22,7 @@ from flockesc_env import (
 )
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import EnvOptions
-from flockesc_env.graph import neighbor_pairs
+from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.scenario.neighbors import Topological
 
 MAX_RANGE = 12.0

@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from flockesc_env import LineScenario, simulate_line
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.graph import component_labels, laplacian, perron_matrix
+from flockesc_env.models.graph import component_labels, laplacian, perron_matrix
 
 lines = st.tuples(st.integers(1, 40), st.integers(0, 2**32 - 1)).map(
     lambda drawn: np.random.default_rng(drawn[1]).random(drawn[0])

@@ -18,7 +18,7 @@ from flockesc_env import (
     sweep,
 )
 from flockesc_env.common.errors import ArgumentError, ScenarioError
-from flockesc_env.graph import component_labels, neighbor_pairs
+from flockesc_env.models.graph import component_labels, neighbor_pairs
 
 Floats = NDArray[np.float64]
 Graph = NDArray[np.bool]

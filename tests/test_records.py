@@ -22,8 +22,8 @@ from flockesc_env import (
     simulate,
     simulate_line,
 )
+from flockesc_env.models.records import differences, load, replay, save, versions
 from flockesc_env.policies import StubbornLeaders
-from flockesc_env.records import differences, load, replay, save, versions
 
 FLOCK = FlockScenario(num_agents=12, num_steps=9)
 RANDOM = (Wandering(angular_diffusion=2.0),)

@@ -35,9 +35,9 @@ from flockesc_env import (
     simulate_line,
 )
 from flockesc_env.contenders import NAMES, built_in
-from flockesc_env.graph import component_labels
+from flockesc_env.models.graph import component_labels
+from flockesc_env.models.records import versions
 from flockesc_env.policies import FixedRange, StubbornLeaders, StubbornWitnesses
-from flockesc_env.records import versions
 from flockesc_env.watch import serve, write_page
 from flockesc_env.watch.document import run_document
 

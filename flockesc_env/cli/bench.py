@@ -14,7 +14,6 @@ import gymnasium
 import numpy as np
 from tyro.conf import arg
 
-from flockesc_env import records
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress
 from flockesc_env.cli.output import show, show_json, table
@@ -22,8 +21,9 @@ from flockesc_env.common.checks import as_count
 from flockesc_env.common.progress import bar
 from flockesc_env.envs.parallel import FlockParallelEnv
 from flockesc_env.envs.vector import FlockVectorEnv
+from flockesc_env.models import records
+from flockesc_env.models.sweep import sweep
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.sweep import sweep
 
 _ID = "flockesc_env:flockesc/FlockEscape-v0"
 _SCENARIO = FlockScenario()

@@ -7,11 +7,11 @@ from typing import Annotated, Any
 
 from tyro.conf import Positional, arg
 
-from flockesc_env import records
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json
 from flockesc_env.cli.output import note, show, show_json
 from flockesc_env.common.errors import ArgumentError, FlockescError
+from flockesc_env.models import records
 
 
 def run(

@@ -13,7 +13,6 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from tyro.conf import arg
 
-from flockesc_env import records
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress, ScenarioFlags, Threads, optional
 from flockesc_env.cli.output import check_output, note, require, show, show_json, table
@@ -22,8 +21,9 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.files import writing
 from flockesc_env.common.progress import bar
 from flockesc_env.episodes.options import GRID_SIZE, EnvOptions, LineOptions
+from flockesc_env.models import records
+from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 from flockesc_env.scenario.flock import FlockScenario, Scenario
-from flockesc_env.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 
 _CHUNK_SECONDS = 0.5
 """Chunks of seeds grow until they take this long: about so much work is lost on Ctrl-C."""

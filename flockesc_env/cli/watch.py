@@ -7,16 +7,16 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from flockesc_env import records
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Progress, ScenarioFlags, optional, switch
 from flockesc_env.cli.output import check_output, note, require
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.progress import bar
 from flockesc_env.contenders import NAMES
+from flockesc_env.models import records
+from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policy_files import find_policy
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.simulate import Trajectory
 from flockesc_env.watch import serve, write_page
 
 _Runs = list[tuple[str, Trajectory]]

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.files import writing
 from flockesc_env.envs.vector import FlockVectorEnv
+from flockesc_env.models.simulate import simulate_line
+from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, Progress, sweep
 from flockesc_env.scenario.flock import FlockScenario, LineScenario
-from flockesc_env.simulate import simulate_line
-from flockesc_env.sweep import FlockSweepResult, LineSweepResult, Progress, sweep
 
 Arrays = dict[str, NDArray[Any]]
 """Results by name, of shape (ranges, seeds) or (ranges, seeds, times)."""

@@ -6,6 +6,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from flockesc_env.common.files import writing
+from flockesc_env.models.sweep import Progress
 from flockesc_env.paper import flock_figures, line_figures, realizations, style
 from flockesc_env.paper.flock_claims import by_range, flock_claims
 from flockesc_env.paper.jobs import Arrays, Cache, measure
@@ -13,7 +14,6 @@ from flockesc_env.paper.line_claims import edge_claim, line_claims
 from flockesc_env.paper.page import RESULTS_FILE, Results, html_page, markdown_page
 from flockesc_env.paper.plan import FORCES, OFFSETS, Trials, studies
 from flockesc_env.paper.theory_claims import theory_claims
-from flockesc_env.sweep import Progress
 
 _PACKAGES = ("flockesc-env", "numpy", "scipy")
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import FloatArray
-from flockesc_env.simulate import IntArray
+from flockesc_env.models.simulate import IntArray
 
 Colors = NDArray[np.uint8]
 Color = tuple[int, int, int]

@@ -8,7 +8,8 @@ from typing import TypedDict
 import numpy as np
 
 from flockesc_env.common.checks import FloatArray
-from flockesc_env.graph import component_labels, neighbor_pairs
+from flockesc_env.models.graph import component_labels, neighbor_pairs
+from flockesc_env.models.simulate import IntArray
 from flockesc_env.render.camera import VIEW_ASPECT, Camera, Rect, camera
 from flockesc_env.render.canvas import Canvas, Image
 from flockesc_env.render.colors import FRAME, PREDATOR, TEXT, Colors, component_colors, faded
@@ -17,7 +18,6 @@ from flockesc_env.render.ground import draw_ground
 from flockesc_env.render.options import RenderOptions
 from flockesc_env.render.strip import draw_strip
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.simulate import IntArray
 
 _DART = np.array([(1.0, 0.0), (-0.8, 0.66), (-0.42, 0.0), (-0.8, -0.66)])
 """Corners of a mark, ahead and left, over its length ahead."""

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray
+from flockesc_env.models.simulate import Trajectory
 from flockesc_env.render.camera import grow
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.simulate import Trajectory
 
 _MARGIN = 0.06
 """Free space around all agents and predators, over the side of the initial region."""

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flockesc_env.common.checks import FloatArray
+from flockesc_env.models.simulate import IntArray, LineTrajectory
 from flockesc_env.render.camera import Rect
 from flockesc_env.render.canvas import Canvas, Image
 from flockesc_env.render.colors import FAINT_TEXT, GRID, PREDATOR, TEXT, Color, component_colors, faded
 from flockesc_env.render.ground import nice
 from flockesc_env.render.options import RenderOptions
 from flockesc_env.scenario.flock import LineScenario
-from flockesc_env.simulate import IntArray, LineTrajectory
 
 _FIRST_STEPS = 10
 """Least number of steps on the axis of time, which grows with the episode."""

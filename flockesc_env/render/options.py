@@ -9,7 +9,7 @@ import numpy as np
 
 from flockesc_env.common.checks import as_array, as_choice, as_count, as_floats
 from flockesc_env.common.errors import ScenarioError, shown
-from flockesc_env.simulate import IntArray
+from flockesc_env.models.simulate import IntArray
 
 RenderMode = Literal["human", "rgb_array"]
 Show = Literal["none", "discs", "edges"]

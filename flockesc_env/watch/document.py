@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_instance, as_text
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.graph import component_labels
+from flockesc_env.models.graph import component_labels
+from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.neighbors import Metric
-from flockesc_env.simulate import Trajectory, as_runs
 
 Run = tuple[str, Trajectory]
 """Name, and what the flock did."""

@@ -12,7 +12,7 @@ from typing import Any
 
 from flockesc_env.common.checks import as_path
 from flockesc_env.common.files import writing
-from flockesc_env.records import versions
+from flockesc_env.models.records import versions
 from flockesc_env.watch.document import Run, check_runs, run_document
 
 _SCRIPTS = (

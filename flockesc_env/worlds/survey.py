@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from flockesc_env import records
 from flockesc_env.common.files import writing
+from flockesc_env.models import records
+from flockesc_env.models.sweep import Progress
 from flockesc_env.paper import style
 from flockesc_env.paper.jobs import Arrays, Cache, measure
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import PRESETS
-from flockesc_env.sweep import Progress
 from flockesc_env.worlds.figure import against_range
 from flockesc_env.worlds.findings import OBJECTIVES, outcome
 from flockesc_env.worlds.page import FIGURE, RESULTS_FILE, Results, World, markdown_page

@@ -22,8 +22,8 @@ from flockesc_env.common.checks import (
 )
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.files import writing
+from flockesc_env.models.simulate import IntArray
 from flockesc_env.scenario.flock import FlockScenario, LineScenario, as_model
-from flockesc_env.simulate import IntArray
 
 if TYPE_CHECKING:
     import polars as pl
