@@ -8,7 +8,6 @@ policies, ``rollout`` and ``rollout_line`` compare them.
 
 import gymnasium as _gymnasium
 
-from flockesc_env import contenders, network, policies, predator_policies
 from flockesc_env._core import __version__
 from flockesc_env.common.errors import (
     ActionError,
@@ -28,10 +27,14 @@ from flockesc_env.episodes.seeds import episode_seed
 from flockesc_env.models import graph, records
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate, simulate_line
 from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
-from flockesc_env.policy_files import load_policy, save_policy
+from flockesc_env.policies import network
+from flockesc_env.policies import predators as predator_policies
+from flockesc_env.policies import ranges as policies
+from flockesc_env.policies import registry as contenders
+from flockesc_env.policies.files import load_policy, save_policy
+from flockesc_env.policies.rollout import Episodes, record, rollout
+from flockesc_env.policies.rollout_line import LineEpisodes, rollout_line
 from flockesc_env.render import RenderOptions
-from flockesc_env.rollout import Episodes, record, rollout
-from flockesc_env.rollout_line import LineEpisodes, rollout_line
 from flockesc_env.scenario.approach import approach
 from flockesc_env.scenario.flock import FlockScenario, LineScenario
 from flockesc_env.scenario.initial import (

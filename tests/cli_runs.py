@@ -13,8 +13,8 @@ import pytest
 
 from flockesc_env import FlockScenario, LineScenario, save_policy
 from flockesc_env.cli import main
-from flockesc_env.contenders import Contender
-from flockesc_env.network import Architecture, NetworkPolicy
+from flockesc_env.policies.network import Architecture, NetworkPolicy
+from flockesc_env.policies.registry import Contender
 
 SMALL = FlockScenario(num_agents=12, num_steps=9)
 SMALL_FLAGS = ["--num-agents", "12", "--num-steps", "9"]

@@ -27,7 +27,7 @@ from flockesc_env import (
     parallel_env,
     simulate,
 )
-from flockesc_env.predator_policies import Chase
+from flockesc_env.policies.predators import Chase
 
 SEED = 7
 TEAM = ("paper-flock", "capture", "randomized", "noisy-hearing", "topological", "space")

@@ -15,8 +15,8 @@ from spoiling import spoil
 import flockesc_env
 from flockesc_env import FlockScenario, LineScenario, contenders, graph
 from flockesc_env.episodes.options import EnvOptions
-from flockesc_env.network import Architecture, NetworkPolicy
 from flockesc_env.policies import RandomRange, ScheduledRange, StubbornWitnesses
+from flockesc_env.policies.network import Architecture, NetworkPolicy
 
 SCENARIO = small_flock()
 LEARNED = flockesc_env.preset("learned-predator").replace(num_agents=5, num_steps=10, initial_side=30.0)
@@ -49,11 +49,11 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], Callable[[], dict[str, Any]]]] = 
         lambda: {"scenario": SCENARIO, "interaction_ranges": np.array([0.0, 5.0]), "seeds": [1, 2]},
     ),
     "rollout": (
-        flockesc_env.rollout,
+        flockesc_env.policies.rollout,
         lambda: {"policy": RandomRange(0), "seeds": [1, 2], "scenario": SCENARIO, "range_grid": [1.0, 2.0]},
     ),
     "rollout_line": (
-        flockesc_env.rollout_line,
+        flockesc_env.policies.rollout_line,
         lambda: {"policy": ScheduledRange([0.1] * 10), "seeds": [1, 2], "scenario": LINE},
     ),
     "record": (flockesc_env.record, lambda: {"policy": RandomRange(0), "seed": 1, "scenario": SCENARIO}),

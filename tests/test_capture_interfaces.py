@@ -29,7 +29,7 @@ from flockesc_env import (
 )
 from flockesc_env.common.errors import ActionError
 from flockesc_env.policies import FixedRange, RandomRange
-from flockesc_env.rollout import record
+from flockesc_env.policies.rollout import record
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)

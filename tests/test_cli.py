@@ -29,8 +29,8 @@ from flockesc_env import (
     sweep,
 )
 from flockesc_env.cli.exits import Exit
-from flockesc_env.contenders import built_in
 from flockesc_env.models.records import load, save
+from flockesc_env.policies.registry import built_in
 
 
 def test_a_simulation_is_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

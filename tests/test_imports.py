@@ -75,7 +75,7 @@ def loaded_after(statement: str) -> set[str]:
     "statement",
     [
         "import flockesc_env",
-        "import flockesc_env.watch, flockesc_env.contenders, flockesc_env.models.records",
+        "import flockesc_env.watch, flockesc_env.policies.registry, flockesc_env.models.records",
         "import flockesc_env.render, flockesc_env.video",
         "from flockesc_env import *",
         "import gymnasium; gymnasium.make('flockesc_env:flockesc/FlockEscape-v0').reset(seed=0)",

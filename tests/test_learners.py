@@ -11,7 +11,7 @@ import polars as pl
 import pytest
 from small_runs import SMALL, small_run
 
-from flockesc_env.policy_files import load_policy
+from flockesc_env.policies.files import load_policy
 from flockesc_env.sb3 import AgentVecEnv
 from training.config import CONFIG_FILE, CURVE_FILE, RUN_FILE, Args, PPOArgs, TQCArgs
 from training.evaluation import control, objective

@@ -10,9 +10,9 @@ import pytest
 from option_table import small_flock
 
 from flockesc_env import FlockScenario, parallel_env, record
-from flockesc_env.contenders import Contender
-from flockesc_env.network import Architecture, NetworkPolicy
 from flockesc_env.policies import FixedRange
+from flockesc_env.policies.network import Architecture, NetworkPolicy
+from flockesc_env.policies.registry import Contender
 from training import listening
 from training.explain import Blinded, Watching, watch
 from training.listening import SILENT, draw_listening, measure_listening

@@ -33,7 +33,7 @@ from flockesc_env import (
     simulate_line,
 )
 from flockesc_env.common.errors import ArgumentError, ScenarioError
-from flockesc_env.predator_policies import Chase
+from flockesc_env.policies.predators import Chase
 
 SMALLEST, LARGEST = 1e-20, 1e20
 BELOW, ABOVE = math.nextafter(SMALLEST, 0), math.nextafter(LARGEST, math.inf)

@@ -21,8 +21,8 @@ from flockesc_env import (
 )
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import Control
-from flockesc_env.network import Architecture, NetworkPolicy, mirrored
 from flockesc_env.policies import bind
+from flockesc_env.policies.network import Architecture, NetworkPolicy, mirrored
 
 INPUTS = ("predator_distance", "heard_velocity_left", "time", "predator_direction_left")
 SCENARIO = small_flock(num_agents=6, num_steps=12, predator_range=60.0)

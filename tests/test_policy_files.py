@@ -13,10 +13,10 @@ from option_table import small_flock
 
 from flockesc_env import LineScenario, load_policy, rollout, rollout_line, save_policy
 from flockesc_env.common.errors import ArgumentError, RecordError, ScenarioError
-from flockesc_env.contenders import Contender, built_in
-from flockesc_env.network import Architecture, NetworkPolicy
 from flockesc_env.policies import FixedRange, StubbornWitnesses
-from flockesc_env.policy_files import find_policy
+from flockesc_env.policies.files import find_policy
+from flockesc_env.policies.network import Architecture, NetworkPolicy
+from flockesc_env.policies.registry import Contender, built_in
 
 SCENARIO = small_flock(num_agents=6, predator_range=60.0)
 ARCHITECTURE = Architecture(("time", "predator_distance"), (3, 2), memory=1, mirror=True, squash="tanh")

@@ -26,7 +26,7 @@ from flockesc_env import (
 )
 from flockesc_env.common.errors import ActionError
 from flockesc_env.policies import FixedRange, SB3Policy
-from flockesc_env.predator_policies import Chase, Coast
+from flockesc_env.policies.predators import Chase, Coast
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))

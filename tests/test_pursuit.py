@@ -28,7 +28,7 @@ from flockesc_env import (
 )
 from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError, ScenarioError
 from flockesc_env.policies import FixedRange, StubbornLeaders, bind
-from flockesc_env.predator_policies import Chase, Coast
+from flockesc_env.policies.predators import Chase, Coast
 
 PURSUIT_ID = "flockesc_env:flockesc/FlockPursuit-v0"
 TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))

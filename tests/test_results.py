@@ -18,8 +18,8 @@ from flockesc_env import ArgumentError, FlockScenario, rollout
 from flockesc_env.common import stats
 from flockesc_env.common.errors import RecordError
 from flockesc_env.common.stats import Estimate
-from flockesc_env.contenders import Contender
 from flockesc_env.policies import FixedRange, StubbornLeaders
+from flockesc_env.policies.registry import Contender
 from training import config
 from training.aggregate import RESAMPLES, Aggregate, aggregate, iqm, means, profile
 from training.config import Setting

@@ -21,7 +21,7 @@ from resume_child import run
 from small_runs import LEARNERS, small_run
 from stable_baselines3.common.buffers import ReplayBuffer
 
-from flockesc_env.policy_files import load_policy
+from flockesc_env.policies.files import load_policy
 from training.config import CURVE_FILE, POLICY_FILE, Args
 from training.outputs import CHECKPOINT
 

@@ -9,8 +9,8 @@ import pytest
 
 from flockesc_env import LineEscapeEnv, LineScenario, rollout_line, sweep
 from flockesc_env.common.errors import ArgumentError, ScenarioError
-from flockesc_env.network import Architecture, NetworkPolicy
 from flockesc_env.policies import FixedRange, Policy, StubbornLeaders, bind
+from flockesc_env.policies.network import Architecture, NetworkPolicy
 
 SCENARIO = LineScenario(num_agents=12, max_steps=40)
 SEEDS = [5, 0, 2**64 - 1, 7, 7, 3]

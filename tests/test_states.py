@@ -24,7 +24,7 @@ from flockesc_env import (
     LineScenario,
     parallel_env,
 )
-from flockesc_env.predator_policies import Chase
+from flockesc_env.policies.predators import Chase
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 STEPS = 200

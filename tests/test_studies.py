@@ -15,7 +15,7 @@ import pytest
 from tiny_studies import TINY, Spy, write_preset
 
 from flockesc_env import load_policy, rollout, sweep
-from flockesc_env.contenders import built_in
+from flockesc_env.policies.registry import built_in
 from training import explain, search, seeds
 from training.arguments import StudyArgs
 from training.config import presets

@@ -24,8 +24,8 @@ from flockesc_env import (
     stats,
     sweep,
 )
-from flockesc_env.contenders import Contender
 from flockesc_env.policies import FixedRange
+from flockesc_env.policies.registry import Contender
 from training import seeds
 from training.__main__ import app
 from training.arguments import StudyArgs, TuneArgs

@@ -20,8 +20,8 @@ from option_table import small_flock
 import flockesc_env
 from flockesc_env import FlockScenario, LineScenario, load_policy, load_state, records, save_policy
 from flockesc_env.common.errors import RecordError, ScenarioError
-from flockesc_env.contenders import Contender
-from flockesc_env.network import Architecture, NetworkPolicy
+from flockesc_env.policies.network import Architecture, NetworkPolicy
+from flockesc_env.policies.registry import Contender
 
 MUTATIONS = 300
 """Of every kind of file."""

@@ -34,10 +34,10 @@ from flockesc_env import (
     simulate,
     simulate_line,
 )
-from flockesc_env.contenders import NAMES, built_in
 from flockesc_env.models.graph import component_labels
 from flockesc_env.models.records import versions
 from flockesc_env.policies import FixedRange, StubbornLeaders, StubbornWitnesses
+from flockesc_env.policies.registry import NAMES, built_in
 from flockesc_env.watch import serve, write_page
 from flockesc_env.watch.document import run_document
 
@@ -247,7 +247,7 @@ def start_server(
     script = f"""
         import signal
         from flockesc_env import FlockScenario, simulate
-        from flockesc_env.contenders import built_in
+        from flockesc_env.policies.registry import built_in
         from flockesc_env.watch import serve
 
         signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits none

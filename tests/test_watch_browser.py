@@ -13,7 +13,7 @@ import chromium
 import pytest
 
 from flockesc_env import FlockScenario
-from flockesc_env.contenders import built_in
+from flockesc_env.policies.registry import built_in
 from flockesc_env.watch import write_page
 
 pytestmark = pytest.mark.skipif(chromium.EXECUTABLE is None, reason="needs Chromium")
@@ -265,7 +265,7 @@ def test_nothing_is_wider_than_the_window(tab: chromium.Tab, tmp_path: Path, wid
 def address() -> Iterator[str]:
     script = f"""
         from flockesc_env import FlockScenario
-        from flockesc_env.contenders import built_in
+        from flockesc_env.policies.registry import built_in
         from flockesc_env.watch import serve
 
         flock = FlockScenario(num_agents=40, num_steps=80)

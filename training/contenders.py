@@ -8,8 +8,8 @@ from pathlib import Path
 
 from flockesc_env import FlockScenario
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.contenders import NAMES, Contender
-from flockesc_env.policy_files import find_policy
+from flockesc_env.policies.files import find_policy
+from flockesc_env.policies.registry import NAMES, Contender
 from training.config import POLICY_FILE
 
 EXPECTED = f"{', '.join(NAMES)}, a policy's file, the folder of a finished run or module:function"
@@ -19,7 +19,7 @@ def contender(spec: str) -> Contender:
     """Make a contender of its name.
 
     Args:
-        spec: a built-in policy (``flockesc_env.contenders.NAMES``), a file that ``save_policy`` wrote, the
+        spec: a built-in policy (``flockesc_env.policies.registry.NAMES``), a file that ``save_policy`` wrote, the
             folder of a finished run, or ``module:function``, a function that returns a ``Contender``.
 
     Raises:

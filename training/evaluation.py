@@ -15,10 +15,10 @@ from flockesc_env import (
 )
 from flockesc_env.common.progress import bar
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.contenders import Contender
 from flockesc_env.episodes.spaces import Control
 from flockesc_env.policies import Policy
-from flockesc_env.rollout_line import rollout_line
+from flockesc_env.policies.registry import Contender
+from flockesc_env.policies.rollout_line import rollout_line
 from training.config import Setting
 
 OUTCOMES = {"mean": "min_mean_distance", "minimum": "min_min_distance"}

@@ -8,9 +8,9 @@ from typing import Protocol
 import numpy as np
 
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.network import Architecture, NetworkPolicy
 from flockesc_env.policies import StubbornWitnesses
-from flockesc_env.policy_files import Stored
+from flockesc_env.policies.files import Stored
+from flockesc_env.policies.network import Architecture, NetworkPolicy
 from training.config import SearchArgs
 from training.evaluation import control
 

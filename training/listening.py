@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario
 from flockesc_env.common.files import writing
-from flockesc_env.contenders import Contender
+from flockesc_env.policies.registry import Contender
 from training.explain import watch
 from training.seeds import HELD_OUT, first_seeds
 

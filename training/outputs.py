@@ -11,8 +11,8 @@ from typing import Any
 import polars as pl
 
 from flockesc_env.common.files import writing
-from flockesc_env.contenders import Contender
-from flockesc_env.policy_files import Stored, save_policy
+from flockesc_env.policies.files import Stored, save_policy
+from flockesc_env.policies.registry import Contender
 from training.config import CONFIG_FILE, CURVE_FILE, POLICY_FILE, RUN_FILE, Args, RunRecord
 from training.evaluation import control, objective
 from training.seeds import TUNING, first_seeds

@@ -14,7 +14,7 @@ from matplotlib.patches import Circle
 from flockesc_env import FlockScenario, FlockSweepResult, Trajectory
 from flockesc_env.common import stats
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.contenders import Contender
+from flockesc_env.policies.registry import Contender
 
 Run = tuple[str, Trajectory]
 """Name of a policy, and what the flock did under it."""

@@ -25,7 +25,7 @@ from torch import nn
 
 from flockesc_env import FlockScenario, LineEscapeEnv, LineScenario
 from flockesc_env.common.progress import bar
-from flockesc_env.network import Architecture, NetworkPolicy
+from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 from training.config import PPOArgs, SB3Args, TQCArgs
 from training.evaluation import control

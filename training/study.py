@@ -18,8 +18,8 @@ import polars as pl
 from flockesc_env import FlockScenario
 from flockesc_env.common.progress import bar
 from flockesc_env.common.stats import FloatArray, mean
-from flockesc_env.contenders import Contender, built_in
 from flockesc_env.paper.jobs import Cache, Job
+from flockesc_env.policies.registry import Contender, built_in
 from training import explain, seeds
 from training.arguments import StudyArgs
 from training.config import (

@@ -11,8 +11,8 @@ import polars as pl
 from flockesc_env import FlockScenario
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.files import writing
-from flockesc_env.contenders import Contender
 from flockesc_env.episodes.options import EnvOptions, LineOptions
+from flockesc_env.policies.registry import Contender
 from training.config import Setting, presets
 from training.contenders import contender
 from training.evaluation import play

@@ -10,11 +10,11 @@ from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, ScenarioFlags, optional
 from flockesc_env.cli.output import check_output, note, show, show_json
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.contenders import NAMES
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.models import records
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate, simulate_line
-from flockesc_env.policy_files import find_policy
+from flockesc_env.policies.files import find_policy
+from flockesc_env.policies.registry import NAMES
 from flockesc_env.scenario.flock import FlockScenario, LineScenario
 
 _MEANINGS = {

@@ -12,10 +12,10 @@ from flockesc_env.cli.flags import Progress, ScenarioFlags, optional, switch
 from flockesc_env.cli.output import check_output, note, require
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.progress import bar
-from flockesc_env.contenders import NAMES
 from flockesc_env.models import records
 from flockesc_env.models.simulate import Trajectory
-from flockesc_env.policy_files import find_policy
+from flockesc_env.policies.files import find_policy
+from flockesc_env.policies.registry import NAMES
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.watch import serve, write_page
 

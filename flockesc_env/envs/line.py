@@ -16,8 +16,8 @@ from flockesc_env.common.errors import EpisodeError
 from flockesc_env.envs.rendered import Rendered
 from flockesc_env.episodes.options import LineOptions
 from flockesc_env.episodes.seeds import Schedule, fresh_seed
+from flockesc_env.policies.rollout_line import line_control
 from flockesc_env.render import RENDER_MODES, RenderOptions, line_viewer
-from flockesc_env.rollout_line import line_control
 from flockesc_env.scenario.flock import LineScenario
 from flockesc_env.scenario.presets import as_scenario
 

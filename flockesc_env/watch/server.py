@@ -16,8 +16,8 @@ from urllib.parse import parse_qs, urlsplit
 
 from flockesc_env.common.checks import as_count, as_flag, as_instance, as_seed
 from flockesc_env.common.errors import ArgumentError, FlockescError
-from flockesc_env.contenders import NAMES, built_in
 from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.policies.registry import NAMES, built_in
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.watch.document import Run, check_runs, run_document
 from flockesc_env.watch.page import render

@@ -10,8 +10,8 @@ from flockesc_env.common.checks import as_flag, as_instance, as_policy, as_text
 from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.models.simulate import Trajectory
-from flockesc_env.policies import FixedRange, Policy, RandomRange, StubbornLeaders, StubbornWitnesses
-from flockesc_env.rollout import record
+from flockesc_env.policies.ranges import FixedRange, Policy, RandomRange, StubbornLeaders, StubbornWitnesses
+from flockesc_env.policies.rollout import record
 from flockesc_env.scenario.flock import FlockScenario, LineScenario, as_model
 
 NAMES = ("fixed:RHO", "random", "stubborn-leaders", "stubborn-leaders-local", "stubborn-witnesses")

@@ -13,8 +13,8 @@ from flockesc_env.common.checks import FloatArray, as_callback, as_count, as_pol
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.models.simulate import IntArray, Trajectory, simulate
-from flockesc_env.policies import Observations, Policy
-from flockesc_env.predator_policies import PredatorControl, PredatorPolicy
+from flockesc_env.policies.predators import PredatorControl, PredatorPolicy
+from flockesc_env.policies.ranges import Observations, Policy
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
 

@@ -10,11 +10,11 @@ from typing import Any
 from flockesc_env.common.array_files import read_document, write_document
 from flockesc_env.common.checks import as_instance, as_path
 from flockesc_env.common.errors import ArgumentError, RecordError, ScenarioError
-from flockesc_env.contenders import NAMES, Contender, built_in
 from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.models.records import versions
-from flockesc_env.network import Architecture, NetworkPolicy
-from flockesc_env.policies import StubbornWitnesses
+from flockesc_env.policies.network import Architecture, NetworkPolicy
+from flockesc_env.policies.ranges import StubbornWitnesses
+from flockesc_env.policies.registry import NAMES, Contender, built_in
 from flockesc_env.scenario.flock import FlockScenario, LineScenario
 
 SUFFIX = ".npz"
@@ -80,7 +80,7 @@ def find_policy(spec: str, argument: str = "policies") -> Contender:
     """Return a policy by the name of a built-in one, or by its file.
 
     Args:
-        spec: one of ``flockesc_env.contenders.NAMES``, or the path of a file that ``save_policy`` wrote.
+        spec: one of ``flockesc_env.policies.registry.NAMES``, or the path of a file that ``save_policy`` wrote.
         argument: what an error calls the argument that the name came in.
 
     Raises:

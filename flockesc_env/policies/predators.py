@@ -93,7 +93,7 @@ class PredatorControl:
 class PredatorPolicy(Protocol):
     """Anything that turns observation rows of learned predators into their actions.
 
-    ``flockesc_env.policies.SB3Policy`` is one, too.
+    ``flockesc_env.policies.ranges.SB3Policy`` is one, too.
     """
 
     def act(self, observations: Observations, control: PredatorControl) -> NDArray[Any]:

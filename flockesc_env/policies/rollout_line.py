@@ -14,7 +14,7 @@ from flockesc_env.common.checks import FloatArray, as_count, as_policy, as_seeds
 from flockesc_env.episodes.options import LineOptions
 from flockesc_env.episodes.spaces import Control, ObservationLayout, RangeActions
 from flockesc_env.models.simulate import IntArray
-from flockesc_env.policies import Policy
+from flockesc_env.policies.ranges import Policy
 from flockesc_env.scenario.flock import LineScenario
 from flockesc_env.scenario.presets import as_scenario
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats, as_instance, as_text
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import Control, ObservationLayout
-from flockesc_env.policies import Observations
+from flockesc_env.policies.ranges import Observations
 
 Parameters = NDArray[np.float32]
 Squash = Literal["clip", "tanh"]
