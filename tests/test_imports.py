@@ -76,7 +76,7 @@ def loaded_after(statement: str) -> set[str]:
     [
         "import flockesc_env",
         "import flockesc_env.watch, flockesc_env.policies.registry, flockesc_env.models.records",
-        "import flockesc_env.render, flockesc_env.video",
+        "import flockesc_env.render, flockesc_env.render.video",
         "from flockesc_env import *",
         "import gymnasium; gymnasium.make('flockesc_env:flockesc/FlockEscape-v0').reset(seed=0)",
         "import flockesc_env; flockesc_env.parallel_env().reset(seed=0)",

@@ -18,8 +18,8 @@ from stable_baselines3.common.vec_env import VecVideoRecorder
 import flockesc_env
 from flockesc_env import ArgumentError, LineScenario, ScenarioError, simulate, simulate_line
 from flockesc_env.render import RenderOptions, draw
+from flockesc_env.render.video import write_video
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
-from flockesc_env.video import write_video
 
 # imageio leaves the pipes of its reader to the garbage collector.
 pytestmark = pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")

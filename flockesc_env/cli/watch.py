@@ -83,7 +83,7 @@ def run(
 def _write_video(runs: _Runs, path: Path, *, always: bool) -> None:
     for module in ("pygame", "imageio_ffmpeg"):
         require(module, "video", "output")
-    from flockesc_env.video import write_video
+    from flockesc_env.render.video import write_video
 
     frames = max(run.scenario.num_steps for _, run in runs) + 1
     with bar("Video", frames, always=always) as report:
