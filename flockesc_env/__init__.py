@@ -17,9 +17,9 @@ from flockesc_env.common.errors import (
     RecordError,
     ScenarioError,
 )
-from flockesc_env.envs.flock import FlockEscapeEnv
+from flockesc_env.envs.gymnasium import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
-from flockesc_env.envs.parallel import FlockParallelEnv, env, parallel_env, raw_env
+from flockesc_env.envs.pettingzoo import FlockParallelEnv, env, parallel_env, raw_env
 from flockesc_env.envs.pursuit import FlockPursuitEnv
 from flockesc_env.envs.vector import FlockVectorEnv
 from flockesc_env.episodes.options import EnvOptions, LineOptions
@@ -142,7 +142,7 @@ __all__ = [
 
 _gymnasium.register(
     "flockesc/FlockEscape-v0",
-    "flockesc_env.envs.flock:FlockEscapeEnv",
+    "flockesc_env.envs.gymnasium:FlockEscapeEnv",
     vector_entry_point="flockesc_env.envs.vector:FlockVectorEnv",
 )
 _gymnasium.register("flockesc/FlockPursuit-v0", "flockesc_env.envs.pursuit:FlockPursuitEnv")

@@ -12,7 +12,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 
 from flockesc_env.common.checks import as_array, as_seed
 from flockesc_env.common.errors import ActionError
-from flockesc_env.envs.restorable import RestorableBatch
+from flockesc_env.envs._restorable import RestorableBatch
 from flockesc_env.episodes.batch import Columns, FlockBatch, Observations, infos
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.seeds import fresh_seed

@@ -19,7 +19,7 @@ from flockesc_env.cli.flags import Json, Progress
 from flockesc_env.cli.output import show, show_json, table
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.progress import bar
-from flockesc_env.envs.parallel import FlockParallelEnv
+from flockesc_env.envs.pettingzoo import FlockParallelEnv
 from flockesc_env.envs.vector import FlockVectorEnv
 from flockesc_env.models import records
 from flockesc_env.models.sweep import sweep

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import as_bytes, as_floats, as_options, as_seed
 from flockesc_env.common.errors import EpisodeError
-from flockesc_env.envs.rendered import Rendered
+from flockesc_env.envs._rendered import Rendered
 from flockesc_env.episodes.options import LineOptions
 from flockesc_env.episodes.seeds import Schedule, fresh_seed
 from flockesc_env.policies.rollout_line import line_control

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_policy, as_seed
 from flockesc_env.common.errors import EpisodeError, ScenarioError
-from flockesc_env.envs.rendered import Rendered
-from flockesc_env.envs.restorable import Restorable
+from flockesc_env.envs._rendered import Rendered
+from flockesc_env.envs._restorable import Restorable
 from flockesc_env.episodes.batch import FlockBatch, Observations, infos, is_over
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.policies.predators import opposite, with_learned

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_flag, as_mapping, as_seed
 from flockesc_env.common.errors import ArgumentError, EpisodeError, shown
-from flockesc_env.envs.restorable import RestorableBatch
+from flockesc_env.envs._restorable import RestorableBatch
 from flockesc_env.episodes.batch import MAX_FLOCKS, AtEnd, Columns, FlockBatch, Observations, is_over
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.policies.predators import PredatorPolicy

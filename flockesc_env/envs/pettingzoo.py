@@ -15,8 +15,8 @@ from pettingzoo.utils import parallel_to_aec, wrappers
 
 from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_seed
 from flockesc_env.common.errors import ActionError, EpisodeError, shown
-from flockesc_env.envs.rendered import Rendered
-from flockesc_env.envs.restorable import Restorable
+from flockesc_env.envs._rendered import Rendered
+from flockesc_env.envs._restorable import Restorable
 from flockesc_env.episodes.batch import RESET_OPTIONS, Columns, FlockBatch, Step, infos, is_over
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.spaces import STACKED, Label

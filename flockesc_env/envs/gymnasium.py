@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_seed
-from flockesc_env.envs.rendered import Rendered
-from flockesc_env.envs.restorable import Restorable
+from flockesc_env.envs._rendered import Rendered
+from flockesc_env.envs._restorable import Restorable
 from flockesc_env.episodes.batch import FlockBatch, infos, is_over
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.policies.predators import PredatorPolicy
