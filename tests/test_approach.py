@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from flockesc_env import ArgumentError, ConstantVelocity, FlockScenario, Intercept, approach
-from flockesc_env.paper.plan import OFFSETS, aimed
+from studies.paper.plan import OFFSETS, aimed
 
 DIRECTIONS = [(1.0, 1.0), (0.0, -3.0), (-2.0, 0.5)]
 

@@ -20,11 +20,11 @@ from flockesc_env import LineScenario, load_policy, simulate, simulate_line
 from flockesc_env.cli.exits import Exit
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.models.records import save
-from flockesc_env.paper.page import RESULTS_FILE
 from flockesc_env.policies.registry import NAMES, built_in
 from flockesc_env.watch import write_page
 from flockesc_env.watch.page import render
 from flockesc_env.watch.server import _Server, run_for
+from studies.paper.page import RESULTS_FILE
 
 
 def test_a_page_of_policies_on_one_flock(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

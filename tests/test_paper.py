@@ -16,15 +16,15 @@ import pytest
 import reference
 
 from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
-from flockesc_env.paper import jobs
-from flockesc_env.paper.claims import Verdict, verdict
-from flockesc_env.paper.flock_claims import dominates
-from flockesc_env.paper.jobs import Cache, Job
-from flockesc_env.paper.line_claims import clusters
-from flockesc_env.paper.page import RESULTS_FILE, Results, html_page, markdown_page
-from flockesc_env.paper.plan import Trials, aimed, studies
-from flockesc_env.paper.realizations import flock_seed, line_seed
-from flockesc_env.paper.reproduction import reproduce
+from studies.paper import jobs
+from studies.paper.claims import Verdict, verdict
+from studies.paper.flock_claims import dominates
+from studies.paper.jobs import Cache, Job
+from studies.paper.line_claims import clusters
+from studies.paper.page import RESULTS_FILE, Results, html_page, markdown_page
+from studies.paper.plan import Trials, aimed, studies
+from studies.paper.realizations import flock_seed, line_seed
+from studies.paper.reproduction import reproduce
 
 ROOT = Path(__file__).parent.parent
 COMMITTED = ROOT / "results" / "paper"
@@ -155,8 +155,8 @@ def test_shown_realizations_follow_their_rules() -> None:
 SCRIPT = """
 import sys
 from pathlib import Path
-from flockesc_env.paper.plan import Trials
-from flockesc_env.paper.reproduction import reproduce
+from studies.paper.plan import Trials
+from studies.paper.reproduction import reproduce
 reproduce(Path(sys.argv[1]), Trials(flocks=4, lines=40), progress=lambda *_: print("chunk", flush=True))
 """
 

@@ -30,9 +30,9 @@ from flockesc_env import (
     simulate_line,
 )
 from flockesc_env.common.errors import ScenarioError
-from flockesc_env.paper.plan import aimed
 from flockesc_env.policies import FixedRange
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+from studies.paper.plan import aimed
 
 every_preset = pytest.mark.parametrize("name", PRESETS)
 

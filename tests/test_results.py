@@ -20,15 +20,15 @@ from flockesc_env.common.errors import RecordError
 from flockesc_env.common.stats import Estimate
 from flockesc_env.policies import FixedRange, StubbornLeaders
 from flockesc_env.policies.registry import Contender
+from studies.learned.aggregate import RESAMPLES, Aggregate, aggregate, iqm, means, profile
+from studies.learned.page import FIGURES, listened, markdown_page, readme_table, write_page
+from studies.learned.results import BEST_FIXED, ORACLE, load_studies, load_study
+from studies.learned.submit import check_fits, submit
+from studies.learned.summary import Summary, elsewhere, hidden, summarize
+from studies.learned.targets import AIMS, Target, Verdict
 from training import config
-from training.aggregate import RESAMPLES, Aggregate, aggregate, iqm, means, profile
 from training.config import Setting
-from training.page import FIGURES, listened, markdown_page, readme_table, write_page
-from training.results import BEST_FIXED, ORACLE, load_studies, load_study
 from training.seeds import HELD_OUT
-from training.submit import check_fits, submit
-from training.summary import Summary, elsewhere, hidden, summarize
-from training.targets import AIMS, Target, Verdict
 
 ROOT = Path(__file__).parent.parent
 COMMITTED = ROOT / "results" / "learned"

@@ -16,15 +16,16 @@ from tiny_studies import TINY, Spy, write_preset
 
 from flockesc_env import load_policy, rollout, sweep
 from flockesc_env.policies.registry import built_in
-from training import explain, search, seeds
+from studies.learned import explain
+from studies.learned.page import write_page
+from studies.learned.results import BEST_FIXED, ORACLE, Study, load_study
+from studies.learned.study import FLOCK_GRID, study
+from studies.learned.submit import submit
+from training import search, seeds
 from training.arguments import StudyArgs
 from training.config import presets
 from training.evaluation import objective
-from training.page import write_page
-from training.results import BEST_FIXED, ORACLE, Study, load_study
 from training.seeds import HELD_OUT, TRAINING, TUNING
-from training.study import FLOCK_GRID, study
-from training.submit import submit
 
 FLOCKS = 70  # more than rollouts step together
 OTHER = TINY.replace(num_agents=5)

@@ -24,11 +24,11 @@ from flockesc_env import (
 )
 from flockesc_env.cli.exits import Exit
 from flockesc_env.common.stats import Estimate
-from flockesc_env.worlds.findings import Finding, Outcome, outcome
-from flockesc_env.worlds.page import RESULTS_FILE, Answer, Results, answers, markdown_page
-from flockesc_env.worlds.plan import METERS, NEIGHBORS, grid_of, studies, worlds
-from flockesc_env.worlds.questions import question_of
-from flockesc_env.worlds.survey import survey
+from studies.robustness.findings import Finding, Outcome, outcome
+from studies.robustness.page import RESULTS_FILE, Answer, Results, answers, markdown_page
+from studies.robustness.plan import METERS, NEIGHBORS, grid_of, studies, worlds
+from studies.robustness.questions import question_of
+from studies.robustness.survey import survey
 
 ROOT = Path(__file__).parent.parent
 COMMITTED = ROOT / "results" / "worlds"

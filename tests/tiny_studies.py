@@ -14,8 +14,9 @@ import pytest
 
 import training
 from flockesc_env import FlockScenario
-from flockesc_env.paper.jobs import Job
-from training import evaluation, explain, processes
+from studies.learned import explain
+from studies.paper.jobs import Job
+from training import evaluation, processes
 
 TINY = FlockScenario(num_agents=8, num_steps=16, initial_side=20.0)
 COMMANDS = Path(training.__file__).parent / "__main__.py"

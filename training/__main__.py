@@ -52,7 +52,7 @@ def _tune(args: Annotated[TuneArgs, tyro.conf.arg(name="")]) -> None:
 @app.command(name="study")
 def _study(args: Annotated[StudyArgs, tyro.conf.arg(name="")]) -> None:
     """Rerun one row of the comparison from nothing: training, evaluation, files for the page."""
-    from training.study import study
+    from studies.learned.study import study
 
     print("Results:", study(args))
 
@@ -65,7 +65,7 @@ def _page(results: Path = RESULTS, page: Path = PAGE) -> None:
         results: folder of the studies.
         page: the page's file.
     """
-    from training.page import write_page
+    from studies.learned.page import write_page
 
     print(write_page(results, page))
 
@@ -87,7 +87,7 @@ def _submit(
         results: folder of the studies.
         page: the page's file.
     """
-    from training.submit import submit
+    from studies.learned.submit import submit
 
     submit(setting, policy, name, results, page)
 

@@ -18,9 +18,12 @@ import polars as pl
 from flockesc_env import FlockScenario
 from flockesc_env.common.progress import bar
 from flockesc_env.common.stats import FloatArray, mean
-from flockesc_env.paper.jobs import Cache, Job
 from flockesc_env.policies.registry import Contender, built_in
-from training import explain, seeds
+from studies.learned import explain
+from studies.learned.listening import LISTENING_FILE, measure_listening
+from studies.learned.results import EPISODES_FILE
+from studies.paper.jobs import Cache, Job
+from training import seeds
 from training.arguments import StudyArgs
 from training.config import (
     CURVE_FILE,
@@ -35,10 +38,8 @@ from training.config import (
 )
 from training.contenders import contender
 from training.evaluation import OUTCOMES, play
-from training.listening import LISTENING_FILE, measure_listening
 from training.outputs import write_table
 from training.processes import train_apart
-from training.results import EPISODES_FILE
 
 FLOCK_GRID = (*range(0, 21, 2), 25, 30, 40, 50, 75, 100, 150)
 """Fixed ranges in m among which the best is chosen."""

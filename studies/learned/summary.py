@@ -10,9 +10,9 @@ import polars as pl
 
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate
-from training.aggregate import Aggregate, aggregate
-from training.results import BEST_FIXED, Study
-from training.targets import AIMS, Aim, Target, aim_of
+from studies.learned.aggregate import Aggregate, aggregate
+from studies.learned.results import BEST_FIXED, Study
+from studies.learned.targets import AIMS, Aim, Target, aim_of
 
 NOTHING = "nothing"
 LEARNED = "learned"
@@ -72,7 +72,7 @@ class Summary:
         return f"{row.lowest:{digits}} to {row.highest:{digits}}"
 
     def verdicts(self) -> list[str]:
-        """Return a sentence per target, made by ``training.targets.RULE``."""
+        """Return a sentence per target, made by ``studies.learned.targets.RULE``."""
         return [self._sentence(target, who) for target, who in self._judged()]
 
     def verdict(self) -> str:

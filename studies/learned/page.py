@@ -10,14 +10,14 @@ from matplotlib.figure import Figure
 
 from flockesc_env.common.files import writing
 from flockesc_env.common.stats import CONFIDENCE
-from flockesc_env.paper.page import environment
-from training import figures
-from training.aggregate import RESAMPLES, profile
-from training.listening import LISTENING_FILE, LISTENING_FLOCKS, draw_listening
-from training.results import BEST_FIXED, ORACLE, load_studies
+from studies.learned import figures
+from studies.learned.aggregate import RESAMPLES, profile
+from studies.learned.listening import LISTENING_FILE, LISTENING_FLOCKS, draw_listening
+from studies.learned.results import BEST_FIXED, ORACLE, load_studies
+from studies.learned.summary import Summary, elsewhere, hidden, summarize
+from studies.learned.targets import AIMS, RULE
+from studies.paper.page import environment
 from training.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
-from training.summary import Summary, elsewhere, hidden, summarize
-from training.targets import AIMS, RULE
 
 FIGURES = "figures"
 CREDIT = "per-agent-visible"

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from flockesc_env.common.stats import Estimate
-from flockesc_env.paper.page import environment
-from flockesc_env.worlds.findings import RULE, Finding, Outcome
-from flockesc_env.worlds.plan import Grid
-from flockesc_env.worlds.questions import QUESTIONS
+from studies.paper.page import environment
+from studies.robustness.findings import RULE, Finding, Outcome
+from studies.robustness.plan import Grid
+from studies.robustness.questions import QUESTIONS
 
 RESULTS_FILE = "results.json"
 FIGURE = "worlds"
@@ -106,7 +106,7 @@ def answers(results: Results, symbol: str) -> list[Answer]:
 def markdown_page(results: Results, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the picture in the folder ``figures``."""
     folder = Path(os.path.relpath(figures.resolve(), page.resolve().parent))
-    template = environment("flockesc_env.worlds").get_template("worlds.md")
+    template = environment("studies.robustness").get_template("worlds.md")
     rendered: str = template.render(
         results=results,
         answers={symbol: answers(results, symbol) for symbol in results.worlds[0].outcomes},

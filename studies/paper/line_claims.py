@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
-from flockesc_env.paper.claims import Claim, Figure, every, mean, share, verdict
-from flockesc_env.paper.jobs import Arrays
-from flockesc_env.paper.plan import (
+from studies.paper.claims import Claim, Figure, every, mean, share, verdict
+from studies.paper.jobs import Arrays
+from studies.paper.plan import (
     BATCH,
     COARSE,
     FORCES,

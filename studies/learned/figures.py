@@ -17,10 +17,10 @@ from matplotlib.ticker import NullFormatter
 
 from flockesc_env.common.files import writing
 from flockesc_env.common.stats import Estimate, FloatArray
-from flockesc_env.paper.style import INK
-from training.aggregate import Profile
-from training.results import BEST_FIXED, Study
-from training.summary import Summary
+from studies.learned.aggregate import Profile
+from studies.learned.results import BEST_FIXED, Study
+from studies.learned.summary import Summary
+from studies.paper.style import INK
 
 Row = tuple[str, Estimate]
 """A label and what is drawn beside it."""

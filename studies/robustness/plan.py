@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.paper.jobs import Study
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.predators import Learned
 from flockesc_env.scenario.presets import PRESETS
+from studies.paper.jobs import Study
 
 LEAST_FLOCKS: Final = 2
 """Flocks in each half, without which there is no interval."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flockesc_env import FlockScenario
 from flockesc_env.common.files import writing
 from flockesc_env.policies.registry import Contender
-from training.explain import watch
+from studies.learned.explain import watch
 from training.seeds import HELD_OUT, first_seeds
 
 SILENT = 1.0

@@ -9,15 +9,15 @@ from pathlib import Path
 from flockesc_env.common.files import writing
 from flockesc_env.models import records
 from flockesc_env.models.sweep import Progress
-from flockesc_env.paper import style
-from flockesc_env.paper.jobs import Arrays, Cache, measure
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import PRESETS
-from flockesc_env.worlds.figure import against_range
-from flockesc_env.worlds.findings import OBJECTIVES, outcome
-from flockesc_env.worlds.page import FIGURE, RESULTS_FILE, Results, World, markdown_page
-from flockesc_env.worlds.plan import grid_of, studies, worlds
-from flockesc_env.worlds.questions import question_of
+from studies.paper import style
+from studies.paper.jobs import Arrays, Cache, measure
+from studies.robustness.figure import against_range
+from studies.robustness.findings import OBJECTIVES, outcome
+from studies.robustness.page import FIGURE, RESULTS_FILE, Results, World, markdown_page
+from studies.robustness.plan import grid_of, studies, worlds
+from studies.robustness.questions import question_of
 
 
 def survey(

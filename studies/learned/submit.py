@@ -13,11 +13,11 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.files import writing
 from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.policies.registry import Contender
+from studies.learned.page import write_page
+from studies.learned.results import EPISODES_FILE, load_studies
 from training.config import Setting, presets
 from training.contenders import contender
 from training.evaluation import play
-from training.page import write_page
-from training.results import EPISODES_FILE, load_studies
 from training.seeds import HELD_OUT, first_seeds
 
 

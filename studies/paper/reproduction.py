@@ -7,13 +7,13 @@ from pathlib import Path
 
 from flockesc_env.common.files import writing
 from flockesc_env.models.sweep import Progress
-from flockesc_env.paper import flock_figures, line_figures, realizations, style
-from flockesc_env.paper.flock_claims import by_range, flock_claims
-from flockesc_env.paper.jobs import Arrays, Cache, measure
-from flockesc_env.paper.line_claims import edge_claim, line_claims
-from flockesc_env.paper.page import RESULTS_FILE, Results, html_page, markdown_page
-from flockesc_env.paper.plan import FORCES, OFFSETS, Trials, studies
-from flockesc_env.paper.theory_claims import theory_claims
+from studies.paper import flock_figures, line_figures, realizations, style
+from studies.paper.flock_claims import by_range, flock_claims
+from studies.paper.jobs import Arrays, Cache, measure
+from studies.paper.line_claims import edge_claim, line_claims
+from studies.paper.page import RESULTS_FILE, Results, html_page, markdown_page
+from studies.paper.plan import FORCES, OFFSETS, Trials, studies
+from studies.paper.theory_claims import theory_claims
 
 _PACKAGES = ("flockesc-env", "numpy", "scipy")
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from flockesc_env.paper.claims import every
-from flockesc_env.paper.flock_claims import PRINTED_BEST, PRINTED_COMPONENTS, dominates
-from flockesc_env.paper.jobs import Arrays
-from flockesc_env.paper.line_claims import PRINTED_CLUSTERS, clusters
-from flockesc_env.paper.plan import FLOCK_GRID, FREE_RANGES, SHOWN_FLOCK_RANGES
+from studies.paper.claims import every
+from studies.paper.flock_claims import PRINTED_BEST, PRINTED_COMPONENTS, dominates
+from studies.paper.jobs import Arrays
+from studies.paper.line_claims import PRINTED_CLUSTERS, clusters
+from studies.paper.plan import FLOCK_GRID, FREE_RANGES, SHOWN_FLOCK_RANGES
 
 LINE_RULE = (
     "the line whose clusters under rho = 0.2 and 0.1 are as many as in the paper's Figure 3 and, at worst,"

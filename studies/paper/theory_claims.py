@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from flockesc_env.paper.claims import Claim, every, exactly, mean, share, verdict
-from flockesc_env.paper.jobs import Arrays
-from flockesc_env.paper.plan import COARSE, FREE_RANGES, LINE, THRESHOLD_RANGES
+from studies.paper.claims import Claim, every, exactly, mean, share, verdict
+from studies.paper.jobs import Arrays
+from studies.paper.plan import COARSE, FREE_RANGES, LINE, THRESHOLD_RANGES
 
 
 def theory_claims(results: dict[str, Arrays]) -> list[Claim]:

@@ -13,11 +13,11 @@ from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress, optional
 from flockesc_env.cli.output import check_output, note, require, show, show_json
 from flockesc_env.common.progress import bar
-from flockesc_env.paper.jobs import total_size
-from flockesc_env.paper.plan import BATCH, Trials, studies
+from studies.paper.jobs import total_size
+from studies.paper.plan import BATCH, Trials, studies
 
 if TYPE_CHECKING:
-    from flockesc_env.paper.page import Results
+    from studies.paper.page import Results
 
 
 def run(
@@ -45,7 +45,7 @@ def run(
     check_output(page, [".md"], field="page")
     for module in ("matplotlib", "scipy", "jinja2", "markdown"):
         require(module, "analysis", "paper")
-    from flockesc_env.paper.reproduction import reproduce  # heavy, and of an extra
+    from studies.paper.reproduction import reproduce  # heavy, and of an extra
 
     with bar("Measuring", total_size(studies(trials)), always=progress) as report:
 

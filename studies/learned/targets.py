@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from flockesc_env.common.stats import Estimate
-from training.aggregate import Aggregate
+from studies.learned.aggregate import Aggregate
 
 
 class Verdict(Enum):

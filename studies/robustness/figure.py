@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from flockesc_env.paper.style import BAND, INK
-from flockesc_env.worlds.page import Results, World
+from studies.paper.style import BAND, INK
+from studies.robustness.page import Results, World
 
 _COLUMNS = 5
 _SYMBOL = "J_mean"

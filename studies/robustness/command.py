@@ -14,11 +14,11 @@ from flockesc_env.cli.output import check_output, note, require, show, show_json
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.progress import bar
-from flockesc_env.paper.jobs import total_size
-from flockesc_env.worlds.plan import LEAST_FLOCKS, studies, worlds
+from studies.paper.jobs import total_size
+from studies.robustness.plan import LEAST_FLOCKS, studies, worlds
 
 if TYPE_CHECKING:
-    from flockesc_env.worlds.page import Results
+    from studies.robustness.page import Results
 
 
 def run(
@@ -53,7 +53,7 @@ def run(
     check_output(page, [".md"], field="page")
     for module in ("matplotlib", "scipy", "jinja2", "markdown"):
         require(module, "analysis", "worlds")
-    from flockesc_env.worlds.survey import survey  # heavy, and of an extra
+    from studies.robustness.survey import survey  # heavy, and of an extra
 
     with bar("Measuring", total_size(plan), always=progress) as report:
 

@@ -15,9 +15,9 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markdown import markdown
 
 from flockesc_env.common.stats import Estimate
-from flockesc_env.paper.claims import MOST, Claim, Figure, RangeRow, Verdict
-from flockesc_env.paper.plan import Trials
-from flockesc_env.paper.realizations import FLOCK_RULE, LINE_RULE
+from studies.paper.claims import MOST, Claim, Figure, RangeRow, Verdict
+from studies.paper.plan import Trials
+from studies.paper.realizations import FLOCK_RULE, LINE_RULE
 
 RESULTS_FILE = "results.json"
 
@@ -100,7 +100,7 @@ def _render(template: str, results: Results, picture: Callable[[str], str]) -> s
     return page
 
 
-def environment(package: str = "flockesc_env.paper") -> Environment:
+def environment(package: str = "studies.paper") -> Environment:
     """Return what renders the templates of a package."""
     # Nothing that a user typed gets onto the page, so that nothing has to be escaped.
     return Environment(

@@ -1,0 +1,1 @@
+"""From training runs to docs/results.md: rows, tables, figures, the page."""
