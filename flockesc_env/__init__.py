@@ -8,6 +8,7 @@ policies, ``rollout`` and ``rollout_line`` compare them.
 
 import gymnasium as _gymnasium
 
+from flockesc_env import policies
 from flockesc_env._core import __version__
 from flockesc_env.common.errors import (
     ActionError,
@@ -29,7 +30,6 @@ from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate, s
 from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 from flockesc_env.policies import network
 from flockesc_env.policies import predators as predator_policies
-from flockesc_env.policies import ranges as policies
 from flockesc_env.policies import registry as contenders
 from flockesc_env.policies.files import load_policy, save_policy
 from flockesc_env.policies.rollout import Episodes, record, rollout

@@ -15,8 +15,8 @@ from flockesc_env.common.errors import ActionError
 from flockesc_env.envs._restorable import RestorableBatch
 from flockesc_env.episodes.batch import Columns, FlockBatch, Observations, infos
 from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.episodes.seeds import fresh_seed
-from flockesc_env.policies.predators import PredatorPolicy
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario

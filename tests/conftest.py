@@ -6,9 +6,9 @@ from pathlib import Path
 
 from hypothesis import settings
 
-# Helpers beside the tests are importable; the repository root stays off the path, so that the installed
+# Helpers in support/ are importable; the repository root stays off the path, so that the installed
 # package is tested and not the source tree.
-sys.path.append(str(Path(__file__).parent))
+sys.path.append(str(Path(__file__).parent / "support"))
 
 # Windows open nowhere, on machines with and without a display.
 os.environ["SDL_VIDEODRIVER"] = "dummy"

@@ -19,8 +19,8 @@ def contender(spec: str) -> Contender:
     """Make a contender of its name.
 
     Args:
-        spec: a built-in policy (``flockesc_env.policies.registry.NAMES``), a file that ``save_policy`` wrote, the
-            folder of a finished run, or ``module:function``, a function that returns a ``Contender``.
+        spec: a built-in policy (``flockesc_env.policies.registry.NAMES``), a file that ``save_policy`` wrote,
+            the folder of a finished run, or ``module:function``, a function that returns a ``Contender``.
 
     Raises:
         ArgumentError: if there is nothing of that name.

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from flockesc_env.common.progress import bar
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.spaces import Control
-from flockesc_env.policies import Observations, Policy
+from flockesc_env.policies.ranges import Observations, Policy
 from training.config import SearchArgs
 from training.evaluation import objective
 from training.families import Family, family_of

@@ -1,0 +1,1 @@
+"""Errors, argument checks, files, progress bars, statistics: helpers that know no model."""

@@ -19,8 +19,8 @@ from flockesc_env.envs._rendered import Rendered
 from flockesc_env.envs._restorable import Restorable
 from flockesc_env.episodes.batch import RESET_OPTIONS, Columns, FlockBatch, Step, infos, is_over
 from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.episodes.predators import PredatorPolicy, all_learned, opposite
 from flockesc_env.episodes.spaces import STACKED, Label
-from flockesc_env.policies.predators import PredatorPolicy, all_learned, opposite
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario

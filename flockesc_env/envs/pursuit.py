@@ -15,7 +15,7 @@ from flockesc_env.envs._rendered import Rendered
 from flockesc_env.envs._restorable import Restorable
 from flockesc_env.episodes.batch import FlockBatch, Observations, infos, is_over
 from flockesc_env.episodes.options import EnvOptions
-from flockesc_env.policies.predators import opposite, with_learned
+from flockesc_env.episodes.predators import opposite, with_learned
 from flockesc_env.policies.ranges import FixedRange, Policy
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second
 from flockesc_env.scenario.flock import FlockScenario

@@ -16,7 +16,7 @@ from flockesc_env.common.errors import ArgumentError, EpisodeError, shown
 from flockesc_env.envs._restorable import RestorableBatch
 from flockesc_env.episodes.batch import MAX_FLOCKS, AtEnd, Columns, FlockBatch, Observations, is_over
 from flockesc_env.episodes.options import EnvOptions
-from flockesc_env.policies.predators import PredatorPolicy
+from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario

@@ -1,0 +1,1 @@
+"""Episodes of many flocks: the wrapper around the core's batch, options, spaces, seeds."""

@@ -23,9 +23,9 @@ from flockesc_env.common.checks import (
 )
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.episodes.predators import PredatorControl, PredatorPolicy, with_learned
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.episodes.spaces import STACKED, Control, Label, ObservationLayout, RangeActions
-from flockesc_env.policies.predators import PredatorControl, PredatorPolicy, with_learned
 from flockesc_env.scenario.flock import FlockScenario
 
 Observations = NDArray[np.float32]

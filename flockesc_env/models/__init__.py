@@ -1,0 +1,1 @@
+"""The models as functions: simulate, sweep, neighbor graphs, records of runs."""

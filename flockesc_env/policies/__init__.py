@@ -1,0 +1,26 @@
+"""Policies that set interaction ranges or steer predators, by name and in files, and rollouts of them."""
+
+from flockesc_env.policies.predators import Chase, Coast
+from flockesc_env.policies.ranges import (
+    FixedRange,
+    Policy,
+    RandomRange,
+    SB3Policy,
+    ScheduledRange,
+    StubbornLeaders,
+    StubbornWitnesses,
+    bind,
+)
+
+__all__ = [
+    "Chase",
+    "Coast",
+    "FixedRange",
+    "Policy",
+    "RandomRange",
+    "SB3Policy",
+    "ScheduledRange",
+    "StubbornLeaders",
+    "StubbornWitnesses",
+    "bind",
+]

@@ -80,7 +80,7 @@ def find_policy(spec: str, argument: str = "policies") -> Contender:
     """Return a policy by the name of a built-in one, or by its file.
 
     Args:
-        spec: one of ``flockesc_env.policies.registry.NAMES``, or the path of a file that ``save_policy`` wrote.
+        spec: one of ``flockesc_env.policies.registry.NAMES``, or a path of a ``save_policy`` file.
         argument: what an error calls the argument that the name came in.
 
     Raises:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from flockesc_env.common.checks import FloatArray, as_callback, as_count, as_policy, as_seed, as_seeds
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.episodes.predators import PredatorControl, PredatorPolicy
 from flockesc_env.models.simulate import IntArray, Trajectory, simulate
-from flockesc_env.policies.predators import PredatorControl, PredatorPolicy
 from flockesc_env.policies.ranges import Observations, Policy
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario

@@ -1,0 +1,1 @@
+"""Scenarios: dataclasses of the models' parameters, presets, documents (JSON, TOML)."""

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from flockesc_env import FlockScenario, preset
 from flockesc_env.common.progress import bar
 from flockesc_env.episodes.spaces import Control, ObservationLayout
-from flockesc_env.policies import FixedRange, Observations, Policy
 from flockesc_env.policies.network import NetworkPolicy
+from flockesc_env.policies.ranges import FixedRange, Observations, Policy
 from flockesc_env.policies.registry import Contender
 from flockesc_env.policies.rollout import rollout
 from studies.paper.jobs import Cache, Job

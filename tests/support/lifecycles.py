@@ -1,6 +1,6 @@
-"""Run by test_lifecycles.py in a process of its own: environments come and go.
+"""Creates and closes environments in a separate process and measures what they leave behind.
 
-Prints a JSON object of what they leave: growth of resident memory in KiB, of open files and of threads.
+The process prints a JSON object: growth of resident memory in KiB, of open files and of threads.
 """
 
 from __future__ import annotations
@@ -8,11 +8,23 @@ from __future__ import annotations
 import gc
 import json
 import os
+import subprocess
 import sys
 import warnings
 from pathlib import Path
 
 from every_env import MAKERS, play
+
+MEMORY = 1024
+"""KiB by which the allocator may still grow after the warm-up."""
+
+
+def growth(name: str, warm_up: int, count: int) -> dict[str, int]:
+    """Return what ``count`` environments leave after the first ``warm_up``, as the allocator grows."""
+    command = [sys.executable, __file__, name, str(warm_up), str(count)]
+    ended = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
+    found: dict[str, int] = json.loads(ended.stdout.splitlines()[-1])
+    return found
 
 
 def resources() -> dict[str, int]:

@@ -1,7 +1,7 @@
 """Whole episodes as hashes: of the raw bytes of every observation, reward, end and info.
 
-``python tests/golden_episodes.py > tests/golden_episodes.json`` writes them anew, after a change that is
-meant to change results; an argument is the number of threads.
+``python tests/support/golden_episodes.py > tests/golden/golden_episodes.json`` rewrites them after a change
+of results that is intended; an argument is the number of threads.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ import pytest
 
 from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
 
-GOLDEN = Path(__file__).parent / "golden"
+GOLDEN = Path(__file__).parents[1] / "golden"
 LINE = json.loads((GOLDEN / "line.json").read_text())
 FLOCKS = json.loads((GOLDEN / "flock.json").read_text())
 

@@ -83,7 +83,7 @@ INTERFACES: dict[str, Play] = {
 PER_AGENT: dict[str, Play] = {name: INTERFACES[name] for name in ("parallel", "agent slots", "agent rollout")}
 SLOTS_ARE_FLOAT32 = {"rtol": 0, "atol": 1e-4}
 
-# Survival: tests/test_capture_interfaces.py.
+# Survival: tests/envs/test_capture_interfaces.py.
 objectives = pytest.mark.parametrize("objective", sorted({*OBJECTIVES} - {"survival"}))
 interfaces = pytest.mark.parametrize("interface", INTERFACES)
 per_agent_interfaces = pytest.mark.parametrize("interface", PER_AGENT)

@@ -30,7 +30,7 @@ from training import config
 from training.config import Setting
 from training.seeds import HELD_OUT
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "learned"
 FLOCKS = 40
 

@@ -30,7 +30,7 @@ from studies.robustness.plan import METERS, NEIGHBORS, grid_of, studies, worlds
 from studies.robustness.questions import question_of
 from studies.robustness.survey import survey
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "worlds"
 
 

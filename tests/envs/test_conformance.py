@@ -56,7 +56,7 @@ def test_gymnasium_flock(options: Options, dimension: int) -> None:
     with allowing_unscaled_actions(options):
         check_gymnasium(
             env.unwrapped, skip_render_check=True
-        )  # a window waits; tests/test_render_environments.py
+        )  # a window waits; tests/tools/test_render_environments.py
 
 
 @line_options
@@ -65,7 +65,7 @@ def test_gymnasium_line(options: Options) -> None:
     with allowing_unscaled_actions(options):
         check_gymnasium(
             env.unwrapped, skip_render_check=True
-        )  # a window waits; tests/test_render_environments.py
+        )  # a window waits; tests/tools/test_render_environments.py
 
 
 @dimensions

@@ -39,9 +39,10 @@ from argument_table import (
 )
 
 import flockesc_env as fe
-from flockesc_env import contenders, network, policies, predator_policies, video, watch
+from flockesc_env import contenders, network, policies, predator_policies, watch
 from flockesc_env.common import stats
-from flockesc_env.render import draw
+from flockesc_env.episodes import predators as predator_steering
+from flockesc_env.render import draw, video
 from flockesc_env.watch.document import check_runs, run_document
 
 PRESET = fe.preset("randomized").replace(num_agents=5, num_steps=24)
@@ -230,8 +231,8 @@ POLICIES: dict[str, Row] = {
     ),
     "predator_policies.Coast": Row(predator_policies.Coast, after=vars),
     "predator_policies.Chase": Row(predator_policies.Chase, {"target": Choice("nearest")}, after=vars),
-    "predator_policies.all_learned": Row(predator_policies.all_learned, {"scenario": THE_FLOCK}),
-    "predator_policies.with_learned": Row(predator_policies.with_learned, {"scenario": THE_FLOCK}),
+    "predator_policies.all_learned": Row(predator_steering.all_learned, {"scenario": THE_FLOCK}),
+    "predator_policies.with_learned": Row(predator_steering.with_learned, {"scenario": THE_FLOCK}),
     "network.Architecture": Row(
         network.Architecture,
         {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from test_processes import forked_while
+from forking import forked_while
 
 LONGEST = 5.0
 """Seconds from a fork to the child's results, beside three busy threads and up to eight other children."""

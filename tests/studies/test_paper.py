@@ -26,7 +26,7 @@ from studies.paper.plan import Trials, aimed, studies
 from studies.paper.realizations import flock_seed, line_seed
 from studies.paper.reproduction import reproduce
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "paper"
 SMALL = FlockScenario(num_agents=20, num_steps=12)
 

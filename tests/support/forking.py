@@ -1,7 +1,7 @@
-"""Run by test_processes.py in a process of its own: forks while other threads are busy.
+"""Forks while other threads are busy, in a separate process.
 
-Prints a JSON object: children started, those that hung, those whose results were not the parent's, and how
-many seconds the slowest took from its fork to its results.
+The process prints a JSON object: children started, children that hung, children whose results differ from the
+parent's, and the longest time in seconds from a fork to the child's results.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import json
 import multiprocessing
 import os
 import struct
+import subprocess
 import sys
 import threading
 import time
@@ -23,6 +24,14 @@ from flockesc_env import FlockEscapeEnv, FlockScenario, FlockVectorEnv, sweep
 HANGS = 20.0  # seconds; a child needs a few hundredths
 LARGE = FlockScenario(num_agents=5000, initial_side=400.0)
 SMALL = FlockScenario(num_agents=20, num_steps=8, initial_side=40.0)
+
+
+def forked_while(*busy: str, count: int) -> dict[str, float]:
+    """Return what came of forks while threads of the parent were busy."""
+    command = [sys.executable, __file__, str(count), *busy]
+    ended = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
+    found: dict[str, float] = json.loads(ended.stdout)
+    return found
 
 
 def played(num_threads: int) -> bytes:

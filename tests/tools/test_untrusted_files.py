@@ -29,7 +29,7 @@ MUTATIONS = 300
 MEMORY = 2**24
 """Bytes that reading a small file may take, whatever it says of itself."""
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 SCENARIO = small_flock()
 ARCHITECTURE = Architecture(("time", "predator_distance"), (3, 2), memory=1)
 

@@ -21,9 +21,9 @@ from flockesc_env import (
     episode_seed,
     parallel_env,
     rollout,
-    stats,
     sweep,
 )
+from flockesc_env.common import stats
 from flockesc_env.policies import FixedRange
 from flockesc_env.policies.registry import Contender
 from training import seeds

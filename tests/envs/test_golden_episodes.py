@@ -19,9 +19,10 @@ from option_table import small_flock
 
 from flockesc_env import FlockEscapeEnv, FlockVectorEnv, parallel_env
 
-HERE = Path(__file__).parent
-GOLDEN = json.loads((HERE / "golden_episodes.json").read_text())
-UNAVAILABLE = 77  # tests/masked_cpuid.c
+TESTS = Path(__file__).parents[1]
+SUPPORT = TESTS / "support"
+GOLDEN = json.loads((TESTS / "golden" / "golden_episodes.json").read_text())
+UNAVAILABLE = 77  # tests/support/masked_cpuid.c
 
 PLAY = """
 import json
@@ -46,9 +47,9 @@ def test_episodes_are_the_same_on_lesser_processors(level: int, has_avx2: bool, 
     """Level 2 of x86-64 is below AVX2, 3 has it; what this processor has beyond is hidden from the child."""
     compiler, library = shutil.which("cc"), tmp_path / "masked_cpuid.so"
     assert compiler, "Rust needs a C compiler, too"
-    source = str(HERE / "masked_cpuid.c")
+    source = str(SUPPORT / "masked_cpuid.c")
     subprocess.run([compiler, "-shared", "-fPIC", "-Werror", "-o", library, source], check=True)  # noqa: S603
-    path = os.pathsep.join([str(HERE), *sys.path])
+    path = os.pathsep.join([str(SUPPORT), *sys.path])
     masked = {**os.environ, "LD_PRELOAD": str(library), "X86_64_LEVEL": str(level), "PYTHONPATH": path}
     child = subprocess.run([sys.executable, "-c", PLAY], env=masked, capture_output=True, text=True)  # noqa: S603
     if child.returncode == UNAVAILABLE:

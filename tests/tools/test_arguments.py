@@ -18,9 +18,10 @@ from argument_table import FUNCTIONS, Row, used, write_files
 from same import same
 
 import flockesc_env
-from flockesc_env import sb3, video, watch
+from flockesc_env import sb3, watch
 from flockesc_env.common import stats
 from flockesc_env.common.errors import FlockescError
+from flockesc_env.render import video
 
 ROWS = FUNCTIONS | CONSTRUCTORS | METHODS | SCENARIOS | POLICIES | RESULTS
 CASES = [

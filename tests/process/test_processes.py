@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import functools
-import json
 import multiprocessing
 import subprocess
 import sys
 from multiprocessing.queues import SimpleQueue
-from pathlib import Path
 
 import gymnasium
 import numpy as np
 import pytest
+from forking import forked_while
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 from option_table import small_flock
 
@@ -119,17 +118,6 @@ def test_child_steps_a_vector_environment_after_its_parent_has(method: str) -> N
         for result in there:
             np.testing.assert_array_equal(result.get(TIMEOUT), here)
     np.testing.assert_array_equal(played(2), here)
-
-
-FORKING = Path(__file__).with_name("forking.py")
-
-
-def forked_while(*busy: str, count: int) -> dict[str, float]:
-    """Return what came of forks while threads of the parent were busy."""
-    command = [sys.executable, str(FORKING), str(count), *busy]
-    ended = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
-    found: dict[str, float] = json.loads(ended.stdout)
-    return found
 
 
 @pytest.mark.parametrize("busy", ["stepping", "starting pools", "sweeping"])

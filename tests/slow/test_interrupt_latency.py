@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-SCRIPT = Path(__file__).with_name("latency.py")
+SCRIPT = Path(__file__).parents[1] / "support" / "latency.py"
 sys.path.append(str(SCRIPT.parent))
 from latency import CALLS  # noqa: E402
 

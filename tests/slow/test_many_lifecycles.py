@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from every_env import MAKERS
-from test_lifecycles import MEMORY, growth
+from lifecycles import MEMORY, growth
 
 
 @pytest.mark.parametrize("name", MAKERS)

@@ -1,0 +1,14 @@
+"""The command line ``python -m studies``."""
+
+import sys
+
+from flockesc_env.cli.application import Application
+from studies.paper import command as paper
+from studies.robustness import command as robustness
+
+COMMANDS = {"paper": paper.run, "robustness": robustness.run}
+
+STUDIES = Application("python -m studies", "What was found with flockesc_env.", COMMANDS)
+
+if __name__ == "__main__":
+    sys.exit(STUDIES.main())
