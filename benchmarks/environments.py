@@ -14,7 +14,7 @@ import numpy as np
 from pettingzoo import ParallelEnv
 
 from benchmarks import PROJECT
-from benchmarks.measure import Contender, Record, cores, measure
+from benchmarks.measure import Candidate, Record, cores, measure
 from flockesc_env import parallel_env
 from flockesc_env.sb3 import FlockVecEnv
 
@@ -47,7 +47,7 @@ def run(*, quick: bool) -> list[Record]:
         return measure("environments", contenders, "environment step", repetitions=3 if quick else 5)
 
 
-def _gymnasium() -> Contender:
+def _gymnasium() -> Candidate:
     env = gymnasium.make(_ID, action_mode="range")
     action = np.array([RANGE], np.float32)
 
@@ -59,7 +59,7 @@ def _gymnasium() -> Contender:
     return _own("Gymnasium", episode)
 
 
-def _gymnasium_vector() -> Contender:
+def _gymnasium_vector() -> Candidate:
     env = gymnasium.make_vec(
         _ID,
         num_envs=FLOCKS,
@@ -78,7 +78,7 @@ def _gymnasium_vector() -> Contender:
     return _own("Gymnasium vector", episode, FLOCKS)
 
 
-def _sb3() -> Contender:
+def _sb3() -> Candidate:
     env = FlockVecEnv(FLOCKS, num_threads=1, action_mode="range")
     actions = np.full((FLOCKS, 1), RANGE, np.float32)
 
@@ -91,13 +91,13 @@ def _sb3() -> Contender:
     return _own("stable-baselines3", episode, FLOCKS)
 
 
-def _pettingzoo() -> Contender:
+def _pettingzoo() -> Candidate:
     env = parallel_env(action_mode="range")
     actions = {agent: np.array([RANGE], np.float32) for agent in env.possible_agents}
     return _own("PettingZoo", partial(_dict_episode, env, actions))
 
 
-def _pettingzoo_arrays() -> Contender:
+def _pettingzoo_arrays() -> Candidate:
     env = parallel_env(action_mode="range")
     actions = np.full((AGENTS, 1), RANGE, np.float32)
 
@@ -131,13 +131,13 @@ class _NoDynamics(ParallelEnv[str, Any, Any]):
         )
 
 
-def _no_dynamics() -> Contender:
+def _no_dynamics() -> Candidate:
     env = _NoDynamics()
     actions = {agent: np.array([RANGE], np.float32) for agent in env.possible_agents}
     return _contender("PettingZoo, no dynamics", partial(_dict_episode, env, actions), STEPS, AGENTS, 1)
 
 
-def _vmas() -> Contender:
+def _vmas() -> Candidate:
     import torch
     from vmas import make_env
 
@@ -155,7 +155,7 @@ def _vmas() -> Contender:
     return _contender("VMAS flocking", some_steps, steps, agents, flocks)
 
 
-def _mpe2() -> Contender:
+def _mpe2() -> Candidate:
     from mpe2 import simple_tag_v3
 
     agents, steps = 100, 5
@@ -176,9 +176,9 @@ def _dict_episode(env: ParallelEnv[str, Any, Any], actions: dict[str, Any]) -> N
         env.step(actions)
 
 
-def _own(interface: str, episode: Callable[[], None], flocks: int = 1) -> Contender:
+def _own(interface: str, episode: Callable[[], None], flocks: int = 1) -> Candidate:
     return _contender(f"{PROJECT}, {interface}", episode, STEPS, AGENTS, flocks)
 
 
-def _contender(name: str, run: Callable[[], None], steps: int, agents: int, flocks: int) -> Contender:
-    return Contender(name, run, steps, case={"agents": agents, "flocks": flocks})
+def _contender(name: str, run: Callable[[], None], steps: int, agents: int, flocks: int) -> Candidate:
+    return Candidate(name, run, steps, case={"agents": agents, "flocks": flocks})

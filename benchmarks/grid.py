@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from benchmarks import PROJECT
-from benchmarks.measure import Contender, Record, cores, measure
+from benchmarks.measure import Candidate, Record, cores, measure
 from benchmarks.peers.model import Floats
 from flockesc_env import FlockScenario, sweep
 
@@ -19,7 +19,7 @@ def run(*, quick: bool) -> list[Record]:
     """Time the whole grid on the wall: what a person waits for."""
     ranges = RANGES[::20] if quick else RANGES
     contenders = [
-        Contender(PROJECT, partial(_search, ranges, threads), 1, case={"threads": threads})
+        Candidate(PROJECT, partial(_search, ranges, threads), 1, case={"threads": threads})
         for threads in (1, 2)
     ]
     case = {"ranges": len(ranges), "seeds": len(SEEDS)}

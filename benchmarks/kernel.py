@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from benchmarks import PROJECT
-from benchmarks.measure import Contender, Record, cores, measure
+from benchmarks.measure import Candidate, Record, cores, measure
 from benchmarks.peers.model import Flocks, Peer
 from flockesc_env import FlockScenario, sweep
 
@@ -22,10 +22,10 @@ def run(peers: list[Peer], *, quick: bool) -> list[Record]:
     records = []
     for rho in RANGES:
         own = partial(sweep, scenario, [rho], range(FLOCKS), num_threads=1)
-        contenders = [Contender(PROJECT, own, FLOCKS * steps)]
+        contenders = [Candidate(PROJECT, own, FLOCKS * steps)]
         for peer, flocks in zip(peers, starts, strict=True):
             contenders.append(
-                Contender(peer.name, partial(peer.run, flocks, rho, steps), len(flocks.seeds) * steps)
+                Candidate(peer.name, partial(peer.run, flocks, rho, steps), len(flocks.seeds) * steps)
             )
         with cores(1):
             records += measure(

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from benchmarks import PROJECT
-from benchmarks.measure import Contender, Record, cores, measure
+from benchmarks.measure import Candidate, Record, cores, measure
 from benchmarks.peers import TOLERANCE, DisagreementError, plain_rust
 from benchmarks.peers.model import Floats
 from flockesc_env import LineScenario, simulate_line, sweep
@@ -28,7 +28,7 @@ def run(*, quick: bool) -> list[Record]:
     for rho in RANGES:
         lines = [simulate_line(scenario, rho, seed=seed) for seed in seeds]
         starts, steps = [line.states[0] for line in lines], [line.steps for line in lines]
-        own = Contender(
+        own = Candidate(
             PROJECT,
             partial(sweep, scenario, [rho], seeds, num_threads=1),
             sum(steps) - len(lines),
@@ -37,7 +37,7 @@ def run(*, quick: bool) -> list[Record]:
         contenders = [own]
         for name, peer in PEERS.items():
             check(name, peer, rho)
-            contenders.append(Contender(name, partial(_all, peer, starts, scenario, rho, steps), sum(steps)))
+            contenders.append(Candidate(name, partial(_all, peer, starts, scenario, rho, steps), sum(steps)))
         with cores(1):
             records += measure(
                 "line", contenders, "line step", repetitions=3 if quick else 5, case={"rho": rho}

@@ -22,7 +22,7 @@ _REPETITIONS_OF_LONG = 3
 
 
 @dataclass(frozen=True)
-class Contender:
+class Candidate:
     """Something to time.
 
     Attributes:
@@ -79,7 +79,7 @@ class Record:
 
 def measure(
     section: str,
-    contenders: list[Contender],
+    contenders: list[Candidate],
     unit: str,
     *,
     repetitions: int,
@@ -100,7 +100,7 @@ def measure(
     ]
 
 
-def _once(entry: Contender, calls: int, clock: Clock) -> float:
+def _once(entry: Candidate, calls: int, clock: Clock) -> float:
     """Return the seconds of this many calls."""
     spent = _time(entry.run, calls, clock)
     return spent - (_time(entry.before, calls, clock) if entry.before else 0.0)

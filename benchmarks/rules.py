@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from benchmarks import PROJECT, peers
 from benchmarks.kernel import FLOCKS
-from benchmarks.measure import Contender, Record, cores, measure
+from benchmarks.measure import Candidate, Record, cores, measure
 from benchmarks.peers.model import Flocks, Peer
 from benchmarks.peers.scipy_rules import ADJACENT, NEAREST
 from flockesc_env import FlockScenario, NeighborRule, Topological, Voronoi, sweep
@@ -36,8 +36,8 @@ def run(*, quick: bool) -> list[Record]:
         flocks, units = Flocks.seeded(scenario, range(FLOCKS)), FLOCKS * scenario.num_steps
         for rho in ranges:
             contenders = [
-                Contender(PROJECT, partial(sweep, scenario, [rho], range(FLOCKS), num_threads=1), units),
-                Contender(peer.name, partial(peer.run, flocks, rho, scenario.num_steps), units),
+                Candidate(PROJECT, partial(sweep, scenario, [rho], range(FLOCKS), num_threads=1), units),
+                Candidate(peer.name, partial(peer.run, flocks, rho, scenario.num_steps), units),
             ]
             with cores(1):
                 records += measure(

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from functools import partial
 
 from benchmarks import PROJECT
-from benchmarks.measure import Contender, Record, cores, measure
+from benchmarks.measure import Candidate, Record, cores, measure
 from benchmarks.peers.model import Flocks, Peer
 from flockesc_env import FlockScenario, sweep
 
@@ -90,7 +90,7 @@ def _two_threads() -> list[Record]:
     for threads in (1, 2):
         own = _on(threads, partial(_own, num_threads=threads))
         contender = _contender(PROJECT, own, flocks, RANGE, math.inf)
-        contenders.append(Contender(**{**vars(contender), "case": {"threads": threads}}))
+        contenders.append(Candidate(**{**vars(contender), "case": {"threads": threads}}))
     return measure("size", contenders, "flock step", repetitions=5, clock="wall", case=_case(SIZES[-1]))
 
 
@@ -138,11 +138,11 @@ def _left_out(name: str, case: dict[str, float], foreseen: float) -> Record:
     return Record("size", name, case, "flock step", "cpu", [], note)
 
 
-def _contender(name: str, steps: Steps, flocks: Flocks, rho: float, step_seconds: float) -> Contender:
+def _contender(name: str, steps: Steps, flocks: Flocks, rho: float, step_seconds: float) -> Candidate:
     count = min(max(round(_FILL / step_seconds), 1), _MOST_STEPS)
     if name != PROJECT:
-        return Contender(name, partial(steps, flocks, rho, count), count)
+        return Candidate(name, partial(steps, flocks, rho, count), count)
     count = max(count, _FEWEST_OWN_STEPS)
-    return Contender(
+    return Candidate(
         name, partial(steps, flocks, rho, count + 1), count, before=partial(steps, flocks, rho, 1)
     )

@@ -14,7 +14,7 @@ from multiprocessing import get_context
 import numpy as np
 
 from benchmarks import PROJECT
-from benchmarks.measure import Contender, Record, cores, measure
+from benchmarks.measure import Candidate, Record, cores, measure
 from flockesc_env import FlockEscapeEnv, FlockScenario, FlockVectorEnv
 
 OWN_ENVIRONMENTS = f"{PROJECT}, a vector environment per thread"
@@ -41,7 +41,7 @@ def run(*, quick: bool) -> list[Record]:
             for contender in (
                 _per_thread(OWN_ENVIRONMENTS, threads, [_vector_episode(1) for _ in range(count)]),
                 _per_thread(OWN_SMALL_ENVIRONMENTS, threads, [_episode() for _ in range(count)]),
-                Contender(ONE_BATCH, _on(count, _vector_episode(count)), 1, case={"threads": count}),
+                Candidate(ONE_BATCH, _on(count, _vector_episode(count)), 1, case={"threads": count}),
                 _per_thread(OWN_PROCESSES, processes, [play_apart] * count),
                 _per_thread(ARITHMETIC, processes, [add] * count),
             )
@@ -49,14 +49,14 @@ def run(*, quick: bool) -> list[Record]:
         return measure("threads", contenders, "piece of work", repetitions=3 if quick else 21, clock="wall")
 
 
-def _per_thread(name: str, executor: Executor, pieces: list[Callable[[], object]]) -> Contender:
+def _per_thread(name: str, executor: Executor, pieces: list[Callable[[], object]]) -> Candidate:
     """Return a contender that does one piece per thread or process, all at once."""
 
     def at_once() -> None:
         for future in [executor.submit(piece) for piece in pieces]:
             future.result()
 
-    return Contender(name, at_once, len(pieces), case={"threads": len(pieces)})
+    return Candidate(name, at_once, len(pieces), case={"threads": len(pieces)})
 
 
 def _on(count: int, work: Callable[[], object]) -> Callable[[], None]:

@@ -49,7 +49,7 @@ from flockesc_env.scenario.initial import (
     Segment,
     Square,
 )
-from flockesc_env.scenario.initial_files import load_state
+from flockesc_env.scenario.initial_files import read_initial_state
 from flockesc_env.scenario.motion import Inertial, Reynolds, Vicsek
 from flockesc_env.scenario.neighbors import Metric, NeighborRule, Topological, Voronoi
 from flockesc_env.scenario.predators import (
@@ -123,13 +123,13 @@ __all__ = [
     "episode_seed",
     "graph",
     "load_policy",
-    "load_state",
     "network",
     "parallel_env",
     "policies",
     "predator_policies",
     "preset",
     "raw_env",
+    "read_initial_state",
     "record",
     "records",
     "rollout",

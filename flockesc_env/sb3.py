@@ -49,7 +49,7 @@ class _BatchVecEnv(RestorableBatch, VecEnv):
             num_threads=num_threads,
             predator_policy=predator_policy,
         )
-        self.control = batch.control
+        self.policy_spec = batch.policy_spec
         self.scenario = batch.scenario
         self.options = batch.options
         fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
@@ -57,7 +57,7 @@ class _BatchVecEnv(RestorableBatch, VecEnv):
         self._viewer = flock_viewer(batch, render_mode, render_options, fps)
         self._actions: NDArray[Any] | None = None
         slots = batch.num_flocks * batch.rows
-        super().__init__(slots, batch.control.layout.space(), batch.control.actions.space())
+        super().__init__(slots, batch.policy_spec.layout.space(), batch.policy_spec.actions.space())
         self.metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": fps}
 
     def reset(self) -> VecEnvObs:
@@ -190,7 +190,7 @@ class FlockVecEnv(_BatchVecEnv):
             every reset and step.
         render_options: what pictures show.
         num_threads: threads over which flocks are spread; ``None``: one per core.
-        predator_policy: steers the learned predators, for example ``Chase()`` or a trained ``SB3Policy``;
+        predator_policy: steers the learned predators, for example ``Pursue()`` or a trained ``SB3Policy``;
             in a scenario without any, all predators become ``Learned``. ``None``: those fly straight on.
         **options: see ``EnvOptions``.
 
@@ -218,7 +218,7 @@ class AgentVecEnv(_BatchVecEnv):
             every reset and step.
         render_options: what pictures show.
         num_threads: threads over which flocks are spread; ``None``: one per core.
-        predator_policy: steers the learned predators, for example ``Chase()`` or a trained ``SB3Policy``;
+        predator_policy: steers the learned predators, for example ``Pursue()`` or a trained ``SB3Policy``;
             in a scenario without any, all predators become ``Learned``. ``None``: those fly straight on.
         **options: see ``EnvOptions``.
 

@@ -1,12 +1,14 @@
 """The command line ``python -m studies``."""
 
 import sys
+from collections.abc import Callable
 
 from flockesc_env.cli.application import Application
+from flockesc_env.cli.exits import Exit
 from studies.paper import command as paper
 from studies.robustness import command as robustness
 
-COMMANDS = {"paper": paper.run, "robustness": robustness.run}
+COMMANDS: dict[str, Callable[..., Exit]] = {"paper": paper.run, "robustness": robustness.run}
 
 STUDIES = Application("python -m studies", "What was found with flockesc_env.", COMMANDS)
 

@@ -12,7 +12,7 @@ import polars as pl
 
 from flockesc_env import FlockScenario, FlockSweepResult, records, sweep
 from flockesc_env.common import stats
-from flockesc_env.common.progress import bar
+from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
 from training import plots, seeds
 from training.arguments import CompareArgs
@@ -71,7 +71,7 @@ def compare(args: CompareArgs) -> pl.DataFrame:
 def _sweep(
     title: str, scenario: FlockScenario, grid: FloatArray, flocks: range, args: CompareArgs
 ) -> FlockSweepResult:
-    with bar(title, grid.size * len(flocks)) as report:
+    with progress_bar(title, grid.size * len(flocks)) as report:
         return sweep(scenario, grid, flocks, num_threads=args.num_threads, progress=report)
 
 

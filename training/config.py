@@ -12,7 +12,7 @@ from platform import python_version
 from typing import Any, Literal
 
 from flockesc_env import FlockScenario, LineScenario, preset
-from flockesc_env.common.files import writing
+from flockesc_env.common.files import atomic_write
 
 PRESETS = Path(__file__).parent / "configs"
 CONFIG_FILE = "config.json"
@@ -247,7 +247,7 @@ class RunRecord:
         """Write the record into the run's folder."""
         args = {**dataclasses.asdict(self.args), "run": run.name}
         document = {"learner": KINDS[type(self.args)], "args": args, "versions": self.versions}
-        with writing(run / CONFIG_FILE) as file:
+        with atomic_write(run / CONFIG_FILE) as file:
             file.write(json.dumps(document, indent=2).encode() + b"\n")
 
     @classmethod

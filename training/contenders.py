@@ -9,18 +9,18 @@ from pathlib import Path
 from flockesc_env import FlockScenario
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.policies.files import find_policy
-from flockesc_env.policies.registry import NAMES, Contender
+from flockesc_env.policies.registry import NAMES, NamedPolicy
 from training.config import POLICY_FILE
 
 EXPECTED = f"{', '.join(NAMES)}, a policy's file, the folder of a finished run or module:function"
 
 
-def contender(spec: str) -> Contender:
+def contender(spec: str) -> NamedPolicy:
     """Make a contender of its name.
 
     Args:
         spec: a built-in policy (``flockesc_env.policies.registry.NAMES``), a file that ``save_policy`` wrote,
-            the folder of a finished run, or ``module:function``, a function that returns a ``Contender``.
+            the folder of a finished run, or ``module:function``, a function that returns a ``NamedPolicy``.
 
     Raises:
         ArgumentError: if there is nothing of that name.
@@ -38,7 +38,7 @@ def contender(spec: str) -> Contender:
         raise ArgumentError(error.field, f"one of {EXPECTED}", error.given) from None
 
 
-def scenario_of(entries: Iterable[Contender]) -> FlockScenario:
+def scenario_of(entries: Iterable[NamedPolicy]) -> FlockScenario:
     """Return the flock that contenders were trained in; the paper's where none was.
 
     Raises:
@@ -53,11 +53,11 @@ def scenario_of(entries: Iterable[Contender]) -> FlockScenario:
     return scenario
 
 
-def _own(module: str, function: str, spec: str) -> Contender:
+def _own(module: str, function: str, spec: str) -> NamedPolicy:
     try:
         made = getattr(importlib.import_module(module), function)()
     except (ImportError, AttributeError) as error:
         raise ArgumentError("policies", f"one of {EXPECTED}", f"{spec!r} ({error})") from None
-    if not isinstance(made, Contender):
-        raise ArgumentError("policies", f"a Contender from {spec}", type(made).__name__)
+    if not isinstance(made, NamedPolicy):
+        raise ArgumentError("policies", f"a NamedPolicy from {spec}", type(made).__name__)
     return made

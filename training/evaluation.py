@@ -13,11 +13,11 @@ from flockesc_env import (
     parallel_env,
     rollout,
 )
-from flockesc_env.common.progress import bar
+from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.spaces import Control
+from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import Policy
-from flockesc_env.policies.registry import Contender
+from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.policies.rollout_line import rollout_line
 from training.config import Setting
 
@@ -57,12 +57,12 @@ def objective(
     return outcome(episodes, setting.objective)
 
 
-def control(setting: Setting) -> Control:
+def policy_spec(setting: Setting) -> PolicySpec:
     """Return what a policy of a setting needs to know."""
     model, options = setting.model, setting.env_options()
     if isinstance(model, LineScenario):
-        return LineEscapeEnv(model, **options).control
-    return (parallel_env if setting.per_agent else FlockEscapeEnv)(model, **options).control
+        return LineEscapeEnv(model, **options).policy_spec
+    return (parallel_env if setting.per_agent else FlockEscapeEnv)(model, **options).policy_spec
 
 
 def outcome(episodes: Episodes, objective: str) -> FloatArray:
@@ -72,10 +72,10 @@ def outcome(episodes: Episodes, objective: str) -> FloatArray:
 
 
 def run_contender(
-    entry: Contender, flocks: range, *, scenario: FlockScenario, num_threads: int | None = None
+    entry: NamedPolicy, flocks: range, *, scenario: FlockScenario, num_threads: int | None = None
 ) -> Episodes:
     """Run one policy with the options that it was made for, with a progress bar."""
-    with bar(f"Policy {entry.name}", len(flocks)) as report:
+    with progress_bar(f"Policy {entry.name}", len(flocks)) as report:
         return rollout(
             entry.policy,
             flocks,
@@ -87,7 +87,9 @@ def run_contender(
         )
 
 
-def play(entry: Contender, setting: Setting, flocks: range, *, num_threads: int | None = None) -> FloatArray:
+def play(
+    entry: NamedPolicy, setting: Setting, flocks: range, *, num_threads: int | None = None
+) -> FloatArray:
     """Run one policy, with the options that it was made for, on a setting's flocks; return the objective."""
     model = setting.model
     if isinstance(model, LineScenario):

@@ -12,7 +12,7 @@ from flockesc_env.policies import StubbornWitnesses
 from flockesc_env.policies.files import Stored
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from training.config import SearchArgs
-from training.evaluation import control
+from training.evaluation import policy_spec
 
 
 class Family(Protocol):
@@ -69,5 +69,5 @@ def family_of(args: SearchArgs) -> Family:
     """Return what a run searches among."""
     if args.rule:
         return Witnesses(args.max_range)
-    inputs = args.inputs or control(args).layout.names
+    inputs = args.inputs or policy_spec(args).layout.names
     return Networks(Architecture(inputs, args.hidden, args.memory, args.mirror))

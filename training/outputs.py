@@ -10,11 +10,11 @@ from typing import Any
 
 import polars as pl
 
-from flockesc_env.common.files import writing
+from flockesc_env.common.files import atomic_write
 from flockesc_env.policies.files import Stored, save_policy
-from flockesc_env.policies.registry import Contender
+from flockesc_env.policies.registry import NamedPolicy
 from training.config import CONFIG_FILE, CURVE_FILE, POLICY_FILE, RUN_FILE, Args, RunRecord
-from training.evaluation import control, objective
+from training.evaluation import objective, policy_spec
 from training.seeds import TUNING, first_seeds
 
 CHECKPOINT = "checkpoint.pickle"
@@ -63,7 +63,7 @@ def begin(args: Args) -> None:
 
 def save_checkpoint(state: Any, run: Path) -> None:
     """Write all that the rest of a run depends on; an older checkpoint stays whole until this is complete."""
-    with writing(run / CHECKPOINT) as file:
+    with atomic_write(run / CHECKPOINT) as file:
         pickle.dump(state, file)
 
 
@@ -75,7 +75,7 @@ def load_checkpoint(run: Path) -> Any:
 
 def write_table(table: pl.DataFrame, path: Path) -> None:
     """Write a table as Parquet; an older file stays whole until this is complete."""
-    with writing(path) as file:
+    with atomic_write(path) as file:
         table.write_parquet(file)
 
 
@@ -90,10 +90,10 @@ def finish(args: Args, policy: Stored, measured: Measured) -> Path:
         "samples_per_second": measured.samples / measured.seconds,
         "environment_share": None if inside is None else inside / measured.seconds,
     }
-    with writing(args.run / RUN_FILE) as file:
+    with atomic_write(args.run / RUN_FILE) as file:
         file.write(json.dumps(speed, indent=2).encode() + b"\n")
-    per_agent, options = control(args).per_agent, args.env_options()
-    contender = Contender(args.run.name, policy, per_agent=per_agent, options=options, scenario=args.model)
+    per_agent, options = policy_spec(args).per_agent, args.env_options()
+    contender = NamedPolicy(args.run.name, policy, per_agent=per_agent, options=options, scenario=args.model)
     # Last, since it marks the run as finished.
     save_policy(contender, args.run / POLICY_FILE)
     (args.run / CHECKPOINT).unlink()

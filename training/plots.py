@@ -14,7 +14,7 @@ from matplotlib.patches import Circle
 from flockesc_env import FlockScenario, FlockSweepResult, Trajectory
 from flockesc_env.common import stats
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.policies.registry import Contender
+from flockesc_env.policies.registry import NamedPolicy
 
 Run = tuple[str, Trajectory]
 """Name of a policy, and what the flock did under it."""
@@ -46,7 +46,7 @@ def objective_against_range(
     return _save(figure, folder / "objective_against_range")
 
 
-def record_both(baseline: Contender, policy: Contender, scenario: FlockScenario, seed: int) -> list[Run]:
+def record_both(baseline: NamedPolicy, policy: NamedPolicy, scenario: FlockScenario, seed: int) -> list[Run]:
     """Run two policies on the same flock."""
     return [(entry.name, entry.record(seed, scenario)) for entry in (baseline, policy)]
 

@@ -24,11 +24,11 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepR
 from torch import nn
 
 from flockesc_env import FlockScenario, LineEscapeEnv, LineScenario
-from flockesc_env.common.progress import bar
+from flockesc_env.common.progress import progress_bar
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 from training.config import PPOArgs, SB3Args, TQCArgs
-from training.evaluation import control
+from training.evaluation import policy_spec
 from training.outputs import Measured, begin, finish, load_checkpoint, save_checkpoint
 from training.seeds import training_seeds
 
@@ -104,7 +104,7 @@ class Rounds(ABC, Generic[A]):
         begin(args)
         self._log()
         self._load()
-        with bar(f"Train {args.run.name}", args.num_episodes, always=args.progress) as report:
+        with progress_bar(f"Train {args.run.name}", args.num_episodes, always=args.progress) as report:
             while self.done < args.num_episodes:
                 report(self.done, args.num_episodes)
                 self._round()
@@ -205,7 +205,7 @@ def network(args: SB3Args, layers: Iterable[nn.Module], **architecture: Any) -> 
     linear = [layer for layer in layers if isinstance(layer, nn.Linear)]
     with torch.no_grad():
         parts = [part.numpy().ravel() for layer in linear for part in (layer.weight.T, layer.bias)]
-    names = control(args).layout.names
+    names = policy_spec(args).layout.names
     return NetworkPolicy(Architecture(names, args.net_arch, **architecture), np.concatenate(parts))
 
 

@@ -15,9 +15,9 @@ import numpy as np
 from cmaes import CMA
 from numpy.typing import NDArray
 
-from flockesc_env.common.progress import bar
+from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.spaces import Control
+from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.ranges import Observations, Policy
 from training.config import SearchArgs
 from training.evaluation import objective
@@ -54,10 +54,10 @@ class Counting:
         self.policy = policy
         self.actions = 0
 
-    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Let the policy choose."""
         self.actions += len(observations)
-        return self.policy.act(observations, control)
+        return self.policy.act(observations, spec)
 
 
 def search(args: SearchArgs) -> Path:
@@ -71,7 +71,7 @@ def search(args: SearchArgs) -> Path:
     state: State = load_checkpoint(args.run) or State(
         CMA(np.zeros(family.size), args.step_size, population_size=args.population, seed=args.seed)
     )
-    with bar(f"Search {args.run.name}", args.generations, always=args.progress) as report:
+    with progress_bar(f"Search {args.run.name}", args.generations, always=args.progress) as report:
         while state.generation < args.generations:
             report(state.generation, args.generations)
             _generation(state, args, family)

@@ -5,12 +5,13 @@ A command imports heavy libraries inside of functions, after ``output.require`` 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from flockesc_env.cli import bench, presets, replay, simulate, sweep, watch
 from flockesc_env.cli.application import Application
+from flockesc_env.cli.exits import Exit
 
-COMMANDS = {
+COMMANDS: dict[str, Callable[..., Exit]] = {
     "simulate": simulate.run,
     "sweep": sweep.run,
     "presets": presets.run,

@@ -18,7 +18,7 @@ from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress
 from flockesc_env.cli.output import show, show_json, table
 from flockesc_env.common.checks import as_count
-from flockesc_env.common.progress import bar
+from flockesc_env.common.progress import progress_bar
 from flockesc_env.envs.pettingzoo import FlockParallelEnv
 from flockesc_env.envs.vector import FlockVectorEnv
 from flockesc_env.models import records
@@ -69,7 +69,7 @@ def run(
     rounds = as_count(repetitions, "repetitions")
     cases = _cases()
     seconds: list[list[float]] = [[] for _ in cases]
-    with bar("Benchmark", rounds, always=progress) as report:
+    with progress_bar("Benchmark", rounds, always=progress) as report:
         for turn in range(rounds):  # in turns, so that a drift of the machine hits all alike
             for case, taken in zip(cases, seconds, strict=True):
                 taken.append(timeit.timeit(case.episode, number=1))

@@ -21,7 +21,7 @@ from tyro.constructors import (
 from flockesc_env.cli.parts import part_rule
 from flockesc_env.common.errors import ArgumentError, ScenarioError
 from flockesc_env.scenario.flock import FlockScenario, LineScenario, Scenario
-from flockesc_env.scenario.initial_files import load_state
+from flockesc_env.scenario.initial_files import read_initial_state
 from flockesc_env.scenario.presets import PRESETS, as_scenario, preset
 
 MODELS: dict[str, type[Scenario]] = {"flock": FlockScenario, "line": LineScenario}
@@ -121,7 +121,7 @@ def _started(scenario: Scenario, path: Path) -> Scenario:
     """Return a flock that starts as a file says."""
     if isinstance(scenario, LineScenario):
         raise ArgumentError("initial_state", "none for a line", repr(str(path)))
-    return scenario.replace(**load_state(path))
+    return scenario.replace(**read_initial_state(path))
 
 
 def _scenario_spec(default: Scenario) -> StructConstructorSpec:
@@ -153,7 +153,7 @@ def _scenario_spec(default: Scenario) -> StructConstructorSpec:
     state: Any = Annotated[
         str | None,
         *optional(
-            "where agents of a flock start and, if it says so, head: a .csv, .npy or .npz file (load_state)",
+            "initial positions and, if given, headings of a flock: a .csv, .npy or .npz file",
             "the scenario's",
             metavar="FILE",
         ),

@@ -18,8 +18,8 @@ from flockesc_env.cli.flags import Json, Progress, ScenarioFlags, Threads, optio
 from flockesc_env.cli.output import check_output, note, require, show, show_json, table
 from flockesc_env.common.checks import FloatArray, as_count, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.common.files import writing
-from flockesc_env.common.progress import bar
+from flockesc_env.common.files import atomic_write
+from flockesc_env.common.progress import progress_bar
 from flockesc_env.episodes.options import GRID_SIZE, EnvOptions, LineOptions
 from flockesc_env.models import records
 from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
@@ -160,7 +160,7 @@ def _in_chunks(
     start = 0
     size = -(-4 * (threads or os.cpu_count() or 1) // ranges.size)  # some runs for every thread
     try:
-        with bar("Sweep", ranges.size * len(seeds), always=always) as report:
+        with progress_bar("Sweep", ranges.size * len(seeds), always=always) as report:
             while start < len(seeds):
                 began = time.perf_counter()
                 before = start * ranges.size
@@ -196,7 +196,7 @@ def _write(result: SweepResult, path: Path) -> None:
     if path.suffix == ".parquet":
         result.to_parquet(path)
     else:
-        with writing(path) as file:
+        with atomic_write(path) as file:
             result.table().write_csv(file)
 
 

@@ -11,7 +11,7 @@ from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Progress, ScenarioFlags, optional, switch
 from flockesc_env.cli.output import check_output, note, require
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.common.progress import bar
+from flockesc_env.common.progress import progress_bar
 from flockesc_env.models import records
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.files import find_policy
@@ -86,7 +86,7 @@ def _write_video(runs: _Runs, path: Path, *, always: bool) -> None:
     from flockesc_env.render.video import write_video
 
     frames = max(run.scenario.num_steps for _, run in runs) + 1
-    with bar("Video", frames, always=always) as report:
+    with progress_bar("Video", frames, always=always) as report:
         write_video(runs, path, progress=report)
 
 

@@ -15,7 +15,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from flockesc_env.common.errors import RecordError
-from flockesc_env.common.files import writing
+from flockesc_env.common.files import atomic_write
 
 _HEADER = "header"
 _LARGEST = 2**26
@@ -27,7 +27,7 @@ _HEADER_READERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_hea
 
 def write_document(path: Path, header: dict[str, Any], arrays: Mapping[str, Any]) -> None:
     """Write a JSON object and arrays to an npz file; an older one stays whole until this is complete."""
-    with writing(path) as file:
+    with atomic_write(path) as file:
         np.savez_compressed(file, header=np.array(json.dumps(header)), **arrays)
 
 

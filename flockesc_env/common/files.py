@@ -10,7 +10,7 @@ from typing import BinaryIO
 
 
 @contextmanager
-def writing(path: Path) -> Iterator[BinaryIO]:
+def atomic_write(path: Path) -> Iterator[BinaryIO]:
     """Open a file for writing; it takes the place of an older one of this name once it is complete."""
     unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:

@@ -10,7 +10,7 @@ from tqdm import tqdm
 
 
 @contextmanager
-def bar(title: str, total: int, *, always: bool = False) -> Iterator[Callable[[int, int], None]]:
+def progress_bar(title: str, total: int, *, always: bool = False) -> Iterator[Callable[[int, int], None]]:
     """Show a progress bar; yields the callback that ``sweep`` and ``rollout`` take as ``progress``.
 
     Args:

@@ -35,7 +35,7 @@ class FlockEscapeEnv(Rendered, Restorable[NDArray[np.float32]], gymnasium.Env[ND
             every reset and step.
         render_options: what pictures show.
         num_threads: threads over which a large flock is spread; ``None``: one per core.
-        predator_policy: steers the learned predators, for example ``Chase()`` or a trained ``SB3Policy``;
+        predator_policy: steers the learned predators, for example ``Pursue()`` or a trained ``SB3Policy``;
             in a scenario without any, all predators become ``Learned``. ``None``: those fly straight on.
         **options: see ``EnvOptions``.
 
@@ -63,11 +63,11 @@ class FlockEscapeEnv(Rendered, Restorable[NDArray[np.float32]], gymnasium.Env[ND
             num_threads=num_threads,
             predator_policy=predator_policy,
         )
-        self.control = self._batch.control
+        self.policy_spec = self._batch.policy_spec
         self.scenario = self._batch.scenario
         self.options = self._batch.options
-        self.observation_space = self.control.layout.space()
-        self.action_space = self.control.actions.space()
+        self.observation_space = self.policy_spec.layout.space()
+        self.action_space = self.policy_spec.actions.space()
         fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
         self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
         self.render_mode = render_mode

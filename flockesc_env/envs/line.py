@@ -16,7 +16,7 @@ from flockesc_env.common.errors import EpisodeError
 from flockesc_env.envs._rendered import Rendered
 from flockesc_env.episodes.options import LineOptions
 from flockesc_env.episodes.seeds import Schedule, fresh_seed
-from flockesc_env.policies.rollout_line import line_control
+from flockesc_env.policies.rollout_line import line_policy_spec
 from flockesc_env.render import RENDER_MODES, RenderOptions, line_viewer
 from flockesc_env.scenario.flock import LineScenario
 from flockesc_env.scenario.presets import as_scenario
@@ -61,9 +61,9 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         _core.LineEpisode(self.scenario.to_json(), self._document, 0)  # refuses what cannot be played
         self._episode: _core.LineEpisode | None = None
         self._schedule = Schedule(fresh_seed())
-        self.control = line_control(self.scenario, self.options)
-        self.observation_space = self.control.layout.space()
-        self.action_space = self.control.actions.space()
+        self.policy_spec = line_policy_spec(self.scenario, self.options)
+        self.observation_space = self.policy_spec.layout.space()
+        self.action_space = self.policy_spec.actions.space()
         self.metadata = deepcopy(self.metadata)
         self.render_mode = render_mode
         self._viewer: LineViewer | None = line_viewer(
@@ -108,7 +108,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         if self._episode is None:
             raise EpisodeError("step", "a reset before anything else", "no episode")
         episode = self._episode
-        step = episode.step_one(self.control.actions.to_range(action))
+        step = episode.step_one(self.policy_spec.actions.to_range(action))
         self._show(episode)
         return step
 

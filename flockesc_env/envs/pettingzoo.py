@@ -45,7 +45,7 @@ class FlockParallelEnv(Rendered, Restorable[dict[str, Observation]], ParallelEnv
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
         predator: ``"learned"``: all predators become ``Learned``; ``"scenario"``: they are what the scenario
             says.
-        predator_policy: steers the learned predators, for example ``Chase()`` or a trained ``SB3Policy``;
+        predator_policy: steers the learned predators, for example ``Pursue()`` or a trained ``SB3Policy``;
             in a scenario without any, all predators become ``Learned``. ``None``: they are agents.
         render_mode: ``"rgb_array"``: ``render`` returns a picture; ``"human"``: a window shows
             every reset and step.
@@ -86,8 +86,8 @@ class FlockParallelEnv(Rendered, Restorable[dict[str, Observation]], ParallelEnv
             num_threads=num_threads,
             predator_policy=predator_policy,
         )
-        self.control = self._batch.control
-        self.predator_control = self._batch.predator_control
+        self.policy_spec = self._batch.policy_spec
+        self.predator_policy_spec = self._batch.predator_policy_spec
         self.scenario = self._batch.scenario
         self.options = self._batch.options
         fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
@@ -97,15 +97,15 @@ class FlockParallelEnv(Rendered, Restorable[dict[str, Observation]], ParallelEnv
         count = self.scenario.num_agents
         self._flock = _names("agent", count)
         are_agents = predator_policy is None
-        self._predators = _names("predator", self.predator_control.count if are_agents else 0)
+        self._predators = _names("predator", self.predator_policy_spec.count if are_agents else 0)
         self.possible_agents = self._flock + self._predators
         self.agents: list[str] = []
         self._caught = np.zeros(count, np.bool)
-        self.observation_spaces = {agent: self.control.layout.space() for agent in self._flock}
-        self.action_spaces = {agent: self.control.actions.space() for agent in self._flock}
+        self.observation_spaces = {agent: self.policy_spec.layout.space() for agent in self._flock}
+        self.action_spaces = {agent: self.policy_spec.actions.space() for agent in self._flock}
         for hunter in self._predators:
-            self.observation_spaces[hunter] = self.predator_control.layout.space()
-            self.action_spaces[hunter] = self.predator_control.space()
+            self.observation_spaces[hunter] = self.predator_policy_spec.layout.space()
+            self.action_spaces[hunter] = self.predator_policy_spec.space()
         size = 2 * self.scenario.dimension * (count + len(self.scenario.predators)) + 3
         self.state_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
 
@@ -166,9 +166,9 @@ class FlockParallelEnv(Rendered, Restorable[dict[str, Observation]], ParallelEnv
         agents, acting = self.agents[: len(self.agents) - len(self._predators)], ~self._caught
         controls = None
         if self._predators:
-            controls = self.predator_control.plain_of(self._predators, actions)
+            controls = self.predator_policy_spec.plain_of(self._predators, actions)
             actions = {agent: action for agent, action in actions.items() if agent not in self._predators}
-        stacked = self.control.actions.core.stack(actions, agents)
+        stacked = self.policy_spec.actions.core.stack(actions, agents)
         if stacked is None:
             stacked = self._stack(actions, agents)
         if len(agents) < len(acting):
@@ -214,7 +214,7 @@ class FlockParallelEnv(Rendered, Restorable[dict[str, Observation]], ParallelEnv
         self._check_running()
         controls = None
         if self._predators or predator_actions is not None:
-            controls = self.predator_control.plain(predator_actions, len(self._predators))
+            controls = self.predator_policy_spec.plain(predator_actions, len(self._predators))
         rows, rewards, ended, ranges, columns = self._step(actions, STACKED, controls)
         terminations, truncations = self._caught.copy(), np.full(len(self._caught), ended[0])
         if self.scenario.capture_radius is not None:
@@ -272,7 +272,7 @@ class FlockParallelEnv(Rendered, Restorable[dict[str, Observation]], ParallelEnv
         for agent in agents:
             if agent not in actions:
                 raise ActionError(f"action of {agent!r}", "an action", "none")
-        one = self.control.actions.one
+        one = self.policy_spec.actions.one
         return np.stack([one(actions[agent], f"action of {agent!r}") for agent in agents])
 
     def _seen(self) -> Observation:

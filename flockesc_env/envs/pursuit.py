@@ -69,15 +69,15 @@ class FlockPursuitEnv(Rendered, Restorable[NDArray[np.float32]], gymnasium.Env[N
         )
         self.scenario = self._batch.scenario
         self.options = self._batch.options
-        self.control = self._batch.predator_control
-        if self.control.count != 1:
-            raise ScenarioError("predators", "one predator to steer", self.control.count)
+        self.policy_spec = self._batch.predator_policy_spec
+        if self.policy_spec.count != 1:
+            raise ScenarioError("predators", "one predator to steer", self.policy_spec.count)
         self.flock_policy = (
             FixedRange(10.0) if flock_policy is None else as_policy(flock_policy, "flock_policy")
         )
         self._flock_sees: Observations = np.zeros((0, 0), np.float32)
-        self.observation_space = self.control.layout.space()
-        self.action_space = self.control.space()
+        self.observation_space = self.policy_spec.layout.space()
+        self.action_space = self.policy_spec.space()
         fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
         self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
         self.render_mode = render_mode
@@ -112,8 +112,8 @@ class FlockPursuitEnv(Rendered, Restorable[NDArray[np.float32]], gymnasium.Env[N
         """
         if not self._flock_sees.size:
             raise EpisodeError("step", "a reset before anything else", "no episode")
-        controls = self.control.plain_one(action)
-        ranges = self.flock_policy.act(self._flock_sees, self._batch.control)
+        controls = self.policy_spec.plain_one(action)
+        ranges = self.flock_policy.act(self._flock_sees, self._batch.policy_spec)
         self._flock_sees, rewards, ended, _, columns = self._batch.step(ranges, controls=controls)
         if self._viewer is not None:
             self._viewer.update()

@@ -46,7 +46,7 @@ class FlockVectorEnv(RestorableBatch, VectorEnv[Observations, NDArray[Any], NDAr
             every reset and step.
         render_options: what pictures show.
         num_threads: threads over which flocks are spread; ``None``: one per core.
-        predator_policy: steers the learned predators, for example ``Chase()`` or a trained ``SB3Policy``;
+        predator_policy: steers the learned predators, for example ``Pursue()`` or a trained ``SB3Policy``;
             in a scenario without any, all predators become ``Learned``. ``None``: those fly straight on.
         **options: see ``EnvOptions``.
 
@@ -83,14 +83,14 @@ class FlockVectorEnv(RestorableBatch, VectorEnv[Observations, NDArray[Any], NDAr
             predator_policy=predator_policy,
         )
         _check_limit(max_episode_steps, self._batch)
-        self.control = self._batch.control
+        self.policy_spec = self._batch.policy_spec
         self.scenario = self._batch.scenario
         self.options = self._batch.options
-        self.single_observation_space = self.control.layout.space()
-        self.single_action_space = self.control.actions.space()
+        self.single_observation_space = self.policy_spec.layout.space()
+        self.single_action_space = self.policy_spec.actions.space()
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        entries = len(self.control.layout.names)
+        entries = len(self.policy_spec.layout.names)
         self._out = (
             None
             if as_flag(copy, "copy")

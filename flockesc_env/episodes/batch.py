@@ -23,9 +23,9 @@ from flockesc_env.common.checks import (
 )
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.options import EnvOptions
-from flockesc_env.episodes.predators import PredatorControl, PredatorPolicy, with_learned
+from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, with_learned
 from flockesc_env.episodes.seeds import fresh_seed
-from flockesc_env.episodes.spaces import STACKED, Control, Label, ObservationLayout, RangeActions
+from flockesc_env.episodes.spaces import STACKED, Label, ObservationLayout, PolicySpec, RangeActions
 from flockesc_env.scenario.flock import FlockScenario
 
 Observations = NDArray[np.float32]
@@ -66,8 +66,8 @@ class FlockBatch:
 
     Attributes:
         rows: observation rows and ranges per flock: 1, or the number of agents.
-        control: what a policy needs to know.
-        predator_control: the same of a learned predator's policy.
+        spec: what a policy needs to know.
+        predator_policy_spec: the same of a learned predator's policy.
     """
 
     def __init__(
@@ -85,13 +85,13 @@ class FlockBatch:
             scenario = with_learned(scenario)
         per_agent = as_flag(per_agent, "per_agent")
         self.scenario = scenario
-        self.predator_control = PredatorControl.of(scenario)
+        self.predator_policy_spec = PredatorPolicySpec.of(scenario)
         self._predator_policy = predator_policy
         self.options = options
         self.num_flocks = as_count(num_flocks, "num_flocks", most=MAX_FLOCKS)
         self.rows = scenario.num_agents if per_agent else 1
         threads = as_threads(num_threads)
-        self.control = Control(
+        self.policy_spec = PolicySpec(
             actions=RangeActions(options),
             layout=ObservationLayout.of(_core.observation_entries(per_agent, scenario.dimension)),
             per_agent=per_agent,
@@ -101,7 +101,7 @@ class FlockBatch:
         self._core = _core.FlockBatch(
             scenario.to_json(),
             options.to_core(per_agent=per_agent),
-            self.control.actions.core,
+            self.policy_spec.actions.core,
             self.num_flocks,
             threads,
             options.count_components,
@@ -169,7 +169,7 @@ class FlockBatch:
                 0 and starts the next episode of its schedule (``"restart"``) or stays as it is (``"stay"``).
             out: arrays for the observations and rewards; ``None``: new ones.
             controls: actions of the learned predators, shape (num_flocks * predators, D), from
-                ``predator_control``; ``None``: those of the predator policy or, without one, 0.
+                ``predator_policy_spec``; ``None``: those of the predator policy or, without one, 0.
 
         Raises:
             ActionError: for a wrong dtype or shape, or an action outside of the action space, save those of
@@ -184,7 +184,7 @@ class FlockBatch:
         if step is None:
             ignored = self._core.ignored(at_end)
             count = self.num_flocks * self.rows
-            plain = self.control.actions.plain(actions, count, label, ignored)
+            plain = self.policy_spec.actions.plain(actions, count, label, ignored)
             step = self._core.step(plain, at_end, out, controls)
             assert step is not None  # noqa: S101, what `plain` returns is what the core takes
         return step
@@ -202,7 +202,7 @@ class FlockBatch:
         controls = self._controls()
         step = self._core.step_one(action, controls)
         if step is None:
-            step = self._core.step_one(self.control.actions.plain_one(action), controls)
+            step = self._core.step_one(self.policy_spec.actions.plain_one(action), controls)
             assert step is not None  # noqa: S101, as in `step`
         return step
 
@@ -283,8 +283,8 @@ class FlockBatch:
         if self._predator_policy is None:
             return None
         observations = self._core.observe_predators(range(self.num_flocks))
-        actions = self._predator_policy.act(observations, self.predator_control)
-        return self.predator_control.plain(actions, len(observations), "actions of the predator policy")
+        actions = self._predator_policy.act(observations, self.predator_policy_spec)
+        return self.predator_policy_spec.plain(actions, len(observations), "actions of the predator policy")
 
 
 def is_over(columns: Mapping[str, Any]) -> Any:

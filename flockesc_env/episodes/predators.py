@@ -23,7 +23,7 @@ _BOUNDS = "numbers from -1.0 to 1.0"
 
 
 @dataclass(frozen=True)
-class PredatorControl:
+class PredatorPolicySpec:
     """What a policy needs to know of the learned predators that it steers.
 
     Attributes:
@@ -40,7 +40,7 @@ class PredatorControl:
     num_steps: int
 
     @classmethod
-    def of(cls, scenario: FlockScenario) -> PredatorControl:
+    def of(cls, scenario: FlockScenario) -> PredatorPolicySpec:
         """Return the control of a scenario's learned predators, of whom there may be none."""
         return cls(
             layout=predator_layout(scenario.dimension),
@@ -96,12 +96,12 @@ class PredatorPolicy(Protocol):
     ``flockesc_env.policies.ranges.SB3Policy`` is one, too.
     """
 
-    def act(self, observations: Observations, control: PredatorControl) -> NDArray[Any]:
+    def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
         """Choose an action per row.
 
         Args:
             observations: shape (k, entries), one row per learned predator, flock after flock.
-            control: what rows and actions mean.
+            spec: what rows and actions mean.
 
         Returns:
             Actions, shape (k, D), in [-1, 1].

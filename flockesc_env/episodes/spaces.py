@@ -188,7 +188,7 @@ def predator_layout(dimension: int) -> ObservationLayout:
 
 
 @dataclass(frozen=True)
-class Control:
+class PolicySpec:
     """What a policy needs to know of the environment that it steers.
 
     Attributes:

@@ -21,7 +21,7 @@ from flockesc_env.common.checks import (
     as_threads,
 )
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.common.files import writing
+from flockesc_env.common.files import atomic_write
 from flockesc_env.models.simulate import IntArray
 from flockesc_env.scenario.flock import FlockScenario, LineScenario, as_model
 
@@ -130,7 +130,7 @@ class SweepResult:
         """
         path = as_path(path)
         table = self.table()
-        with writing(path) as file:
+        with atomic_write(path) as file:
             table.write_parquet(file, metadata={"scenario": self.scenario.to_json()})
 
 

@@ -1,6 +1,6 @@
 """Policies that set interaction ranges or steer predators, by name and in files, and rollouts of them."""
 
-from flockesc_env.policies.predators import Chase, Coast
+from flockesc_env.policies.predators import FlyStraight, Pursue
 from flockesc_env.policies.ranges import (
     FixedRange,
     Policy,
@@ -13,10 +13,10 @@ from flockesc_env.policies.ranges import (
 )
 
 __all__ = [
-    "Chase",
-    "Coast",
     "FixedRange",
+    "FlyStraight",
     "Policy",
+    "Pursue",
     "RandomRange",
     "SB3Policy",
     "ScheduledRange",

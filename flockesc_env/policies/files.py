@@ -14,7 +14,7 @@ from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.models.records import versions
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.ranges import StubbornWitnesses
-from flockesc_env.policies.registry import NAMES, Contender, built_in
+from flockesc_env.policies.registry import NAMES, NamedPolicy, built_in
 from flockesc_env.scenario.flock import FlockScenario, LineScenario
 
 SUFFIX = ".npz"
@@ -25,7 +25,7 @@ Stored = NetworkPolicy | StubbornWitnesses
 """Policies that are numbers: those that can be in a file."""
 
 
-def save_policy(contender: Contender, path: str | Path) -> None:
+def save_policy(contender: NamedPolicy, path: str | Path) -> None:
     """Write a policy and what it was made for to a file; an older one stays whole until this is complete.
 
     Args:
@@ -37,7 +37,7 @@ def save_policy(contender: Contender, path: str | Path) -> None:
         RecordError: if it is another policy, or its scenario or an option is not known.
     """
     file_path = as_path(path)
-    as_instance(contender, "contender", Contender)
+    as_instance(contender, "contender", NamedPolicy)
     policy, scenario = contender.policy, contender.scenario
     if not isinstance(policy, Stored) or policy.parameters.ndim != 1 or scenario is None:
         raise RecordError("contender", "one network or rule and its scenario", type(policy).__name__)
@@ -58,7 +58,7 @@ def save_policy(contender: Contender, path: str | Path) -> None:
         raise RecordError("contender.options", "plain numbers and texts", error) from None
 
 
-def load_policy(path: str | Path) -> Contender:
+def load_policy(path: str | Path) -> NamedPolicy:
     """Read a policy that ``save_policy`` wrote; nothing in the file is executed.
 
     Raises:
@@ -76,7 +76,7 @@ def load_policy(path: str | Path) -> Contender:
         raise RecordError(str(path), "a policy", repr(error)) from None
 
 
-def find_policy(spec: str, argument: str = "policies") -> Contender:
+def find_policy(spec: str, argument: str = "policies") -> NamedPolicy:
     """Return a policy by the name of a built-in one, or by its file.
 
     Args:
@@ -94,14 +94,14 @@ def find_policy(spec: str, argument: str = "policies") -> Contender:
     return load_policy(spec)
 
 
-def _contender(header: dict[str, Any], parameters: Any) -> Contender:
+def _contender(header: dict[str, Any], parameters: Any) -> NamedPolicy:
     name, per_agent, options = header["name"], header["per_agent"], header["options"]
     if not isinstance(name, str) or not isinstance(per_agent, bool):
         raise RecordError("header", "a text as name, true or false as per_agent", f"{name!r}, {per_agent!r}")
     scenario = _MODELS[header["model"]].from_json(json.dumps(header["scenario"]))
     (EnvOptions if isinstance(scenario, FlockScenario) else LineOptions)(**options)  # refuses what is none
     policy = _policy(header["architecture"], parameters)
-    return Contender(name, policy, per_agent=per_agent, options=options, scenario=scenario)
+    return NamedPolicy(name, policy, per_agent=per_agent, options=options, scenario=scenario)
 
 
 def _policy(fields: dict[str, Any] | None, parameters: Any) -> Stored:

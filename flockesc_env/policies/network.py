@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats, as_instance, as_text
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.episodes.spaces import Control, ObservationLayout
+from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec
 from flockesc_env.policies.ranges import Observations
 
 Parameters = NDArray[np.float32]
@@ -86,7 +86,7 @@ class NetworkPolicy:
         self._layers = list(_layers(architecture, np.atleast_2d(self.parameters)))
         self._memory: Parameters | None = None
 
-    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Let the networks choose.
 
         Raises:
@@ -96,14 +96,14 @@ class NetworkPolicy:
         networks = len(self._layers[0][0])
         if len(observations) % networks:
             raise ArgumentError("observations", f"rows for {networks} networks", len(observations))
-        if control.actions.mode != "normalized":
-            raise ArgumentError("action_mode", "'normalized'", repr(control.actions.mode))
-        columns = [control.layout.index(name) for name in self.architecture.inputs]
+        if spec.actions.mode != "normalized":
+            raise ArgumentError("action_mode", "'normalized'", repr(spec.actions.mode))
+        columns = [spec.layout.index(name) for name in self.architecture.inputs]
         values = observations[:, columns]
         if self.architecture.mirror:
-            _reflect(values, self.architecture.inputs, _sides(observations, control.layout))
+            _reflect(values, self.architecture.inputs, _sides(observations, spec.layout))
         if self.architecture.memory:
-            values = np.concatenate([values, self._recall(observations, control)], axis=1)
+            values = np.concatenate([values, self._recall(observations, spec)], axis=1)
         values = values.reshape(networks, -1, values.shape[1])
         for weights, biases in self._layers[:-1]:
             values = np.tanh(values @ weights + biases)
@@ -117,8 +117,8 @@ class NetworkPolicy:
         """Empty the memory: the next rows begin with zeros."""
         self._memory = None
 
-    def _recall(self, observations: Observations, control: Control) -> Parameters:
-        begins = observations[:, control.layout.index("time")] == 0
+    def _recall(self, observations: Observations, spec: PolicySpec) -> Parameters:
+        begins = observations[:, spec.layout.index("time")] == 0
         if self._memory is None or begins.all():
             return np.zeros((len(observations), self.architecture.memory), np.float32)
         if len(self._memory) != len(observations):

@@ -8,18 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_choice
-from flockesc_env.episodes.predators import Observations, PredatorControl
+from flockesc_env.episodes.predators import Observations, PredatorPolicySpec
 
 
-class Coast:
+class FlyStraight:
     """Flies straight on."""
 
-    def act(self, observations: Observations, control: PredatorControl) -> NDArray[Any]:
+    def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
         """Choose no acceleration for every row."""
-        return np.zeros((len(observations), control.dimension), np.float32)
+        return np.zeros((len(observations), spec.dimension), np.float32)
 
 
-class Chase:
+class Pursue:
     """Accelerates toward its target with all its strength.
 
     Args:
@@ -29,7 +29,7 @@ class Chase:
     def __init__(self, target: Literal["nearest", "centroid"] = "nearest") -> None:
         self.target = as_choice(target, "target", ("nearest", "centroid"))
 
-    def act(self, observations: Observations, control: PredatorControl) -> NDArray[Any]:
+    def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
         """Choose the direction toward the target for every row."""
-        first = control.layout.index(f"{self.target}_direction_ahead")
-        return observations[:, first : first + control.dimension]
+        first = spec.layout.index(f"{self.target}_direction_ahead")
+        return observations[:, first : first + spec.dimension]

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import FloatArray, as_flag, as_floats, as_policy, as_seed
 from flockesc_env.common.errors import ArgumentError, shown
-from flockesc_env.episodes.spaces import Control
+from flockesc_env.episodes.spaces import PolicySpec
 
 Observations = NDArray[np.float32]
 
@@ -18,12 +18,12 @@ Observations = NDArray[np.float32]
 class Policy(Protocol):
     """Anything that turns observation rows into actions."""
 
-    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Choose an action per row.
 
         Args:
             observations: shape (k, entries); one row per flock or, flock after flock, one per agent.
-            control: what rows and actions mean in the environment at hand.
+            spec: what rows and actions mean in the environment at hand.
 
         Returns:
             Actions of the environment's own space, stacked: shape (k, 1) or, where discrete, (k,).
@@ -44,17 +44,19 @@ def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
     inner = getattr(env, "unwrapped", env)
     try:
         # A Gymnasium vector environment knows its environments' attributes only through ``get_attr``.
-        control: Control = inner.control if hasattr(inner, "control") else inner.get_attr("control")[0]
+        spec: PolicySpec = (
+            inner.policy_spec if hasattr(inner, "policy_spec") else inner.get_attr("policy_spec")[0]
+        )
     except (AttributeError, TypeError):
         raise ArgumentError("env", "an environment of this package", shown(env)) from None
 
     def act(observation: Any) -> Any:
         if isinstance(observation, dict):
-            actions = policy.act(np.stack(list(observation.values())), control)
+            actions = policy.act(np.stack(list(observation.values())), spec)
             return dict(zip(observation, actions, strict=True))
         if observation.ndim == 1:
-            return policy.act(observation[np.newaxis], control)[0]
-        return policy.act(observation, control)
+            return policy.act(observation[np.newaxis], spec)[0]
+        return policy.act(observation, spec)
 
     return act
 
@@ -72,9 +74,9 @@ class FixedRange:
     def __init__(self, interaction_range: float) -> None:
         self.interaction_range = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
 
-    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Choose the range for every row."""
-        return control.actions.from_ranges(np.full(len(observations), self.interaction_range))
+        return spec.actions.from_ranges(np.full(len(observations), self.interaction_range))
 
 
 class RandomRange:
@@ -90,9 +92,9 @@ class RandomRange:
     def __init__(self, seed: int | None = None) -> None:
         self._rng = np.random.default_rng(None if seed is None else as_seed(seed))
 
-    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Draw a range for every row."""
-        actions = control.actions
+        actions = spec.actions
         return actions.from_ranges(self._rng.uniform(actions.min_range, actions.max_range, len(observations)))
 
 
@@ -109,24 +111,24 @@ class ScheduledRange:
         if self.schedule.ndim not in {1, 2} or not self.schedule.size:
             raise ArgumentError("schedule", "shape (T,) or (T, n)", f"shape {self.schedule.shape}")
 
-    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Look up the range of every row.
 
         Raises:
             ArgumentError: if the schedule fits neither the episode's steps nor the rows.
         """
-        if len(self.schedule) != control.num_steps:
-            raise ArgumentError("schedule", f"{control.num_steps} steps", len(self.schedule))
-        time = observations[:, control.layout.index("time")].astype(np.float64)
-        steps = np.minimum(np.rint(time * control.num_steps).astype(int), control.num_steps - 1)
+        if len(self.schedule) != spec.num_steps:
+            raise ArgumentError("schedule", f"{spec.num_steps} steps", len(self.schedule))
+        time = observations[:, spec.layout.index("time")].astype(np.float64)
+        steps = np.minimum(np.rint(time * spec.num_steps).astype(int), spec.num_steps - 1)
         if self.schedule.ndim == 1:
-            return control.actions.from_ranges(self.schedule[steps])
+            return spec.actions.from_ranges(self.schedule[steps])
         agents = self.schedule.shape[1]
-        if not control.per_agent or agents != control.num_agents or len(observations) % agents:
+        if not spec.per_agent or agents != spec.num_agents or len(observations) % agents:
             raise ArgumentError(
                 "schedule", "a row of every agent at once for shape (T, n)", len(observations)
             )
-        return control.actions.from_ranges(self.schedule[steps, np.arange(len(steps)) % agents])
+        return spec.actions.from_ranges(self.schedule[steps, np.arange(len(steps)) % agents])
 
 
 class StubbornLeaders:
@@ -145,16 +147,16 @@ class StubbornLeaders:
         self.min_cosine = float(as_floats(min_cosine, "min_cosine", ()))
         self.interaction_range = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
 
-    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Choose who listens.
 
         Raises:
             ArgumentError: if rows are flocks instead of agents.
         """
         # Directions are in the agent's own frame, whose first axis is its heading.
-        cosine_away = -observations[:, control.layout.index("predator_direction_ahead")]
+        cosine_away = -observations[:, spec.layout.index("predator_direction_ahead")]
         ranges: FloatArray = np.where(cosine_away > self.min_cosine, 0.0, self.interaction_range)
-        return control.actions.from_ranges(ranges)
+        return spec.actions.from_ranges(ranges)
 
 
 class StubbornWitnesses:
@@ -186,14 +188,14 @@ class StubbornWitnesses:
         self.parameters: FloatArray = np.stack(columns, axis=-1)
         self._has_seen = self._has_heard = np.zeros(0, bool)
 
-    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Choose who listens.
 
         Raises:
             ArgumentError: if rows are flocks instead of agents, or appear or vanish within an episode.
         """
-        control.layout.index("predator_direction_ahead")  # an entry of agents only
-        time = observations[:, control.layout.index("time")]
+        spec.layout.index("predator_direction_ahead")  # an entry of agents only
+        time = observations[:, spec.layout.index("time")]
         begins = time == 0
         if begins.all():
             self._has_seen = self._has_heard = np.zeros(len(observations), bool)
@@ -203,13 +205,13 @@ class StubbornWitnesses:
         if len(observations) % len(rules):
             raise ArgumentError("observations", f"rows in {len(rules)} equal parts", len(observations))
         patience, first, later = np.repeat(rules, len(observations) // len(rules), axis=0).T
-        is_seen = observations[:, control.layout.index("predator_sensed")] > 0
+        is_seen = observations[:, spec.layout.index("predator_sensed")] > 0
         self._has_seen = (self._has_seen & ~begins) | is_seen
         heard = self._has_heard & ~begins
         waits = time < patience
         ranges = np.where(waits | self._has_seen, 0.0, np.where(heard, later, first))
         self._has_heard = heard | ~waits
-        return control.actions.from_ranges(ranges)
+        return spec.actions.from_ranges(ranges)
 
 
 class SB3Policy:
@@ -228,7 +230,7 @@ class SB3Policy:
         self.model = model
         self.deterministic = as_flag(deterministic, "deterministic")
 
-    def act(self, observations: Observations, control: Control) -> NDArray[Any]:  # noqa: ARG002, the protocol
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:  # noqa: ARG002, the protocol
         """Ask the model for an action per row."""
         actions: NDArray[Any]
         actions, _ = self.model.predict(observations, deterministic=self.deterministic)

@@ -20,7 +20,7 @@ predator visible at any distance, or only within its range, and the rule made fo
 
 
 @dataclass(frozen=True)
-class Contender:
+class NamedPolicy:
     """A policy with the view and the options that it was made for.
 
     Attributes:
@@ -59,7 +59,7 @@ class Contender:
         return record(self.policy, seed, scenario=scenario, per_agent=self.per_agent, **self.options)
 
 
-def built_in(name: str, argument: str = "policies") -> Contender:
+def built_in(name: str, argument: str = "policies") -> NamedPolicy:
     """Make a contender of a built-in policy's name.
 
     Args:
@@ -73,15 +73,15 @@ def built_in(name: str, argument: str = "policies") -> Contender:
     if name.startswith("fixed:"):
         rho = _range(name.removeprefix("fixed:"))
         if rho is not None:
-            return Contender(name, FixedRange(rho), options={"max_range": max(rho, EnvOptions.max_range)})
+            return NamedPolicy(name, FixedRange(rho), options={"max_range": max(rho, EnvOptions.max_range)})
     if name == "random":
-        return Contender(name, RandomRange(0), per_agent=True)
+        return NamedPolicy(name, RandomRange(0), per_agent=True)
     if name == "stubborn-leaders":
-        return Contender(name, StubbornLeaders(), per_agent=True, options={"predator_sensing_range": None})
+        return NamedPolicy(name, StubbornLeaders(), per_agent=True, options={"predator_sensing_range": None})
     if name == "stubborn-leaders-local":
-        return Contender(name, StubbornLeaders(), per_agent=True)
+        return NamedPolicy(name, StubbornLeaders(), per_agent=True)
     if name == "stubborn-witnesses":
-        return Contender(name, StubbornWitnesses(), per_agent=True, options={"steps_per_action": 1})
+        return NamedPolicy(name, StubbornWitnesses(), per_agent=True, options={"steps_per_action": 1})
     raise ArgumentError(argument, f"one of {', '.join(NAMES)}", shown(name))
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flockesc_env.common.checks import FloatArray, as_callback, as_count, as_policy, as_seed, as_seeds
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import EnvOptions
-from flockesc_env.episodes.predators import PredatorControl, PredatorPolicy
+from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
 from flockesc_env.models.simulate import IntArray, Trajectory, simulate
 from flockesc_env.policies.ranges import Observations, Policy
 from flockesc_env.scenario.flock import FlockScenario
@@ -62,7 +62,7 @@ def rollout(
         batch_size: flocks stepped together; only a policy that draws at random can tell the difference.
         num_threads: threads over which flocks are spread; ``None``: one per core.
         progress: called with (finished episodes, all episodes).
-        predator_policy: steers the learned predators, for example ``Chase()`` or a trained ``SB3Policy``;
+        predator_policy: steers the learned predators, for example ``Pursue()`` or a trained ``SB3Policy``;
             in a scenario without any, all predators become ``Learned``. ``None``: those fly straight on.
         **options: see ``EnvOptions``.
 
@@ -116,7 +116,7 @@ def record(
         seed: seed of the flock.
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
         per_agent: whether the policy sets one range per agent, or one for the flock.
-        predator_policy: steers the learned predators, for example ``Chase()`` or a trained ``SB3Policy``;
+        predator_policy: steers the learned predators, for example ``Pursue()`` or a trained ``SB3Policy``;
             in a scenario without any, all predators become ``Learned``. ``None``: those fly straight on.
         **options: see ``EnvOptions``.
 
@@ -148,9 +148,9 @@ class _Noting:
         self.policy = policy
         self.actions: list[FloatArray] = []
 
-    def act(self, observations: Observations, control: PredatorControl) -> FloatArray:
-        actions = self.policy.act(observations, control)
-        self.actions.append(control.plain(actions, len(observations)))
+    def act(self, observations: Observations, spec: PredatorPolicySpec) -> FloatArray:
+        actions = self.policy.act(observations, spec)
+        self.actions.append(spec.plain(actions, len(observations)))
         return self.actions[-1]
 
 
@@ -165,7 +165,7 @@ def episode_steps(
     observations, _ = batch.reset(range(batch.num_flocks), seeds)
     has_ended = False
     while not has_ended:
-        actions = policy.act(observations, batch.control)
+        actions = policy.act(observations, batch.policy_spec)
         observations, rewards, ended, ranges, _ = batch.step(actions, at_end="stay")
         has_ended = bool(ended.all())
         yield ranges, rewards

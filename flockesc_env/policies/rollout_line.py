@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_count, as_policy, as_seeds
 from flockesc_env.episodes.options import LineOptions
-from flockesc_env.episodes.spaces import Control, ObservationLayout, RangeActions
+from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec, RangeActions
 from flockesc_env.models.simulate import IntArray
 from flockesc_env.policies.ranges import Policy
 from flockesc_env.scenario.flock import LineScenario
@@ -64,10 +64,10 @@ def rollout_line(
     line = as_scenario(scenario, LineScenario)
     line_options = LineOptions(**options)
     size = as_count(batch_size, "batch_size")
-    control = line_control(line, line_options)
+    spec = line_policy_spec(line, line_options)
     ended: list[_core.LineEpisode] = []
     for start in range(0, len(checked), size):
-        ended += _play(policy, checked[start : start + size], line, line_options, control)
+        ended += _play(policy, checked[start : start + size], line, line_options, spec)
     return LineEpisodes(
         seeds=np.array(checked, np.uint64),
         escape_distance=np.array([episode.escape_distance for episode in ended]),
@@ -77,9 +77,9 @@ def rollout_line(
     )
 
 
-def line_control(scenario: LineScenario, options: LineOptions) -> Control:
+def line_policy_spec(scenario: LineScenario, options: LineOptions) -> PolicySpec:
     """Return what a policy needs to know to steer a line."""
-    return Control(
+    return PolicySpec(
         actions=RangeActions(options),
         layout=ObservationLayout.of(_core.line_observation_entries(scenario.num_agents)),
         per_agent=False,
@@ -89,15 +89,15 @@ def line_control(scenario: LineScenario, options: LineOptions) -> Control:
 
 
 def _play(
-    policy: Policy, seeds: list[int], scenario: LineScenario, options: LineOptions, control: Control
+    policy: Policy, seeds: list[int], scenario: LineScenario, options: LineOptions, spec: PolicySpec
 ) -> list[_core.LineEpisode]:
     documents = scenario.to_json(), options.to_core()
     episodes = [_core.LineEpisode(*documents, seed) for seed in seeds]
     observations = np.stack([episode.observe() for episode in episodes])
     running = list(range(len(episodes)))
     while running:
-        actions = policy.act(observations, control)
-        ranges = control.actions.to_ranges(actions, len(episodes))
+        actions = policy.act(observations, spec)
+        ranges = spec.actions.to_ranges(actions, len(episodes))
         for row in running:
             episodes[row].step(float(ranges[row]))
             observations[row] = episodes[row].observe()

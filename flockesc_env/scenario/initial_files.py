@@ -23,11 +23,11 @@ _HEADS = " or ".join(",".join(columns) for columns in _COLUMNS.values())
 _TABLE = f"rows of an agent each and the columns {_HEADS}"
 
 
-def load_state(path: str | Path) -> dict[str, Any]:
+def read_initial_state(path: str | Path) -> dict[str, Any]:
     """Return the fields of a ``FlockScenario`` that starts as a file says.
 
-    ``FlockScenario(**load_state("flock.csv"))``: ``num_agents``, ``dimension``, ``initial_positions`` and, if
-    there are velocities, ``initial_headings``, their directions; agents start at the scenario's speed.
+    ``FlockScenario(**read_initial_state("flock.csv"))``: ``num_agents``, ``dimension``,
+    ``initial_positions`` and, if there are velocities, ``initial_headings``, their directions; agents start at the scenario's speed.
 
     Args:
         path: a table with a row per agent and the columns x, y(, z)(, vx, vy(, vz)), as ``.csv`` with their

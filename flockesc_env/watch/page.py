@@ -11,7 +11,7 @@ from string import Template
 from typing import Any
 
 from flockesc_env.common.checks import as_path
-from flockesc_env.common.files import writing
+from flockesc_env.common.files import atomic_write
 from flockesc_env.models.records import versions
 from flockesc_env.watch.document import Run, check_runs, run_document
 
@@ -44,7 +44,7 @@ def write_page(runs: Sequence[Run], path: str | Path) -> None:
     """
     target = as_path(path)
     page = render(runs).encode()
-    with writing(target) as file:
+    with atomic_write(target) as file:
         file.write(page)
 
 

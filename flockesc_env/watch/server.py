@@ -170,7 +170,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_response(status)
         self.send_header("Content-Type", content_type)
         self.send_header("Content-Length", str(len(body)))
-        self.send_header("Cache-Control", "no-store")
+        self.send_header("Cache-PolicySpec", "no-store")
         self.end_headers()
         self.wfile.write(body)
 

@@ -11,11 +11,11 @@ import polars as pl
 from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario, preset
-from flockesc_env.common.progress import bar
-from flockesc_env.episodes.spaces import Control, ObservationLayout
+from flockesc_env.common.progress import progress_bar
+from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec
 from flockesc_env.policies.network import NetworkPolicy
 from flockesc_env.policies.ranges import FixedRange, Observations, Policy
-from flockesc_env.policies.registry import Contender
+from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.policies.rollout import rollout
 from studies.paper.jobs import Cache, Job
 from training import seeds
@@ -55,11 +55,11 @@ class Watching:
         self.seen: list[Observations] = []
         self.ranges: list[NDArray[np.float64]] = []
 
-    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Let the other one choose."""
-        actions = self.policy.act(observations, control)
+        actions = self.policy.act(observations, spec)
         self.seen.append(observations.copy())
-        self.ranges.append(control.actions.to_ranges(actions, len(observations)))
+        self.ranges.append(spec.actions.to_ranges(actions, len(observations)))
         return actions
 
 
@@ -75,17 +75,17 @@ class Blinded:
     policy: NetworkPolicy
     shown: dict[int, float]
 
-    def act(self, observations: Observations, control: Control) -> NDArray[Any]:
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Let the network choose without what is hidden."""
-        if (observations[:, control.layout.index("time")] == 0).all():
+        if (observations[:, spec.layout.index("time")] == 0).all():
             self.policy.forget()  # which it cannot see by itself where the time is hidden
         hidden = observations.copy()
         for column, value in self.shown.items():
             hidden[:, column] = value
-        return self.policy.act(hidden, control)
+        return self.policy.act(hidden, spec)
 
 
-def watch(entry: Contender, flocks: range) -> tuple[ObservationLayout, Observations, NDArray[np.float64]]:
+def watch(entry: NamedPolicy, flocks: range) -> tuple[ObservationLayout, Observations, NDArray[np.float64]]:
     """Run a policy on some flocks of the scenario that it was trained in.
 
     Returns:
@@ -95,15 +95,15 @@ def watch(entry: Contender, flocks: range) -> tuple[ObservationLayout, Observati
     layouts = []
 
     class _Layout:
-        def act(self, observations: Observations, control: Control) -> NDArray[Any]:
-            layouts.append(control.layout)
-            return watching.act(observations, control)
+        def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+            layouts.append(spec.layout)
+            return watching.act(observations, spec)
 
     rollout(_Layout(), flocks, batch_size=len(flocks), **_made_for(entry))
     return layouts[0], np.array(watching.seen), np.array(watching.ranges)
 
 
-def ablation(entry: Contender, setting: Setting, flocks: int) -> pl.DataFrame:
+def ablation(entry: NamedPolicy, setting: Setting, flocks: int) -> pl.DataFrame:
     """Measure the policy with groups of entries hidden: shown as their means over tuning flocks."""
     layout, seen, _ = watch(entry, seeds.first_seeds(seeds.TUNING, 20))
     assert isinstance(entry.policy, NetworkPolicy)  # noqa: S101, what was trained is one
@@ -114,7 +114,7 @@ def ablation(entry: Contender, setting: Setting, flocks: int) -> pl.DataFrame:
         columns = [i for i, name in enumerate(layout.names) if name.startswith(beginnings)]
         hidden[group] = {column: float(means[column]) for column in columns}
     frames = []
-    with bar("Hidden entries", len(hidden)) as report:
+    with progress_bar("Hidden entries", len(hidden)) as report:
         for group, shown in hidden.items():
             if group == "nothing" or shown:
                 episodes = rollout(Blinded(entry.policy, shown), held_out, **_made_for(entry))
@@ -125,7 +125,7 @@ def ablation(entry: Contender, setting: Setting, flocks: int) -> pl.DataFrame:
 
 
 def transfer(
-    entry: Contender, setting: Setting, home: float, flocks: int, grid: tuple[float, ...], cache: Cache
+    entry: NamedPolicy, setting: Setting, home: float, flocks: int, grid: tuple[float, ...], cache: Cache
 ) -> pl.DataFrame:
     """Measure the policy in worlds that it was not trained in, beside fixed ranges.
 
@@ -139,7 +139,7 @@ def transfer(
     """
     frames = []
     names = dict(_worlds())
-    with bar("Other worlds", len(names)) as report:
+    with progress_bar("Other worlds", len(names)) as report:
         for done, (world, scenario) in enumerate(names.items(), start=1):
             count = flocks if scenario.num_agents <= 1_000 else max(flocks // 40, 2)
             held_out = seeds.first_seeds(seeds.HELD_OUT, count)
@@ -178,5 +178,5 @@ def _best(
     return grid[int(values.mean(axis=1).argmax())]
 
 
-def _made_for(entry: Contender) -> dict[str, Any]:
+def _made_for(entry: NamedPolicy) -> dict[str, Any]:
     return {"scenario": entry.scenario, "per_agent": entry.per_agent, **entry.options}

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from flockesc_env.common.files import writing
+from flockesc_env.common.files import atomic_write
 from flockesc_env.common.stats import Estimate, FloatArray
 from studies.learned.aggregate import Profile
 from studies.learned.results import BEST_FIXED, Study
@@ -120,7 +120,7 @@ def dots_and_bars(panels: dict[str, list[Row]]) -> Figure:
 def save(figure: Figure, path: Path) -> None:
     """Write a PNG, whole or not at all; the same bytes for the same picture."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with writing(path) as file:
+    with atomic_write(path) as file:
         figure.savefig(file, format="png", dpi=_DPI, metadata={"Software": None})
 
 

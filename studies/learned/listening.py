@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario
-from flockesc_env.common.files import writing
-from flockesc_env.policies.registry import Contender
+from flockesc_env.common.files import atomic_write
+from flockesc_env.policies.registry import NamedPolicy
 from studies.learned.explain import watch
 from training.seeds import HELD_OUT, first_seeds
 
@@ -23,7 +23,7 @@ LISTENING_FILE = "listening.npz"
 LISTENING_FLOCKS = 50
 
 
-def measure_listening(entry: Contender, path: Path) -> None:
+def measure_listening(entry: NamedPolicy, path: Path) -> None:
     """Watch a policy on held-out flocks of its own scenario, and keep the statistics that the figure shows.
 
     - ``times``: of the actions, in s;
@@ -63,7 +63,7 @@ def measure_listening(entry: Contender, path: Path) -> None:
         found["stopped"] = np.array(
             [[(last[third] <= action).mean() for action in range(len(agents))] for third in thirds]
         )
-    with writing(path) as file:
+    with atomic_write(path) as file:
         np.savez_compressed(file, allow_pickle=False, **found)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from flockesc_env.common.files import writing
+from flockesc_env.common.files import atomic_write
 from flockesc_env.common.stats import CONFIDENCE
 from studies.learned import figures
 from studies.learned.aggregate import RESAMPLES, profile
@@ -40,7 +40,7 @@ def write_page(results: Path, page: Path) -> str:
         )
     text = markdown_page(summaries, results / FIGURES, page, listened(results))
     page.parent.mkdir(parents=True, exist_ok=True)
-    with writing(page) as file:
+    with atomic_write(page) as file:
         file.write(text.encode())
     return readme_table(summaries)
 

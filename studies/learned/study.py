@@ -16,9 +16,9 @@ import numpy as np
 import polars as pl
 
 from flockesc_env import FlockScenario
-from flockesc_env.common.progress import bar
+from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray, mean
-from flockesc_env.policies.registry import Contender, built_in
+from flockesc_env.policies.registry import NamedPolicy, built_in
 from studies.learned import explain
 from studies.learned.listening import LISTENING_FILE, measure_listening
 from studies.learned.results import EPISODES_FILE
@@ -77,10 +77,10 @@ def study(args: StudyArgs) -> Path:
         _rows("best fixed range", None, held_out, fixed[_grid(preset).index(best)]),
         _rows("hindsight oracle", None, held_out, fixed.max(axis=0)),
     ]
-    entries: list[tuple[str, int | None, Contender]]
+    entries: list[tuple[str, int | None, NamedPolicy]]
     entries = [(entry.name, None, entry) for entry in _rules(preset)]
     entries += [(name, seed, contender(str(run))) for name, seed, run in runs]
-    with bar("Policies on held-out flocks", len(entries)) as report:
+    with progress_bar("Policies on held-out flocks", len(entries)) as report:
         for done, (name, seed, entry) in enumerate(entries, start=1):
             values = play(entry, preset.setting, held_out)
             rows.append(_rows(name, seed, held_out, values))
@@ -126,7 +126,7 @@ def _train(args: StudyArgs, preset: Preset) -> list[TrainingRun]:
         if run not in missing and not _is_of(preset, run):
             raise ValueError(f"runs: expected the preset's arguments in {run[2]}, got others; remove it")
     with (
-        bar(f"Training runs of {args.setting}", len(missing)) as report,
+        progress_bar(f"Training runs of {args.setting}", len(missing)) as report,
         ThreadPoolExecutor(args.jobs) as workers,
     ):
         finished = workers.map(
@@ -155,7 +155,7 @@ def _fixed(title: str, preset: Preset, flocks: range, cache: Cache) -> FloatArra
     """Return the objective under every fixed range, shape (ranges, flocks)."""
     column = "escape_distance" if preset.setting.is_line else OUTCOMES[preset.setting.objective]
     parts = []
-    with bar(title, len(flocks)) as report:
+    with progress_bar(title, len(flocks)) as report:
         for start in range(0, len(flocks), 50):
             chunk = flocks[start : start + 50]
             parts.append(cache.get(Job("objectives", preset.setting.model, _grid(preset), chunk))[column])
@@ -167,7 +167,7 @@ def _choose(preset: Preset, values: FloatArray) -> float:
     return _grid(preset)[int(values.mean(axis=1).argmax())]
 
 
-def _rules(preset: Preset) -> Iterator[Contender]:
+def _rules(preset: Preset) -> Iterator[NamedPolicy]:
     """Yield the built-in rules that see what the setting shows."""
     setting = preset.setting
     if setting.per_agent and isinstance(setting.model, FlockScenario):

@@ -10,9 +10,9 @@ import polars as pl
 
 from flockesc_env import FlockScenario
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.common.files import writing
+from flockesc_env.common.files import atomic_write
 from flockesc_env.episodes.options import EnvOptions, LineOptions
-from flockesc_env.policies.registry import Contender
+from flockesc_env.policies.registry import NamedPolicy
 from studies.learned.page import write_page
 from studies.learned.results import EPISODES_FILE, load_studies
 from training.config import Setting, presets
@@ -63,12 +63,12 @@ def submit(setting: str, policy: str, name: str, results: Path, page: Path) -> N
         },
         schema_overrides=dict(study.episodes.schema),
     )
-    with writing(results / setting / EPISODES_FILE) as file:
+    with atomic_write(results / setting / EPISODES_FILE) as file:
         pl.concat([study.episodes, rows.select(study.episodes.columns)]).write_parquet(file)
     write_page(results, page)
 
 
-def check_fits(entry: Contender, setting: Setting) -> None:
+def check_fits(entry: NamedPolicy, setting: Setting) -> None:
     """Refuse a policy that another problem was made for, or that sees more than the setting shows.
 
     Raises:

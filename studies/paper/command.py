@@ -12,7 +12,7 @@ from tyro.conf import arg
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress, optional
 from flockesc_env.cli.output import check_output, note, require, show, show_json
-from flockesc_env.common.progress import bar
+from flockesc_env.common.progress import progress_bar
 from studies.paper.jobs import total_size
 from studies.paper.plan import BATCH, Trials, studies
 
@@ -47,7 +47,7 @@ def run(
         require(module, "analysis", "paper")
     from studies.paper.reproduction import reproduce  # heavy, and of an extra
 
-    with bar("Measuring", total_size(studies(trials)), always=progress) as report:
+    with progress_bar("Measuring", total_size(studies(trials)), always=progress) as report:
 
         def show_progress(done: int, total: int) -> None:
             report(done, total)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.files import writing
+from flockesc_env.common.files import atomic_write
 from flockesc_env.envs.vector import FlockVectorEnv
 from flockesc_env.models.simulate import simulate_line
 from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, Progress, sweep
@@ -157,7 +157,7 @@ class Cache:
         if not path.exists():
             results = job.run()
             self.folder.mkdir(parents=True, exist_ok=True)
-            with writing(path) as file:
+            with atomic_write(path) as file:
                 np.savez_compressed(file, allow_pickle=False, **results)
         with np.load(path, allow_pickle=False) as stored:
             return {name: stored[name] for name in stored.files}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.metadata import version
 from pathlib import Path
 
-from flockesc_env.common.files import writing
+from flockesc_env.common.files import atomic_write
 from flockesc_env.models.sweep import Progress
 from studies.paper import flock_figures, line_figures, realizations, style
 from studies.paper.flock_claims import by_range, flock_claims
@@ -79,5 +79,5 @@ def _draw(output: Path, measured: dict[str, Arrays], line: int, flock: int) -> N
 
 
 def _write(path: Path, text: str) -> None:
-    with writing(path) as file:
+    with atomic_write(path) as file:
         file.write(text.encode())

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from flockesc_env.common.files import writing
+from flockesc_env.common.files import atomic_write
 from flockesc_env.common.stats import FloatArray
 
 INK = "0.25"
@@ -56,5 +56,5 @@ def save(figure: Figure, stem: Path) -> None:
     # The same bytes for the same picture.
     with mpl.rc_context({"svg.hashsalt": "flockesc_env", "svg.fonttype": "none"}):
         for suffix, metadata in (("svg", {"Date": None}), ("png", {"Software": None})):
-            with writing(stem.with_suffix(f".{suffix}")) as file:
+            with atomic_write(stem.with_suffix(f".{suffix}")) as file:
                 figure.savefig(file, format=suffix, dpi=_DPI, metadata=metadata)

@@ -13,7 +13,7 @@ from flockesc_env.cli.flags import Json, Progress, optional
 from flockesc_env.cli.output import check_output, note, require, show, show_json, table
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.common.progress import bar
+from flockesc_env.common.progress import progress_bar
 from studies.paper.jobs import total_size
 from studies.robustness.plan import LEAST_FLOCKS, studies, worlds
 
@@ -55,7 +55,7 @@ def run(
         require(module, "analysis", "worlds")
     from studies.robustness.survey import survey  # heavy, and of an extra
 
-    with bar("Measuring", total_size(plan), always=progress) as report:
+    with progress_bar("Measuring", total_size(plan), always=progress) as report:
 
         def show_progress(done: int, total: int) -> None:
             report(done, total)

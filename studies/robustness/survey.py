@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from flockesc_env.common.files import writing
+from flockesc_env.common.files import atomic_write
 from flockesc_env.models import records
 from flockesc_env.models.sweep import Progress
 from flockesc_env.scenario.flock import FlockScenario
@@ -69,5 +69,5 @@ def _world(name: str, scenario: FlockScenario, measured: Arrays) -> World:
 
 
 def _write(path: Path, text: str) -> None:
-    with writing(path) as file:
+    with atomic_write(path) as file:
         file.write(text.encode())

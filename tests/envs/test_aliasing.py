@@ -57,10 +57,10 @@ SB3: dict[str, Callable[[], Any]] = {
 
 def attributes(env: Any) -> list[Any]:
     """Return what an environment shows of itself."""
-    names = ("metadata", "action_space", "observation_space", "state_space", "action_spaces", "control")
-    names += ("single_action_space", "single_observation_space", "observation_spaces", "predator_control")
+    names = ("metadata", "action_space", "observation_space", "state_space", "action_spaces", "policy_spec")
+    names += ("single_action_space", "single_observation_space", "observation_spaces", "predator_policy_spec")
     shown = [getattr(env, name, None) for name in names]
-    actions = getattr(getattr(env, "control", None), "actions", None)
+    actions = getattr(getattr(env, "policy_spec", None), "actions", None)
     return [*shown, env.options, env.scenario, getattr(actions, "grid", None)]
 
 

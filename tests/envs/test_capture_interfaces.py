@@ -158,7 +158,7 @@ def test_survival_pays_what_survives(reward: str, steps_per_action: int) -> None
         total, is_over, steps = 0.0, False, 0
         while not is_over:
             observation, paid, terminated, truncated, info = env.step(np.array([3.0], np.float32))
-            at = env.control.layout.index("running_minimum")
+            at = env.policy_spec.layout.index("running_minimum")
             assert observation[at] == np.float32(info["fraction_surviving"])
             total, steps, is_over = total + paid, steps + 1, terminated or truncated
         left = run.fraction_surviving[-1]

@@ -68,10 +68,10 @@ def test_copy_before_the_first_reset(interface: str) -> None:
 
 @pytest.mark.parametrize("mode", ["normalized", "range", "discrete"])
 def test_controls_are_copied_and_pickled(mode: str) -> None:
-    control = FlockEscapeEnv(small_flock(), action_mode=mode, min_range=2.0, max_range=9.0).control
-    actions = control.actions.from_ranges(np.array([2.0, 5.5, 9.0]))
-    expected = control.actions.to_ranges(actions, 3)
-    for twin in (copy.deepcopy(control), pickle.loads(pickle.dumps(control))):  # noqa: S301, our own
+    spec = FlockEscapeEnv(small_flock(), action_mode=mode, min_range=2.0, max_range=9.0).policy_spec
+    actions = spec.actions.from_ranges(np.array([2.0, 5.5, 9.0]))
+    expected = spec.actions.to_ranges(actions, 3)
+    for twin in (copy.deepcopy(spec), pickle.loads(pickle.dumps(spec))):  # noqa: S301, our own
         np.testing.assert_array_equal(twin.actions.to_ranges(actions, 3), expected)
 
 

@@ -90,7 +90,7 @@ def test_line_terminates_when_it_stands_still_and_is_truncated_otherwise() -> No
 
 def test_time_and_last_range_are_observed() -> None:
     env = FlockEscapeEnv(small_flock(), action_mode="range", max_range=50.0, steps_per_action=4)
-    time, last_range = (env.control.layout.index(name) for name in ("time", "last_range"))
+    time, last_range = (env.policy_spec.layout.index(name) for name in ("time", "last_range"))
     observation, _ = env.reset(seed=0)
     assert (observation[time], observation[last_range]) == (0, 0)
     for expected in (0.4, 0.8, 1.0):
@@ -102,7 +102,7 @@ def test_time_and_last_range_are_observed() -> None:
 
 def test_layout_names_every_entry() -> None:
     for env in (FlockEscapeEnv(small_flock()), LineEscapeEnv(LineScenario(num_agents=4))):
-        layout = env.control.layout
+        layout = env.policy_spec.layout
         assert len(set(layout.names)) == len(layout.names)
         assert env.observation_space.shape == (len(layout.names),)
         assert [layout.index(name) for name in layout.names] == list(range(len(layout.names)))

@@ -47,15 +47,15 @@ def test_law_and_observations(dimension: int, seed: int, hold: int) -> None:
     batch.reset([0], [seed])
     state, rng = start_of(scenario, seed), np.random.default_rng(seed)
     running = reference.predator_distances(state.positions, state.predator_positions).mean()
-    control = batch.predator_control
+    spec = batch.predator_policy_spec
     for step in range(0, 9, hold):
         seen = batch.observe_predators([0])
         for index, row in enumerate(seen):
             expected = learned_reference.observation(scenario, state, index, step / 10, float(running))
             np.testing.assert_allclose(row, expected, rtol=0, atol=3e-6)
-        assert all(control.layout.space().contains(row) for row in seen)
+        assert all(spec.layout.space().contains(row) for row in seen)
         actions = rng.uniform(-1, 1, (2, dimension))
-        batch.step(np.array([[8.0]]), controls=control.plain(actions, 2))
+        batch.step(np.array([[8.0]]), controls=spec.plain(actions, 2))
         for _ in range(hold):
             state = learned_reference.step(scenario, state, np.full(12, 8.0), actions)
             distances = reference.predator_distances(state.positions, state.predator_positions)
@@ -112,7 +112,7 @@ def test_a_predator_that_rests_looks_at_the_nearest_agent(dimension: int) -> Non
     scenario = hunted(dimension, (Learned((50.0, -20.0), (0.0, 0.0)),))
     environment = parallel_env(scenario)
     observations, _ = environment.reset(seed=3)
-    row = dict(zip(environment.predator_control.layout.names, observations["predator_0"], strict=True))
+    row = dict(zip(environment.predator_policy_spec.layout.names, observations["predator_0"], strict=True))
     assert row["speed"] == 0
     assert row["nearest_direction_ahead"] == pytest.approx(1.0)
     ahead = np.eye(dimension, dtype=np.float32)[0]

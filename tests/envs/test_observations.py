@@ -237,13 +237,13 @@ def assert_plays_as(flock: Reference, rng: np.random.Generator, *, per_agent: bo
     start = batch.start({"initial_positions": state.positions, "initial_velocities": state.velocities})
     rows, _ = batch.reset([0], [0], start)
     view = flock.agent_view if per_agent else flock.flock_view
-    assert_observed(rows, batch.control.layout, view())
+    assert_observed(rows, batch.policy_spec.layout, view())
     for _ in range(STEPS):
         choices = [np.zeros(batch.rows), rng.uniform(0, 50, batch.rows), np.full(batch.rows, 100.0)]
         actions = choices[rng.integers(3)].astype(np.float32)
         rows = batch.step(actions[:, None])[0]
         flock.step(np.broadcast_to(actions.astype(float), flock.scenario.num_agents))
-        assert_observed(rows, batch.control.layout, view())
+        assert_observed(rows, batch.policy_spec.layout, view())
         if not len(flock.names):
             return
 

@@ -28,7 +28,7 @@ from flockesc_env import (
 )
 from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError, ScenarioError
 from flockesc_env.policies import FixedRange, StubbornLeaders, bind
-from flockesc_env.policies.predators import Chase, Coast
+from flockesc_env.policies.predators import FlyStraight, Pursue
 
 PURSUIT_ID = "flockesc_env:flockesc/FlockPursuit-v0"
 TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))
@@ -191,11 +191,11 @@ def test_missing_and_unknown_predators() -> None:
     ("make", "error", "field"),
     [
         (lambda: parallel_env(predator="smart"), ArgumentError, "predator"),
-        (lambda: Chase("farthest"), ArgumentError, "target"),
+        (lambda: Pursue("farthest"), ArgumentError, "target"),
         (lambda: FlockPursuitEnv(hunted(2, 2)), ScenarioError, "predators"),
         (lambda: FlockPursuitEnv(small_flock(predators=())), ScenarioError, "predators"),
         (
-            lambda: FlockEscapeEnv(small_flock(predators=()), predator_policy=Coast()),
+            lambda: FlockEscapeEnv(small_flock(predators=()), predator_policy=FlyStraight()),
             ScenarioError,
             "predators",
         ),
@@ -232,7 +232,7 @@ def test_pursuit_suites(dimension: int, options: dict[str, Any]) -> None:
 def test_pursuit_by_name() -> None:
     environment = gymnasium.make(PURSUIT_ID)
     check_gymnasium(environment.unwrapped, skip_render_check=True)
-    act = bind(Chase(), environment)
+    act = bind(Pursue(), environment)
     observation, _ = environment.reset(seed=0)
     for _ in range(240):
         observation, _, _, truncated, _ = environment.step(act(observation))
@@ -253,7 +253,7 @@ def test_pursuit_is_the_parallel_environment_with_a_fixed_flock(dimension: int, 
     while parallel.agents:
         np.testing.assert_array_equal(observation, observations["predator_0"])
         flock = np.stack([observations[f"agent_{i}"] for i in range(5)])
-        ranges = policy.act(flock, parallel.control)
+        ranges = policy.act(flock, parallel.policy_spec)
         action = pursuit.action_space.sample()
         observation, reward, terminated, truncated, info = pursuit.step(action)
         actions = {f"agent_{i}": rho for i, rho in enumerate(ranges)} | {"predator_0": action}

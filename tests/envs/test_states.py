@@ -24,7 +24,7 @@ from flockesc_env import (
     LineScenario,
     parallel_env,
 )
-from flockesc_env.policies.predators import Chase
+from flockesc_env.policies.predators import Pursue
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 STEPS = 200
@@ -38,7 +38,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "parallel with predators": lambda: parallel_env(small_flock(), predator="learned"),
     "parallel with capture": lambda: parallel_env(small_flock(capture_radius=6.0), reward="own_distance"),
     "difference rewards": lambda: parallel_env(small_flock(), reward="difference"),
-    "chased": lambda: FlockEscapeEnv(small_flock(), predator_policy=Chase()),
+    "chased": lambda: FlockEscapeEnv(small_flock(), predator_policy=Pursue()),
     "line": lambda: LineEscapeEnv(LineScenario(num_agents=30, escape_force="linear_as_printed")),
     "vector": lambda: FlockVectorEnv(3, small_flock()),
     "vector in the same step": lambda: FlockVectorEnv(3, small_flock(), autoreset_mode="SameStep"),

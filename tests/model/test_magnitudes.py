@@ -33,7 +33,7 @@ from flockesc_env import (
     simulate_line,
 )
 from flockesc_env.common.errors import ArgumentError, ScenarioError
-from flockesc_env.policies.predators import Chase
+from flockesc_env.policies.predators import Pursue
 
 SMALLEST, LARGEST = 1e-20, 1e20
 BELOW, ABOVE = math.nextafter(SMALLEST, 0), math.nextafter(LARGEST, math.inf)
@@ -168,7 +168,7 @@ def test_nothing_is_ever_nan_or_infinite(scenario: FlockScenario, data: st.DataO
     start = {name: np.reshape(data.draw(entries), shape) for name in STARTS[:2]} if is_given else {}
     options = {"action_mode": "range", "max_range": 3e38, "predator_sensing_range": None}
     if any(isinstance(predator, Learned) for predator in scenario.predators):
-        options["predator_policy"] = Chase()
+        options["predator_policy"] = Pursue()
     flock = FlockEscapeEnv(scenario, **options)
     team = parallel_env(scenario, **options, reward="neighborhood_distance_change")
     observation, info = flock.reset(seed=1, options=start)
@@ -211,7 +211,7 @@ def test_agents_in_one_place_have_no_spread(place: float) -> None:
     for count in (3, 7, 60):
         env = FlockEscapeEnv(small_flock(num_agents=count))
         observation, _ = env.reset(seed=1, options={"initial_positions": np.full((count, 2), place)})
-        assert observation[env.control.layout.index("spread")] == 0
+        assert observation[env.policy_spec.layout.index("spread")] == 0
 
 
 def test_far_from_the_origin_the_same_is_heard() -> None:

@@ -237,7 +237,7 @@ def test_observations_of_unlike_agents(dimension: int) -> None:
     agents = parallel_env(scenario)
     observation, _ = env.reset(seed=1)
     rows, _ = agents.reset(seed=1)
-    speed = observation[env.control.layout.index("speed")]
+    speed = observation[env.policy_spec.layout.index("speed")]
     assert speed == pytest.approx(np.mean(scenario.speed) / (np.mean(scenario.speed) + 10.0))
     for _ in range(scenario.num_steps):
         assert env.observation_space.contains(observation)

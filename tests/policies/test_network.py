@@ -20,7 +20,7 @@ from flockesc_env import (
     simulate,
 )
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.episodes.spaces import Control
+from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import bind
 from flockesc_env.policies.network import Architecture, NetworkPolicy, mirrored
 
@@ -37,8 +37,8 @@ architectures = st.builds(
 )
 
 
-def control(scenario: FlockScenario = SCENARIO, **options: Any) -> Control:
-    return parallel_env(scenario, **options).control
+def policy_spec(scenario: FlockScenario = SCENARIO, **options: Any) -> PolicySpec:
+    return parallel_env(scenario, **options).policy_spec
 
 
 def parameters(architecture: Architecture, seed: int = 0, networks: tuple[int, ...] = ()) -> np.ndarray:
@@ -47,7 +47,7 @@ def parameters(architecture: Architecture, seed: int = 0, networks: tuple[int, .
 
 def some_rows(count: int, time: float, rng: np.random.Generator) -> np.ndarray:
     """Return observations in which a third of the rows senses no predator."""
-    layout = control().layout
+    layout = policy_spec().layout
     rows = rng.uniform(layout.low, layout.high, (count, len(layout.names))).astype(np.float32)
     rows[:, layout.index("time")] = time
     for name in layout.names:
@@ -60,7 +60,7 @@ def reference(
     architecture: Architecture, numbers: np.ndarray, row: np.ndarray, memory: list[float]
 ) -> tuple[float, list[float]]:
     """Run one network on one row, number by number; return action and memory."""
-    layout = control().layout
+    layout = policy_spec().layout
     seen = {name: float(row[layout.index(name)]) for name in layout.names}
     side = seen["predator_direction_left"] or seen["heard_velocity_left"]
     if architecture.mirror and side < 0:
@@ -94,7 +94,7 @@ def test_it_is_the_loop_over_rows_and_layers(architecture: Architecture, seed: i
             action, memory[k] = reference(architecture, numbers, row, memory[k])
             expected.append([action])
         given_rows = rows.copy()
-        actions = policy.act(rows, control())
+        actions = policy.act(rows, policy_spec())
         np.testing.assert_allclose(actions, expected, rtol=0, atol=1e-5)
         assert actions.shape == (7, 1)
         assert np.abs(actions).max() <= 1
@@ -110,8 +110,12 @@ def test_a_population_is_its_networks(architecture: Architecture, networks: int,
     alone = [NetworkPolicy(architecture, one) for one in numbers]
     for time in (0.0, 0.5):
         rows = some_rows(5 * networks, time, rng)
-        parts = [one.act(part, control()) for one, part in zip(alone, np.split(rows, networks), strict=True)]
-        np.testing.assert_allclose(population.act(rows, control()), np.concatenate(parts), rtol=0, atol=1e-6)
+        parts = [
+            one.act(part, policy_spec()) for one, part in zip(alone, np.split(rows, networks), strict=True)
+        ]
+        np.testing.assert_allclose(
+            population.act(rows, policy_spec()), np.concatenate(parts), rtol=0, atol=1e-6
+        )
 
 
 def test_a_population_plays_as_its_networks_do() -> None:
@@ -132,8 +136,8 @@ REMEMBERING = NetworkPolicy(Architecture(("time",), (), memory=1), [0, 1, 1, 0, 
 
 def remembered(policy: NetworkPolicy, times: list[float]) -> np.ndarray:
     rows = some_rows(len(times), 0.0, np.random.default_rng(0))
-    rows[:, control().layout.index("time")] = times
-    return policy.act(rows, control())[:, 0]
+    rows[:, policy_spec().layout.index("time")] = times
+    return policy.act(rows, policy_spec())[:, 0]
 
 
 def test_memory_begins_with_zeros_and_is_carried_on() -> None:
@@ -200,7 +204,7 @@ def test_a_flock_and_its_reflection_are_seen_alike(axis: int, sensing: float | N
     other, start = reflected(3, axis, scenario)
     envs = parallel_env(scenario, **options), parallel_env(other, **options)
     rows = [rows_of(envs[0].reset(seed=3)[0]), rows_of(envs[1].reset(seed=3, options=start)[0])]
-    layout, turned = envs[0].control.layout, 0
+    layout, turned = envs[0].policy_spec.layout, 0
     left = [name.endswith("_left") for name in layout.names]
     for _ in range(6):
         np.testing.assert_allclose(rows[1], np.where(left, -rows[0], rows[0]), atol=1e-5)
@@ -242,7 +246,7 @@ def test_a_mirrored_network_steers_a_flock_and_its_reflection_alike(memory: int)
 
 
 def test_who_sees_the_predator_on_the_left_sees_it_as_it_is() -> None:
-    layout = control().layout
+    layout = policy_spec().layout
     rows = some_rows(60, 0.5, np.random.default_rng(1))
     predator, heard = layout.index("predator_direction_left"), layout.index("heard_velocity_left")
     rows[:20, predator], rows[20:40, predator], rows[40:, predator] = 0.5, -0.5, 0.0
@@ -257,7 +261,7 @@ def test_actions_are_cut_off_or_squashed(bias: float, clip: float) -> None:
     rows = some_rows(2, 0.0, np.random.default_rng(0))
     for squash, expected in (("clip", clip), ("tanh", np.tanh(bias))):
         policy = NetworkPolicy(Architecture(("time",), (), squash=squash), [0, bias])  # type: ignore[arg-type]
-        np.testing.assert_allclose(policy.act(rows, control()), [[expected]] * 2, atol=1e-6)
+        np.testing.assert_allclose(policy.act(rows, policy_spec()), [[expected]] * 2, atol=1e-6)
 
 
 @pytest.mark.parametrize("shape", [(6,), (8,), (0,), (0, 7), (2, 6), (7, 2), (1, 2, 7), ()])
@@ -292,13 +296,13 @@ def test_architectures_out_of_bounds_are_refused(fields: dict[str, Any], message
 @pytest.mark.parametrize("mode", ["range", "discrete"])
 def test_other_actions_than_normalized_ones_are_refused(mode: str) -> None:
     with pytest.raises(ArgumentError, match=f"action_mode: expected 'normalized', got '{mode}'"):
-        REMEMBERING.act(some_rows(2, 0.0, np.random.default_rng(0)), control(action_mode=mode))
+        REMEMBERING.act(some_rows(2, 0.0, np.random.default_rng(0)), policy_spec(action_mode=mode))
 
 
 @pytest.mark.parametrize("mirror", [False, True])
 def test_entries_that_are_not_observed_are_refused(mirror: bool) -> None:
     """The flock view has no predator on the left."""
-    shared = FlockEscapeEnv(SCENARIO).control
+    shared = FlockEscapeEnv(SCENARIO).policy_spec
     architecture = Architecture(("time",) if mirror else ("predator_direction_left",), (), mirror=mirror)
     with pytest.raises(ArgumentError, match="observation: expected an entry 'predator_direction_left', got"):
         NetworkPolicy(architecture, [0, 0]).act(np.zeros((2, len(shared.layout.names)), np.float32), shared)
@@ -307,4 +311,4 @@ def test_entries_that_are_not_observed_are_refused(mirror: bool) -> None:
 def test_rows_that_networks_cannot_share_are_refused() -> None:
     policy = NetworkPolicy(Architecture(("time",), ()), np.zeros((3, 2)))
     with pytest.raises(ArgumentError, match="observations: expected rows for 3 networks, got 4"):
-        policy.act(some_rows(4, 0.0, np.random.default_rng(0)), control())
+        policy.act(some_rows(4, 0.0, np.random.default_rng(0)), policy_spec())

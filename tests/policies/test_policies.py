@@ -200,16 +200,16 @@ def test_own_schedule_needs_all_agents_at_once() -> None:
 @pytest.mark.parametrize("mode", ACTION_MODES)
 def test_random_range_covers_what_actions_can_set(mode: str) -> None:
     env = FlockEscapeEnv(SCENARIO, action_mode=mode, min_range=10.0, max_range=20.0)
-    rows = np.zeros((4000, len(env.control.layout.names)), np.float32)
+    rows = np.zeros((4000, len(env.policy_spec.layout.names)), np.float32)
     policy = RandomRange(seed=0)
-    actions = policy.act(rows, env.control)
+    actions = policy.act(rows, env.policy_spec)
     assert all(env.action_space.contains(action) for action in actions[:50])
-    ranges = env.control.actions.to_ranges(actions, len(actions))
+    ranges = env.policy_spec.actions.to_ranges(actions, len(actions))
     assert 10 <= ranges.min() < 10.1
     assert 19.9 < ranges.max() <= 20
     np.testing.assert_allclose(ranges.mean(), 15, atol=3 * 10 / np.sqrt(12 * 4000))
-    assert not np.array_equal(policy.act(rows, env.control), actions)
-    np.testing.assert_array_equal(RandomRange(seed=0).act(rows, env.control), actions)
+    assert not np.array_equal(policy.act(rows, env.policy_spec), actions)
+    np.testing.assert_array_equal(RandomRange(seed=0).act(rows, env.policy_spec), actions)
 
 
 bounds = st.tuples(st.floats(0, 50), st.floats(0.5, 500)).map(lambda drawn: (drawn[0], sum(drawn)))

@@ -16,22 +16,22 @@ from flockesc_env.common.errors import ArgumentError, RecordError, ScenarioError
 from flockesc_env.policies import FixedRange, StubbornWitnesses
 from flockesc_env.policies.files import find_policy
 from flockesc_env.policies.network import Architecture, NetworkPolicy
-from flockesc_env.policies.registry import Contender, built_in
+from flockesc_env.policies.registry import NamedPolicy, built_in
 
 SCENARIO = small_flock(num_agents=6, predator_range=60.0)
 ARCHITECTURE = Architecture(("time", "predator_distance"), (3, 2), memory=1, mirror=True, squash="tanh")
 LINE = Architecture(("time", "offset_0"), ())
 
 
-def flock_contender() -> Contender:
+def flock_contender() -> NamedPolicy:
     options = {"max_range": 30.0, "predator_sensing_range": None, "steps_per_action": 2}
     numbers = np.random.default_rng(0).normal(size=ARCHITECTURE.size)
     policy = NetworkPolicy(ARCHITECTURE, numbers)
-    return Contender("mine", policy, per_agent=True, options=options, scenario=SCENARIO)
+    return NamedPolicy("mine", policy, per_agent=True, options=options, scenario=SCENARIO)
 
 
-def line_contender() -> Contender:
-    return Contender("line", NetworkPolicy(LINE, [1, -2, 0.5]), scenario=LineScenario(num_agents=9))
+def line_contender() -> NamedPolicy:
+    return NamedPolicy("line", NetworkPolicy(LINE, [1, -2, 0.5]), scenario=LineScenario(num_agents=9))
 
 
 @pytest.mark.parametrize("make", [flock_contender, line_contender])
@@ -187,7 +187,7 @@ def test_a_policy_for_a_line_records_no_flock() -> None:
 
 def test_rules_are_kept_like_networks(tmp_path: Path) -> None:
     rule = StubbornWitnesses(0.25, 50.0, 12.0)
-    entry = Contender("mine", rule, per_agent=True, options={"steps_per_action": 1}, scenario=SCENARIO)
+    entry = NamedPolicy("mine", rule, per_agent=True, options={"steps_per_action": 1}, scenario=SCENARIO)
     save_policy(entry, tmp_path / "rule.npz")
     found = load_policy(tmp_path / "rule.npz")
     assert isinstance(found.policy, StubbornWitnesses)

@@ -26,7 +26,7 @@ from flockesc_env import (
 )
 from flockesc_env.common.errors import ActionError
 from flockesc_env.policies import FixedRange, SB3Policy
-from flockesc_env.policies.predators import Chase, Coast
+from flockesc_env.policies.predators import FlyStraight, Pursue
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))
@@ -44,9 +44,9 @@ class Spin:
     def __init__(self) -> None:
         self.calls = 0
 
-    def act(self, observations: np.ndarray, control: Any) -> np.ndarray:
+    def act(self, observations: np.ndarray, spec: Any) -> np.ndarray:
         self.calls += 1
-        actions = np.zeros((len(observations), control.dimension), np.float32)
+        actions = np.zeros((len(observations), spec.dimension), np.float32)
         actions[:, 1] = 1.0 if self.calls % 3 else -0.5
         return actions
 
@@ -61,20 +61,20 @@ def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
     scenario = hunted(dimension)
     by_hand = parallel_env(scenario, predator="learned")
     observations, _ = by_hand.reset(seed=4)
-    single = FlockEscapeEnv(scenario, predator_policy=Chase())
+    single = FlockEscapeEnv(scenario, predator_policy=Pursue())
     single.reset(seed=4)
-    parallel = parallel_env(scenario, predator_policy=Chase())
+    parallel = parallel_env(scenario, predator_policy=Pursue())
     parallel.reset(seed=4)
-    vector = FlockVectorEnv(3, scenario, predator_policy=Chase())
+    vector = FlockVectorEnv(3, scenario, predator_policy=Pursue())
     vector.reset(seed=3)
-    flocks, agents = (make(3, scenario, predator_policy=Chase()) for make in (FlockVecEnv, AgentVecEnv))
+    flocks, agents = (make(3, scenario, predator_policy=Pursue()) for make in (FlockVecEnv, AgentVecEnv))
     for slots in (flocks, agents):
         slots.seed(3)
         slots.reset()
     assert parallel.possible_agents == by_hand.possible_agents[:-1]
     zero = np.zeros(1, np.float32)
     for _ in range(9):
-        hunter = Chase().act(observations["predator_0"][np.newaxis], by_hand.predator_control)[0]
+        hunter = Pursue().act(observations["predator_0"][np.newaxis], by_hand.predator_policy_spec)[0]
         observations, *_, infos = by_hand.step({**dict.fromkeys(parallel.agents, zero), "predator_0": hunter})
         expected = infos["agent_0"]["mean_distance"]
         assert single.step(zero)[-1]["mean_distance"] == expected
@@ -86,7 +86,7 @@ def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
 
 
 def test_a_bad_predator_policy_is_named_and_changes_nothing() -> None:
-    bad = SimpleNamespace(act=lambda observations, control: np.full((len(observations), 2), 2.0))
+    bad = SimpleNamespace(act=lambda observations, spec: np.full((len(observations), 2), 2.0))
     environment = FlockEscapeEnv(hunted(), predator_policy=bad)
     environment.reset(seed=0)
     before = environment._batch.state(0)
@@ -117,7 +117,7 @@ def test_chase_comes_closer_than_coast() -> None:
     """To the nearest agent or, on average, to all of them, as its target says."""
     nearest, centroid, nobody = (
         rollout(FixedRange(0.0), range(10), scenario="paper-flock", predator_policy=policy)
-        for policy in (Chase(), Chase("centroid"), Coast())
+        for policy in (Pursue(), Pursue("centroid"), FlyStraight())
     )
     assert nearest.min_min_distance.mean() < nobody.min_min_distance.mean() / 2
     assert centroid.min_mean_distance.mean() < nobody.min_mean_distance.mean()

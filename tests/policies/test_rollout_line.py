@@ -77,9 +77,9 @@ def test_an_ended_line_keeps_its_row_and_is_stepped_no_more() -> None:
     rows: list[np.ndarray] = []
 
     class Watching:
-        def act(self, observations: np.ndarray, control: Any) -> np.ndarray:
+        def act(self, observations: np.ndarray, spec: Any) -> np.ndarray:
             rows.append(observations.copy())
-            return FixedRange(0.125).act(observations, control)
+            return FixedRange(0.125).act(observations, spec)
 
     found = rollout_line(Watching(), SEEDS, scenario=SCENARIO)
     assert len(rows) == found.steps.max()
@@ -114,9 +114,9 @@ def test_bad_input_is_named(changes: dict[str, Any], error: type[Exception], mes
     asked: list[int] = []
 
     class Asked:
-        def act(self, observations: np.ndarray, control: Any) -> np.ndarray:
+        def act(self, observations: np.ndarray, spec: Any) -> np.ndarray:
             asked.append(len(observations))
-            return fixed().act(observations, control)
+            return fixed().act(observations, spec)
 
     fields = {"policy": Asked(), "seeds": SEEDS, "scenario": SCENARIO, **changes}
     with pytest.raises(error, match=message):

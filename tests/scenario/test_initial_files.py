@@ -19,7 +19,7 @@ from flockesc_env import (
     RandomHeadings,
     RecordError,
     ScenarioError,
-    load_state,
+    read_initial_state,
     records,
     simulate,
     sweep,
@@ -54,7 +54,7 @@ def write(path: Path, positions: Any, velocities: Any = None) -> Path:
 @pytest.mark.parametrize("suffix", [".csv", ".npy", ".npz"])
 def test_a_file_is_the_start_bit_for_bit(tmp_path: Path, suffix: str, dimension: int) -> None:
     positions, velocities = state(dimension)
-    fields = load_state(write(tmp_path / f"flock{suffix}", positions, velocities))
+    fields = read_initial_state(write(tmp_path / f"flock{suffix}", positions, velocities))
     scenario = FlockScenario(num_steps=5, **fields)
     run = simulate(scenario, 10.0, seed=1)
     np.testing.assert_array_equal(run.positions[0], positions)
@@ -65,7 +65,7 @@ def test_a_file_is_the_start_bit_for_bit(tmp_path: Path, suffix: str, dimension:
     np.testing.assert_array_equal(run.positions, again.positions)
     assert sweep(scenario, [10.0], [1]).min_mean_distance[0, 0] == run.mean_distance.min()
 
-    fields = load_state(write(tmp_path / f"positions{suffix}", positions))
+    fields = read_initial_state(write(tmp_path / f"positions{suffix}", positions))
     assert "initial_headings" not in fields
     assert FlockScenario(**fields).initial_headings == RandomHeadings()
 
@@ -185,14 +185,14 @@ def test_refused_files(tmp_path: Path, name: str, content: Any, where: str, expe
     else:
         np.save(path, content)
     with pytest.raises(RecordError) as caught:
-        load_state(path)
+        read_initial_state(path)
     assert caught.value.field == f"{path}{where}"
     assert expected in caught.value.expected
 
 
 def test_no_file(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
-        load_state(tmp_path / "a.csv")
+        read_initial_state(tmp_path / "a.csv")
 
 
 def test_the_command_line_takes_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -200,7 +200,7 @@ def test_the_command_line_takes_a_file(tmp_path: Path, capsys: pytest.CaptureFix
     path = str(write(tmp_path / "flock.csv", positions, velocities))
     flags = ("--initial-state", path, "--num-steps", "5")
     ran = Ran(capsys, "simulate", *flags, "--interaction-range", "10", "--seed", "1", "--json")
-    run = simulate(FlockScenario(num_steps=5, **load_state(path)), 10.0, seed=1)
+    run = simulate(FlockScenario(num_steps=5, **read_initial_state(path)), 10.0, seed=1)
     assert ran.code == Exit.DONE
     assert json.loads(ran.out)["min_mean_distance"] == run.mean_distance.min()
     swept = Ran(capsys, "sweep", *flags, "--interaction-ranges", "10", "--seeds", "1:2", "--json")

@@ -14,7 +14,7 @@ from small_runs import SMALL, small_run
 from flockesc_env.policies.files import load_policy
 from flockesc_env.sb3 import AgentVecEnv
 from training.config import CONFIG_FILE, CURVE_FILE, RUN_FILE, Args, PPOArgs, TQCArgs
-from training.evaluation import control, objective
+from training.evaluation import objective, policy_spec
 from training.outputs import CURVE_FLOCKS
 from training.ppo import PPORounds
 from training.rounds import LINE_ACTIONS, Rounds
@@ -50,7 +50,7 @@ def trained(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
 
 def test_the_file_holds_the_actor(trained: Rounds[Any]) -> None:
     policy = load_policy(trained.args.run / "policy.npz")
-    seen = control(trained.args)
+    seen = policy_spec(trained.args)
     rng = np.random.default_rng(0)
     for scale in (1, 30):  # outputs within their bounds, and beyond
         observations = scale * rng.normal(size=(500, len(seen.layout.names))).astype(np.float32)

@@ -12,7 +12,7 @@ from option_table import small_flock
 from flockesc_env import FlockScenario, parallel_env, record
 from flockesc_env.policies import FixedRange
 from flockesc_env.policies.network import Architecture, NetworkPolicy
-from flockesc_env.policies.registry import Contender
+from flockesc_env.policies.registry import NamedPolicy
 from studies.learned import listening
 from studies.learned.explain import Blinded, Watching, watch
 from studies.learned.listening import SILENT, draw_listening, measure_listening
@@ -23,7 +23,7 @@ STEPS = 3
 FLOCKS = 12
 
 
-def listener(*, per_agent: bool, visible: bool = True, scenario: FlockScenario = SCENARIO) -> Contender:
+def listener(*, per_agent: bool, visible: bool = True, scenario: FlockScenario = SCENARIO) -> NamedPolicy:
     """Return a policy whose ranges fall with time, from above ``SILENT`` to below, not for all alike."""
     names = (
         ("time", "predator_distance", "predator_direction_ahead") if per_agent else ("time", "min_distance")
@@ -35,17 +35,17 @@ def listener(*, per_agent: bool, visible: bool = True, scenario: FlockScenario =
         "predator_sensing_range": None if visible else "predator_range",
     }
     policy = NetworkPolicy(Architecture(names, ()), numbers)
-    return Contender("it", policy, per_agent=per_agent, options=options, scenario=scenario)
+    return NamedPolicy("it", policy, per_agent=per_agent, options=options, scenario=scenario)
 
 
-def measured(entry: Contender, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+def measured(entry: NamedPolicy, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     monkeypatch.setattr(listening, "LISTENING_FLOCKS", FLOCKS)
     measure_listening(entry, folder / "listening.npz")
     with np.load(folder / "listening.npz") as file:
         return {name: file[name] for name in file.files}
 
 
-def played(entry: Contender) -> list[Any]:
+def played(entry: NamedPolicy) -> list[Any]:
     """Record every flock alone."""
     return [
         record(entry.policy, seed, scenario=entry.scenario, per_agent=entry.per_agent, **entry.options)  # type: ignore[arg-type]
@@ -115,7 +115,7 @@ def test_who_stops_when(visible: bool, tmp_path: Path, monkeypatch: pytest.Monke
 
 
 @pytest.mark.parametrize("entry", [listener(per_agent=False), listener(per_agent=True)])
-def test_it_is_drawn(entry: Contender, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_is_drawn(entry: NamedPolicy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     kept = measured(entry, tmp_path, monkeypatch)
     np.testing.assert_allclose(kept["times"], np.arange(6) * STEPS * SCENARIO.time_step)
     draw_listening(tmp_path / "listening.npz", "title").savefig(tmp_path / "listening.png")
@@ -139,7 +139,7 @@ def test_what_is_hidden_is_shown_as_a_constant() -> None:
     blind = Watching(FixedRange(1.0))
     blinded = Blinded(blind, shown)  # type: ignore[arg-type]
     before = seen[1].copy()
-    blinded.act(seen[1], parallel_env(SCENARIO).control)
+    blinded.act(seen[1], parallel_env(SCENARIO).policy_spec)
     np.testing.assert_array_equal(seen[1], before)
     for column, name in enumerate(layout.names):
         expected = {"predator_distance": 0.25, "speed": 0.5}.get(name, before[:, column])

@@ -19,7 +19,7 @@ from flockesc_env.common import stats
 from flockesc_env.common.errors import RecordError
 from flockesc_env.common.stats import Estimate
 from flockesc_env.policies import FixedRange, StubbornLeaders
-from flockesc_env.policies.registry import Contender
+from flockesc_env.policies.registry import NamedPolicy
 from studies.learned.aggregate import RESAMPLES, Aggregate, aggregate, iqm, means, profile
 from studies.learned.page import FIGURES, listened, markdown_page, readme_table, write_page
 from studies.learned.results import BEST_FIXED, ORACLE, load_studies, load_study
@@ -342,31 +342,34 @@ RHO = FixedRange(0.1)
 @pytest.mark.parametrize(
     ("entry", "setting"),
     [
-        (Contender("", RHO), LOCAL),
-        (Contender("", RHO, options={"predator_sensing_range": 5.0}), LOCAL),
-        (Contender("", RHO, options={"max_range": 1.0, "steps_per_action": 7, "reward": "terminal"}), LOCAL),
-        (Contender("", RHO, options={"predator_sensing_range": None}), VISIBLE),
-        (Contender("", RHO, options={"predator_sensing_range": 1000.0}), VISIBLE),
-        (Contender("", RHO, options={"max_range": 0.5}), LINE),
+        (NamedPolicy("", RHO), LOCAL),
+        (NamedPolicy("", RHO, options={"predator_sensing_range": 5.0}), LOCAL),
+        (
+            NamedPolicy("", RHO, options={"max_range": 1.0, "steps_per_action": 7, "reward": "terminal"}),
+            LOCAL,
+        ),
+        (NamedPolicy("", RHO, options={"predator_sensing_range": None}), VISIBLE),
+        (NamedPolicy("", RHO, options={"predator_sensing_range": 1000.0}), VISIBLE),
+        (NamedPolicy("", RHO, options={"max_range": 0.5}), LINE),
     ],
 )
-def test_policies_that_see_no_more_than_the_setting_shows_fit(entry: Contender, setting: Setting) -> None:
+def test_policies_that_see_no_more_than_the_setting_shows_fit(entry: NamedPolicy, setting: Setting) -> None:
     check_fits(entry, setting)
 
 
 @pytest.mark.parametrize(
     ("entry", "setting", "field"),
     [
-        (Contender("", RHO, options={"predator_sensing_range": None}), LOCAL, "predator_sensing_range"),
-        (Contender("", RHO, options={"predator_sensing_range": 30.5}), LOCAL, "predator_sensing_range"),
-        (Contender("", RHO, per_agent=True), LOCAL, "per_agent"),
-        (Contender("", RHO, per_agent=True), LINE, "per_agent"),
-        (Contender("", RHO, scenario=SMALL), LINE, "scenario"),
-        (Contender("", RHO, options={"predator_sensing_range": None}), LINE, "options"),
-        (Contender("", RHO, options={"max_rage": 1.0}), LOCAL, "options"),
+        (NamedPolicy("", RHO, options={"predator_sensing_range": None}), LOCAL, "predator_sensing_range"),
+        (NamedPolicy("", RHO, options={"predator_sensing_range": 30.5}), LOCAL, "predator_sensing_range"),
+        (NamedPolicy("", RHO, per_agent=True), LOCAL, "per_agent"),
+        (NamedPolicy("", RHO, per_agent=True), LINE, "per_agent"),
+        (NamedPolicy("", RHO, scenario=SMALL), LINE, "scenario"),
+        (NamedPolicy("", RHO, options={"predator_sensing_range": None}), LINE, "options"),
+        (NamedPolicy("", RHO, options={"max_rage": 1.0}), LOCAL, "options"),
     ],
 )
-def test_policies_for_other_problems_do_not(entry: Contender, setting: Setting, field: str) -> None:
+def test_policies_for_other_problems_do_not(entry: NamedPolicy, setting: Setting, field: str) -> None:
     with pytest.raises(ArgumentError) as caught:
         check_fits(entry, setting)
     assert caught.value.field == field

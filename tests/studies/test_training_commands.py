@@ -25,7 +25,7 @@ from flockesc_env import (
 )
 from flockesc_env.common import stats
 from flockesc_env.policies import FixedRange
-from flockesc_env.policies.registry import Contender
+from flockesc_env.policies.registry import NamedPolicy
 from training import seeds
 from training.__main__ import app
 from training.arguments import StudyArgs, TuneArgs
@@ -33,7 +33,7 @@ from training.compare import CompareArgs, compare
 from training.config import PRESETS, PPOArgs, RunRecord, SearchArgs, presets, train_presets
 from training.contenders import contender, scenario_of
 from training.evaluate import EvaluateArgs, evaluate
-from training.evaluation import control
+from training.evaluation import policy_spec
 from training.rounds import round_steps
 from training.train import train
 
@@ -45,8 +45,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def three() -> Contender:
-    return Contender("my three", FixedRange(3))
+def three() -> NamedPolicy:
+    return NamedPolicy("my three", FixedRange(3))
 
 
 def test_seed_ranges_are_disjoint_and_out_of_reach_of_drawn_seeds() -> None:
@@ -138,8 +138,8 @@ def test_unknown_policies_are_named(spec: str, tmp_path: Path) -> None:
 
 
 def test_policies_of_several_scenarios_are_not_compared(run: Path) -> None:
-    mine, line = contender(str(run)), Contender("line", FixedRange(1), scenario=LineScenario())
-    paper = Contender("paper", FixedRange(1), scenario=SMALL.replace(num_agents=7))
+    mine, line = contender(str(run)), NamedPolicy("line", FixedRange(1), scenario=LineScenario())
+    paper = NamedPolicy("paper", FixedRange(1), scenario=SMALL.replace(num_agents=7))
     assert scenario_of([contender("random"), mine]) == SMALL
     for others, message in (
         ([mine, paper], "of one scenario, got of 2"),
@@ -172,7 +172,7 @@ def test_presets_are_valid(name: str) -> None:
         assert args.setting() == dataclasses.replace(setting, **own)
         assert args.run == Path("runs") / f"{name}-{learner}"
         assert 0 <= entry.seeds <= seeds.TUNING_RUN
-        seen = control(args)
+        seen = policy_spec(args)
         assert seen.num_agents == args.model.num_agents
         if isinstance(args, SearchArgs):
             assert {*args.inputs} <= {*seen.layout.names}

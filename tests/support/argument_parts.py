@@ -229,8 +229,8 @@ POLICIES: dict[str, Row] = {
     "policies.bind": Row(
         policies.bind, {"policy": Part(FIXED), "env": Part(fe.FlockEscapeEnv(FLOCK))}, after=lambda _: None
     ),
-    "predator_policies.Coast": Row(predator_policies.Coast, after=vars),
-    "predator_policies.Chase": Row(predator_policies.Chase, {"target": Choice("nearest")}, after=vars),
+    "predator_policies.FlyStraight": Row(predator_policies.FlyStraight, after=vars),
+    "predator_policies.Pursue": Row(predator_policies.Pursue, {"target": Choice("nearest")}, after=vars),
     "predator_policies.all_learned": Row(predator_steering.all_learned, {"scenario": THE_FLOCK}),
     "predator_policies.with_learned": Row(predator_steering.with_learned, {"scenario": THE_FLOCK}),
     "network.Architecture": Row(
@@ -248,8 +248,8 @@ POLICIES: dict[str, Row] = {
         {"architecture": Part(NET), "parameters": Floats(np.arange(NET.size) * 1.0)},
         after=lambda made: made.parameters,
     ),
-    "contenders.Contender": Row(
-        contenders.Contender,
+    "contenders.NamedPolicy": Row(
+        contenders.NamedPolicy,
         {
             "name": Text("a name"),
             "policy": Part(FIXED),
@@ -258,8 +258,8 @@ POLICIES: dict[str, Row] = {
             "scenario": Part(FLOCK, True, confusing=(fe.Disc(),)),
         },
     ),
-    "contenders.Contender.record": Row(
-        contenders.Contender("fixed", FIXED).record, {"seed": Seed(3), "scenario": SCENARIO}
+    "contenders.NamedPolicy.record": Row(
+        contenders.NamedPolicy("fixed", FIXED).record, {"seed": Seed(3), "scenario": SCENARIO}
     ),
 }
 VALUES = Floats([1.0, 2.0, 4.0], is_any_length=True, has_extremes=False)

@@ -28,7 +28,7 @@ SWEPT = fe.sweep(FLOCK, [0.0, 5.0], range(3))
 LINE_SWEPT = fe.sweep(LINE, [0.0, 0.25], range(3))
 FIXED = policies.FixedRange(5.0)
 NET = network.Architecture(("time",), (2,))
-CONTENDER = contenders.Contender(
+CONTENDER = contenders.NamedPolicy(
     "net", network.NetworkPolicy(NET, np.zeros(NET.size)), scenario=FLOCK, per_agent=True
 )
 
@@ -118,7 +118,7 @@ ENV_OPTIONS = ACTION_OPTIONS | {
 }
 LINE_OPTIONS = ACTION_OPTIONS | {"reward": Choice("terminal")}
 SCENARIO = Part(FLOCK, True, confusing=(LINE, fe.Disc()))
-HUNTER = Part(predator_policies.Chase(), True)
+HUNTER = Part(predator_policies.Pursue(), True)
 ENV = {"scenario": SCENARIO, **RENDER, "num_threads": THREADS, "predator_policy": HUNTER}
 START = {
     "initial_positions": Floats(POINTS, True),
@@ -231,7 +231,7 @@ FUNCTIONS: dict[str, Row] = {
     "save_policy": Row(
         fe.save_policy, {"contender": Part(CONTENDER, confusing=(FIXED,)), "path": File("made.npz")}
     ),
-    "load_state": Row(fe.load_state, {"path": File("state.csv")}),
+    "read_initial_state": Row(fe.read_initial_state, {"path": File("state.csv")}),
     "records.save": Row(
         records.save,
         {"trajectory": Part(RUN, confusing=(FLOCK,)), "path": File("made.npz"), "name": Text("a run")},

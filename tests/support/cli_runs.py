@@ -14,7 +14,7 @@ import pytest
 from flockesc_env import FlockScenario, LineScenario, save_policy
 from flockesc_env.cli import main
 from flockesc_env.policies.network import Architecture, NetworkPolicy
-from flockesc_env.policies.registry import Contender
+from flockesc_env.policies.registry import NamedPolicy
 
 SMALL = FlockScenario(num_agents=12, num_steps=9)
 SMALL_FLAGS = ["--num-agents", "12", "--num-steps", "9"]
@@ -45,7 +45,7 @@ def policy_file(path: Path, scenario: FlockScenario | LineScenario = SMALL) -> P
     architecture = Architecture(("offset_0" if is_line else "predator_distance", "time"), (3,), memory=1)
     policy = NetworkPolicy(architecture, np.random.default_rng(0).normal(size=architecture.size))
     options = {} if is_line else {"max_range": 30.0, "predator_sensing_range": None}
-    entry = Contender("random", policy, per_agent=not is_line, options=options, scenario=scenario)
+    entry = NamedPolicy("random", policy, per_agent=not is_line, options=options, scenario=scenario)
     save_policy(entry, path)
     return path
 

@@ -27,7 +27,7 @@ from flockesc_env import (
     parallel_env,
     simulate,
 )
-from flockesc_env.policies.predators import Chase
+from flockesc_env.policies.predators import Pursue
 
 SEED = 7
 TEAM = ("paper-flock", "capture", "randomized", "noisy-hearing", "topological", "space")
@@ -64,7 +64,7 @@ def flock(scenario: FlockScenario, **options: Any) -> Case:
 def team(scenario: FlockScenario, **options: Any) -> Case:
     def play(num_threads: int, seed: int) -> Iterator[Any]:
         env = parallel_env(scenario, action_mode="range", num_threads=num_threads, **options)
-        learned = env.predator_control.count if options.get("predator") == "learned" else 0
+        learned = env.predator_policy_spec.count if options.get("predator") == "learned" else 0
         yield env.reset_array(seed=seed)
         for t in range(scenario.num_steps):
             if env.agents:
@@ -125,7 +125,7 @@ def cases() -> dict[str, Case]:
             f"unlike agents, {dimension}D": flock(small, steps_per_action=3),
             f"difference reward, {dimension}D": team(small, reward="difference", steps_per_action=4),
             f"learned predators, {dimension}D": team(small, predator="learned"),
-            f"a chase, {dimension}D": flock(small, predator_policy=Chase()),
+            f"a chase, {dimension}D": flock(small, predator_policy=Pursue()),
             f"a large flock, {dimension}D": flock(
                 FlockScenario(num_agents=6000, dimension=dimension, num_steps=12, initial_side=500.0)
             ),

@@ -34,7 +34,7 @@ MODULES: dict[str, ModuleType] = {"sb3": sb3, "stats": stats, "video": video, "w
 # What is called by this package alone, with what it has made.
 MADE_HERE = {
     *("Trajectory", "LineTrajectory", "SweepResult", "FlockSweepResult", "LineSweepResult"),
-    *("Episodes", "LineEpisodes", "records.Record", "stats.Estimate", "predator_policies.PredatorControl"),
+    *("Episodes", "LineEpisodes", "records.Record", "stats.Estimate", "predator_policies.PredatorPolicySpec"),
     *("predator_policies.opposite", "network.mirrored"),
 }
 # Methods that are other libraries' protocols, or that this package alone calls.
@@ -158,7 +158,7 @@ def _methods(member: Any) -> dict[str, Any]:
 
 
 def test_every_argument_of_a_method_is_in_the_table() -> None:
-    public = {name: member for name, member in _public().items() if not name.endswith("PredatorControl")}
+    public = {name: member for name, member in _public().items() if not name.endswith("PredatorPolicySpec")}
     missing, covered = {}, set()
     for owner, member in public.items():
         for name, function in _methods(member).items():

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks import PROJECT, kernel, line, measure, peers, plots, rules, size
-from benchmarks.measure import Contender, Record
+from benchmarks.measure import Candidate, Record
 from benchmarks.peers.model import Flocks, Outcome, Peer
 from benchmarks.targets import TARGETS, Medians
 
@@ -56,9 +56,9 @@ def test_contenders_take_turns_and_a_shared_set_up_does_not_count(monkeypatch: p
 
     monkeypatch.setitem(measure._CLOCKS, "cpu", lambda: now)
     contenders = [
-        Contender("a", lambda: costs("a", 0.5), units=10),
-        Contender("b", lambda: costs("b", 0.75), units=10, before=lambda: costs("set-up", 0.25)),
-        Contender("long", lambda: costs("long", 2.0), units=10),
+        Candidate("a", lambda: costs("a", 0.5), units=10),
+        Candidate("b", lambda: costs("b", 0.75), units=10, before=lambda: costs("set-up", 0.25)),
+        Candidate("long", lambda: costs("long", 2.0), units=10),
     ]
     records = measure.measure("kernel", contenders, "flock step", repetitions=4, case={"rho": 5.0})
     warm_up, turn = ["a", "b", "long"], ["a", "b", "set-up", "long"]

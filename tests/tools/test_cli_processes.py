@@ -116,12 +116,12 @@ def test_ctrl_c_during_the_intervals_keeps_the_table(
 
 @pytest.mark.parametrize("argv", [["--help"], ["sweep", "--help"], ["sweep", "--seeds", "0:2", *SMALL_FLAGS]])
 def test_a_reader_that_goes_away(argv: list[str]) -> None:
-    reading, writing = os.pipe()
+    reading, atomic_write = os.pipe()
     os.close(reading)
     try:
-        ran = run_process(*argv, stdout=writing, stderr=subprocess.PIPE)
+        ran = run_process(*argv, stdout=atomic_write, stderr=subprocess.PIPE)
     finally:
-        os.close(writing)
+        os.close(atomic_write)
     assert (ran.returncode, ran.stderr) == (Exit.UNREAD, "")
 
 

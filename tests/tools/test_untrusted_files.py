@@ -18,10 +18,10 @@ import pytest
 from option_table import small_flock
 
 import flockesc_env
-from flockesc_env import FlockScenario, LineScenario, load_policy, load_state, records, save_policy
+from flockesc_env import FlockScenario, LineScenario, load_policy, read_initial_state, records, save_policy
 from flockesc_env.common.errors import RecordError, ScenarioError
 from flockesc_env.policies.network import Architecture, NetworkPolicy
-from flockesc_env.policies.registry import Contender
+from flockesc_env.policies.registry import NamedPolicy
 
 MUTATIONS = 300
 """Of every kind of file."""
@@ -37,7 +37,7 @@ ARCHITECTURE = Architecture(("time", "predator_distance"), (3, 2), memory=1)
 def write_policy(path: Path) -> None:
     policy = NetworkPolicy(ARCHITECTURE, np.random.default_rng(0).normal(size=ARCHITECTURE.size))
     options = {"max_range": 30.0, "steps_per_action": 2}
-    save_policy(Contender("mine", policy, per_agent=True, options=options, scenario=SCENARIO), path)
+    save_policy(NamedPolicy("mine", policy, per_agent=True, options=options, scenario=SCENARIO), path)
 
 
 def write_run(path: Path) -> None:
@@ -70,9 +70,9 @@ FILES: dict[str, tuple[Callable[[Path], None], Callable[[Path], Any]]] = {
     "policy.npz": (write_policy, load_policy),
     "run.npz": (write_run, records.load),
     "line.npz": (write_line, records.load),
-    "state.npz": (write_state, load_state),
-    "state.npy": (write_state, load_state),
-    "state.csv": (write_state, load_state),
+    "state.npz": (write_state, read_initial_state),
+    "state.npy": (write_state, read_initial_state),
+    "state.csv": (write_state, read_initial_state),
     "scenario.toml": (lambda path: path.write_text(SCENARIO.to_toml()) and None, read_toml),
     "scenario.json": (lambda path: path.write_text(SCENARIO.to_json()) and None, read_json),
 }
