@@ -27,7 +27,8 @@ def read_initial_state(path: str | Path) -> dict[str, Any]:
     """Return the fields of a ``FlockScenario`` that starts as a file says.
 
     ``FlockScenario(**read_initial_state("flock.csv"))``: ``num_agents``, ``dimension``,
-    ``initial_positions`` and, if there are velocities, ``initial_headings``, their directions; agents start at the scenario's speed.
+    ``initial_positions`` and, if there are velocities, ``initial_headings``, their directions. Agents
+    start at the scenario's speed.
 
     Args:
         path: a table with a row per agent and the columns x, y(, z)(, vx, vy(, vz)), as ``.csv`` with their
