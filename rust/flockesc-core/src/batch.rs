@@ -9,13 +9,13 @@ use std::sync::Arc;
 
 pub use reset::Reset;
 
+use crate::base::error::{Error, Result};
+use crate::base::rng::episode_seed;
 use crate::config::{EpisodeConfig, FlockConfig};
 use crate::episode::{Episode, Metrics, rows};
-use crate::error::{Error, Result};
 use crate::flock::{InitialState, check_controls, check_ranges};
 use crate::observation;
 use crate::reward::Reward;
-use crate::rng::episode_seed;
 use crate::slot::Slot;
 use crate::spread::{Pool, spread};
 use crate::state::Fingerprint;

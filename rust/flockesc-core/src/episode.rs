@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use state::EpisodeState;
 
+use crate::base::error::Result;
 use crate::config::{EpisodeConfig, FlockConfig, Objective, View};
-use crate::error::Result;
 use crate::flock::{InitialState, Summary, World};
 use crate::neighbor::Ranges;
 use crate::observation;

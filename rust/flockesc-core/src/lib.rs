@@ -22,13 +22,11 @@
 //! - [`Batch`]: many episodes with rewards and observations, stepped together.
 
 mod agents;
+mod base;
 mod batch;
 mod config;
 mod episode;
-mod error;
-mod exact;
 mod flock;
-mod frame;
 mod graph;
 mod line;
 mod metrics;
@@ -38,21 +36,20 @@ mod per_agent;
 mod predator;
 mod randomization;
 mod reward;
-mod rng;
 mod slot;
 mod spread;
 mod state;
 mod sweep;
 mod threads;
-mod vector;
 
+pub use base::check::{MAX_AGENTS, MAX_STEPS};
+pub use base::error::{Error, Result};
+pub use base::rng::episode_seed;
 pub use batch::{AtEnd, Batch, Reset};
 pub use config::{
-    EpisodeConfig, FlockConfig, LineConfig, MAX_AGENTS, MAX_STEPS, Objective, SameRange,
-    SensingRange, View,
+    EpisodeConfig, FlockConfig, LineConfig, Objective, SameRange, SensingRange, View,
 };
 pub use episode::{Episode, Metrics, Running};
-pub use error::{Error, Result};
 pub use flock::{
     AlignedHeadings, Clusters, Disc, Gaussian, GivenHeadings, GivenPositions, Inertial,
     InitialHeadings, InitialPositions, InitialState, Motion, RandomHeadings, Reynolds, Ring,
@@ -73,6 +70,5 @@ pub use predator::{
 };
 pub use randomization::{Choice, Distribution, Interval, Randomization};
 pub use reward::Reward;
-pub use rng::episode_seed;
 pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};
 pub use threads::{Progress, forked};

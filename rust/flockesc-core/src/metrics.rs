@@ -3,7 +3,8 @@
 use multiversion::multiversion;
 
 use crate::agents::{Column, GROUP, Group};
-use crate::exact::Scale;
+use crate::base::exact::Scale;
+use crate::base::vector::{larger, smaller, squared_norm};
 use crate::threads;
 
 /// d_i, the distance of every agent of a group to its nearest predator, in m; infinite where there is none, NaN where
@@ -147,24 +148,4 @@ pub(crate) fn reduce<T: Copy>(mut column: Column<T>, fold: impl Fn(T, T) -> T) -
         width /= 2;
     }
     column[0]
-}
-
-/// The smaller one; `a` where `b` is NaN.
-#[inline(always)]
-pub(crate) fn smaller(a: f64, b: f64) -> f64 {
-    if b < a { b } else { a }
-}
-
-/// The larger one; `a` where `b` is NaN.
-#[inline(always)]
-pub(crate) fn larger(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
-}
-
-/// The squared Euclidean norm.
-#[inline(always)]
-pub(crate) fn squared_norm<const D: usize>(vector: &[f64; D]) -> f64 {
-    (1..D).fold(vector[0] * vector[0], |sum, axis| {
-        sum + vector[axis] * vector[axis]
-    })
 }

@@ -6,7 +6,7 @@ use serde::de::{SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use crate::agents::Column;
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 
 /// One number for the flock, or one per agent.
 #[derive(Debug, Clone, PartialEq)]
@@ -111,7 +111,8 @@ impl<'de> Visitor<'de> for NumberOrNumbers {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{parse, positive};
+    use crate::base::check::positive;
+    use crate::base::document::parse;
 
     fn refused(document: &str) -> (String, String) {
         let parsed = parse::<PerAgent>(document);

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use crate::base::error::Result;
+use crate::base::rng::episode_seed;
 use crate::config::{EpisodeConfig, FlockConfig};
 use crate::episode::{Episode, EpisodeState};
-use crate::error::Result;
 use crate::flock::InitialState;
-use crate::rng::episode_seed;
 use crate::threads::Progress;
 
 #[derive(Debug, Clone)]

@@ -7,7 +7,7 @@ use nalgebra::SVector;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 
 const MAGIC: [u8; 4] = *b"FESC";
 

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use crate::base::error::Result;
 use crate::config::{FlockConfig, LineConfig};
-use crate::error::Result;
 use crate::flock::{InitialState, World, check_ranges};
 use crate::line::Line;
 use crate::neighbor::Ranges;

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::agents::GROUP;
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 
 /// Most threads that a call may ask for.
 const MAX_THREADS: usize = 1024;

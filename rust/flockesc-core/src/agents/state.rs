@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Agent, Agents, Caught, GROUP, Group};
-use crate::error::Result;
+use crate::base::error::Result;
+use crate::base::vector::SHORTEST;
 use crate::state::{check, check_numbers, vector};
-use crate::vector::SHORTEST;
 
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct AgentsState {

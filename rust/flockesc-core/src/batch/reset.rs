@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Batch;
+use crate::base::error::{Error, Result};
 use crate::config::{EpisodeConfig, FlockConfig};
-use crate::error::{Error, Result};
 use crate::flock::InitialState;
 use crate::slot::Slot;
 use crate::spread::{Pool, spread};

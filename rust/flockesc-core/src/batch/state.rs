@@ -1,7 +1,7 @@
 //! Slots of a batch as bytes.
 
 use super::Batch;
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 use crate::slot::{Slot, SlotState};
 use crate::state::{open, seal};
 

@@ -2,10 +2,11 @@
 
 use serde::Deserialize;
 
-use super::bounds::{not_negative, positive, within};
-use super::document::parse;
-use super::{FlockConfig, MAX_STEPS};
-use crate::error::{Error, Result};
+use super::FlockConfig;
+use crate::base::check::MAX_STEPS;
+use crate::base::check::{not_negative, positive, within};
+use crate::base::document::parse;
+use crate::base::error::{Error, Result};
 use crate::reward::Reward;
 
 /// What an environment rewards and shows (docs/model.md).

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::bounds::{not_negative, positive_quantity, quantity, within, within_bounds};
-use super::document::{parse_value, read};
-use super::{MAX_AGENTS, MAX_STEPS};
-use crate::error::{Error, Result};
+use crate::base::check::{MAX_AGENTS, MAX_STEPS};
+use crate::base::check::{not_negative, positive_quantity, quantity, within, within_bounds};
+use crate::base::document::{parse_value, read};
+use crate::base::error::{Error, Result};
 use crate::flock::{InitialHeadings, InitialPositions, Motion, Space};
 use crate::neighbor::{NeighborOptions, NeighborRule, Sight, Torus};
 use crate::per_agent::PerAgent;

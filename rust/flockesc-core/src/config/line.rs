@@ -2,10 +2,10 @@
 
 use serde::Deserialize;
 
-use super::bounds::{coordinate, not_negative, quantity, within};
-use super::document::parse;
-use super::{MAX_AGENTS, MAX_STEPS};
-use crate::error::Result;
+use crate::base::check::{MAX_AGENTS, MAX_STEPS};
+use crate::base::check::{coordinate, not_negative, quantity, within};
+use crate::base::document::parse;
+use crate::base::error::Result;
 use crate::line::EscapeForce;
 
 /// The line model's parameters (docs/model.md). Every field is required: defaults live in Python.

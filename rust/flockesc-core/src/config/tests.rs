@@ -1,7 +1,7 @@
 use serde_json::{Value, json};
 
 use super::*;
-use crate::error::Error;
+use crate::base::error::Error;
 
 /// The document of the paper's flock.
 pub(crate) fn paper() -> Value {

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::{Episode, Running, rows};
+use crate::base::error::Result;
 use crate::config::{EpisodeConfig, FlockConfig};
-use crate::error::Result;
 use crate::flock::{Summary, World, WorldState};
 use crate::state::{check, check_numbers, is_range};
 

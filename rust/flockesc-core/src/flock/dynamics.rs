@@ -12,11 +12,11 @@ pub(crate) use state::WorldState;
 use super::motion::{self, Predators, Response};
 use super::{InitialState, Summary};
 use crate::agents::{Agents, GROUP};
+use crate::base::rng::{self, Stream};
 use crate::config::FlockConfig;
 use crate::metrics::{PredatorDistance, distances};
 use crate::neighbor::{Neighborhood, Ranges};
 use crate::predator::{self, Predator, Prey};
-use crate::rng::{self, Stream};
 use crate::threads;
 
 /// A flock and its predators at one moment.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use nalgebra::SVector;
 
 use super::{InitialState, World};
+use crate::base::error::{Error, Result};
 use crate::config::FlockConfig;
-use crate::error::{Error, Result};
 use crate::neighbor::Ranges;
 use crate::threads::{self, Progress};
 

@@ -3,8 +3,8 @@
 use nalgebra::SVector;
 
 use crate::agents::Agents;
+use crate::base::error::{Error, Result};
 use crate::config::FlockConfig;
-use crate::error::{Error, Result};
 use crate::flock::check_ranges;
 use crate::neighbor::{NeighborOptions, Neighborhood, Ranges};
 

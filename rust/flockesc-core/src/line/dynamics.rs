@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use super::consensus::{Consensus, components};
 use super::groups::{Group, Groups};
-use crate::config::{LineConfig, coordinates};
-use crate::error::{Error, Result};
-use crate::rng::{self, Stream};
+use crate::base::check::coordinates;
+use crate::base::error::{Error, Result};
+use crate::base::rng::{self, Stream};
+use crate::config::LineConfig;
 
 /// A line of agents at one moment.
 #[derive(Debug, Clone)]

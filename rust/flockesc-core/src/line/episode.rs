@@ -8,9 +8,11 @@ use serde::Deserialize;
 
 use super::Line;
 use super::dynamics::check_range;
-use crate::config::MAX_STEPS;
-use crate::config::{LineConfig, parse, positive, within};
-use crate::error::{Error, Result};
+use crate::base::check::MAX_STEPS;
+use crate::base::check::{positive, within};
+use crate::base::document::parse;
+use crate::base::error::{Error, Result};
+use crate::config::LineConfig;
 use crate::threads::Progress;
 
 /// What a line environment pays and how long an action holds (docs/model.md).

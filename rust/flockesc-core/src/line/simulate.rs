@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::Line;
+use crate::base::error::Result;
 use crate::config::LineConfig;
-use crate::error::Result;
 use crate::threads::Progress;
 
 /// What a run of the line leaves: one entry per time 0..=steps.

@@ -2,7 +2,7 @@
 
 use super::tree::Tree;
 use crate::agents::{Agents, FAN, GROUP, TILE};
-use crate::metrics::{larger, smaller, squared_norm};
+use crate::base::vector::{larger, smaller, squared_norm};
 
 /// The place of the agent whose nearest other agent is farthest; the lowest name among equals.
 pub(super) fn most_isolated<const D: usize>(agents: &Agents<D>, tree: &Tree<D>) -> usize {

@@ -12,7 +12,7 @@ use super::reach::{Reach, bits, squared_norm};
 use super::topological;
 use super::tree::{Siblings, Speaker, Speakers, Tree};
 use crate::agents::{Agents, Column, FAN, GROUP, TILE};
-use crate::metrics;
+use crate::base::vector;
 
 /// What the agents of one group heard; meaningless where there is no agent.
 #[derive(Debug, Clone)]
@@ -30,7 +30,7 @@ impl<const D: usize> Heard<D> {
     /// Every agent hears itself alone.
     pub(super) fn alone(speakers: &Speakers<D>) -> Self {
         let norm =
-            |speaker: Speaker<D>| metrics::squared_norm(&speaker.signal.map(|v| v as f64)).sqrt();
+            |speaker: Speaker<D>| vector::squared_norm(&speaker.signal.map(|v| v as f64)).sqrt();
         Self {
             sum: std::array::from_fn(|axis| speakers.0.map(|speaker| speaker.signal[axis])),
             count: [1; GROUP],

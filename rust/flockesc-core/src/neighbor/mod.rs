@@ -18,7 +18,7 @@ mod tree;
 mod voronoi;
 
 use crate::agents::{Agents, GROUP};
-use crate::exact::Scale;
+use crate::base::exact::Scale;
 use crate::threads;
 use components::{Forest, connect, connect_pairs};
 use links::Links;

@@ -10,7 +10,7 @@ use super::rule::NeighborOptions;
 use super::sight::{Sight, Torus};
 use super::tree::{Bounds, Tree};
 use crate::agents::{Agents, Column, FAN, GROUP, TILE};
-use crate::metrics::{larger, squared_norm};
+use crate::base::vector::{larger, squared_norm};
 
 /// The neighbor graph of one moment.
 #[derive(Clone, Copy)]

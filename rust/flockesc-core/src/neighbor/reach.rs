@@ -9,7 +9,7 @@ use pulp::Simd;
 use super::ranges::Reaches;
 use super::tree::{Bounds, Siblings};
 use crate::agents::FAN;
-use crate::metrics::{larger, smaller};
+use crate::base::vector::{larger, smaller};
 
 /// Some listeners, as far as boxes can tell.
 #[derive(Debug, Clone, Copy)]

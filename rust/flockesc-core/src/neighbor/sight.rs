@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::tree::Bounds;
-use crate::metrics::{larger, smaller, squared_norm};
+use crate::base::vector::{larger, smaller, squared_norm};
 
 /// Share of the side by which boxes on a torus are taken as nearer than they are: more than rounding makes of offsets.
 const MARGIN: f64 = 1e-12;

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::lists::Lists;
 use super::{NeighborOptions, Neighborhood};
 use crate::agents::{Agents, GROUP};
-use crate::error::Result;
-use crate::exact::Scale;
+use crate::base::error::Result;
+use crate::base::exact::Scale;
 use crate::state::{check, check_numbers, damaged, is_sound};
 
 #[derive(Debug, Serialize, Deserialize)]

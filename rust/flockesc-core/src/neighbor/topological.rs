@@ -7,7 +7,7 @@ use super::rule::NeighborOptions;
 use super::sight::Sight;
 use super::tree::Tree;
 use crate::agents::{Agents, Column, FAN, GROUP, Group, TILE};
-use crate::metrics::{larger, squared_norm};
+use crate::base::vector::{larger, squared_norm};
 
 /// The factor of the squared distance by which a search looks beyond what sufficed in the last step.
 const AHEAD: f64 = 1.3;

@@ -4,8 +4,9 @@ use multiversion::multiversion;
 
 use super::SAMPLE;
 use crate::agents::{Agents, FAN, GROUP, Group, TILE};
-use crate::exact::Scale;
-use crate::metrics::{larger, reduce, smaller};
+use crate::base::exact::Scale;
+use crate::base::vector::{larger, smaller};
+use crate::metrics::reduce;
 use crate::threads;
 
 /// An agent as others hear it.

@@ -5,7 +5,7 @@ use pathfinding::prelude::{Matrix, kuhn_munkres};
 
 use super::Predator;
 use super::prey::{Prey, Quarry};
-use crate::exact::Scale;
+use crate::base::exact::Scale;
 
 /// Most predators that share out their targets: their distances to all agents that come into question make up
 /// `MAX_SHARING`^3 numbers.

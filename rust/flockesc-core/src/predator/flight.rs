@@ -2,9 +2,9 @@
 
 use nalgebra::SVector;
 
-use crate::config::{LARGEST, quantity};
-use crate::error::{Error, Result};
-use crate::vector::unit;
+use crate::base::check::{LARGEST, quantity};
+use crate::base::error::{Error, Result};
+use crate::base::vector::unit;
 
 /// Relative error that the norm of a velocity may have where it was made to be `max_speed`.
 const ROUNDING: f64 = 1e-12;

@@ -3,9 +3,9 @@
 use super::flight::steering;
 use super::prey::Prey;
 use super::{Predator, PredatorConfig};
-use crate::config::quantity;
-use crate::error::{Error, Result};
-use crate::vector::unit;
+use crate::base::check::quantity;
+use crate::base::error::{Error, Result};
+use crate::base::vector::unit;
 
 steering! {
     /// Turns toward the point behind the flock as its partner sees it.

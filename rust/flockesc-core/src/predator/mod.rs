@@ -33,8 +33,8 @@ pub use wandering::Wandering;
 use assignment::MAX_SHARING;
 use flight::Limits;
 
-use crate::config;
-use crate::error::{Error, Result};
+use crate::base::check;
+use crate::base::error::{Error, Result};
 
 /// A predator as a scenario names it.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -89,7 +89,7 @@ impl PredatorConfig {
         let path = format!("predators[{index}].{kind}");
         let (position, velocity) = self.start();
         for (name, entries) in [("position", position), ("velocity", velocity)] {
-            config::vector(&format!("{path}.{name}"), entries, dimension)?;
+            check::vector(&format!("{path}.{name}"), entries, dimension)?;
         }
         match self {
             Self::ConstantVelocity(_) => Ok(()),

@@ -6,9 +6,9 @@ use serde::Deserialize;
 
 use super::flight::steering;
 use super::prey::{Prey, Quarry};
-use crate::config::{not_negative, quantity};
-use crate::error::{Error, Result};
-use crate::rng;
+use crate::base::check::{not_negative, quantity};
+use crate::base::error::{Error, Result};
+use crate::base::rng;
 
 steering! {
     /// Turns toward its target where that is at the time.

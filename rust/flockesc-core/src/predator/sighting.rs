@@ -4,8 +4,8 @@ use nalgebra::SVector;
 
 use super::Predator;
 use super::prey::{Prey, Quarry};
-use crate::frame::Frame;
-use crate::vector::unit;
+use crate::base::frame::Frame;
+use crate::base::vector::unit;
 
 /// Offsets and velocities relative to one predator; 0 for what is not there.
 #[derive(Debug, Clone, Copy)]

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
 use super::{Predator, PredatorConfig};
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::state::{check, is_sound, vector};
 
 /// See the fields of [`Predator`].

@@ -2,26 +2,7 @@
 
 use nalgebra::SVector;
 
-use crate::vector::{least_aligned_axis, unit};
-
-/// The unit vector `heading` turned by `angle` rad toward `side`, a unit vector across it.
-pub(crate) fn turn<const D: usize>(
-    heading: &SVector<f64, D>,
-    side: &SVector<f64, D>,
-    angle: f64,
-) -> SVector<f64, D> {
-    heading * libm::cos(angle) + side * libm::sin(angle)
-}
-
-/// The unit vector across the unit vector `heading` toward `aim`; `None` where that is straight ahead or behind.
-pub(crate) fn side_of<const D: usize>(
-    heading: &SVector<f64, D>,
-    aim: &SVector<f64, D>,
-) -> Option<SVector<f64, D>> {
-    let rough = unit(&(aim - heading * heading.dot(aim)))?;
-    // Of an aim nearly straight ahead or behind little more than rounding is left, and that is not all across.
-    unit(&(rough - heading * heading.dot(&rough)))
-}
+use crate::base::vector::{least_aligned_axis, side_of, turn, unit};
 
 /// The unit vector `heading` turned toward the unit vector `sight` by at most `limit` rad, in their plane.
 fn turn_toward<const D: usize>(

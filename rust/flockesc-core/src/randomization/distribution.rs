@@ -3,9 +3,9 @@
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
-use crate::config::{finite, positive};
-use crate::error::{Error, Result};
-use crate::rng;
+use crate::base::check::{finite, positive};
+use crate::base::error::{Error, Result};
+use crate::base::rng;
 
 /// What a number of the scenario is drawn from.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

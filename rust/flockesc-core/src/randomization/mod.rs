@@ -8,9 +8,9 @@ use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::base::error::{Error, Result};
+use crate::base::rng::{self, Stream};
 use crate::config::FlockConfig;
-use crate::error::{Error, Result};
-use crate::rng::{self, Stream};
 pub use distribution::{Choice, Distribution, Interval};
 
 /// Fields that stay: the length scale of observations, and the time between two steps.

@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 
 use super::World;
 use crate::agents::{Agents, AgentsState};
+use crate::base::error::Result;
+use crate::base::rng::{self, Stream};
 use crate::config::FlockConfig;
-use crate::error::Result;
 use crate::flock::motion::{Response, ResponseState};
 use crate::metrics::{PredatorDistance, distances};
 use crate::neighbor::{Neighborhood, NeighborhoodState};
 use crate::predator::{Predator, PredatorState};
-use crate::rng::{self, Stream};
 use crate::state::check;
 
 #[derive(Debug, Serialize, Deserialize)]

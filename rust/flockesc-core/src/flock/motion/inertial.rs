@@ -5,9 +5,9 @@ use serde::Deserialize;
 use super::Force;
 use super::traits::Traits;
 use crate::agents::{GROUP, Group};
+use crate::base::vector::SHORTEST;
+use crate::base::vector::squared_norm;
 use crate::config::FlockConfig;
-use crate::metrics::squared_norm;
-use crate::vector::SHORTEST;
 
 /// Steps 3 and 4.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

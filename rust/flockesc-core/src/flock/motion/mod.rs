@@ -18,8 +18,8 @@ pub use vicsek::Vicsek;
 pub(super) use response::{Response, ResponseState};
 
 use crate::agents::{Column, GROUP, Group};
+use crate::base::error::{Error, Result};
 use crate::config::FlockConfig;
-use crate::error::{Error, Result};
 use crate::metrics::distances;
 use crate::neighbor::Heard;
 use forces::{add_escape_force, consensus_force};

@@ -4,10 +4,10 @@ use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 
 use crate::agents::{Agents, GROUP};
+use crate::base::rng::{self, Stream};
+use crate::base::vector::{heading, unit};
+use crate::base::vector::{side_of, turn};
 use crate::config::FlockConfig;
-use crate::predator::steering::{side_of, turn};
-use crate::rng::{self, Stream};
-use crate::vector::{heading, unit};
 
 /// Errors of one step, by name; empty where there are none.
 #[derive(Debug, Clone)]

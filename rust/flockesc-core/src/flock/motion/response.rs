@@ -12,13 +12,13 @@ use super::reynolds::{Lists, Reynolds};
 use super::traits::Traits;
 use super::{Force, Motion};
 use crate::agents::{Agents, GROUP};
+use crate::base::error::Result;
+use crate::base::exact::Scale;
+use crate::base::vector::heading;
 use crate::config::FlockConfig;
-use crate::error::Result;
-use crate::exact::Scale;
 use crate::neighbor::{Heard, Neighborhood};
 use crate::state::{check, check_numbers};
 use crate::threads;
-use crate::vector::heading;
 
 #[derive(Debug, Clone)]
 pub(crate) struct Response<const D: usize> {

@@ -5,9 +5,9 @@ use serde::Deserialize;
 use super::Force;
 use super::traits::Traits;
 use crate::agents::{GROUP, Group};
+use crate::base::vector::SHORTEST;
+use crate::base::vector::squared_norm;
 use crate::config::FlockConfig;
-use crate::metrics::squared_norm;
-use crate::vector::SHORTEST;
 
 /// Agents without mass: the force is the new heading.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

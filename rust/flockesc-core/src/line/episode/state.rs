@@ -5,8 +5,8 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use super::{LineEpisode, LineEpisodeConfig};
+use crate::base::error::Result;
 use crate::config::LineConfig;
-use crate::error::Result;
 use crate::line::Line;
 use crate::line::groups::Groups;
 use crate::state::{Fingerprint, check, is_range, is_sound, open, seal};

@@ -13,8 +13,8 @@ use super::ranges::Reaches;
 use super::tree::Tree;
 use super::{Heard, NeighborOptions, Neighborhood, Ranges};
 use crate::agents::{Agents, GROUP};
-use crate::exact::Scale;
-use crate::rng::{self, Stream};
+use crate::base::exact::Scale;
+use crate::base::rng::{self, Stream};
 
 /// A flock, and the range of every agent.
 #[derive(Debug, Clone)]

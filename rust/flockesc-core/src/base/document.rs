@@ -3,18 +3,18 @@
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 
 /// Parses a document.
 pub(crate) fn parse<T: DeserializeOwned>(document: &str) -> Result<T> {
     parse_value(&read(document)?)
 }
 
-pub(super) fn read(document: &str) -> Result<Value> {
+pub(crate) fn read(document: &str) -> Result<Value> {
     serde_json::from_str(document).map_err(|error| Error::config("document", "valid JSON", error))
 }
 
-pub(super) fn parse_value<T: DeserializeOwned>(value: &Value) -> Result<T> {
+pub(crate) fn parse_value<T: DeserializeOwned>(value: &Value) -> Result<T> {
     serde_path_to_error::deserialize(value).map_err(|error| {
         let path = error.path().to_string();
         let message = error.inner().to_string();

@@ -1,8 +1,13 @@
 //! Bounds of single fields; what is out of them is refused by name.
 
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 
-/// Largest magnitude of any number that a step computes with. Whatever up to [`super::MAX_STEPS`] steps make of such
+/// Largest flock or line that a scenario may name; guards against allocations no machine has.
+pub const MAX_AGENTS: usize = 10_000_000;
+/// Largest number of steps that a scenario may name.
+pub const MAX_STEPS: usize = 1_000_000_000;
+
+/// Largest magnitude of any number that a step computes with. Whatever up to [`MAX_STEPS`] steps make of such
 /// numbers, 1e119 m at most, has a square that is finite.
 pub(crate) const LARGEST: f64 = 1e20;
 

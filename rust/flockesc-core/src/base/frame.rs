@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use crate::vector::{least_aligned_axis, unit};
+use crate::base::vector::{least_aligned_axis, unit};
 
 /// An orthonormal basis; row k is the k-th axis.
 pub(crate) struct Frame<const D: usize> {
