@@ -7,7 +7,7 @@ use nalgebra::SVector;
 
 pub(crate) use state::AgentsState;
 
-use crate::threads;
+use crate::parallel;
 
 /// Agents of a tile: one AVX-512 register of f64.
 pub(crate) const TILE: usize = 8;
@@ -18,6 +18,11 @@ pub(crate) const GROUP: usize = TILE * FAN;
 
 /// Agents from which on it pays to arrange two halves on two threads.
 const FORK: usize = 1 << 14;
+
+/// Whether a flock of so many agents is worth more than one thread.
+pub(crate) fn is_large(num_agents: usize) -> bool {
+    num_agents / GROUP >= parallel::SPREAD
+}
 
 /// A column of one group.
 pub(crate) type Column<T> = [T; GROUP];
@@ -274,7 +279,7 @@ fn split<const D: usize>(agents: &mut [Agent<D>]) {
     agents.select_nth_unstable_by(middle, |a, b| a.position[axis].total_cmp(&b.position[axis]));
     let is_large = agents.len() >= FORK;
     let (first, second) = agents.split_at_mut(middle);
-    threads::join(is_large, || split(first), || split(second));
+    parallel::join(is_large, || split(first), || split(second));
 }
 
 fn longest_axis<const D: usize>(agents: &[Agent<D>]) -> usize {

@@ -9,17 +9,18 @@ use std::sync::Arc;
 
 pub use reset::Reset;
 
+use crate::agents;
 use crate::base::error::{Error, Result};
 use crate::base::rng::episode_seed;
 use crate::config::{EpisodeConfig, FlockConfig};
 use crate::episode::{Episode, Metrics, rows};
 use crate::flock::{InitialState, check_controls, check_ranges};
 use crate::observation;
+use crate::parallel::{self, Progress};
+use crate::parallel::{Pool, spread};
 use crate::reward::Reward;
 use crate::slot::Slot;
-use crate::spread::{Pool, spread};
-use crate::state::Fingerprint;
-use crate::threads::{self, Progress};
+use crate::snapshot::Fingerprint;
 
 /// What a step does with a slot whose episode has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,7 +66,7 @@ impl<const D: usize> Batch<D> {
             return Err(Error::argument("num_flocks", "an integer of at least 1", 0));
         }
         if num_flocks > 1 || num_threads.is_some() {
-            threads::pool(num_threads)?; // refused now rather than in the first step
+            parallel::pool(num_threads)?; // refused now rather than in the first step
         }
         Ok(Self {
             fingerprint: Fingerprint::of(&(&scenario, &config)),
@@ -290,11 +291,11 @@ impl<const D: usize> Batch<D> {
 
     /// The threads to spread `flocks` over; none where one small flock or one thread leaves nothing to spread.
     fn pool(&self, flocks: usize) -> Result<Pool> {
-        let is_large = threads::is_large(self.scenario.num_agents);
+        let is_large = agents::is_large(self.scenario.num_agents);
         if self.num_threads == Some(1) || (flocks <= 1 && !is_large) {
             return Ok(Pool::None);
         }
-        let pool = threads::pool(self.num_threads)?;
+        let pool = parallel::pool(self.num_threads)?;
         Ok(if is_large {
             Pool::Within(pool)
         } else {

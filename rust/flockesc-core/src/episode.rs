@@ -13,8 +13,8 @@ use crate::config::{EpisodeConfig, FlockConfig, Objective, View};
 use crate::flock::{InitialState, Summary, World};
 use crate::neighbor::Ranges;
 use crate::observation;
+use crate::parallel::Progress;
 use crate::reward::{Moment, Reward, difference};
-use crate::threads::Progress;
 
 /// One distance over an episode, in m; or the share of agents that were not caught.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -32,15 +32,14 @@ mod line;
 mod metrics;
 mod neighbor;
 mod observation;
+mod parallel;
 mod per_agent;
 mod predator;
 mod randomization;
 mod reward;
 mod slot;
-mod spread;
-mod state;
+mod snapshot;
 mod sweep;
-mod threads;
 
 pub use base::check::{MAX_AGENTS, MAX_STEPS};
 pub use base::error::{Error, Result};
@@ -63,6 +62,7 @@ pub use line::{
 pub use metrics::PredatorDistance;
 pub use neighbor::{NeighborRule, Ranges};
 pub use observation::{Entry, entries, predator_entries};
+pub use parallel::{Progress, forked};
 pub use per_agent::PerAgent;
 pub use predator::{
     ConstantVelocity, Encircle, Herd, Intercept, Learned, Predator, PredatorConfig, PurePursuit,
@@ -71,4 +71,3 @@ pub use predator::{
 pub use randomization::{Choice, Distribution, Interval, Randomization};
 pub use reward::Reward;
 pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};
-pub use threads::{Progress, forked};

@@ -5,7 +5,7 @@ use multiversion::multiversion;
 use crate::agents::{Column, GROUP, Group};
 use crate::base::exact::Scale;
 use crate::base::vector::{larger, smaller, squared_norm};
-use crate::threads;
+use crate::parallel;
 
 /// d_i, the distance of every agent of a group to its nearest predator, in m; infinite where there is none, NaN where
 /// there is no agent.
@@ -51,13 +51,13 @@ impl PredatorDistance {
                 minimum: 0.0,
             };
         }
-        let (minimum, maximum) = threads::map_reduce(groups, extremes, |a, b| {
+        let (minimum, maximum) = parallel::map_reduce(groups, extremes, |a, b| {
             (smaller(a.0, b.0), larger(a.1, b.1))
         })
         .unwrap_or((f64::INFINITY, f64::INFINITY));
         let mean = if maximum.is_finite() {
             let scale = Scale::for_registers(maximum, num_agents);
-            let sum = threads::map_reduce(groups, |chunk| total(chunk, scale), |a, b| a + b);
+            let sum = parallel::map_reduce(groups, |chunk| total(chunk, scale), |a, b| a + b);
             scale.mean(sum.unwrap_or(0), num_agents as i64)
         } else {
             maximum
@@ -108,7 +108,7 @@ pub(crate) fn centroid<const D: usize>(
         most.max(low[axis].abs()).max(high[axis].abs())
     });
     let scale = Scale::for_registers(farthest, num_agents);
-    let sums = threads::map_reduce(
+    let sums = parallel::map_reduce(
         groups,
         |chunk| total_position(chunk, scale),
         |a: [i64; D], b| std::array::from_fn(|axis| a[axis] + b[axis]),

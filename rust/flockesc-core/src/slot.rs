@@ -9,7 +9,7 @@ use crate::base::rng::episode_seed;
 use crate::config::{EpisodeConfig, FlockConfig};
 use crate::episode::{Episode, EpisodeState};
 use crate::flock::InitialState;
-use crate::threads::Progress;
+use crate::parallel::Progress;
 
 #[derive(Debug, Clone)]
 pub(crate) struct Slot<const D: usize> {

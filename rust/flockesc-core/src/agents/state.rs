@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{Agent, Agents, Caught, GROUP, Group};
 use crate::base::error::Result;
 use crate::base::vector::SHORTEST;
-use crate::state::{check, check_numbers, vector};
+use crate::snapshot::{check, check_numbers, vector};
 
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct AgentsState {

@@ -7,9 +7,9 @@ use super::Batch;
 use crate::base::error::{Error, Result};
 use crate::config::{EpisodeConfig, FlockConfig};
 use crate::flock::InitialState;
+use crate::parallel::Progress;
+use crate::parallel::{Pool, spread};
 use crate::slot::Slot;
-use crate::spread::{Pool, spread};
-use crate::threads::Progress;
 
 /// Cost of drawing and arranging an agent, in steps of it.
 const START: usize = 16;

@@ -3,7 +3,7 @@
 use super::Batch;
 use crate::base::error::{Error, Result};
 use crate::slot::{Slot, SlotState};
-use crate::state::{open, seal};
+use crate::snapshot::{open, seal};
 
 impl<const D: usize> Batch<D> {
     /// Everything about `slots` that their future depends on, as bytes: episodes with their random streams, and the
@@ -60,7 +60,7 @@ mod tests {
     use super::*;
     use crate::batch::AtEnd;
     use crate::flock::InitialState;
-    use crate::threads::Progress;
+    use crate::parallel::Progress;
     use proptest::prelude::*;
 
     fn running() -> Batch<2> {

@@ -8,7 +8,7 @@ use super::{Episode, Running, rows};
 use crate::base::error::Result;
 use crate::config::{EpisodeConfig, FlockConfig};
 use crate::flock::{Summary, World, WorldState};
-use crate::state::{check, check_numbers, is_range};
+use crate::snapshot::{check, check_numbers, is_range};
 
 /// See the fields of [`Episode`].
 #[derive(Debug, Serialize, Deserialize)]

@@ -16,8 +16,8 @@ use crate::base::rng::{self, Stream};
 use crate::config::FlockConfig;
 use crate::metrics::{PredatorDistance, distances};
 use crate::neighbor::{Neighborhood, Ranges};
+use crate::parallel;
 use crate::predator::{self, Predator, Prey};
-use crate::threads;
 
 /// A flock and its predators at one moment.
 #[derive(Debug, Clone)]
@@ -88,7 +88,7 @@ impl<const D: usize> World<D> {
             .find(config, &self.agents, &mut self.neighborhood);
         let heard = self.neighborhood.heard_mut();
         let (groups, names) = self.agents.groups_and_names();
-        threads::for_each_chunk(groups, heard, |first, groups, heard| {
+        parallel::for_each_chunk(groups, heard, |first, groups, heard| {
             let names = &names[first * GROUP..];
             let response = response.map(|forces| &forces[first..]);
             motion::advance(config, &predators, names, groups, heard, response);

@@ -13,7 +13,7 @@ use crate::base::check::{positive, within};
 use crate::base::document::parse;
 use crate::base::error::{Error, Result};
 use crate::config::LineConfig;
-use crate::threads::Progress;
+use crate::parallel::Progress;
 
 /// What a line environment pays and how long an action holds (docs/model.md).
 #[derive(Debug, Clone, PartialEq, Deserialize)]

@@ -10,7 +10,7 @@ use super::topological::reach_nearest;
 use super::tree::Tree;
 use super::voronoi::voronoi_neighbors;
 use crate::agents::{Agents, Column, GROUP};
-use crate::threads;
+use crate::parallel;
 
 /// The place of an agent that was caught.
 pub(super) const NOWHERE: u32 = u32::MAX;
@@ -47,7 +47,7 @@ impl Links {
         self.squares.resize(agents.groups.len(), [0.0; GROUP]);
         match options.rule {
             NeighborRule::Metric {} => square(agents, ranges, &mut self.squares),
-            NeighborRule::Topological {} => threads::for_each_chunk_with(
+            NeighborRule::Topological {} => parallel::for_each_chunk_with(
                 &mut self.squares,
                 scratch,
                 |first, squares, scratch| {

@@ -19,7 +19,7 @@ mod voronoi;
 
 use crate::agents::{Agents, GROUP};
 use crate::base::exact::Scale;
-use crate::threads;
+use crate::parallel;
 use components::{Forest, connect, connect_pairs};
 use links::Links;
 pub(crate) use listen::Heard;
@@ -64,7 +64,7 @@ impl<const D: usize> Neighborhood<D> {
             links: Links::default(),
             heard: tree.speakers.iter().map(Heard::alone).collect(),
             scale: tree.scale,
-            scratch: vec![Scratch::default(); threads::num_chunks(agents.groups.len())],
+            scratch: vec![Scratch::default(); parallel::num_chunks(agents.groups.len())],
             tight: tree.mean_extent(),
             excess: 0.0,
             tree,
@@ -78,7 +78,7 @@ impl<const D: usize> Neighborhood<D> {
         self.links
             .update(options, agents, tree, ranges, &mut self.scratch);
         let links = &self.links;
-        threads::for_each_chunk_with(
+        parallel::for_each_chunk_with(
             &mut self.heard,
             &mut self.scratch,
             |first, heard, scratch| match links.reaches(options, ranges) {
@@ -112,7 +112,7 @@ impl<const D: usize> Neighborhood<D> {
         let num_groups = agents.groups.len();
         if num_groups < self.heard.len() {
             self.heard.truncate(num_groups);
-            self.scratch.truncate(threads::num_chunks(num_groups));
+            self.scratch.truncate(parallel::num_chunks(num_groups));
             self.tree.shrink(num_groups);
         }
         self.tree.refresh(agents);

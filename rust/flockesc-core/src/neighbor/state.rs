@@ -7,7 +7,7 @@ use super::{NeighborOptions, Neighborhood};
 use crate::agents::{Agents, GROUP};
 use crate::base::error::Result;
 use crate::base::exact::Scale;
-use crate::state::{check, check_numbers, damaged, is_sound};
+use crate::snapshot::{check, check_numbers, damaged, is_sound};
 
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct NeighborhoodState {

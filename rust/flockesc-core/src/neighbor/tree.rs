@@ -7,7 +7,7 @@ use crate::agents::{Agents, FAN, GROUP, Group, TILE};
 use crate::base::exact::Scale;
 use crate::base::vector::{larger, smaller};
 use crate::metrics::reduce;
-use crate::threads;
+use crate::parallel;
 
 /// An agent as others hear it.
 #[derive(Debug, Clone, Copy)]
@@ -131,12 +131,12 @@ impl<const D: usize> Tree<D> {
 
     /// Brings boxes and sums up to date with where the agents are and how they move.
     pub(super) fn refresh(&mut self, agents: &Agents<D>) {
-        let largest = threads::map_reduce(&agents.groups, largest_speed, larger);
+        let largest = parallel::map_reduce(&agents.groups, largest_speed, larger);
         self.largest_speed = largest.unwrap_or(0.0);
         self.scale = Scale::for_registers(self.largest_speed, agents.len());
         let scale = self.scale;
         let (tiles, nodes) = self.levels.split_at_mut(1);
-        threads::for_each_chunk(
+        parallel::for_each_chunk(
             &mut self.speakers,
             &mut tiles[0],
             |first, speakers, tiles| {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Predator, PredatorConfig};
 use crate::base::error::Result;
-use crate::state::{check, is_sound, vector};
+use crate::snapshot::{check, is_sound, vector};
 
 /// See the fields of [`Predator`].
 #[derive(Debug, Serialize, Deserialize)]

@@ -13,7 +13,7 @@ use crate::flock::motion::{Response, ResponseState};
 use crate::metrics::{PredatorDistance, distances};
 use crate::neighbor::{Neighborhood, NeighborhoodState};
 use crate::predator::{Predator, PredatorState};
-use crate::state::check;
+use crate::snapshot::check;
 
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct WorldState {

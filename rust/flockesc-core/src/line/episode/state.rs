@@ -9,7 +9,7 @@ use crate::base::error::Result;
 use crate::config::LineConfig;
 use crate::line::Line;
 use crate::line::groups::Groups;
-use crate::state::{Fingerprint, check, is_range, is_sound, open, seal};
+use crate::snapshot::{Fingerprint, check, is_range, is_sound, open, seal};
 
 /// See the fields of [`LineEpisode`].
 #[derive(Debug, Serialize, Deserialize)]

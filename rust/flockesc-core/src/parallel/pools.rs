@@ -1,12 +1,10 @@
-//! The crate's own thread pools, safe after `fork`, and the hook by which a long call is watched and stopped.
+//! The crate's own thread pools, safe after `fork`.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use once_cell::race::OnceBox;
-use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::agents::GROUP;
 use crate::base::error::{Error, Result};
 
 /// Most threads that a call may ask for.
@@ -75,114 +73,9 @@ fn available_threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Groups of agents from which on it pays to spread one flock over threads.
-const SPREAD: usize = 64;
-/// Groups that one thread takes at a time.
-const CHUNK: usize = 16;
-
-/// Calls `work(index of the first, some of a, as many of b)` until all groups are done: in parallel on a thread of a pool,
-/// if there are many.
-pub(crate) fn for_each_chunk<A: Send, B: Send>(
-    a: &mut [A],
-    b: &mut [B],
-    work: impl Fn(usize, &mut [A], &mut [B]) + Sync,
-) {
-    if a.len() >= SPREAD && is_pooled() {
-        a.par_chunks_mut(CHUNK)
-            .zip(b.par_chunks_mut(CHUNK))
-            .enumerate()
-            .for_each(|(index, (a, b))| work(index * CHUNK, a, b));
-    } else {
-        work(0, a, b);
-    }
-}
-
-/// Number of chunks into which so many items may be cut.
-pub(crate) fn num_chunks(items: usize) -> usize {
-    items.div_ceil(CHUNK)
-}
-
-/// As [`for_each_chunk`], with something of its own for every one of [`num_chunks`] chunks.
-pub(crate) fn for_each_chunk_with<A: Send, B: Send>(
-    a: &mut [A],
-    own: &mut [B],
-    work: impl Fn(usize, &mut [A], &mut B) + Sync,
-) {
-    if a.len() >= SPREAD && is_pooled() {
-        a.par_chunks_mut(CHUNK)
-            .zip(own)
-            .enumerate()
-            .for_each(|(index, (a, own))| work(index * CHUNK, a, own));
-    } else {
-        for (index, (a, own)) in a.chunks_mut(CHUNK).zip(own).enumerate() {
-            work(index * CHUNK, a, own);
-        }
-    }
-}
-
-/// Folds what `map` makes of chunks of `items`, in an order that must not matter.
-pub(crate) fn map_reduce<A: Sync, R: Send>(
-    items: &[A],
-    map: impl Fn(&[A]) -> R + Sync + Send,
-    fold: impl Fn(R, R) -> R + Sync + Send,
-) -> Option<R> {
-    if items.len() >= SPREAD && is_pooled() {
-        items.par_chunks(CHUNK).map(map).reduce_with(fold)
-    } else {
-        Some(map(items))
-    }
-}
-
-/// Whether a flock of so many agents is worth more than one thread.
-pub(crate) fn is_large(num_agents: usize) -> bool {
-    num_agents >= SPREAD * GROUP
-}
-
-/// Runs both: in parallel on a thread of a pool, if `is_large`.
-pub(crate) fn join(is_large: bool, a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
-    if is_large && is_pooled() {
-        rayon::join(a, b);
-    } else {
-        a();
-        b();
-    }
-}
-
 /// Whether this is a thread of a pool of several, so that rayon does not fall back on its global pool.
-fn is_pooled() -> bool {
+pub(super) fn is_pooled() -> bool {
     rayon::current_thread_index().is_some() && rayon::current_num_threads() > 1
-}
-
-/// How far a long call has come, and the wish to stop it; shared between its worker and its watcher.
-#[derive(Debug, Default)]
-pub struct Progress {
-    done: AtomicUsize,
-    cancelled: AtomicBool,
-}
-
-impl Progress {
-    /// Number of finished pieces of work.
-    #[must_use]
-    pub fn done(&self) -> usize {
-        self.done.load(Ordering::Relaxed)
-    }
-
-    /// Asks the worker to stop; it returns [`Error::Interrupted`] within one step of the model.
-    pub fn cancel(&self) {
-        self.cancelled.store(true, Ordering::Relaxed);
-    }
-
-    pub(crate) fn advance(&self) {
-        self.done.fetch_add(1, Ordering::Relaxed);
-    }
-
-    pub(crate) fn check(&self) -> Result<()> {
-        if self.cancelled.load(Ordering::Relaxed) {
-            Err(Error::Interrupted)
-        } else {
-            Ok(())
-        }
-    }
 }
 
 #[cfg(test)]

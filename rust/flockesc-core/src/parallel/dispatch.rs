@@ -95,12 +95,12 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::threads;
+    use crate::parallel::pool as pool_of;
 
     #[test]
     fn every_piece_is_done_once_and_in_its_place() {
         for threads in [1, 2, 5] {
-            let pool = threads::pool(Some(threads)).expect("few threads");
+            let pool = pool_of(Some(threads)).expect("few threads");
             for pieces in [0, 1, 2, 7, 1000] {
                 let counts: Vec<_> = (0..pieces).map(|_| AtomicUsize::new(0)).collect();
                 let expected: Vec<_> = (0..pieces).collect();
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn a_panic_is_passed_on_after_the_other_pieces() {
-        let pool = Pool::Beside(threads::pool(Some(2)).expect("few threads"));
+        let pool = Pool::Beside(pool_of(Some(2)).expect("few threads"));
         let done = AtomicUsize::new(0);
         let panicked = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
             spread(pool, 0..100, |piece| {
