@@ -33,7 +33,6 @@ mod metrics;
 mod neighbor;
 mod observation;
 mod parallel;
-mod per_agent;
 mod predator;
 mod randomization;
 mod reward;
@@ -41,6 +40,7 @@ mod slot;
 mod snapshot;
 mod sweep;
 
+pub use agents::PerAgent;
 pub use base::check::{MAX_AGENTS, MAX_STEPS};
 pub use base::error::{Error, Result};
 pub use base::rng::episode_seed;
@@ -63,7 +63,6 @@ pub use metrics::PredatorDistance;
 pub use neighbor::{NeighborRule, Ranges};
 pub use observation::{Entry, entries, predator_entries};
 pub use parallel::{Progress, forked};
-pub use per_agent::PerAgent;
 pub use predator::{
     ConstantVelocity, Encircle, Herd, Intercept, Learned, Predator, PredatorConfig, PurePursuit,
     Target, Wandering,

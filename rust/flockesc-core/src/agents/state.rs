@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Agent, Agents, Caught, GROUP, Group};
+use super::arrange::Agent;
+use super::layout::{GROUP, Group};
+use super::{Agents, Caught};
 use crate::base::error::Result;
 use crate::base::vector::SHORTEST;
 use crate::snapshot::{check, check_numbers, vector};

@@ -1,8 +1,8 @@
 use super::*;
+use crate::agents::PerAgent;
 use crate::config::{Objective, View};
 use crate::flock::{Inertial, InitialHeadings, InitialPositions, Motion, RandomHeadings, Square};
 use crate::neighbor::NeighborRule;
-use crate::per_agent::PerAgent;
 use crate::predator::{ConstantVelocity, PredatorConfig};
 use crate::randomization::Randomization;
 use crate::reward::Reward;

@@ -6,13 +6,13 @@ use std::sync::Arc;
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::agents::PerAgent;
 use crate::base::check::{MAX_AGENTS, MAX_STEPS};
 use crate::base::check::{not_negative, positive_quantity, quantity, within, within_bounds};
 use crate::base::document::{parse_value, read};
 use crate::base::error::{Error, Result};
 use crate::flock::{InitialHeadings, InitialPositions, Motion, Space};
 use crate::neighbor::{NeighborOptions, NeighborRule, Sight, Torus};
-use crate::per_agent::PerAgent;
 use crate::predator::{self, PredatorConfig};
 use crate::randomization::Randomization;
 

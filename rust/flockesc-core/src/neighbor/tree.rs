@@ -3,10 +3,10 @@
 use multiversion::multiversion;
 
 use super::SAMPLE;
+use crate::agents::reduce;
 use crate::agents::{Agents, FAN, GROUP, Group, TILE};
 use crate::base::exact::Scale;
 use crate::base::vector::{larger, smaller};
-use crate::metrics::reduce;
 use crate::parallel;
 
 /// An agent as others hear it.

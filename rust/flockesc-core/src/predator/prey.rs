@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use crate::agents::Agents;
-use crate::metrics::centroid;
+use crate::agents::centroid;
 use crate::neighbor::Neighborhood;
 
 /// The agents at the end of a step.

@@ -1,8 +1,8 @@
 //! What the agents of one group are like, column by column.
 
+use crate::agents::PerAgent;
 use crate::agents::{Column, GROUP};
 use crate::config::FlockConfig;
-use crate::per_agent::PerAgent;
 
 pub(super) struct Traits {
     /// dt / m in s/kg.

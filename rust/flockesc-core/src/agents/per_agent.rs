@@ -5,7 +5,7 @@ use std::fmt;
 use serde::de::{SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use crate::agents::Column;
+use super::layout::Column;
 use crate::base::error::{Error, Result};
 
 /// One number for the flock, or one per agent.

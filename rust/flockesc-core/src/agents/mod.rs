@@ -1,74 +1,19 @@
 //! Where the agents stand in memory: in groups, column by column, so that agents that are near each other in the
 //! world are near each other in memory and a vector register holds one coordinate of a whole tile.
 
+mod arrange;
+mod centroid;
+mod layout;
+mod per_agent;
 mod state;
 
 use nalgebra::SVector;
 
+use arrange::{Agent, split};
+pub(crate) use centroid::centroid;
+pub(crate) use layout::{Column, FAN, GROUP, Group, TILE, is_large, reduce};
+pub use per_agent::PerAgent;
 pub(crate) use state::AgentsState;
-
-use crate::parallel;
-
-/// Agents of a tile: one AVX-512 register of f64.
-pub(crate) const TILE: usize = 8;
-/// Tiles of a group, and children of every node of the tree above it.
-pub(crate) const FAN: usize = 8;
-/// Agents of a group.
-pub(crate) const GROUP: usize = TILE * FAN;
-
-/// Agents from which on it pays to arrange two halves on two threads.
-const FORK: usize = 1 << 14;
-
-/// Whether a flock of so many agents is worth more than one thread.
-pub(crate) fn is_large(num_agents: usize) -> bool {
-    num_agents / GROUP >= parallel::SPREAD
-}
-
-/// A column of one group.
-pub(crate) type Column<T> = [T; GROUP];
-
-/// The agents of one group; places without an agent have a position of NaN, which is near nobody.
-#[derive(Debug, Clone)]
-#[repr(C, align(64))]
-pub(crate) struct Group<const D: usize> {
-    /// r in m.
-    pub(crate) position: [Column<f64>; D],
-    /// v in m/s; 0 where there is no agent.
-    pub(crate) velocity: [Column<f64>; D],
-    /// ||v|| in m/s.
-    pub(crate) speed: Column<f64>,
-    /// Distance to the nearest predator in m; infinite without predators, NaN where there is no agent.
-    pub(crate) distance: Column<f64>,
-}
-
-impl<const D: usize> Group<D> {
-    const EMPTY: Self = Self {
-        position: [[f64::NAN; GROUP]; D],
-        velocity: [[0.0; GROUP]; D],
-        speed: [0.0; GROUP],
-        distance: [f64::NAN; GROUP],
-    };
-
-    /// Leaves no agent from lane `first` on.
-    fn empty_from(&mut self, first: usize) {
-        for axis in 0..D {
-            self.position[axis][first..].fill(f64::NAN);
-            self.velocity[axis][first..].fill(0.0);
-        }
-        self.speed[first..].fill(0.0);
-        self.distance[first..].fill(f64::NAN);
-    }
-}
-
-/// One agent, while all of them are being arranged.
-#[derive(Debug, Clone, Copy)]
-struct Agent<const D: usize> {
-    position: [f64; D],
-    velocity: [f64; D],
-    speed: f64,
-    distance: f64,
-    name: u32,
-}
 
 /// An agent that has left the flock.
 #[derive(Debug, Clone, Copy)]
@@ -266,35 +211,4 @@ impl<const D: usize> Agents<D> {
         group.distance[lane] = agent.distance;
         self.names[place] = agent.name;
     }
-}
-
-/// Halves the agents across their longest extent, again and again. The first half takes a power of two, so that
-/// tiles, groups and nodes of the tree are whole halves.
-fn split<const D: usize>(agents: &mut [Agent<D>]) {
-    if agents.len() <= TILE {
-        return;
-    }
-    let axis = longest_axis(agents);
-    let middle = agents.len().next_power_of_two() / 2;
-    agents.select_nth_unstable_by(middle, |a, b| a.position[axis].total_cmp(&b.position[axis]));
-    let is_large = agents.len() >= FORK;
-    let (first, second) = agents.split_at_mut(middle);
-    parallel::join(is_large, || split(first), || split(second));
-}
-
-fn longest_axis<const D: usize>(agents: &[Agent<D>]) -> usize {
-    let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
-    for agent in agents {
-        for axis in 0..D {
-            low[axis] = low[axis].min(agent.position[axis]);
-            high[axis] = high[axis].max(agent.position[axis]);
-        }
-    }
-    (1..D).fold(0, |best, axis| {
-        if high[axis] - low[axis] > high[best] - low[best] {
-            axis
-        } else {
-            best
-        }
-    })
 }
