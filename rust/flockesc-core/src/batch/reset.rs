@@ -7,8 +7,7 @@ use super::Batch;
 use crate::base::error::{Error, Result};
 use crate::config::{EpisodeConfig, FlockConfig};
 use crate::flock::InitialState;
-use crate::parallel::Progress;
-use crate::parallel::{Pool, spread};
+use crate::parallel::{Pool, Progress, spread};
 use crate::slot::Slot;
 
 /// Cost of drawing and arranging an agent, in steps of it.

@@ -3,8 +3,7 @@
 use serde::Deserialize;
 
 use super::FlockConfig;
-use crate::base::check::MAX_STEPS;
-use crate::base::check::{not_negative, positive, within};
+use crate::base::check::{MAX_STEPS, not_negative, positive, within};
 use crate::base::document::parse;
 use crate::base::error::{Error, Result};
 use crate::reward::Reward;

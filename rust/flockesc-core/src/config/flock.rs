@@ -7,8 +7,9 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::agents::PerAgent;
-use crate::base::check::{MAX_AGENTS, MAX_STEPS};
-use crate::base::check::{not_negative, positive_quantity, quantity, within, within_bounds};
+use crate::base::check::{
+    MAX_AGENTS, MAX_STEPS, not_negative, positive_quantity, quantity, within, within_bounds,
+};
 use crate::base::document::{parse_value, read};
 use crate::base::error::{Error, Result};
 use crate::flock::{InitialHeadings, InitialPositions, Motion, Space};

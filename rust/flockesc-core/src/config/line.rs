@@ -2,8 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::base::check::{MAX_AGENTS, MAX_STEPS};
-use crate::base::check::{coordinate, not_negative, quantity, within};
+use crate::base::check::{MAX_AGENTS, MAX_STEPS, coordinate, not_negative, quantity, within};
 use crate::base::document::parse;
 use crate::base::error::Result;
 use crate::line::EscapeForce;

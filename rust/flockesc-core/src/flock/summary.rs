@@ -3,11 +3,9 @@
 use multiversion::multiversion;
 
 use super::World;
-use crate::agents::{Column, GROUP, Group};
-use crate::agents::{centroid, reduce};
+use crate::agents::{Column, GROUP, Group, centroid, reduce};
 use crate::base::exact::Scale;
-use crate::base::vector::SHORTEST;
-use crate::base::vector::squared_norm;
+use crate::base::vector::{SHORTEST, squared_norm};
 use crate::neighbor::Heard;
 
 /// Means over all agents in the flock at one moment. A scaled value x of scale s is x / (x + s).

@@ -8,8 +8,7 @@ use serde::Deserialize;
 
 use super::Line;
 use super::dynamics::check_range;
-use crate::base::check::MAX_STEPS;
-use crate::base::check::{positive, within};
+use crate::base::check::{MAX_STEPS, positive, within};
 use crate::base::document::parse;
 use crate::base::error::{Error, Result};
 use crate::config::LineConfig;

@@ -1,39 +1,27 @@
 //! Who listens to whom. Everything that depends on the neighbor rule goes through [`Neighborhood`].
 
-mod components;
-mod isolation;
-mod links;
-mod listen;
-mod lists;
-mod pairs;
+mod engine;
+mod options;
 mod ranges;
-mod reach;
-mod rule;
-mod sight;
+mod rules;
 mod state;
 #[cfg(test)]
 mod tests;
-mod topological;
-mod tree;
-mod voronoi;
 
 use crate::agents::{Agents, GROUP};
 use crate::base::exact::Scale;
 use crate::parallel;
-use components::{Forest, connect, connect_pairs};
-use links::Links;
-pub(crate) use listen::Heard;
-use listen::{Scratch, listen, listen_to_pairs};
-pub(crate) use pairs::Pairs;
+use engine::components::{Forest, connect, connect_pairs};
+pub(crate) use engine::field_of_view::{Sight, Torus};
+use engine::links::Links;
+pub(crate) use engine::pairs::Pairs;
+pub(crate) use engine::sums::Heard;
+use engine::sums::{Scratch, listen, listen_to_pairs};
+use engine::tree::Tree;
+pub(crate) use options::NeighborOptions;
 pub use ranges::Ranges;
-pub(crate) use rule::NeighborOptions;
-pub use rule::NeighborRule;
-pub(crate) use sight::{Sight, Torus};
+pub use rules::NeighborRule;
 pub(crate) use state::NeighborhoodState;
-use tree::Tree;
-
-/// Agents or groups looked at to tell whether it pays to arrange all of them.
-const SAMPLE: usize = 64;
 
 /// Cost of arranging per agent and halving, in tests of a pair of tiles (measured).
 const ARRANGING: f64 = 0.4;
@@ -172,7 +160,7 @@ impl<const D: usize> Neighborhood<D> {
 
     /// Place of the agent whose nearest other agent is farthest where the agents are now; the lowest name among equals.
     pub(crate) fn most_isolated(&self, agents: &Agents<D>) -> usize {
-        isolation::most_isolated(agents, &self.tree)
+        engine::isolation::most_isolated(agents, &self.tree)
     }
 
     /// Pairs of an agent and a neighbor other than itself where the agents are now, by name.

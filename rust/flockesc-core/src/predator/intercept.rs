@@ -6,8 +6,7 @@ use super::flight::steering;
 use super::prey::Prey;
 use crate::base::check::quantity;
 use crate::base::error::Result;
-use crate::base::vector::unit;
-use crate::base::vector::{side_of, turn};
+use crate::base::vector::{side_of, turn, unit};
 
 steering! {
     /// Turns at `navigation_constant` times the rate of the line of sight.

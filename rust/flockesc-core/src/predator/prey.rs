@@ -2,8 +2,7 @@
 
 use nalgebra::SVector;
 
-use crate::agents::Agents;
-use crate::agents::centroid;
+use crate::agents::{Agents, centroid};
 use crate::neighbor::Neighborhood;
 
 /// The agents at the end of a step.

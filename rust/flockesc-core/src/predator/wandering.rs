@@ -7,8 +7,7 @@ use serde::Deserialize;
 use crate::base::check::quantity;
 use crate::base::error::Result;
 use crate::base::rng;
-use crate::base::vector::unit;
-use crate::base::vector::{side_of, turn};
+use crate::base::vector::{side_of, turn, unit};
 
 /// Flies about without regard to the flock.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

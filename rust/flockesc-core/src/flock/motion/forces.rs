@@ -3,8 +3,7 @@
 use super::Force;
 use super::traits::Traits;
 use crate::agents::{Column, GROUP, Group};
-use crate::base::vector::SHORTEST;
-use crate::base::vector::squared_norm;
+use crate::base::vector::{SHORTEST, squared_norm};
 use crate::config::FlockConfig;
 use crate::neighbor::Heard;
 

@@ -5,8 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::agents::{Agents, GROUP};
 use crate::base::rng::{self, Stream};
-use crate::base::vector::{heading, unit};
-use crate::base::vector::{side_of, turn};
+use crate::base::vector::{heading, side_of, turn, unit};
 use crate::config::FlockConfig;
 
 /// Errors of one step, by name; empty where there are none.

@@ -8,8 +8,7 @@ use crate::agents::GROUP;
 use crate::base::check::{not_negative, quantity};
 use crate::base::error::Result;
 use crate::base::exact::Scale;
-use crate::base::vector::SHORTEST;
-use crate::base::vector::squared_norm;
+use crate::base::vector::{SHORTEST, squared_norm};
 use crate::neighbor::Pairs;
 
 /// Agents that also keep together and apart.

@@ -1,7 +1,6 @@
 //! What the agents of one group are like, column by column.
 
-use crate::agents::PerAgent;
-use crate::agents::{Column, GROUP};
+use crate::agents::{Column, GROUP, PerAgent};
 use crate::config::FlockConfig;
 
 pub(super) struct Traits {

@@ -5,8 +5,7 @@ use serde::Deserialize;
 use super::Force;
 use super::traits::Traits;
 use crate::agents::{GROUP, Group};
-use crate::base::vector::SHORTEST;
-use crate::base::vector::squared_norm;
+use crate::base::vector::{SHORTEST, squared_norm};
 use crate::config::FlockConfig;
 
 /// Agents without mass: the force is the new heading.

@@ -7,10 +7,10 @@ use nalgebra::SVector;
 use proptest::prelude::*;
 use pulp::{Scalar, Simd};
 
-use super::components::connect;
-use super::listen::{Listen, Scratch};
+use super::engine::components::connect;
+use super::engine::sums::{Listen, Scratch};
+use super::engine::tree::Tree;
 use super::ranges::Reaches;
-use super::tree::Tree;
 use super::{Heard, NeighborOptions, Neighborhood, Ranges};
 use crate::agents::{Agents, GROUP};
 use crate::base::exact::Scale;

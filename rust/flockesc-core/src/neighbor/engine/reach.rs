@@ -6,26 +6,30 @@
 use bytemuck::{bytes_of, cast_slice};
 use pulp::Simd;
 
-use super::ranges::Reaches;
-use super::tree::{Bounds, Siblings};
 use crate::agents::FAN;
 use crate::base::vector::{larger, smaller};
+use crate::neighbor::engine::tree::{Bounds, Siblings};
+use crate::neighbor::ranges::Reaches;
 
 /// Some listeners, as far as boxes can tell.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Reach<const D: usize> {
+pub(in crate::neighbor) struct Reach<const D: usize> {
     bounds: Bounds<D>,
     /// Squares of the shortest and the longest of their ranges, in m^2.
     shortest: f64,
     longest: f64,
     /// Whether the shortest range is half the diagonal of the box or more: otherwise nothing is wholly within reach.
-    pub(super) may_enclose: bool,
+    pub(in crate::neighbor) may_enclose: bool,
 }
 
 impl<const D: usize> Reach<D> {
     /// Listeners inside of `bounds` with these squared ranges.
     #[inline(always)]
-    pub(super) fn new(bounds: Bounds<D>, reaches: Reaches<'_>, squared: &[f64]) -> Self {
+    pub(in crate::neighbor) fn new(
+        bounds: Bounds<D>,
+        reaches: Reaches<'_>,
+        squared: &[f64],
+    ) -> Self {
         let (shortest, longest) = if reaches.are_equal() {
             (squared[0], squared[0])
         } else {
@@ -49,7 +53,7 @@ impl<const D: usize> Reach<D> {
 
     /// Which of eight nodes are within reach of some listener, as far as boxes can tell: one bit per node.
     #[inline(always)]
-    pub(super) fn near<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> u8 {
+    pub(in crate::neighbor) fn near<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> u8 {
         let zero = simd.splat_f64s(0.0);
         let mut mask = 0;
         for register in 0..FAN / S::F64_LANES {
@@ -70,7 +74,7 @@ impl<const D: usize> Reach<D> {
 
     /// Which nodes of one register are wholly within reach of all listeners, if any [may be](Self::may_enclose).
     #[inline(always)]
-    pub(super) fn encloses<S: Simd>(
+    pub(in crate::neighbor) fn encloses<S: Simd>(
         &self,
         simd: S,
         nodes: &Siblings<D>,
@@ -90,7 +94,7 @@ impl<const D: usize> Reach<D> {
 
     /// Which of eight nodes lie wholly within reach, and which partly: one bit per node.
     #[inline(always)]
-    pub(super) fn classify<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> (u8, u8) {
+    pub(in crate::neighbor) fn classify<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> (u8, u8) {
         let near = self.near(simd, nodes);
         if near == 0 || !self.may_enclose {
             return (0, near);
@@ -106,7 +110,10 @@ impl<const D: usize> Reach<D> {
 
 /// The squared Euclidean norm, lane by lane. Loops, not iterators: what takes registers must be inlined.
 #[inline(always)]
-pub(super) fn squared_norm<S: Simd, const D: usize>(simd: S, vector: [S::f64s; D]) -> S::f64s {
+pub(in crate::neighbor) fn squared_norm<S: Simd, const D: usize>(
+    simd: S,
+    vector: [S::f64s; D],
+) -> S::f64s {
     let mut sum = simd.mul_f64s(vector[0], vector[0]);
     for axis in 1..D {
         sum = simd.add_f64s(sum, simd.mul_f64s(vector[axis], vector[axis]));
@@ -116,7 +123,7 @@ pub(super) fn squared_norm<S: Simd, const D: usize>(simd: S, vector: [S::f64s; D
 
 /// One bit per lane.
 #[inline(always)]
-pub(super) fn bits<S: Simd>(simd: S, mask: S::m64s) -> u8 {
+pub(in crate::neighbor) fn bits<S: Simd>(simd: S, mask: S::m64s) -> u8 {
     if let [bits] = bytes_of(&mask) {
         return *bits; // AVX-512 keeps masks as bits
     }

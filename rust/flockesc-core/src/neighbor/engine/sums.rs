@@ -6,13 +6,13 @@
 use bytemuck::{NoUninit, cast_ref, cast_slice};
 use pulp::{Arch, Simd, WithSimd};
 
-use super::pairs::Pairs;
-use super::ranges::Reaches;
-use super::reach::{Reach, bits, squared_norm};
-use super::topological;
-use super::tree::{Siblings, Speaker, Speakers, Tree};
 use crate::agents::{Agents, Column, FAN, GROUP, TILE};
 use crate::base::vector;
+use crate::neighbor::engine::pairs::Pairs;
+use crate::neighbor::engine::reach::{Reach, bits, squared_norm};
+use crate::neighbor::engine::tree::{Siblings, Speaker, Speakers, Tree};
+use crate::neighbor::ranges::Reaches;
+use crate::neighbor::rules::topological;
 
 /// What the agents of one group heard; meaningless where there is no agent.
 #[derive(Debug, Clone)]
@@ -28,7 +28,7 @@ pub(crate) struct Heard<const D: usize> {
 
 impl<const D: usize> Heard<D> {
     /// Every agent hears itself alone.
-    pub(super) fn alone(speakers: &Speakers<D>) -> Self {
+    pub(in crate::neighbor) fn alone(speakers: &Speakers<D>) -> Self {
         let norm =
             |speaker: Speaker<D>| vector::squared_norm(&speaker.signal.map(|v| v as f64)).sqrt();
         Self {
@@ -41,7 +41,7 @@ impl<const D: usize> Heard<D> {
 
 /// Lists that keep their memory from step to step.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Scratch {
+pub(in crate::neighbor) struct Scratch {
     /// Nodes still to be opened: level and block.
     nodes: Vec<(usize, usize)>,
     /// Groups that are partly within reach of a listening group.
@@ -49,12 +49,12 @@ pub(super) struct Scratch {
     /// Tiles that are partly within reach of a listening tile; only the first ones count, as many as were found.
     tiles: Vec<u32>,
     /// How many of those there were in the last step, over all listening tiles.
-    pub(super) tests: usize,
-    pub(super) topological: topological::Scratch,
+    pub(in crate::neighbor) tests: usize,
+    pub(in crate::neighbor) topological: topological::Scratch,
 }
 
 /// Fills `heard` for the groups from `first` on.
-pub(super) fn listen<const D: usize>(
+pub(in crate::neighbor) fn listen<const D: usize>(
     agents: &Agents<D>,
     tree: &Tree<D>,
     reaches: Reaches<'_>,
@@ -73,7 +73,7 @@ pub(super) fn listen<const D: usize>(
 }
 
 /// The same, one neighbor after the other.
-pub(super) fn listen_to_pairs<const D: usize>(
+pub(in crate::neighbor) fn listen_to_pairs<const D: usize>(
     pairs: Pairs<'_, D>,
     first: usize,
     heard: &mut [Heard<D>],
@@ -116,13 +116,13 @@ impl<const D: usize> Whole<D> {
     }
 }
 
-pub(super) struct Listen<'a, const D: usize> {
-    pub(super) agents: &'a Agents<D>,
-    pub(super) tree: &'a Tree<D>,
-    pub(super) reaches: Reaches<'a>,
-    pub(super) first: usize,
-    pub(super) heard: &'a mut [Heard<D>],
-    pub(super) scratch: &'a mut Scratch,
+pub(in crate::neighbor) struct Listen<'a, const D: usize> {
+    pub(in crate::neighbor) agents: &'a Agents<D>,
+    pub(in crate::neighbor) tree: &'a Tree<D>,
+    pub(in crate::neighbor) reaches: Reaches<'a>,
+    pub(in crate::neighbor) first: usize,
+    pub(in crate::neighbor) heard: &'a mut [Heard<D>],
+    pub(in crate::neighbor) scratch: &'a mut Scratch,
 }
 
 impl<const D: usize> WithSimd for Listen<'_, D> {

@@ -1,11 +1,14 @@
 //! The agent farthest from all others: the tree answers for the few agents that could be it.
 
-use super::tree::Tree;
 use crate::agents::{Agents, FAN, GROUP, TILE};
 use crate::base::vector::{larger, smaller, squared_norm};
+use crate::neighbor::engine::tree::Tree;
 
 /// The place of the agent whose nearest other agent is farthest; the lowest name among equals.
-pub(super) fn most_isolated<const D: usize>(agents: &Agents<D>, tree: &Tree<D>) -> usize {
+pub(in crate::neighbor) fn most_isolated<const D: usize>(
+    agents: &Agents<D>,
+    tree: &Tree<D>,
+) -> usize {
     let (mut farthest, mut best) = (f64::NEG_INFINITY, 0);
     for place in 0..agents.len() {
         let mut search = Search {

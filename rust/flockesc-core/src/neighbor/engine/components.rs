@@ -2,14 +2,14 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::pairs::Pairs;
-use super::ranges::Reaches;
-use super::reach::{Reach, bits, squared_norm};
-use super::tree::Tree;
 use crate::agents::{Agents, Column, FAN, GROUP, TILE};
+use crate::neighbor::engine::pairs::Pairs;
+use crate::neighbor::engine::reach::{Reach, bits, squared_norm};
+use crate::neighbor::engine::tree::Tree;
+use crate::neighbor::ranges::Reaches;
 
 /// The components of the graph in which two agents are linked if either listens to the other.
-pub(super) fn connect_pairs<const D: usize>(pairs: &Pairs<'_, D>) -> Forest {
+pub(in crate::neighbor) fn connect_pairs<const D: usize>(pairs: &Pairs<'_, D>) -> Forest {
     let mut forest = Forest::new(pairs.agents, pairs.tree);
     let mut tiles = Vec::new();
     for group in 0..pairs.agents.groups.len() {
@@ -21,7 +21,7 @@ pub(super) fn connect_pairs<const D: usize>(pairs: &Pairs<'_, D>) -> Forest {
 }
 
 /// The same where how far agents reach says it all.
-pub(super) fn connect<const D: usize>(
+pub(in crate::neighbor) fn connect<const D: usize>(
     agents: &Agents<D>,
     tree: &Tree<D>,
     reaches: Reaches<'_>,
@@ -37,7 +37,7 @@ pub(super) fn connect<const D: usize>(
 }
 
 /// Sets of places, and what is known of the sets of whole nodes.
-pub(super) struct Forest {
+pub(in crate::neighbor) struct Forest {
     parents: Vec<u32>,
     count: usize,
     /// For every block of the tree one bit per child: whether all of its agents are in one set.
@@ -59,12 +59,12 @@ impl Forest {
     }
 
     /// Number of sets.
-    pub(super) fn count(&self) -> usize {
+    pub(in crate::neighbor) fn count(&self) -> usize {
         self.count
     }
 
     /// The set of every agent, named by the lowest name in it; in the order of names.
-    pub(super) fn labels<const D: usize>(mut self, agents: &Agents<D>) -> Vec<u32> {
+    pub(in crate::neighbor) fn labels<const D: usize>(mut self, agents: &Agents<D>) -> Vec<u32> {
         let names = || (0..agents.groups.len()).flat_map(|group| agents.names_of(group));
         let mut lowest = vec![u32::MAX; agents.len()];
         for (place, &name) in names().enumerate() {

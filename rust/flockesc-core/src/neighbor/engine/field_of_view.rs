@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use super::tree::Bounds;
 use crate::base::vector::{larger, smaller, squared_norm};
+use crate::neighbor::engine::tree::Bounds;
 
 /// Share of the side by which boxes on a torus are taken as nearer than they are: more than rounding makes of offsets.
 const MARGIN: f64 = 1e-12;
@@ -22,7 +22,7 @@ impl Torus {
 
     /// The shortest way from `a` to `b` along one axis in m, both in [0, side).
     #[inline(always)]
-    pub(super) fn offset(self, a: f64, b: f64) -> f64 {
+    pub(in crate::neighbor) fn offset(self, a: f64, b: f64) -> f64 {
         let (offset, half) = (b - a, 0.5 * self.0);
         let turn = if offset > half { self.0 } else { 0.0 };
         let back = if offset < -half { self.0 } else { 0.0 };
@@ -30,7 +30,11 @@ impl Torus {
     }
 
     /// The square of a distance that no two agents in these boxes fall below, in m^2.
-    pub(super) fn squared_gap<const D: usize>(self, a: &Bounds<D>, b: &Bounds<D>) -> f64 {
+    pub(in crate::neighbor) fn squared_gap<const D: usize>(
+        self,
+        a: &Bounds<D>,
+        b: &Bounds<D>,
+    ) -> f64 {
         let gap: [f64; D] = std::array::from_fn(|axis| {
             let above = b.low[axis] - a.high[axis];
             let below = a.low[axis] - b.high[axis];
@@ -71,7 +75,7 @@ impl Sight {
     /// Whether an agent with this speed sees what is `squared` m^2 away, and has a scalar product of `along` with its velocity.
     /// One at rest sees all round, and everyone what is in the same place.
     #[inline(always)]
-    pub(super) fn sees(self, along: f64, speed: f64, squared: f64) -> bool {
+    pub(in crate::neighbor) fn sees(self, along: f64, speed: f64, squared: f64) -> bool {
         along >= self.edge * (speed * squared.sqrt())
     }
 }

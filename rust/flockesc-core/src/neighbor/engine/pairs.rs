@@ -4,28 +4,28 @@ use std::ops::Range;
 
 use multiversion::multiversion;
 
-use super::links::NOWHERE;
-use super::lists::Lists;
-use super::rule::NeighborOptions;
-use super::sight::{Sight, Torus};
-use super::tree::{Bounds, Tree};
 use crate::agents::{Agents, Column, FAN, GROUP, TILE};
 use crate::base::vector::{larger, squared_norm};
+use crate::neighbor::engine::field_of_view::{Sight, Torus};
+use crate::neighbor::engine::links::NOWHERE;
+use crate::neighbor::engine::lists::Lists;
+use crate::neighbor::engine::tree::{Bounds, Tree};
+use crate::neighbor::options::NeighborOptions;
 
 /// The neighbor graph of one moment.
 #[derive(Clone, Copy)]
 pub(crate) struct Pairs<'a, const D: usize> {
-    pub(super) agents: &'a Agents<D>,
-    pub(super) tree: &'a Tree<D>,
-    pub(super) options: &'a NeighborOptions,
+    pub(in crate::neighbor) agents: &'a Agents<D>,
+    pub(in crate::neighbor) tree: &'a Tree<D>,
+    pub(in crate::neighbor) options: &'a NeighborOptions,
     /// Squared reach in m^2 of the agents of every group.
-    pub(super) squares: &'a [Column<f64>],
-    pub(super) candidates: Candidates<'a>,
+    pub(in crate::neighbor) squares: &'a [Column<f64>],
+    pub(in crate::neighbor) candidates: Candidates<'a>,
 }
 
 /// Among whom an agent's neighbors are.
 #[derive(Clone, Copy)]
-pub(super) enum Candidates<'a> {
+pub(in crate::neighbor) enum Candidates<'a> {
     /// All agents.
     All,
     /// Those in its list, as far as it reaches and sees.
@@ -226,7 +226,13 @@ fn visit_near<const D: usize, F: FnMut(usize, usize)>(
 
 impl<const D: usize> Tree<D> {
     /// Lists the tiles of which some agent may be within `square` m^2 of some place in `bounds`.
-    pub(super) fn near(&self, bounds: &Bounds<D>, square: f64, torus: Torus, tiles: &mut Vec<u32>) {
+    pub(in crate::neighbor) fn near(
+        &self,
+        bounds: &Bounds<D>,
+        square: f64,
+        torus: Torus,
+        tiles: &mut Vec<u32>,
+    ) {
         self.descend(self.levels.len() - 1, 0, tiles, &|node| {
             torus.squared_gap(bounds, node) <= square
         });

@@ -2,12 +2,12 @@
 
 use multiversion::multiversion;
 
-use super::Ranges;
-use super::rule::NeighborOptions;
-use super::sight::Sight;
-use super::tree::Tree;
 use crate::agents::{Agents, Column, FAN, GROUP, Group, TILE};
 use crate::base::vector::{larger, squared_norm};
+use crate::neighbor::Ranges;
+use crate::neighbor::engine::field_of_view::Sight;
+use crate::neighbor::engine::tree::Tree;
+use crate::neighbor::options::NeighborOptions;
 
 /// The factor of the squared distance by which a search looks beyond what sufficed in the last step.
 const AHEAD: f64 = 1.3;
@@ -16,7 +16,7 @@ const WIDER: f64 = 4.0;
 
 /// Lists that keep their memory from step to step.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Scratch {
+pub(in crate::neighbor) struct Scratch {
     tiles: Vec<u32>,
     /// Squared distances in m^2 as bits, which have the order of the numbers where none is negative.
     distances: Vec<u64>,
@@ -25,7 +25,7 @@ pub(super) struct Scratch {
 /// Replaces `squares`, of the groups from `first` on, by the squared distance in m^2 to the k-th nearest other agent of
 /// those that are seen: the largest number where there are fewer, 0 for k = 0. What it held guides the search.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-pub(super) fn reach_nearest<const D: usize>(
+pub(in crate::neighbor) fn reach_nearest<const D: usize>(
     agents: &Agents<D>,
     tree: &Tree<D>,
     options: &NeighborOptions,

@@ -2,27 +2,28 @@
 
 use multiversion::multiversion;
 
-use super::SAMPLE;
-use crate::agents::reduce;
-use crate::agents::{Agents, FAN, GROUP, Group, TILE};
+use crate::agents::{Agents, FAN, GROUP, Group, TILE, reduce};
 use crate::base::exact::Scale;
 use crate::base::vector::{larger, smaller};
+use crate::neighbor::ranges::SAMPLE;
 use crate::parallel;
 
 /// An agent as others hear it.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
-pub(super) struct Speaker<const D: usize> {
+pub(in crate::neighbor) struct Speaker<const D: usize> {
     /// r in m.
-    pub(super) position: [f64; D],
+    pub(in crate::neighbor) position: [f64; D],
     /// v in units of the tree's scale.
-    pub(super) signal: [i64; D],
+    pub(in crate::neighbor) signal: [i64; D],
 }
 
 /// The agents of one group, one after the other, as they are heard.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
-pub(super) struct Speakers<const D: usize>(pub(super) [Speaker<D>; GROUP]);
+pub(in crate::neighbor) struct Speakers<const D: usize>(
+    pub(in crate::neighbor) [Speaker<D>; GROUP],
+);
 
 impl<const D: usize> Speakers<D> {
     const SILENT: Self = Self(
@@ -38,22 +39,22 @@ impl<const D: usize> Speakers<D> {
 /// A node without agents has a box from infinity to minus infinity.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
-pub(super) struct Siblings<const D: usize> {
-    pub(super) low: [[f64; FAN]; D],
-    pub(super) high: [[f64; FAN]; D],
-    pub(super) sum: [[i64; FAN]; D],
-    pub(super) count: [i64; FAN],
+pub(in crate::neighbor) struct Siblings<const D: usize> {
+    pub(in crate::neighbor) low: [[f64; FAN]; D],
+    pub(in crate::neighbor) high: [[f64; FAN]; D],
+    pub(in crate::neighbor) sum: [[i64; FAN]; D],
+    pub(in crate::neighbor) count: [i64; FAN],
 }
 
 /// A box; the smallest around some agents.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Bounds<const D: usize> {
-    pub(super) low: [f64; D],
-    pub(super) high: [f64; D],
+pub(in crate::neighbor) struct Bounds<const D: usize> {
+    pub(in crate::neighbor) low: [f64; D],
+    pub(in crate::neighbor) high: [f64; D],
 }
 
 impl<const D: usize> Siblings<D> {
-    pub(super) const EMPTY: Self = Self {
+    pub(in crate::neighbor) const EMPTY: Self = Self {
         low: [[f64::INFINITY; FAN]; D],
         high: [[f64::NEG_INFINITY; FAN]; D],
         sum: [[0; FAN]; D],
@@ -62,7 +63,7 @@ impl<const D: usize> Siblings<D> {
 
     /// The box of child `child`.
     #[inline(always)]
-    pub(super) fn bounds_of(&self, child: usize) -> Bounds<D> {
+    pub(in crate::neighbor) fn bounds_of(&self, child: usize) -> Bounds<D> {
         Bounds {
             low: std::array::from_fn(|axis| self.low[axis][child]),
             high: std::array::from_fn(|axis| self.high[axis][child]),
@@ -71,7 +72,7 @@ impl<const D: usize> Siblings<D> {
 
     /// The box around all eight.
     #[inline(always)]
-    pub(super) fn bounds(&self) -> Bounds<D> {
+    pub(in crate::neighbor) fn bounds(&self) -> Bounds<D> {
         Bounds {
             low: std::array::from_fn(|axis| {
                 self.low[axis].iter().copied().fold(f64::INFINITY, smaller)
@@ -88,19 +89,19 @@ impl<const D: usize> Siblings<D> {
 
 /// The tree over all agents where they stand.
 #[derive(Debug, Clone)]
-pub(super) struct Tree<const D: usize> {
+pub(in crate::neighbor) struct Tree<const D: usize> {
     /// `levels[0][g]` are the tiles of group g, `levels[1][k]` the groups 8 k to 8 k + 7, and so on to a single block.
-    pub(super) levels: Vec<Vec<Siblings<D>>>,
-    pub(super) speakers: Vec<Speakers<D>>,
+    pub(in crate::neighbor) levels: Vec<Vec<Siblings<D>>>,
+    pub(in crate::neighbor) speakers: Vec<Speakers<D>>,
     /// Unit of all sums of velocities, in m/s.
-    pub(super) scale: Scale,
+    pub(in crate::neighbor) scale: Scale,
     /// Largest component of any velocity, in m/s.
-    pub(super) largest_speed: f64,
+    pub(in crate::neighbor) largest_speed: f64,
 }
 
 impl<const D: usize> Tree<D> {
     /// A tree of the right size for `num_groups` groups; empty before the first [`Tree::refresh`].
-    pub(super) fn new(num_groups: usize) -> Self {
+    pub(in crate::neighbor) fn new(num_groups: usize) -> Self {
         let mut blocks = num_groups;
         let mut levels = vec![vec![Siblings::EMPTY; blocks]];
         while blocks > 1 {
@@ -116,7 +117,7 @@ impl<const D: usize> Tree<D> {
     }
 
     /// Makes it a tree for fewer groups; [`Tree::refresh`] does the rest.
-    pub(super) fn shrink(&mut self, num_groups: usize) {
+    pub(in crate::neighbor) fn shrink(&mut self, num_groups: usize) {
         self.speakers.truncate(num_groups);
         let mut blocks = num_groups;
         self.levels[0].truncate(blocks);
@@ -130,7 +131,7 @@ impl<const D: usize> Tree<D> {
     }
 
     /// Brings boxes and sums up to date with where the agents are and how they move.
-    pub(super) fn refresh(&mut self, agents: &Agents<D>) {
+    pub(in crate::neighbor) fn refresh(&mut self, agents: &Agents<D>) {
         let largest = parallel::map_reduce(&agents.groups, largest_speed, larger);
         self.largest_speed = largest.unwrap_or(0.0);
         self.scale = Scale::for_registers(self.largest_speed, agents.len());
@@ -158,12 +159,12 @@ impl<const D: usize> Tree<D> {
     }
 
     /// The block that holds all.
-    pub(super) fn root(&self) -> &Siblings<D> {
+    pub(in crate::neighbor) fn root(&self) -> &Siblings<D> {
         &self.levels[self.levels.len() - 1][0]
     }
 
     /// Mean extent of a tile along an axis in m, over a sample of the groups.
-    pub(super) fn mean_extent(&self) -> f64 {
+    pub(in crate::neighbor) fn mean_extent(&self) -> f64 {
         let (mut total, mut count) = (0.0, 0.0);
         for tiles in self.levels[0]
             .iter()

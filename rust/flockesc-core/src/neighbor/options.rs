@@ -1,20 +1,7 @@
-//! How the neighbor graph is made: the rule, and what holds on top of any rule.
+//! All that a scenario says of the neighbor graph: the rule, and what holds on top of any rule.
 
-use serde::Deserialize;
-
-use super::sight::{Sight, Torus};
-
-/// The rule that makes agents neighbors; an agent is always its own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum NeighborRule {
-    /// All agents within the interaction range, boundary included.
-    Metric {},
-    /// The k nearest of the agents that are seen, and whoever is as near as the last of them; an action sets k.
-    Topological {},
-    /// The agents within the interaction range whose Voronoi cells share an edge with the own one; in the plane only.
-    Voronoi {},
-}
+use crate::neighbor::engine::field_of_view::{Sight, Torus};
+use crate::neighbor::rules::NeighborRule;
 
 /// All that a scenario says of the neighbor graph.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +29,7 @@ impl NeighborOptions {
     };
 
     /// Whether squared ranges alone decide who is a neighbor, so that whole nodes of the tree can be taken at once.
-    pub(super) fn is_by_reach(&self) -> bool {
+    pub(in crate::neighbor) fn is_by_reach(&self) -> bool {
         let is_rule_by_reach = match self.rule {
             NeighborRule::Metric {} | NeighborRule::Topological {} => true,
             NeighborRule::Voronoi {} => false,

@@ -1,23 +1,23 @@
 //! What is found anew in every step where ranges alone do not say who is a neighbor.
 
-use super::SAMPLE;
-use super::listen::Scratch;
-use super::lists::Lists;
-use super::pairs::{Candidates, Pairs};
-use super::ranges::{Ranges, Reaches};
-use super::rule::{NeighborOptions, NeighborRule};
-use super::topological::reach_nearest;
-use super::tree::Tree;
-use super::voronoi::voronoi_neighbors;
 use crate::agents::{Agents, Column, GROUP};
+use crate::neighbor::engine::lists::Lists;
+use crate::neighbor::engine::pairs::{Candidates, Pairs};
+use crate::neighbor::engine::sums::Scratch;
+use crate::neighbor::engine::tree::Tree;
+use crate::neighbor::options::NeighborOptions;
+use crate::neighbor::ranges::{Ranges, Reaches, SAMPLE};
+use crate::neighbor::rules::NeighborRule;
+use crate::neighbor::rules::topological::reach_nearest;
+use crate::neighbor::rules::voronoi::voronoi_neighbors;
 use crate::parallel;
 
 /// The place of an agent that was caught.
-pub(super) const NOWHERE: u32 = u32::MAX;
+pub(in crate::neighbor) const NOWHERE: u32 = u32::MAX;
 
 /// How far agents reach, and who is listed for whom.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Links {
+pub(in crate::neighbor) struct Links {
     /// Squared reach in m^2 of the agents of every group; empty where ranges say it all.
     squares: Vec<Column<f64>>,
     lists: Lists,
@@ -29,7 +29,7 @@ pub(super) struct Links {
 
 impl Links {
     /// Brings all up to date with where the agents are.
-    pub(super) fn update<const D: usize>(
+    pub(in crate::neighbor) fn update<const D: usize>(
         &mut self,
         options: &NeighborOptions,
         agents: &Agents<D>,
@@ -68,7 +68,7 @@ impl Links {
     }
 
     /// How far agents reach, if that says it all.
-    pub(super) fn reaches<'a>(
+    pub(in crate::neighbor) fn reaches<'a>(
         &'a self,
         options: &NeighborOptions,
         ranges: Ranges<'a>,
@@ -82,7 +82,7 @@ impl Links {
     }
 
     /// The neighbor graph of the last update.
-    pub(super) fn pairs<'a, const D: usize>(
+    pub(in crate::neighbor) fn pairs<'a, const D: usize>(
         &'a self,
         options: &'a NeighborOptions,
         agents: &'a Agents<D>,
@@ -102,24 +102,28 @@ impl Links {
     }
 
     /// Whether the graph of the first step has been found, and stays.
-    pub(super) fn is_frozen(&self) -> bool {
+    pub(in crate::neighbor) fn is_frozen(&self) -> bool {
         self.is_frozen
     }
 
     /// The graph of the first step, if it stays and has been found.
-    pub(super) fn frozen(&self) -> Option<&Lists> {
+    pub(in crate::neighbor) fn frozen(&self) -> Option<&Lists> {
         self.is_frozen.then_some(&self.lists)
     }
 
     /// Makes `lists` the graph that stays.
-    pub(super) fn freeze<const D: usize>(&mut self, lists: Lists, agents: &Agents<D>) {
+    pub(in crate::neighbor) fn freeze<const D: usize>(&mut self, lists: Lists, agents: &Agents<D>) {
         self.lists = lists;
         self.places = places(agents);
         self.is_frozen = true;
     }
 
     /// Mean reach over a sample of the agents, in m.
-    pub(super) fn typical(&self, options: &NeighborOptions, ranges: Ranges<'_>) -> f64 {
+    pub(in crate::neighbor) fn typical(
+        &self,
+        options: &NeighborOptions,
+        ranges: Ranges<'_>,
+    ) -> f64 {
         match options.rule {
             NeighborRule::Metric {} | NeighborRule::Voronoi {} => ranges.typical(),
             NeighborRule::Topological {} => {

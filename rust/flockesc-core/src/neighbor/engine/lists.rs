@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// For every agent some others, by name.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Lists {
+pub(in crate::neighbor) struct Lists {
     /// Where the list of each agent begins in `others`, and where the last one ends.
     starts: Vec<usize>,
     others: Vec<u32>,
@@ -12,7 +12,7 @@ pub(super) struct Lists {
 
 impl Lists {
     /// The lists of `num_agents` agents, from pairs (whose list, who is in it), none of them twice.
-    pub(super) fn new(num_agents: usize, pairs: &[(u32, u32)]) -> Self {
+    pub(in crate::neighbor) fn new(num_agents: usize, pairs: &[(u32, u32)]) -> Self {
         let mut starts = vec![0; num_agents + 1];
         for &(name, _) in pairs {
             starts[name as usize + 1] += 1;
@@ -29,7 +29,7 @@ impl Lists {
     }
 
     /// Whether these are lists of `num_agents` agents.
-    pub(super) fn fit(&self, num_agents: usize) -> bool {
+    pub(in crate::neighbor) fn fit(&self, num_agents: usize) -> bool {
         self.starts.len() == num_agents + 1
             && self.starts[0] == 0
             && self.starts.is_sorted()
@@ -38,7 +38,7 @@ impl Lists {
     }
 
     /// The names in the list of one agent, in no order that means anything.
-    pub(super) fn of(&self, name: usize) -> &[u32] {
+    pub(in crate::neighbor) fn of(&self, name: usize) -> &[u32] {
         &self.others[self.starts[name]..self.starts[name + 1]]
     }
 }

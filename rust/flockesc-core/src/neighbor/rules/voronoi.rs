@@ -11,8 +11,8 @@ use spade::{
     mitigate_underflow,
 };
 
-use super::lists::Lists;
 use crate::agents::Agents;
+use crate::neighbor::engine::lists::Lists;
 
 /// A place with at least one agent.
 struct Site {
@@ -30,7 +30,7 @@ impl HasPosition for Site {
 }
 
 /// Every agent's Voronoi neighbors, itself left out. Agents beyond 2^201 m have none but those in the same place.
-pub(super) fn voronoi_neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
+pub(in crate::neighbor) fn voronoi_neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
     let mut points: Vec<(Point2<f64>, u32)> = agents
         .iter()
         .map(|(name, position, _)| (rounded(&position), name as u32))
