@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::flight::steering;
-use super::prey::Prey;
+use super::shared::flight::steering;
+use super::shared::prey::Prey;
 use super::{Predator, PredatorConfig};
 use crate::base::check::quantity;
 use crate::base::error::Result;

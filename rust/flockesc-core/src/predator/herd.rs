@@ -1,7 +1,7 @@
 //! Herding: a predator drives the flock toward its partner, from behind.
 
-use super::flight::steering;
-use super::prey::Prey;
+use super::shared::flight::steering;
+use super::shared::prey::Prey;
 use super::{Predator, PredatorConfig};
 use crate::base::check::quantity;
 use crate::base::error::{Error, Result};

@@ -2,8 +2,8 @@
 
 use nalgebra::SVector;
 
-use super::flight::steering;
-use super::prey::Prey;
+use super::shared::flight::steering;
+use super::shared::prey::Prey;
 use crate::base::check::quantity;
 use crate::base::error::Result;
 use crate::base::vector::{side_of, turn, unit};

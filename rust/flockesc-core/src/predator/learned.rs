@@ -3,8 +3,8 @@
 use nalgebra::SVector;
 use serde::Deserialize;
 
-use super::prey::Prey;
-use super::sighting::Sighting;
+use super::shared::prey::Prey;
+use super::shared::sighting::Sighting;
 use super::{Predator, PredatorConfig};
 use crate::base::check::{positive_quantity, quantity};
 use crate::base::error::Result;

@@ -4,8 +4,8 @@ use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
-use super::flight::steering;
-use super::prey::{Prey, Quarry};
+use super::shared::flight::steering;
+use super::shared::prey::{Prey, Quarry};
 use crate::base::check::{not_negative, quantity};
 use crate::base::error::{Error, Result};
 use crate::base::rng;

@@ -30,8 +30,8 @@ macro_rules! steering {
         }
 
         impl $name {
-            pub(super) fn limits(&self) -> $crate::predator::flight::Limits {
-                $crate::predator::flight::Limits {
+            pub(in crate::predator) fn limits(&self) -> $crate::predator::shared::flight::Limits {
+                $crate::predator::shared::flight::Limits {
                     max_turn_rate: self.max_turn_rate,
                     max_speed: self.max_speed,
                     acceleration: self.acceleration,
@@ -40,18 +40,18 @@ macro_rules! steering {
         }
     };
 }
-pub(super) use steering;
+pub(in crate::predator) use steering;
 
 /// How fast a predator may turn and get.
-pub(super) struct Limits {
-    pub(super) max_turn_rate: f64,
-    pub(super) max_speed: Option<f64>,
-    pub(super) acceleration: f64,
+pub(in crate::predator) struct Limits {
+    pub(in crate::predator) max_turn_rate: f64,
+    pub(in crate::predator) max_speed: Option<f64>,
+    pub(in crate::predator) acceleration: f64,
 }
 
 impl Limits {
     /// Checks them for a predator that starts with `velocity`.
-    pub(super) fn check(&self, path: &str, velocity: &[f64]) -> Result<()> {
+    pub(in crate::predator) fn check(&self, path: &str, velocity: &[f64]) -> Result<()> {
         quantity(&format!("{path}.max_turn_rate"), self.max_turn_rate)?;
         quantity(&format!("{path}.acceleration"), self.acceleration)?;
         let speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
@@ -75,7 +75,7 @@ impl Limits {
 
     /// The velocity after `velocity`, and its norm after `speed`, along `heading`, a unit vector, or straight on where
     /// there is none.
-    pub(super) fn next<const D: usize>(
+    pub(in crate::predator) fn next<const D: usize>(
         &self,
         velocity: &SVector<f64, D>,
         speed: f64,

@@ -3,16 +3,19 @@
 use nalgebra::SVector;
 use pathfinding::prelude::{Matrix, kuhn_munkres};
 
-use super::Predator;
-use super::prey::{Prey, Quarry};
 use crate::base::exact::Scale;
+use crate::predator::Predator;
+use crate::predator::shared::prey::{Prey, Quarry};
 
 /// Most predators that share out their targets: their distances to all agents that come into question make up
 /// `MAX_SHARING`^3 numbers.
-pub(super) const MAX_SHARING: usize = 64;
+pub(in crate::predator) const MAX_SHARING: usize = 64;
 
 /// Tells the predators that share out their targets where these are.
-pub(super) fn share_out<const D: usize>(predators: &mut [Predator<D>], prey: Prey<'_, D>) {
+pub(in crate::predator) fn share_out<const D: usize>(
+    predators: &mut [Predator<D>],
+    prey: Prey<'_, D>,
+) {
     let count = predators.iter().filter(|p| p.shares_targets()).count();
     let sharing = predators.iter_mut().filter(|p| p.shares_targets());
     if count < 2 {

@@ -2,10 +2,10 @@
 
 use nalgebra::SVector;
 
-use super::Predator;
-use super::prey::{Prey, Quarry};
 use crate::base::frame::Frame;
 use crate::base::vector::unit;
+use crate::predator::Predator;
+use crate::predator::shared::prey::{Prey, Quarry};
 
 /// Offsets and velocities relative to one predator; 0 for what is not there.
 #[derive(Debug, Clone, Copy)]

@@ -21,7 +21,7 @@ fn turn_toward<const D: usize>(
 
 /// The next heading of a predator that turns by at most `limit` rad toward a place at `offset`; `None` where it is there.
 /// From rest it sets off straight toward it.
-pub(super) fn heading_toward<const D: usize>(
+pub(in crate::predator) fn heading_toward<const D: usize>(
     velocity: &SVector<f64, D>,
     offset: &SVector<f64, D>,
     limit: f64,

@@ -25,7 +25,7 @@ pub(crate) struct Quarry<const D: usize> {
 
 impl<const D: usize> Prey<'_, D> {
     /// The agent nearest to `place`; the lowest name among equals.
-    pub(super) fn nearest(&self, place: &SVector<f64, D>) -> Option<Quarry<D>> {
+    pub(in crate::predator) fn nearest(&self, place: &SVector<f64, D>) -> Option<Quarry<D>> {
         let mut best = (f64::INFINITY, usize::MAX, None);
         for quarry in self.all() {
             let squared = (quarry.position - place).norm_squared();
@@ -37,7 +37,11 @@ impl<const D: usize> Prey<'_, D> {
     }
 
     /// The `count` agents nearest to `place`, or all, nearest first; lower names first among equals.
-    pub(super) fn nearest_few(&self, place: &SVector<f64, D>, count: usize) -> Vec<Quarry<D>> {
+    pub(in crate::predator) fn nearest_few(
+        &self,
+        place: &SVector<f64, D>,
+        count: usize,
+    ) -> Vec<Quarry<D>> {
         let mut few: Vec<(f64, Quarry<D>)> = Vec::with_capacity(count + 1);
         for quarry in self.all() {
             let squared = (quarry.position - place).norm_squared();
@@ -63,7 +67,7 @@ impl<const D: usize> Prey<'_, D> {
     }
 
     /// Of the agents within `sight` m of `place` the one before which there are `rank`, in the order of names.
-    pub(super) fn at_rank(
+    pub(in crate::predator) fn at_rank(
         &self,
         place: &SVector<f64, D>,
         sight: f64,
@@ -95,14 +99,14 @@ impl<const D: usize> Prey<'_, D> {
     }
 
     /// Mean position of all agents in m; `None` if there are none.
-    pub(super) fn centroid(&self) -> Option<SVector<f64, D>> {
+    pub(in crate::predator) fn centroid(&self) -> Option<SVector<f64, D>> {
         let bounds = self.neighborhood.bounds();
         let agents = self.agents;
         (agents.len() > 0).then(|| centroid(&agents.groups, bounds, agents.len()).into())
     }
 
     /// Position in m of the agent whose nearest other agent is farthest; the lowest name among equals.
-    pub(super) fn most_isolated(&self) -> Option<SVector<f64, D>> {
+    pub(in crate::predator) fn most_isolated(&self) -> Option<SVector<f64, D>> {
         let agents = self.agents;
         (agents.len() > 0).then(|| agents.at(self.neighborhood.most_isolated(agents)).1)
     }
