@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 pub(crate) use state::EpisodeState;
 
 use crate::base::error::Result;
-use crate::config::{EpisodeConfig, FlockConfig, Objective, View};
-use crate::flock::{InitialState, Summary, World};
+use crate::config::{EpisodeConfig, Objective, View};
+use crate::flock::{FlockConfig, InitialState, Summary, World};
 use crate::neighbor::Ranges;
 use crate::observation;
 use crate::parallel::Progress;

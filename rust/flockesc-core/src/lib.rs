@@ -29,12 +29,10 @@ mod episode;
 mod flock;
 mod graph;
 mod line;
-mod metrics;
 mod neighbor;
 mod observation;
 mod parallel;
 mod predator;
-mod randomization;
 mod reward;
 mod slot;
 mod snapshot;
@@ -45,21 +43,19 @@ pub use base::check::{MAX_AGENTS, MAX_STEPS};
 pub use base::error::{Error, Result};
 pub use base::rng::episode_seed;
 pub use batch::{AtEnd, Batch, Reset};
-pub use config::{
-    EpisodeConfig, FlockConfig, LineConfig, Objective, SameRange, SensingRange, View,
-};
+pub use config::{EpisodeConfig, LineConfig, Objective, SameRange, SensingRange, View};
 pub use episode::{Episode, Metrics, Running};
 pub use flock::{
-    AlignedHeadings, Clusters, Disc, Gaussian, GivenHeadings, GivenPositions, Inertial,
-    InitialHeadings, InitialPositions, InitialState, Motion, RandomHeadings, Reynolds, Ring,
-    Schedule, Segment, Square, Trajectory, Vicsek, World, simulate_flock,
+    AlignedHeadings, Choice, Clusters, Disc, Distribution, FlockConfig, Gaussian, GivenHeadings,
+    GivenPositions, Inertial, InitialHeadings, InitialPositions, InitialState, Interval, Motion,
+    PredatorDistance, RandomHeadings, Randomization, Reynolds, Ring, Schedule, Segment, Square,
+    Trajectory, Vicsek, World, simulate_flock,
 };
 pub use graph::{NeighborGraph, laplacian, perron_matrix};
 pub use line::{
     EscapeForce, Line, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory, line_entries,
     simulate_line,
 };
-pub use metrics::PredatorDistance;
 pub use neighbor::{NeighborRule, Ranges};
 pub use observation::{Entry, entries, predator_entries};
 pub use parallel::{Progress, forked};
@@ -67,6 +63,5 @@ pub use predator::{
     ConstantVelocity, Encircle, Herd, Intercept, Learned, Predator, PredatorConfig, PurePursuit,
     Target, Wandering,
 };
-pub use randomization::{Choice, Distribution, Interval, Randomization};
 pub use reward::Reward;
 pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};

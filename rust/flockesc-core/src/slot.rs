@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::error::Result;
 use crate::base::rng::episode_seed;
-use crate::config::{EpisodeConfig, FlockConfig};
+use crate::config::EpisodeConfig;
 use crate::episode::{Episode, EpisodeState};
-use crate::flock::InitialState;
+use crate::flock::{FlockConfig, InitialState};
 use crate::parallel::Progress;
 
 #[derive(Debug, Clone)]

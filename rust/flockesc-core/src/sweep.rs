@@ -5,8 +5,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::base::error::Result;
-use crate::config::{FlockConfig, LineConfig};
-use crate::flock::{InitialState, World, check_ranges};
+use crate::config::LineConfig;
+use crate::flock::{FlockConfig, InitialState, World, check_ranges};
 use crate::line::Line;
 use crate::neighbor::Ranges;
 use crate::parallel::{self, Progress};

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::Batch;
 use crate::base::error::{Error, Result};
-use crate::config::{EpisodeConfig, FlockConfig};
-use crate::flock::InitialState;
+use crate::config::EpisodeConfig;
+use crate::flock::{FlockConfig, InitialState};
 use crate::parallel::{Pool, Progress, spread};
 use crate::slot::Slot;
 

@@ -1,10 +1,11 @@
 use super::*;
 use crate::agents::PerAgent;
 use crate::config::{Objective, View};
-use crate::flock::{Inertial, InitialHeadings, InitialPositions, Motion, RandomHeadings, Square};
+use crate::flock::{
+    Inertial, InitialHeadings, InitialPositions, Motion, RandomHeadings, Randomization, Square,
+};
 use crate::neighbor::NeighborRule;
 use crate::predator::{ConstantVelocity, PredatorConfig};
-use crate::randomization::Randomization;
 use crate::reward::Reward;
 
 const FLOCKS: usize = 5;

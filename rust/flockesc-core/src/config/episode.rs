@@ -2,10 +2,10 @@
 
 use serde::Deserialize;
 
-use super::FlockConfig;
 use crate::base::check::{MAX_STEPS, not_negative, positive, within};
 use crate::base::document::parse;
 use crate::base::error::{Error, Result};
+use crate::flock::FlockConfig;
 use crate::reward::Reward;
 
 /// What an environment rewards and shows (docs/model.md).

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Episode, Running, rows};
 use crate::base::error::Result;
-use crate::config::{EpisodeConfig, FlockConfig};
-use crate::flock::{Summary, World, WorldState};
+use crate::config::EpisodeConfig;
+use crate::flock::{FlockConfig, Summary, World, WorldState};
 use crate::snapshot::{check, check_numbers, is_range};
 
 /// See the fields of [`Episode`].

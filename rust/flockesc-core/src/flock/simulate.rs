@@ -6,7 +6,7 @@ use nalgebra::SVector;
 
 use super::{InitialState, World};
 use crate::base::error::{Error, Result};
-use crate::config::FlockConfig;
+use crate::flock::scenario::FlockConfig;
 use crate::neighbor::Ranges;
 use crate::parallel::{self, Progress};
 

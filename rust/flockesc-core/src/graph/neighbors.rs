@@ -4,8 +4,7 @@ use nalgebra::SVector;
 
 use crate::agents::Agents;
 use crate::base::error::{Error, Result};
-use crate::config::FlockConfig;
-use crate::flock::check_ranges;
+use crate::flock::{FlockConfig, check_ranges};
 use crate::neighbor::{NeighborOptions, Neighborhood, Ranges};
 
 /// A flock at one moment, and how its neighbor graph is made.

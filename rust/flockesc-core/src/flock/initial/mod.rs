@@ -16,7 +16,7 @@ use crate::base::check::coordinates;
 use crate::base::error::{Error, Result};
 use crate::base::rng::{self, Stream};
 use crate::base::vector::unit;
-use crate::config::FlockConfig;
+use crate::flock::scenario::FlockConfig;
 use crate::predator::Predator;
 
 /// Where an episode starts. What is `None` is drawn from the seed, or is the scenario's.

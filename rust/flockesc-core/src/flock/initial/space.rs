@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::base::check::vector;
 use crate::base::error::{Error, Result};
 use crate::base::rng;
-use crate::config::FlockConfig;
+use crate::flock::scenario::FlockConfig;
 
 /// The axes that a flock starts in; coordinates beyond them are 0.
 #[derive(Debug, Clone, Copy)]

@@ -4,7 +4,7 @@ use super::Force;
 use super::traits::Traits;
 use crate::agents::{Column, GROUP, Group};
 use crate::base::vector::{SHORTEST, squared_norm};
-use crate::config::FlockConfig;
+use crate::flock::scenario::FlockConfig;
 use crate::neighbor::Heard;
 
 /// a v0 <v>_i / ||<v>_i|| (Eq. 11), the direction of the sum; 0 where that is exactly 0.

@@ -6,7 +6,7 @@ use super::Force;
 use super::traits::Traits;
 use crate::agents::{GROUP, Group};
 use crate::base::vector::{SHORTEST, squared_norm};
-use crate::config::FlockConfig;
+use crate::flock::scenario::FlockConfig;
 
 /// Steps 3 and 4.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

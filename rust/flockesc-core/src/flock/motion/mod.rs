@@ -19,8 +19,8 @@ pub(super) use response::{Response, ResponseState};
 
 use crate::agents::{Column, GROUP, Group};
 use crate::base::error::{Error, Result};
-use crate::config::FlockConfig;
-use crate::metrics::distances;
+use crate::flock::metrics::distances;
+use crate::flock::scenario::FlockConfig;
 use crate::neighbor::Heard;
 use forces::{add_escape_force, consensus_force};
 use traits::Traits;

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::agents::{Agents, GROUP};
 use crate::base::rng::{self, Stream};
 use crate::base::vector::{heading, side_of, turn, unit};
-use crate::config::FlockConfig;
+use crate::flock::scenario::FlockConfig;
 
 /// Errors of one step, by name; empty where there are none.
 #[derive(Debug, Clone)]

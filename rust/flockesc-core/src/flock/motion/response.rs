@@ -15,7 +15,7 @@ use crate::agents::{Agents, GROUP};
 use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::base::vector::heading;
-use crate::config::FlockConfig;
+use crate::flock::scenario::FlockConfig;
 use crate::neighbor::{Heard, Neighborhood};
 use crate::parallel;
 use crate::snapshot::{check, check_numbers};

@@ -6,7 +6,7 @@ use super::Force;
 use super::traits::Traits;
 use crate::agents::{GROUP, Group};
 use crate::base::vector::{SHORTEST, squared_norm};
-use crate::config::FlockConfig;
+use crate::flock::scenario::FlockConfig;
 
 /// Agents without mass: the force is the new heading.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::base::error::{Error, Result};
 use crate::base::rng::{self, Stream};
-use crate::config::FlockConfig;
+use crate::flock::scenario::FlockConfig;
 pub use distribution::{Choice, Distribution, Interval};
 
 /// Fields that stay: the length scale of observations, and the time between two steps.

@@ -4,7 +4,7 @@ use super::*;
 use crate::base::error::Error;
 
 /// The document of the paper's flock.
-pub(crate) fn paper() -> Value {
+pub(in crate::flock) fn paper() -> Value {
     json!({
         "num_agents": 300, "dimension": 2, "num_steps": 240, "time_step": 0.05, "mass": 0.1,
         "speed": 10.0, "initial_side": 100.0, "predator_range": 30.0,

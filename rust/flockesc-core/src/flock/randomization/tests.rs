@@ -3,7 +3,7 @@ use std::sync::Arc;
 use serde_json::json;
 
 use super::*;
-use crate::config::tests::paper;
+use crate::flock::scenario::tests::paper;
 
 fn scenario(randomization: Value) -> Result<Arc<FlockConfig>> {
     let mut document = paper();

@@ -1,21 +1,24 @@
 //! The flock model's scenario.
 
+#[cfg(test)]
+pub(super) mod tests;
+
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use serde::Deserialize;
 use serde_json::Value;
 
+use super::randomization::Randomization;
+use super::{InitialHeadings, InitialPositions, Motion, Space};
 use crate::agents::PerAgent;
 use crate::base::check::{
     MAX_AGENTS, MAX_STEPS, not_negative, positive_quantity, quantity, within, within_bounds,
 };
 use crate::base::document::{parse_value, read};
 use crate::base::error::{Error, Result};
-use crate::flock::{InitialHeadings, InitialPositions, Motion, Space};
 use crate::neighbor::{NeighborOptions, NeighborRule, Sight, Torus};
 use crate::predator::{self, PredatorConfig};
-use crate::randomization::Randomization;
 
 /// The flock model's parameters (docs/model.md). Every field is required: defaults live in Python.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
