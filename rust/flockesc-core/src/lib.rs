@@ -43,7 +43,7 @@ pub use base::check::{MAX_AGENTS, MAX_STEPS};
 pub use base::error::{Error, Result};
 pub use base::rng::episode_seed;
 pub use batch::{AtEnd, Batch, Reset};
-pub use config::{EpisodeConfig, LineConfig, Objective, SameRange, SensingRange, View};
+pub use config::{EpisodeConfig, Objective, SameRange, SensingRange, View};
 pub use episode::{Episode, Metrics, Running};
 pub use flock::{
     AlignedHeadings, Choice, Clusters, Disc, Distribution, FlockConfig, Gaussian, GivenHeadings,
@@ -53,8 +53,8 @@ pub use flock::{
 };
 pub use graph::{NeighborGraph, laplacian, perron_matrix};
 pub use line::{
-    EscapeForce, Line, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory, line_entries,
-    simulate_line,
+    EscapeForce, Line, LineConfig, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory,
+    line_entries, simulate_line,
 };
 pub use neighbor::{NeighborRule, Ranges};
 pub use observation::{Entry, entries, predator_entries};

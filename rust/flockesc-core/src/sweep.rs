@@ -5,9 +5,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::base::error::Result;
-use crate::config::LineConfig;
 use crate::flock::{FlockConfig, InitialState, World, check_ranges};
-use crate::line::Line;
+use crate::line::{Line, LineConfig};
 use crate::neighbor::Ranges;
 use crate::parallel::{self, Progress};
 

@@ -7,11 +7,11 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::Line;
-use super::dynamics::check_range;
+use super::step::check_range;
 use crate::base::check::{MAX_STEPS, positive, within};
 use crate::base::document::parse;
 use crate::base::error::{Error, Result};
-use crate::config::LineConfig;
+use crate::line::scenario::LineConfig;
 use crate::parallel::Progress;
 
 /// What a line environment pays and how long an action holds (docs/model.md).

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::Line;
 use crate::base::error::Result;
-use crate::config::LineConfig;
+use crate::line::scenario::LineConfig;
 use crate::parallel::Progress;
 
 /// What a run of the line leaves: one entry per time 0..=steps.

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{LineEpisode, LineEpisodeConfig};
 use crate::base::error::Result;
-use crate::config::LineConfig;
 use crate::line::Line;
 use crate::line::groups::Groups;
+use crate::line::scenario::LineConfig;
 use crate::snapshot::{Fingerprint, check, is_range, is_sound, open, seal};
 
 /// See the fields of [`LineEpisode`].

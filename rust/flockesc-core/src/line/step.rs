@@ -7,7 +7,7 @@ use super::groups::{Group, Groups};
 use crate::base::check::coordinates;
 use crate::base::error::{Error, Result};
 use crate::base::rng::{self, Stream};
-use crate::config::LineConfig;
+use crate::line::scenario::LineConfig;
 
 /// A line of agents at one moment.
 #[derive(Debug, Clone)]

@@ -2,10 +2,10 @@
 
 use serde::Deserialize;
 
+use super::escape::EscapeForce;
 use crate::base::check::{MAX_AGENTS, MAX_STEPS, coordinate, not_negative, quantity, within};
 use crate::base::document::parse;
 use crate::base::error::Result;
-use crate::line::EscapeForce;
 
 /// The line model's parameters (docs/model.md). Every field is required: defaults live in Python.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
