@@ -23,8 +23,6 @@
 
 mod agents;
 mod base;
-mod batch;
-mod config;
 mod episode;
 mod flock;
 mod graph;
@@ -34,7 +32,6 @@ mod observation;
 mod parallel;
 mod predator;
 mod reward;
-mod slot;
 mod snapshot;
 mod sweep;
 
@@ -42,9 +39,7 @@ pub use agents::PerAgent;
 pub use base::check::{MAX_AGENTS, MAX_STEPS};
 pub use base::error::{Error, Result};
 pub use base::rng::episode_seed;
-pub use batch::{AtEnd, Batch, Reset};
-pub use config::{EpisodeConfig, Objective, SameRange, SensingRange, View};
-pub use episode::{Episode, Metrics, Running};
+pub use episode::{AtEnd, Batch, Episode, EpisodeConfig, Metrics, Reset, Running};
 pub use flock::{
     AlignedHeadings, Choice, Clusters, Disc, Distribution, FlockConfig, Gaussian, GivenHeadings,
     GivenPositions, Inertial, InitialHeadings, InitialPositions, InitialState, Interval, Motion,
@@ -57,11 +52,11 @@ pub use line::{
     line_entries, simulate_line,
 };
 pub use neighbor::{NeighborRule, Ranges};
-pub use observation::{Entry, entries, predator_entries};
+pub use observation::{Entry, SameRange, SensingRange, View, entries, predator_entries};
 pub use parallel::{Progress, forked};
 pub use predator::{
     ConstantVelocity, Encircle, Herd, Intercept, Learned, Predator, PredatorConfig, PurePursuit,
     Target, Wandering,
 };
-pub use reward::Reward;
+pub use reward::{Objective, Reward};
 pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};

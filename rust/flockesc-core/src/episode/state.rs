@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Episode, Running, rows};
 use crate::base::error::Result;
-use crate::config::EpisodeConfig;
+use crate::episode::options::EpisodeConfig;
 use crate::flock::{FlockConfig, Summary, World, WorldState};
 use crate::snapshot::{check, check_numbers, is_range};
 

@@ -5,10 +5,14 @@
 pub(crate) mod agent;
 pub(crate) mod flock;
 pub(crate) mod predator;
+mod sensing;
+mod view;
 
-use crate::config::{Objective, View};
 use crate::episode::Episode;
+use crate::reward::Objective;
 pub use predator::entries as predator_entries;
+pub use sensing::{SameRange, SensingRange};
+pub use view::View;
 
 /// Name and bounds of one entry of an observation.
 #[derive(Debug, Clone, PartialEq)]

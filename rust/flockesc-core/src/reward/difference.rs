@@ -1,8 +1,8 @@
 //! Difference rewards (Wolpert and Tumer, "Optimal payoff functions for members of collectives", 2002): what the flock
 //! gains by what one agent hears.
 
+use super::objective::Objective;
 use crate::base::error::Result;
-use crate::config::Objective;
 use crate::flock::World;
 use crate::neighbor::Ranges;
 use crate::parallel::Progress;

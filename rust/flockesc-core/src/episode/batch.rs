@@ -9,16 +9,16 @@ use std::sync::Arc;
 
 pub use reset::Reset;
 
+use super::options::EpisodeConfig;
+use super::slot::Slot;
+use super::{Episode, Metrics, rows};
 use crate::agents;
 use crate::base::error::{Error, Result};
 use crate::base::rng::episode_seed;
-use crate::config::EpisodeConfig;
-use crate::episode::{Episode, Metrics, rows};
 use crate::flock::{FlockConfig, InitialState, check_controls, check_ranges};
 use crate::observation;
 use crate::parallel::{self, Pool, Progress, spread};
 use crate::reward::Reward;
-use crate::slot::Slot;
 use crate::snapshot::Fingerprint;
 
 /// What a step does with a slot whose episode has ended.

@@ -2,7 +2,7 @@
 
 use super::Batch;
 use crate::base::error::{Error, Result};
-use crate::slot::{Slot, SlotState};
+use crate::episode::slot::{Slot, SlotState};
 use crate::snapshot::{open, seal};
 
 impl<const D: usize> Batch<D> {
@@ -58,7 +58,7 @@ impl<const D: usize> Batch<D> {
 mod tests {
     use super::super::tests::{batch, step};
     use super::*;
-    use crate::batch::AtEnd;
+    use crate::episode::batch::AtEnd;
     use crate::flock::InitialState;
     use crate::parallel::Progress;
     use proptest::prelude::*;

@@ -1,46 +1,27 @@
 //! A flock from its start to the horizon: steps under actions, running minima, rewards, observations.
 
+mod batch;
+mod metrics;
+mod options;
+mod running;
+mod slot;
 mod state;
 
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-
+pub use batch::{AtEnd, Batch, Reset};
+pub use metrics::Metrics;
+pub use options::EpisodeConfig;
+pub use running::Running;
 pub(crate) use state::EpisodeState;
 
 use crate::base::error::Result;
-use crate::config::{EpisodeConfig, Objective, View};
 use crate::flock::{FlockConfig, InitialState, Summary, World};
 use crate::neighbor::Ranges;
 use crate::observation;
+use crate::observation::View;
 use crate::parallel::Progress;
-use crate::reward::{Moment, Reward, difference};
-
-/// One distance over an episode, in m; or the share of agents that were not caught.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Running {
-    /// Value at t = 0.
-    pub start: f64,
-    /// Value now.
-    pub now: f64,
-    /// Smallest value so far; at the horizon, the objective.
-    pub minimum: f64,
-}
-
-impl Running {
-    fn new(value: f64) -> Self {
-        Self {
-            start: value,
-            now: value,
-            minimum: value,
-        }
-    }
-
-    fn update(&mut self, value: f64) {
-        self.now = value;
-        self.minimum = self.minimum.min(value);
-    }
-}
+use crate::reward::{Moment, Objective, Reward, difference};
 
 /// A flock in an episode.
 #[derive(Debug, Clone)]
@@ -247,38 +228,6 @@ impl<const D: usize> Episode<D> {
     pub fn num_components(&self) -> usize {
         self.world
             .num_components(as_ranges(&self.config, &self.ranges))
-    }
-}
-
-/// Metrics of one episode, as the environments' `info` reports them.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Metrics {
-    /// Mean distance to the predator now, in m.
-    pub mean_distance: f64,
-    /// Minimum distance to the predator now, in m.
-    pub min_distance: f64,
-    /// Smallest mean distance so far, in m.
-    pub min_mean_distance: f64,
-    /// Smallest minimum distance so far, in m.
-    pub min_min_distance: f64,
-    /// Norm of the mean heading.
-    pub polarization: f64,
-    /// Share of the agents that were not caught.
-    pub fraction_surviving: f64,
-}
-
-impl Metrics {
-    /// Metrics of one episode.
-    #[must_use]
-    pub fn of<const D: usize>(episode: &Episode<D>) -> Self {
-        Self {
-            mean_distance: episode.mean_distance().now,
-            min_distance: episode.min_distance().now,
-            min_mean_distance: episode.mean_distance().minimum,
-            min_min_distance: episode.min_distance().minimum,
-            polarization: episode.polarization(),
-            fraction_surviving: episode.fraction_surviving().now,
-        }
     }
 }
 

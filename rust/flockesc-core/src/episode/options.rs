@@ -6,7 +6,8 @@ use crate::base::check::{MAX_STEPS, not_negative, positive, within};
 use crate::base::document::parse;
 use crate::base::error::{Error, Result};
 use crate::flock::FlockConfig;
-use crate::reward::Reward;
+use crate::observation::{SensingRange, View};
+use crate::reward::{Objective, Reward};
 
 /// What an environment rewards and shows (docs/model.md).
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -24,46 +25,6 @@ pub struct EpisodeConfig {
     pub predator_sensing_range: Option<SensingRange>,
     /// Steps of the model during which one action holds, at least 1.
     pub steps_per_action: usize,
-}
-
-/// Distance up to which a predator is seen.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(untagged)]
-pub enum SensingRange {
-    /// In m.
-    Length(f64),
-    /// That of another range.
-    Same(SameRange),
-}
-
-/// A range that another one is equal to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SameRange {
-    /// rho_p of the episode's scenario.
-    PredatorRange,
-}
-
-/// Whose eyes an observation is made for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum View {
-    /// One summary per flock.
-    Flock,
-    /// One row per agent, in its own frame.
-    Agent,
-}
-
-/// What is to be kept large: a predator distance, or the flock.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Objective {
-    /// The mean over agents (Eq. 12).
-    Mean,
-    /// The minimum over agents (Eq. 13).
-    Minimum,
-    /// The share of agents that have not been caught.
-    Survival,
 }
 
 impl EpisodeConfig {
@@ -90,12 +51,7 @@ impl EpisodeConfig {
 
     /// Whether a predator is seen from this distance in m.
     pub(crate) fn is_sensed(&self, distance: f64, scenario: &FlockConfig) -> bool {
-        match self.predator_sensing_range {
-            None => true,
-            Some(SensingRange::Length(range)) => distance <= range,
-            Some(SensingRange::Same(SameRange::PredatorRange)) => {
-                distance <= scenario.predator_range
-            }
-        }
+        self.predator_sensing_range
+            .is_none_or(|range| range.reaches(distance, scenario))
     }
 }

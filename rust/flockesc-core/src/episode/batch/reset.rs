@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use super::Batch;
 use crate::base::error::{Error, Result};
-use crate::config::EpisodeConfig;
+use crate::episode::options::EpisodeConfig;
+use crate::episode::slot::Slot;
 use crate::flock::{FlockConfig, InitialState};
 use crate::parallel::{Pool, Progress, spread};
-use crate::slot::Slot;
 
 /// Cost of drawing and arranging an agent, in steps of it.
 const START: usize = 16;

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::options::EpisodeConfig;
+use super::{Episode, EpisodeState};
 use crate::base::error::Result;
 use crate::base::rng::episode_seed;
-use crate::config::EpisodeConfig;
-use crate::episode::{Episode, EpisodeState};
 use crate::flock::{FlockConfig, InitialState};
 use crate::parallel::Progress;
 

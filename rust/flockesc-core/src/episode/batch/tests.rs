@@ -1,12 +1,12 @@
 use super::*;
 use crate::agents::PerAgent;
-use crate::config::{Objective, View};
 use crate::flock::{
     Inertial, InitialHeadings, InitialPositions, Motion, RandomHeadings, Randomization, Square,
 };
 use crate::neighbor::NeighborRule;
+use crate::observation::View;
 use crate::predator::{ConstantVelocity, PredatorConfig};
-use crate::reward::Reward;
+use crate::reward::{Objective, Reward};
 
 const FLOCKS: usize = 5;
 const AGENTS: usize = 30;
