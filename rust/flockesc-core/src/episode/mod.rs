@@ -18,8 +18,7 @@ pub(crate) use state::EpisodeState;
 use crate::base::error::Result;
 use crate::flock::{FlockConfig, InitialState, Summary, World};
 use crate::neighbor::Ranges;
-use crate::observation;
-use crate::observation::View;
+use crate::observation::{self, View};
 use crate::parallel::Progress;
 use crate::reward::{Moment, Objective, Reward, difference};
 
