@@ -37,6 +37,7 @@ mod sweep;
 
 pub use agents::PerAgent;
 pub use base::check::{MAX_AGENTS, MAX_STEPS};
+pub use base::entry::Entry;
 pub use base::error::{Error, Result};
 pub use base::rng::episode_seed;
 pub use episode::{AtEnd, Batch, Episode, EpisodeConfig, Metrics, Reset, Running};
@@ -52,7 +53,7 @@ pub use line::{
     line_entries, simulate_line,
 };
 pub use neighbor::{NeighborRule, Ranges};
-pub use observation::{Entry, SameRange, SensingRange, View, entries, predator_entries};
+pub use observation::{SameRange, SensingRange, View, entries, predator_entries};
 pub use parallel::{Progress, forked};
 pub use predator::{
     ConstantVelocity, Encircle, Herd, Intercept, Learned, Predator, PredatorConfig, PurePursuit,

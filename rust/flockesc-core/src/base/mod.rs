@@ -2,6 +2,7 @@
 
 pub(crate) mod check;
 pub(crate) mod document;
+pub(crate) mod entry;
 pub(crate) mod error;
 pub(crate) mod exact;
 pub(crate) mod frame;

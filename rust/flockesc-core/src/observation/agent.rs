@@ -2,8 +2,9 @@
 
 use nalgebra::SVector;
 
-use super::{Entry, Writer, entry, running_minimum, squash};
+use super::{Writer, entry, running_minimum, squash};
 use crate::agents::GROUP;
+use crate::base::entry::Entry;
 use crate::base::frame::Frame;
 use crate::base::vector::unit;
 use crate::episode::Episode;

@@ -3,7 +3,8 @@
 use nalgebra::SVector;
 
 use super::agent::AXES;
-use super::{Entry, Writer, entry, running_minimum, squash};
+use super::{Writer, entry, running_minimum, squash};
+use crate::base::entry::Entry;
 use crate::base::vector::unit;
 use crate::episode::Episode;
 use crate::predator::{Learned, Sighting};
