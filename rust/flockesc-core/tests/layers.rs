@@ -1,5 +1,7 @@
 //! Rooms of the crate lie in layers: each uses only rooms of lower layers.
 
+#![allow(clippy::expect_used, clippy::panic)] // helpers of tests: a panic is the failure report
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
