@@ -1,4 +1,4 @@
-//! Steps of the two models and of a batch, without Python: `cargo bench`. Peers are measured by `make bench`.
+//! Steps of the two models and of a batch, without Python: `cargo bench --package flockesc-kernels`. Peers are measured by `make bench`.
 
 use std::hint::black_box;
 use std::sync::Arc;
