@@ -53,7 +53,9 @@ test: lint test-rust test-python ## what must pass before a change lands
 
 .PHONY: test-all
 test-all: test ## the tests that take minutes, too: long runs, forks, interrupts, lifecycles, corrupted documents
-	$(BIN)/python -m pytest soak
+	$(BIN)/python -m pytest --numprocesses auto $(wildcard soak tests/slow)
+	@type -p chromium chromium-browser google-chrome > /dev/null || \
+	  echo "No Chromium on the path: its tests were left out. Debian has it: apt install chromium."
 
 .PHONY: lint
 lint: build ## formatters, linters, types, stubs
@@ -105,13 +107,11 @@ compat: $(ENVIRONMENTS:%=compat-%) ## the wheel with oldest and newest dependenc
 .PHONY: $(ENVIRONMENTS:%=compat-%)
 $(RELEASES:%=compat-%): TESTS = $(CONTRACT:%=tests/test_%.py)
 $(PEERS:%=compat-%): TESTS = compat/test_$*.py
-compat-newest: PYTHON := $(NEWEST_PYTHON)
-$(ENVIRONMENTS:%=compat-%): export VIRTUAL_ENV = $(CURDIR)/$(COMPAT)/$*
 $(ENVIRONMENTS:%=compat-%): compat-%: wheel
-	$(UV) venv --quiet --clear --no-python-downloads --python $(PYTHON) $(COMPAT)/$*
-	$(UV) pip install --quiet --requirement compat/$*.txt
-	$(UV) pip install --quiet --no-deps dist/*.whl
-	$(UV) pip check --quiet
+	$(UV) venv --quiet --clear --no-python-downloads --python $(if $(filter newest,$*),$(NEWEST_PYTHON),$(PYTHON)) $(COMPAT)/$*
+	$(UV) pip install --quiet --python $(COMPAT)/$* --requirement compat/$*.txt
+	$(UV) pip install --quiet --python $(COMPAT)/$* --no-deps dist/*.whl
+	$(UV) pip check --quiet --python $(COMPAT)/$*
 	$(WITHOUT_RUST) $(COMPAT)/$*/bin/python -P -m pytest compat/test_wheel.py $(TESTS)
 
 # The pins of .venv and of `make compat`; UPGRADE= keeps what is pinned and still fits.
