@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from importlib.resources import files
 from pathlib import Path
 from string import Template
@@ -14,6 +15,7 @@ from flockesc_env.common.checks import as_path
 from flockesc_env.common.files import atomic_write
 from flockesc_env.models.records import versions
 from flockesc_env.models.simulate import Trajectory
+from flockesc_env.render.palette import DARK, LIGHT
 from flockesc_env.watch.document import Run, check_runs, run_document
 
 _SCRIPTS = (
@@ -68,7 +70,7 @@ def render(runs: Sequence[Run], live: dict[str, Any] | None = None) -> str:
     }
     here = files("flockesc_env.watch")
     uplot = here / "vendor" / "uplot"
-    styles = [(uplot / "uPlot.min.css").read_text("utf-8"), (here / "page.css").read_text("utf-8")]
+    styles = [theme(), (uplot / "uPlot.min.css").read_text("utf-8"), (here / "page.css").read_text("utf-8")]
     scripts = [(uplot / "uPlot.iife.min.js").read_text("utf-8")]
     scripts += [(here / "js" / f"{name}.js").read_text("utf-8") for name in _SCRIPTS]
     return Template((here / "page.html").read_text("utf-8")).substitute(
@@ -77,6 +79,18 @@ def render(runs: Sequence[Run], live: dict[str, Any] | None = None) -> str:
         scripts="\n".join(f"<script>\n{script}</script>" for script in scripts),
         data=_script_safe(json.dumps(document, allow_nan=False, separators=(",", ":"))),
     )
+
+
+def theme() -> str:
+    """Return the CSS that names the palette's colors, for a light and a dark page."""
+    light, dark = (
+        " ".join(
+            f"--{name}: {color if isinstance(color, str) else ', '.join(color)};"
+            for name, color in asdict(palette).items()
+        )
+        for palette in (LIGHT, DARK)
+    )
+    return f":root {{ {light} }}\n@media (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}"
 
 
 def _script_safe(document: str) -> str:

@@ -16,6 +16,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from html.parser import HTMLParser
 from http.client import HTTPConnection
+from importlib.resources import files
 from pathlib import Path
 from threading import Event, Thread
 from time import sleep
@@ -42,6 +43,7 @@ from flockesc_env.models.graph import component_labels
 from flockesc_env.models.records import versions
 from flockesc_env.policies import FixedRange, StubbornLeaders, StubbornWitnesses
 from flockesc_env.policies.registry import NAMES, built_in
+from flockesc_env.render.palette import DARK, LIGHT
 from flockesc_env.watch import serve, server, write_page
 from flockesc_env.watch.document import run_document
 
@@ -167,6 +169,33 @@ def test_nothing_is_loaded_from_anywhere(tmp_path: Path) -> None:
     # The one address is in the comment that names uPlot's project.
     assert re.findall(r"https?://\S+", page) == ["https://github.com/leeoniya/uPlot"]
     assert "default-src 'none'" in page
+
+
+def test_the_page_has_the_palette_of_all_pictures(tmp_path: Path) -> None:
+    write_page(simulate(FLOCK, 10.0, seed=3), tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text("utf-8")
+    light, dark = re.findall(r":root \{ (--[^}]*) \}", page)
+    for css, palette in ((light, LIGHT), (dark, DARK)):
+        assert f"--predator: {palette.predator};" in css
+        assert f"--components: {', '.join(palette.components)};" in css
+        assert f"--ranges: {', '.join(palette.ranges)};" in css
+    own = files("flockesc_env.watch")
+    styles = [own / "page.css", own / "page.html", *(own / "js").iterdir()]
+    assert not [style.name for style in styles if re.search(r"#[0-9a-fA-F]{6}\b", style.read_text("utf-8"))]
+
+
+@pytest.mark.parametrize(
+    ("name", "ranges", "kind"),
+    [
+        ("fixed:10", 10.0, "fixed"),
+        ("any name", 10.0, "fixed"),
+        ("random", None, "rule"),
+        ("mine", None, "learned"),
+    ],
+)
+def test_a_run_has_the_kind_of_its_policy(name: str, ranges: float | None, kind: str) -> None:
+    run = built_in("random").record(3, FLOCK) if ranges is None else simulate(FLOCK, ranges, seed=3)
+    assert run_document(name, run)["kind"] == kind
 
 
 HOSTILE = "</script><script>alert(1)</script><!-- <b>&amp;\u2028'\"$title ${data}"

@@ -16,6 +16,7 @@ from playwright.sync_api import Browser, Page
 
 from flockesc_env import FlockScenario
 from flockesc_env.policies.registry import built_in
+from flockesc_env.render.palette import LIGHT
 from flockesc_env.watch import write_page
 
 pytestmark = pytest.mark.skipif(chromium.EXECUTABLE is None, reason=chromium.MISSING)
@@ -233,6 +234,16 @@ def test_a_color_is_one_component_and_the_largest_have_one(tab: Page, file: str)
             smallest = min((sizes[label] for components in colored for label in components), default=0)
             assert all(sizes[label] <= smallest for label in of_group.get(5, set()))
             assert all(sizes[label] == 1 for label in of_group.get(6, set()))
+
+
+def test_fixed_ranges_are_gray_and_what_is_learned_is_purple(tab: Page, tmp_path: Path) -> None:
+    names = {"stubborn-leaders": "others", "fixed:15": "fixed", "mine.npz": "learned", "random": "others"}
+    runs = [(name, built_in("random" if name == "mine.npz" else name).record(3, FLOCK)) for name in names]
+    write_page([*runs, ("fixed:15", runs[1][1])], tmp_path / "page.html")
+    open_page(tab, (tmp_path / "page.html").as_uri())
+    shown = "[...document.querySelectorAll('.panel')].map((panel) => panel.style.getPropertyValue('--run'))"
+    first, second, third, *_ = LIGHT.others
+    assert tab.evaluate(shown) == [first, LIGHT.fixed, LIGHT.learned, second, third]
 
 
 def test_dragging_turns_space_and_double_click_resets(tab: Page, tmp_path: Path) -> None:
