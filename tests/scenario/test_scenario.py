@@ -269,7 +269,7 @@ def test_numpy_and_integer_inputs_become_plain() -> None:
         capture_radius=np.float32(1),
         initial_plane=np.bool(True),
         initial_positions=Segment([0, 1], np.array([2, 3])),
-        initial_headings=AlignedHeadings(direction=[1, 0], spread=np.float32(1)),
+        initial_headings=AlignedHeadings(direction=[1, 0], max_angle=np.float32(1)),
         predators=[ConstantVelocity(np.array([1, 2]), [3, np.float64(4)]), PurePursuit(max_turn_rate=2)],
     )
     plain = FlockScenario(
@@ -281,7 +281,7 @@ def test_numpy_and_integer_inputs_become_plain() -> None:
         capture_radius=1.0,
         initial_plane=True,
         initial_positions=Segment((0.0, 1.0), (2.0, 3.0)),
-        initial_headings=AlignedHeadings(direction=(1.0, 0.0), spread=1.0),
+        initial_headings=AlignedHeadings(direction=(1.0, 0.0), max_angle=1.0),
         predators=(ConstantVelocity((1.0, 2.0), (3.0, 4.0)), PurePursuit(max_turn_rate=2.0)),
     )
     assert given_scenario == plain
