@@ -20,7 +20,7 @@ from flockesc_env.common.checks import as_count, as_text
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run
 from flockesc_env.render.options import RENDER_MODES, RenderOptions, as_render_mode, as_render_options
-from flockesc_env.scenario.flock import LineScenario
+from flockesc_env.scenario.line import LineScenario
 
 if TYPE_CHECKING:
     from flockesc_env.render.viewer import FlockViewer, LineViewer, Viewer

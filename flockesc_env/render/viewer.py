@@ -16,7 +16,7 @@ from flockesc_env.render.frame import FlockHistory, FlockMoment
 from flockesc_env.render.line import LineFrame, draw_line
 from flockesc_env.render.options import RenderMode, RenderOptions
 from flockesc_env.render.window import Window
-from flockesc_env.scenario.flock import LineScenario
+from flockesc_env.scenario.line import LineScenario
 
 
 class Viewer(ABC):

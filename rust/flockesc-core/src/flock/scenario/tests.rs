@@ -78,7 +78,7 @@ fn errors_name_the_field() {
         ),
         (
             "/initial_headings",
-            json!({"aligned": {"direction": [0.0, 0.0], "spread": 0.0}}),
+            json!({"aligned": {"direction": [0.0, 0.0], "max_angle": 0.0}}),
             "initial_headings.aligned.direction",
         ),
         ("/wings", json!(2), "wings"),
