@@ -1,4 +1,6 @@
-"""What the package raises: every error names the field, what was expected and what came."""
+"""Errors of the package: inputs that were refused, and calls at the wrong moment."""
+
+from gymnasium.error import ResetNeeded
 
 _LONGEST = 300
 """Characters of what came that an error shows."""
@@ -16,7 +18,11 @@ def _cut(text: str) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]} .."
 
 
-class FlockescError(ValueError):
+class FlockescError(Exception):
+    """Base class of the errors that this package raises."""
+
+
+class InputError(FlockescError, ValueError):
     """An input that was refused; nothing has changed.
 
     Attributes:
@@ -38,11 +44,15 @@ class FlockescError(ValueError):
         return f"{self.field}: expected {self.expected}, got {self.given}"
 
 
-class ScenarioError(FlockescError):
-    """A scenario or an environment option does not fit its schema or bounds."""
+class ScenarioError(InputError):
+    """A scenario does not fit its schema or bounds."""
 
 
-class ArgumentError(FlockescError):
+class OptionError(InputError):
+    """An option of an environment is unknown or out of bounds."""
+
+
+class ArgumentError(InputError):
     """An argument of a call, or an entry of a ``reset`` option, has the wrong type, shape or value."""
 
 
@@ -50,9 +60,13 @@ class ActionError(ArgumentError):
     """An action is outside of the action space or addresses an unknown agent."""
 
 
-class EpisodeError(FlockescError):
-    """A call came at the wrong moment: before ``reset``, or after the end of an episode."""
-
-
-class RecordError(FlockescError):
+class RecordError(InputError):
     """A file does not hold what was expected of it."""
+
+
+class EpisodeError(FlockescError, RuntimeError):
+    """A call came at the wrong moment, for example during another call of the same environment."""
+
+
+class ResetNeededError(EpisodeError, ResetNeeded):
+    """A call came before ``reset``, or after the end of an episode."""

@@ -20,7 +20,7 @@ from flockesc_env.common.errors import ArgumentError, FlockescError, ScenarioErr
 from flockesc_env.scenario.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
 from flockesc_env.scenario.motion import Inertial, Motion
 from flockesc_env.scenario.neighbors import Metric, NeighborRule
-from flockesc_env.scenario.predators import ConstantVelocity, Predator
+from flockesc_env.scenario.predators import ConstantVelocity, Learned, Predator
 from flockesc_env.scenario.randomization import Distribution
 
 EscapeForce = Literal["constant", "linear", "linear_as_printed"]
@@ -177,6 +177,22 @@ class FlockScenario(_Document):
         """
         document = _core.drawn_flock_scenario(self.to_json(), as_seed(seed)) if self.randomization else None
         return self if document is None else FlockScenario.from_json(document)
+
+    def with_learned_predators(self) -> FlockScenario:
+        """Return the scenario with every predator ``Learned``, at its position and velocity.
+
+        Raises:
+            ScenarioError: if there is no predator.
+        """
+        if not self.predators:
+            raise ScenarioError("predators", "at least one predator", "none")
+        learned = (
+            predator
+            if isinstance(predator, Learned)
+            else Learned(position=predator.position, velocity=predator.velocity)
+            for predator in self.predators
+        )
+        return self.replace(predators=tuple(learned))
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from flockesc_env.common.checks import as_count, as_flag, as_instance, as_seed
-from flockesc_env.common.errors import ArgumentError, FlockescError
+from flockesc_env.common.errors import ArgumentError, FlockescError, InputError
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.policies.registry import NAMES, built_in
 from flockesc_env.scenario.flock import FlockScenario
@@ -101,7 +101,7 @@ class _Server(ThreadingHTTPServer):
         """Return the run that a query asks for, as JSON.
 
         Raises:
-            FlockescError: naming the field of a bad query.
+            InputError: naming the field of a bad query.
         """
         future: Future[bytes] = Future()
         self._jobs.put((lambda: run_for(query, self.scenario), future))
@@ -112,7 +112,7 @@ def run_for(query: str, scenario: FlockScenario) -> bytes:
     """Run the flock of ``seed=K&policy=NAME`` and return its document as JSON.
 
     Raises:
-        FlockescError: naming the field that is missing, unknown or bad.
+        InputError: naming the field that is missing, unknown or bad.
     """
     values = parse_qs(query, keep_blank_values=True)
     for name in values:
@@ -160,7 +160,7 @@ class _Handler(BaseHTTPRequestHandler):
         elif url.path == "/run":
             try:
                 self._send(HTTPStatus.OK, "application/json", self.server.run(url.query))
-            except FlockescError as error:
+            except InputError as error:
                 refusal = {"field": error.field, "message": str(error)}
                 self._send(HTTPStatus.BAD_REQUEST, "application/json", json.dumps(refusal).encode())
         else:
