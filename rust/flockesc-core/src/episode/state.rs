@@ -5,10 +5,10 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::{Episode, Running, rows};
-use crate::config::{EpisodeConfig, FlockConfig};
-use crate::error::Result;
-use crate::flock::{Summary, World, WorldState};
-use crate::state::{check, check_numbers, is_range};
+use crate::base::error::Result;
+use crate::episode::options::EpisodeConfig;
+use crate::flock::{FlockConfig, Summary, World, WorldState};
+use crate::snapshot::{check, check_numbers, is_range};
 
 /// See the fields of [`Episode`].
 #[derive(Debug, Serialize, Deserialize)]

@@ -7,11 +7,13 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::Line;
-use super::dynamics::check_range;
-use crate::config::MAX_STEPS;
-use crate::config::{LineConfig, parse, positive, within};
-use crate::error::{Error, Result};
-use crate::threads::Progress;
+use super::step::check_range;
+use crate::base::check::{MAX_STEPS, positive, within};
+use crate::base::document::parse;
+use crate::base::entry::Entry;
+use crate::base::error::{Error, Result};
+use crate::line::scenario::LineConfig;
+use crate::parallel::Progress;
 
 /// What a line environment pays and how long an action holds (docs/model.md).
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -181,13 +183,13 @@ impl LineEpisode {
 
 /// The entries of a line observation, in order: name, lower and upper bound.
 #[must_use]
-pub fn line_entries(num_agents: usize) -> Vec<crate::observation::Entry> {
+pub fn line_entries(num_agents: usize) -> Vec<Entry> {
     let scalars = ["time", "escape_distance", "last_range"].map(|name| (name.to_owned(), 0.0));
     let offsets = (0..num_agents).map(|rank| (format!("offset_{rank}"), -1.0));
     scalars
         .into_iter()
         .chain(offsets)
-        .map(|(name, low)| crate::observation::Entry {
+        .map(|(name, low)| Entry {
             name,
             low,
             high: 1.0,

@@ -3,10 +3,11 @@
 use nalgebra::SVector;
 
 use super::agent::AXES;
-use super::{Entry, Writer, entry, running_minimum, squash};
+use super::{Writer, entry, running_minimum, squash};
+use crate::base::entry::Entry;
+use crate::base::vector::unit;
 use crate::episode::Episode;
 use crate::predator::{Learned, Sighting};
-use crate::vector::unit;
 
 /// The entries of a row, in order, for dimension 2 or 3.
 #[must_use]

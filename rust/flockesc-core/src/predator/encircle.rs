@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use super::flight::steering;
-use super::prey::Prey;
+use super::shared::flight::steering;
+use super::shared::prey::Prey;
 use super::{Predator, PredatorConfig};
-use crate::config::quantity;
-use crate::error::Result;
+use crate::base::check::quantity;
+use crate::base::error::Result;
 
 steering! {
     /// Turns toward its station on a circle around the centroid.

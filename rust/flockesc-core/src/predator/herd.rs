@@ -1,11 +1,11 @@
 //! Herding: a predator drives the flock toward its partner, from behind.
 
-use super::flight::steering;
-use super::prey::Prey;
+use super::shared::flight::steering;
+use super::shared::prey::Prey;
 use super::{Predator, PredatorConfig};
-use crate::config::quantity;
-use crate::error::{Error, Result};
-use crate::vector::unit;
+use crate::base::check::quantity;
+use crate::base::error::{Error, Result};
+use crate::base::vector::unit;
 
 steering! {
     /// Turns toward the point behind the flock as its partner sees it.

@@ -2,12 +2,11 @@
 
 use nalgebra::SVector;
 
-use super::flight::steering;
-use super::prey::Prey;
-use super::steering::{side_of, turn};
-use crate::config::quantity;
-use crate::error::Result;
-use crate::vector::unit;
+use super::shared::flight::steering;
+use super::shared::prey::Prey;
+use crate::base::check::quantity;
+use crate::base::error::Result;
+use crate::base::vector::{side_of, turn, unit};
 
 steering! {
     /// Turns at `navigation_constant` times the rate of the line of sight.

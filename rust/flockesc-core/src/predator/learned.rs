@@ -3,11 +3,11 @@
 use nalgebra::SVector;
 use serde::Deserialize;
 
-use super::prey::Prey;
-use super::sighting::Sighting;
+use super::shared::prey::Prey;
+use super::shared::sighting::Sighting;
 use super::{Predator, PredatorConfig};
-use crate::config::{positive_quantity, quantity};
-use crate::error::Result;
+use crate::base::check::{positive_quantity, quantity};
+use crate::base::error::Result;
 
 /// Accelerates as an action says; without one it flies straight on.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

@@ -1,17 +1,13 @@
 //! Predators: one strategy per file, each the rule by which the next velocity is set (step 5).
 
-mod assignment;
 mod constant_velocity;
 mod encircle;
-mod flight;
 mod herd;
 mod intercept;
 mod learned;
-mod prey;
 mod pure_pursuit;
-mod sighting;
+mod shared;
 mod state;
-pub(crate) mod steering;
 mod wandering;
 
 use nalgebra::SVector;
@@ -24,17 +20,17 @@ pub use herd::Herd;
 pub use intercept::Intercept;
 pub use learned::Learned;
 pub(crate) use learned::{accelerate, control};
-pub(crate) use prey::Prey;
 pub use pure_pursuit::{PurePursuit, Target};
-pub(crate) use sighting::Sighting;
+pub(crate) use shared::prey::Prey;
+pub(crate) use shared::sighting::Sighting;
 pub(crate) use state::PredatorState;
 pub use wandering::Wandering;
 
-use assignment::MAX_SHARING;
-use flight::Limits;
+use shared::assignment::MAX_SHARING;
+use shared::flight::Limits;
 
-use crate::config;
-use crate::error::{Error, Result};
+use crate::base::check;
+use crate::base::error::{Error, Result};
 
 /// A predator as a scenario names it.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -89,7 +85,7 @@ impl PredatorConfig {
         let path = format!("predators[{index}].{kind}");
         let (position, velocity) = self.start();
         for (name, entries) in [("position", position), ("velocity", velocity)] {
-            config::vector(&format!("{path}.{name}"), entries, dimension)?;
+            check::vector(&format!("{path}.{name}"), entries, dimension)?;
         }
         match self {
             Self::ConstantVelocity(_) => Ok(()),
@@ -176,7 +172,7 @@ impl<const D: usize> Predator<D> {
         let heading_toward = |aim: Option<SVector<f64, D>>, limits: &Limits| {
             aim.and_then(|aim| {
                 let limit = limits.max_turn_rate * time_step;
-                steering::heading_toward(velocity, &(aim - position), limit)
+                shared::steering::heading_toward(velocity, &(aim - position), limit)
             })
         };
         let (heading, limits) = match &self.strategy {
@@ -220,7 +216,7 @@ pub(crate) fn steer<const D: usize>(
     rng: &mut ChaCha8Rng,
 ) {
     // First all agree on where to fly, then everybody turns.
-    assignment::share_out(predators, prey);
+    shared::assignment::share_out(predators, prey);
     encircle::take_stations(predators, time_step, prey);
     herd::take_posts(predators, prey);
     for predator in predators {

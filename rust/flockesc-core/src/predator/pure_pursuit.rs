@@ -4,11 +4,11 @@ use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
-use super::flight::steering;
-use super::prey::{Prey, Quarry};
-use crate::config::{not_negative, quantity};
-use crate::error::{Error, Result};
-use crate::rng;
+use super::shared::flight::steering;
+use super::shared::prey::{Prey, Quarry};
+use crate::base::check::{not_negative, quantity};
+use crate::base::error::{Error, Result};
+use crate::base::rng;
 
 steering! {
     /// Turns toward its target where that is at the time.

@@ -4,8 +4,8 @@ use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
 use super::{Predator, PredatorConfig};
-use crate::error::Result;
-use crate::state::{check, is_sound, vector};
+use crate::base::error::Result;
+use crate::snapshot::{check, is_sound, vector};
 
 /// See the fields of [`Predator`].
 #[derive(Debug, Serialize, Deserialize)]

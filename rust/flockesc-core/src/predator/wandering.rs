@@ -4,11 +4,10 @@ use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
-use super::steering::{side_of, turn};
-use crate::config::quantity;
-use crate::error::Result;
-use crate::rng;
-use crate::vector::unit;
+use crate::base::check::quantity;
+use crate::base::error::Result;
+use crate::base::rng;
+use crate::base::vector::{side_of, turn, unit};
 
 /// Flies about without regard to the flock.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

@@ -1,11 +1,11 @@
 //! Difference rewards (Wolpert and Tumer, "Optimal payoff functions for members of collectives", 2002): what the flock
 //! gains by what one agent hears.
 
-use crate::config::Objective;
-use crate::error::Result;
+use super::objective::Objective;
+use crate::base::error::Result;
 use crate::flock::World;
 use crate::neighbor::Ranges;
-use crate::threads::Progress;
+use crate::parallel::Progress;
 
 /// Adds to every agent i in the flock `value` - G_-i: the objective's value after the action of these ranges, which
 /// was held for so many steps or until nobody was left, and the same had agent i alone had a range of 0.

@@ -2,8 +2,11 @@
 
 pub(crate) mod difference;
 mod neighborhood;
+mod objective;
 
 use serde::Deserialize;
+
+pub use objective::Objective;
 
 use crate::flock::World;
 

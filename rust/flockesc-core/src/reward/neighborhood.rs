@@ -2,7 +2,7 @@
 
 use super::Moment;
 use crate::agents::GROUP;
-use crate::exact::Scale;
+use crate::base::exact::Scale;
 use crate::neighbor::Ranges;
 
 /// Adds to every agent in the flock the mean of d_j(t) - d_j(t-1) in m over those who are its neighbors at t under the
