@@ -91,7 +91,7 @@ def render(viewer: Viewer | None) -> list[NDArray[np.uint8]] | None:
     """Return a picture of every flock, or show them in mode ``"human"``; without a mode, warn.
 
     Raises:
-        EpisodeError: before the first reset.
+        ResetNeededError: before the first reset.
     """
     if viewer is None:
         gymnasium.logger.warn(

@@ -15,7 +15,7 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from flockesc_env.common.checks import as_count, as_flag, as_instance, as_seed
-from flockesc_env.common.errors import ArgumentError, FlockescError
+from flockesc_env.common.errors import ArgumentError, FlockescError, InputError
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.policies.registry import NAMES, built_in
 from flockesc_env.scenario.flock import FlockScenario
@@ -120,7 +120,7 @@ class _Server(ThreadingHTTPServer):
         """Return the run that a query asks for, as JSON.
 
         Raises:
-            FlockescError: if the query is bad; it names the field.
+            InputError: if the query is bad; it names the field.
             queue.Full: if ``MAX_WAITING`` runs already wait.
         """
         future: Future[bytes] = Future()
@@ -132,7 +132,7 @@ def run_for(query: str, scenario: FlockScenario) -> bytes:
     """Simulate the flock of ``seed=K&policy=NAME`` and return its document as JSON.
 
     Raises:
-        FlockescError: if a field is missing, unknown or bad; it names the field.
+        InputError: if a field is missing, unknown or bad; it names the field.
     """
     values = parse_qs(query, keep_blank_values=True)
     for name in values:
@@ -193,7 +193,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _send_run(self, query: str) -> None:
         try:
             status, body = HTTPStatus.OK, self.server.run(query)
-        except FlockescError as error:
+        except InputError as error:
             refusal = {"field": error.field, "message": str(error)}
             status, body = HTTPStatus.BAD_REQUEST, json.dumps(refusal).encode()
         except Full:
