@@ -229,6 +229,20 @@ impl<const D: usize> Batch<D> {
         Ok(measured?.into_iter().flatten().collect())
     }
 
+    /// What the team of every slot earned in the last step: its reward or, where rewards differ between agents, their
+    /// mean over all agents, caught ones included. 0 for a slot that has made no step since its reset.
+    #[must_use]
+    pub fn team_rewards(&self) -> Vec<f64> {
+        self.slots.iter().map(Slot::team_reward).collect()
+    }
+
+    /// What the predators of every slot earned in the last step: the opposite of [`Self::team_rewards`].
+    #[must_use]
+    pub fn predator_rewards(&self) -> Vec<f64> {
+        let team_rewards = self.slots.iter().map(Slot::team_reward);
+        team_rewards.map(|reward| 0.0 - reward).collect()
+    }
+
     /// Writes the observations of `slots`, one after the other.
     ///
     /// # Errors

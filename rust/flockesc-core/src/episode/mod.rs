@@ -39,6 +39,8 @@ pub struct Episode<const D: usize> {
     summary: Summary<D>,
     /// Ranges of the last action, one or n; 0 before the first.
     ranges: Vec<f64>,
+    /// What the team earned by the last action.
+    team_reward: f64,
 }
 
 impl<const D: usize> Episode<D> {
@@ -67,6 +69,7 @@ impl<const D: usize> Episode<D> {
             own_distances_at_minimum: own_distances.clone(),
             own_distances,
             ranges,
+            team_reward: 0.0,
         }
     }
 
@@ -91,6 +94,7 @@ impl<const D: usize> Episode<D> {
         let left = self.world.config().num_steps - self.step;
         let num_steps = self.config.steps_per_action.min(left);
         rewards.fill(0.0);
+        self.team_reward = 0.0;
         for _ in 0..num_steps {
             if self.has_ended() {
                 break;
@@ -121,7 +125,7 @@ impl<const D: usize> Episode<D> {
                 own_distances_at_minimum: &self.own_distances_at_minimum,
                 is_last: self.has_ended(),
             };
-            self.config.reward.add(&moment, rewards);
+            self.team_reward += self.config.reward.add(&moment, rewards);
             if objective.minimum < minimum_before {
                 self.own_distances_at_minimum
                     .clone_from(&self.own_distances);
@@ -152,6 +156,11 @@ impl<const D: usize> Episode<D> {
     /// Writes what learned predators see, one row for each.
     pub fn observe_predators(&self, out: &mut [f32]) {
         observation::predator::write(self, out);
+    }
+
+    /// What the team earned by the last action; 0 where the reward differs between agents.
+    pub(crate) fn team_reward(&self) -> f64 {
+        self.team_reward
     }
 
     /// Whether the horizon is reached or nobody is left.

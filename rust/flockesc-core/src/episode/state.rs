@@ -85,6 +85,7 @@ impl<const D: usize> Episode<D> {
             min_distance: state.min_distance,
             fraction_surviving: state.fraction_surviving,
             ranges: state.ranges,
+            team_reward: 0.0,
         })
     }
 }

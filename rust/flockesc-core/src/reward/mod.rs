@@ -3,10 +3,12 @@
 pub(crate) mod difference;
 mod neighborhood;
 mod objective;
+mod total;
 
 use serde::Deserialize;
 
 pub use objective::Objective;
+pub(crate) use total::exact_sum;
 
 use crate::flock::World;
 
@@ -67,8 +69,8 @@ impl Reward {
     }
 
     /// Adds what `moment` pays to `rewards`: one entry for the flock, or one per agent. `Difference` pays by the action,
-    /// not by the step.
-    pub(crate) fn add<const D: usize>(self, moment: &Moment<'_, D>, rewards: &mut [f64]) {
+    /// not by the step. Returns what the team earns, 0 for individual terms.
+    pub(crate) fn add<const D: usize>(self, moment: &Moment<'_, D>, rewards: &mut [f64]) -> f64 {
         let share = (moment.world.config().num_steps as f64).recip();
         let team = match self {
             Self::RunningMinimum => moment.minimum - moment.minimum_before,
@@ -77,11 +79,11 @@ impl Reward {
                 for (reward, own) in rewards.iter_mut().zip(moment.own_distances) {
                     *reward += own * share;
                 }
-                return;
+                return 0.0;
             }
             Self::OwnDistanceChange => {
                 add_changes(moment.own_distances, moment.own_distances_before, rewards);
-                return;
+                return 0.0;
             }
             Self::OwnRunningMinimum => {
                 if moment.minimum < moment.minimum_before {
@@ -91,19 +93,20 @@ impl Reward {
                         rewards,
                     );
                 }
-                return;
+                return 0.0;
             }
             Self::NeighborhoodDistanceChange => {
                 neighborhood::add_mean_changes(moment, rewards);
-                return;
+                return 0.0;
             }
-            Self::Difference => return,
+            Self::Difference => return 0.0,
             Self::Terminal if moment.is_last => moment.minimum - moment.minimum_at_start,
             Self::Terminal => 0.0,
         };
         for reward in rewards {
             *reward += team;
         }
+        team
     }
 }
 
