@@ -18,7 +18,7 @@ use crate::base::rng::episode_seed;
 use crate::flock::{FlockConfig, InitialState, check_controls, check_ranges};
 use crate::observation;
 use crate::parallel::{self, Pool, Progress, spread};
-use crate::reward::Reward;
+use crate::reward::Term;
 use crate::snapshot::Fingerprint;
 
 /// What a step does with a slot whose episode has ended.
@@ -342,9 +342,9 @@ impl<const D: usize> Batch<D> {
 
 fn work_each(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
     let n = scenario.num_agents;
-    let visits = match config.reward {
-        Reward::Difference => n,
-        _ => scenario.neighbor_options().visits_per_agent(n),
+    let visits = match config.reward.term::<2>() {
+        Term::Team(_) | Term::Individual(_) => scenario.neighbor_options().visits_per_agent(n),
+        Term::Counterfactual(_) => n,
     };
     let steps = config.steps_per_action.min(scenario.num_steps);
     n.saturating_mul(visits).saturating_mul(steps)

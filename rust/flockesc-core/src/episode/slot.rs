@@ -139,7 +139,7 @@ impl<const D: usize> Slot<D> {
             Some(episode) if !episode.has_ended() => {
                 self.earned.clear();
                 episode.advance(ranges, controls, rewards, progress)?;
-                if episode.config().reward.is_own() {
+                if episode.config().reward.is_individual() {
                     self.earned.extend_from_slice(rewards);
                 } else {
                     self.earned.push(episode.team_reward());

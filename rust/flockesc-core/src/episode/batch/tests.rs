@@ -281,7 +281,7 @@ fn the_batch_knows_what_teams_and_predators_earn() {
 /// Agents that were caught earn nothing, but the mean goes over all.
 #[test]
 fn teams_of_individual_rewards_earn_their_mean() {
-    let mut batch = rewarded(Reward::OwnDistance, Some(8.0));
+    let mut batch = rewarded(Reward::IndividualDistance, Some(8.0));
     batch.reset(0, &InitialState::seeded(9)).expect("a slot");
     for _ in 0..7 {
         let (rewards, _) = step(&mut batch, 4.0).expect("steps left");
