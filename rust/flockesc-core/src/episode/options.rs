@@ -39,12 +39,10 @@ impl EpisodeConfig {
             not_negative("predator_sensing_range", range)?;
         }
         within("steps_per_action", config.steps_per_action, 1, MAX_STEPS)?;
-        if config.reward.is_own() && config.view == View::Flock {
-            return Err(Error::config(
-                "reward",
-                "running_minimum, distance or terminal where one range serves the whole flock",
-                "a reward of each agent's own",
-            ));
+        if config.reward.is_individual() && config.view == View::Flock {
+            let team = Reward::team_kinds().join(", ");
+            let expected = format!("one of {team} for the view of the whole flock");
+            return Err(Error::config("reward", expected, "an individual reward"));
         }
         Ok(config)
     }

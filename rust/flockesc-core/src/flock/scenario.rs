@@ -81,7 +81,7 @@ pub struct FlockConfig {
 impl FlockConfig {
     /// Number of learned predators.
     pub(crate) fn num_learned(&self) -> usize {
-        self.predators.iter().filter(|p| p.is_learned()).count()
+        self.predators.iter().filter(|p| p.is_steered()).count()
     }
 
     /// Parses and checks a document.

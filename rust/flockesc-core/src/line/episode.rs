@@ -28,13 +28,19 @@ pub struct LineEpisodeConfig {
 }
 
 /// The reward of the line; both sum to d_ss - d(0) exactly.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, strum::VariantNames)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum LineReward {
     /// d(t) - d(t-1).
-    Difference,
+    Change,
     /// d - d(0) on the last step, 0 before.
     Terminal,
+}
+
+impl LineReward {
+    /// The names of all terms in documents.
+    pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
 }
 
 impl LineEpisodeConfig {
@@ -114,7 +120,7 @@ impl LineEpisode {
         }
         let now = self.line.escape_distance();
         Ok(match self.config.reward {
-            LineReward::Difference => now - before,
+            LineReward::Change => now - before,
             LineReward::Terminal if self.has_ended() => now - self.start_distance,
             LineReward::Terminal => 0.0,
         })
