@@ -52,7 +52,9 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
     ) -> None:
         self.scenario = as_scenario(scenario, LineScenario)
         check_names(arguments, LineArguments.__annotations__, LineScenario)
-        options = {name: value for name, value in arguments.items() if name in LineOptionsDict.__annotations__}
+        options = {
+            name: value for name, value in arguments.items() if name in LineOptionsDict.__annotations__
+        }
         self.options = line_options(cast("LineOptionsDict", options))
         self._document = self.options.to_core()
         _core.LineEpisode(self.scenario.to_json(), self._document, 0)  # raises if there is no predator

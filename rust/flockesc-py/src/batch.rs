@@ -160,9 +160,13 @@ impl FlockBatch {
         };
         let out_of_core = (&mut rewards, &mut observations);
         let counts = this.count_components;
-        let measured = this
-            .inner
-            .advance(py, (&ranges, &predator_actions), at_end, out_of_core, counts)?;
+        let measured = this.inner.advance(
+            py,
+            (&ranges, &predator_actions),
+            at_end,
+            out_of_core,
+            counts,
+        )?;
         let (observations, rewards) = match out {
             Some((kept_observations, kept_rewards)) => {
                 overwrite(&kept_observations, &observations)?;

@@ -26,9 +26,9 @@ use crate::snapshot::Fingerprint;
 pub enum AtEnd {
     /// It is an error.
     Refuse,
-    /// The slot starts its next episode in place of moving, and is paid nothing.
+    /// The slot starts its next episode in place of moving, and its reward is 0.
     Restart,
-    /// The slot stays as it is, and is paid nothing.
+    /// The slot stays as it is, and its reward is 0.
     Stay,
 }
 
@@ -278,6 +278,24 @@ impl<const D: usize> Batch<D> {
         self.map(Episode::num_components)
     }
 
+    /// Reward of every flock in its last step; the mean over agents of individual rewards.
+    ///
+    /// # Errors
+    /// [`Error::Episode`] if a slot was never reset.
+    pub fn team_rewards(&self) -> Result<Vec<f64>> {
+        let episodes = self.episodes(0..self.num_flocks())?;
+        Ok(episodes.into_iter().map(Episode::team_reward).collect())
+    }
+
+    /// Reward of the predators of every flock in its last step: minus the flock's.
+    ///
+    /// # Errors
+    /// [`Error::Episode`] if a slot was never reset.
+    pub fn predator_rewards(&self) -> Result<Vec<f64>> {
+        let rewards = self.team_rewards()?;
+        Ok(rewards.into_iter().map(|reward| 0.0 - reward).collect())
+    }
+
     fn map<T: Send>(&self, measure: fn(&Episode<D>) -> T) -> Result<Vec<T>> {
         let episodes = self.episodes(0..self.num_flocks())?;
         let pool = self.pool(episodes.len())?;
@@ -314,12 +332,14 @@ impl<const D: usize> Batch<D> {
         check_length("rewards", rewards, rows)?;
         check_length("observations", observations, rows * self.row_length)?;
         for slot in 0..self.num_flocks() {
-            if self.episode(slot)?.has_ended() && at_end == AtEnd::Refuse {
-                return Err(Error::episode(
-                    "step",
-                    format!("a reset: the episode in slot {slot} has ended"),
-                    "a step",
-                ));
+            let Some(episode) = self.slots[slot].episode() else {
+                let message = format!("step() called before reset(): flock {slot} has no episode");
+                return Err(Error::episode(message));
+            };
+            if episode.has_ended() && at_end == AtEnd::Refuse {
+                let message =
+                    format!("step() called after the end of flock {slot}'s episode; call reset()");
+                return Err(Error::episode(message));
             }
         }
         check_ranges("interaction_range", ranges)
@@ -337,11 +357,9 @@ fn work_each(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
 }
 
 fn never_reset(slot: usize) -> Error {
-    Error::episode(
-        "step",
-        "a reset before anything else",
-        format!("slot {slot} without an episode"),
-    )
+    Error::episode(format!(
+        "reset() was never called: flock {slot} has no episode"
+    ))
 }
 
 fn check_length(field: &str, given: usize, expected: usize) -> Result<()> {

@@ -39,6 +39,8 @@ pub struct Episode<const D: usize> {
     summary: Summary<D>,
     /// Ranges of the last action, one or n; 0 before the first.
     ranges: Vec<f64>,
+    /// Reward of the last action: the team's, or the mean of individual ones. Snapshots leave it out.
+    team_reward: f64,
 }
 
 impl<const D: usize> Episode<D> {
@@ -52,7 +54,7 @@ impl<const D: usize> Episode<D> {
         let ranges = vec![0.0; rows(&config, &scenario)];
         let world = World::new(scenario, start);
         let mut own_distances = Vec::new();
-        if config.reward.is_own() {
+        if config.reward.is_individual() {
             world.write_distances(&mut own_distances);
         }
         Self {
@@ -67,6 +69,7 @@ impl<const D: usize> Episode<D> {
             own_distances_at_minimum: own_distances.clone(),
             own_distances,
             ranges,
+            team_reward: 0.0,
         }
     }
 
@@ -99,7 +102,7 @@ impl<const D: usize> Episode<D> {
             let minimum_before = self.objective().minimum;
             self.world.step(as_ranges(&self.config, &self.ranges));
             self.step += 1;
-            if self.config.reward.is_own() {
+            if self.config.reward.is_individual() {
                 std::mem::swap(&mut self.own_distances_before, &mut self.own_distances);
                 self.world.write_distances(&mut self.own_distances);
             }
@@ -132,13 +135,30 @@ impl<const D: usize> Episode<D> {
             let action = (ranges, num_steps);
             difference::add(&before, objective, action, value, rewards, progress)?;
         }
+        let team_reward = rewards[0];
         if self.config.view == View::Agent {
             for agent in self.world.caught().take(caught_before) {
                 rewards[agent] = 0.0;
             }
         }
+        self.team_reward = if self.config.reward.is_individual() {
+            mean(rewards)
+        } else {
+            team_reward
+        };
         self.summary = Summary::of(&self.world);
         Ok(())
+    }
+
+    /// Holds no action: the reward is 0.
+    pub(crate) fn stay(&mut self) {
+        self.team_reward = 0.0;
+    }
+
+    /// Reward of the last action: the team's, or the mean over agents of individual rewards; 0 before the first.
+    #[must_use]
+    pub fn team_reward(&self) -> f64 {
+        self.team_reward
     }
 
     /// Writes the observation: one row for the flock, or one per agent.
@@ -243,4 +263,19 @@ fn as_ranges<'a>(config: &EpisodeConfig, ranges: &'a [f64]) -> Ranges<'a> {
         View::Flock => Ranges::Shared(ranges[0]),
         View::Agent => Ranges::PerAgent(ranges),
     }
+}
+
+/// The mean, with a compensated sum (Neumaier, 1974).
+fn mean(values: &[f64]) -> f64 {
+    let (mut sum, mut lost) = (0.0_f64, 0.0);
+    for &value in values {
+        let next = sum + value;
+        lost += if sum.abs() >= value.abs() {
+            (sum - next) + value
+        } else {
+            (value - next) + sum
+        };
+        sum = next;
+    }
+    (sum + lost) / values.len() as f64
 }

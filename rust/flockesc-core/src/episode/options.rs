@@ -39,11 +39,11 @@ impl EpisodeConfig {
             not_negative("predator_sensing_range", range)?;
         }
         within("steps_per_action", config.steps_per_action, 1, MAX_STEPS)?;
-        if config.reward.is_own() && config.view == View::Flock {
+        if config.reward.is_individual() && config.view == View::Flock {
             return Err(Error::config(
                 "reward",
-                "running_minimum, distance or terminal where one range serves the whole flock",
-                "a reward of each agent's own",
+                "running_minimum, distance or terminal, because the flock has one range",
+                "an individual reward",
             ));
         }
         Ok(config)

@@ -127,7 +127,8 @@ impl<const D: usize> Slot<D> {
                 episode.advance(ranges, controls, rewards, progress)?;
                 Ok(true)
             }
-            _ => {
+            episode => {
+                episode.iter_mut().for_each(Episode::stay);
                 rewards.fill(0.0);
                 Ok(false)
             }

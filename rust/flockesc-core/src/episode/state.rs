@@ -47,7 +47,7 @@ impl<const D: usize> Episode<D> {
         seed: u64,
     ) -> Result<Self> {
         check(state.step <= scenario.num_steps, "step")?;
-        let own = if config.reward.is_own() {
+        let own = if config.reward.is_individual() {
             scenario.num_agents
         } else {
             0
@@ -85,6 +85,7 @@ impl<const D: usize> Episode<D> {
             min_distance: state.min_distance,
             fraction_surviving: state.fraction_surviving,
             ranges: state.ranges,
+            team_reward: 0.0,
         })
     }
 }

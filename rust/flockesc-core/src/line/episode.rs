@@ -32,7 +32,7 @@ pub struct LineEpisodeConfig {
 #[serde(rename_all = "snake_case")]
 pub enum LineReward {
     /// d(t) - d(t-1).
-    Difference,
+    Change,
     /// d - d(0) on the last step, 0 before.
     Terminal,
 }
@@ -95,11 +95,8 @@ impl LineEpisode {
     pub fn advance(&mut self, range: f64, progress: &Progress) -> Result<f64> {
         check_range(range)?;
         if self.has_ended() {
-            return Err(Error::episode(
-                "step",
-                "a reset: the episode has ended",
-                "a step",
-            ));
+            let message = "step() called after the end of the episode; call reset()";
+            return Err(Error::episode(message));
         }
         let before = self.line.escape_distance();
         self.last_range = range;
@@ -114,7 +111,7 @@ impl LineEpisode {
         }
         let now = self.line.escape_distance();
         Ok(match self.config.reward {
-            LineReward::Difference => now - before,
+            LineReward::Change => now - before,
             LineReward::Terminal if self.has_ended() => now - self.start_distance,
             LineReward::Terminal => 0.0,
         })

@@ -1,4 +1,4 @@
-//! What one step of the model pays, to the flock or to each agent (docs/model.md, "Rewards").
+//! Rewards of one step of the model, team and individual (docs/model.md, "Rewards").
 
 pub(crate) mod difference;
 mod neighborhood;
@@ -10,7 +10,7 @@ pub use objective::Objective;
 
 use crate::flock::World;
 
-/// The reward term; team terms pay every agent the same.
+/// The reward term; a team reward is the same for every agent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reward {
@@ -19,13 +19,13 @@ pub enum Reward {
     /// The objective's value over T steps, so that an episode sums to its time mean; dense.
     Distance,
     /// As `Distance`, each agent its own distance.
-    OwnDistance,
+    IndividualDistance,
     /// d_i(t) - d_i(t-1), each agent the change of its own distance; sums to d_i(T) - d_i(0).
-    OwnDistanceChange,
+    IndividualDistanceChange,
     /// Each agent's part of `RunningMinimum` of the mean distance: d_i where the minimum falls, minus d_i where it fell
     /// last.
-    OwnRunningMinimum,
-    /// As `OwnDistanceChange`, each agent the mean over those near it.
+    IndividualRunningMinimum,
+    /// As `IndividualDistanceChange`, each agent the mean over those near it.
     NeighborhoodDistanceChange,
     /// G - G_-i, what the objective's value after an action gains by what agent i hears during it.
     Difference,
@@ -54,36 +54,36 @@ pub(crate) struct Moment<'a, const D: usize> {
 }
 
 impl Reward {
-    /// Whether agents are paid differently, so that only an environment with one range per agent can pay it.
-    pub(crate) fn is_own(self) -> bool {
+    /// Whether rewards differ between agents, which needs one range per agent.
+    pub(crate) fn is_individual(self) -> bool {
         match self {
-            Self::OwnDistance
-            | Self::OwnDistanceChange
-            | Self::OwnRunningMinimum
+            Self::IndividualDistance
+            | Self::IndividualDistanceChange
+            | Self::IndividualRunningMinimum
             | Self::NeighborhoodDistanceChange
             | Self::Difference => true,
             Self::RunningMinimum | Self::Distance | Self::Terminal => false,
         }
     }
 
-    /// Adds what `moment` pays to `rewards`: one entry for the flock, or one per agent. `Difference` pays by the action,
-    /// not by the step.
+    /// Adds the reward of `moment` to `rewards`: one entry for the flock, or one per agent. `Difference` is a reward of
+    /// the whole action, so it adds nothing here.
     pub(crate) fn add<const D: usize>(self, moment: &Moment<'_, D>, rewards: &mut [f64]) {
         let share = (moment.world.config().num_steps as f64).recip();
         let team = match self {
             Self::RunningMinimum => moment.minimum - moment.minimum_before,
             Self::Distance => moment.value * share,
-            Self::OwnDistance => {
+            Self::IndividualDistance => {
                 for (reward, own) in rewards.iter_mut().zip(moment.own_distances) {
                     *reward += own * share;
                 }
                 return;
             }
-            Self::OwnDistanceChange => {
+            Self::IndividualDistanceChange => {
                 add_changes(moment.own_distances, moment.own_distances_before, rewards);
                 return;
             }
-            Self::OwnRunningMinimum => {
+            Self::IndividualRunningMinimum => {
                 if moment.minimum < moment.minimum_before {
                     add_changes(
                         moment.own_distances,
