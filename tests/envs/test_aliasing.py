@@ -46,7 +46,7 @@ VECTORS: dict[str, Callable[[], Any]] = {
 }
 PARALLEL: dict[str, Callable[[], Any]] = {
     "parallel": lambda: flockesc_env.parallel_env(SCENARIO),
-    "parallel, hunted": lambda: flockesc_env.parallel_env(HUNTED, reward="own_distance"),
+    "parallel, hunted": lambda: flockesc_env.parallel_env(HUNTED, reward="individual_distance"),
     "parallel, learned predator": lambda: flockesc_env.parallel_env(LEARNED),
 }
 SB3: dict[str, Callable[[], Any]] = {

@@ -34,11 +34,13 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "flock": lambda: FlockEscapeEnv(small_flock()),
     "flock of unlike agents that err and lag": lambda: FlockEscapeEnv(small_flock(**UNLIKE)),
     "pursuit": lambda: FlockPursuitEnv(small_flock()),
-    "parallel": lambda: parallel_env(small_flock(3), reward="own_running_minimum"),
-    "parallel with predators": lambda: parallel_env(small_flock(), predator="learned"),
-    "parallel with capture": lambda: parallel_env(small_flock(capture_radius=6.0), reward="own_distance"),
+    "parallel": lambda: parallel_env(small_flock(3), reward="individual_running_minimum"),
+    "parallel with predators": lambda: parallel_env(small_flock().with_learned_predators()),
+    "parallel with capture": lambda: parallel_env(
+        small_flock(capture_radius=6.0), reward="individual_distance"
+    ),
     "difference rewards": lambda: parallel_env(small_flock(), reward="difference"),
-    "chased": lambda: FlockEscapeEnv(small_flock(), predator_policy=Pursue()),
+    "chased": lambda: FlockEscapeEnv(small_flock().with_learned_predators(), predator_policy=Pursue()),
     "line": lambda: LineEscapeEnv(LineScenario(num_agents=30, escape_force="linear_as_printed")),
     "vector": lambda: FlockVectorEnv(3, small_flock()),
     "vector in the same step": lambda: FlockVectorEnv(3, small_flock(), autoreset_mode="SameStep"),
@@ -253,7 +255,7 @@ def test_damaged_states_are_refused(interface: str) -> None:
 @pytest.mark.parametrize("interface", ["flock", "parallel", "line", "vector", "sb3, agents"])
 def test_nothing_to_save_before_the_first_reset(interface: str) -> None:
     env = MAKERS[interface]()
-    with pytest.raises(EpisodeError, match="a reset before anything else"):
+    with pytest.raises(EpisodeError, match="reset"):
         env.get_state()
     twin = pickle.loads(pickle.dumps(env))  # noqa: S301, our own
     # Also what nobody has seeded goes on equally.

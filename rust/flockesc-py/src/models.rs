@@ -30,7 +30,7 @@ pub(crate) fn check_line_scenario(scenario: &str) -> Result<(), CoreError> {
 }
 
 #[pyfunction]
-#[pyo3(signature = (scenario, ranges, seed, positions, velocities, num_threads, controls=None))]
+#[pyo3(signature = (scenario, ranges, seed, positions, velocities, num_threads, predator_actions=None))]
 #[expect(clippy::too_many_arguments, reason = "what a run is made from")]
 pub(crate) fn simulate_flock<'py>(
     py: Python<'py>,
@@ -40,7 +40,7 @@ pub(crate) fn simulate_flock<'py>(
     positions: Option<PyReadonlyArrayDyn<'py, f64>>,
     velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
     num_threads: Option<usize>,
-    controls: Option<PyReadonlyArrayDyn<'py, f64>>,
+    predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let config = Arc::new(FlockConfig::from_json(scenario).map_err(CoreError::from)?);
     let (rows, columns) = rows_and_columns(&ranges)?;
@@ -48,7 +48,7 @@ pub(crate) fn simulate_flock<'py>(
         values: vector(&ranges)?,
         rows,
         columns,
-        controls: flat(controls)?.unwrap_or_default(),
+        controls: flat(predator_actions)?.unwrap_or_default(),
     };
     let start = InitialState {
         seed,

@@ -328,12 +328,14 @@ impl<const D: usize> Batch<D> {
         check_length("rewards", rewards, rows)?;
         check_length("observations", observations, rows * self.row_length)?;
         for slot in 0..self.num_flocks() {
-            if self.episode(slot)?.has_ended() && at_end == AtEnd::Refuse {
-                return Err(Error::episode(
-                    "step",
-                    format!("a reset: the episode in slot {slot} has ended"),
-                    "a step",
-                ));
+            let Some(episode) = self.slots[slot].episode() else {
+                let message = format!("step() called before reset(): flock {slot} has no episode");
+                return Err(Error::episode(message));
+            };
+            if episode.has_ended() && at_end == AtEnd::Refuse {
+                let message =
+                    format!("step() called after the end of flock {slot}'s episode; call reset()");
+                return Err(Error::episode(message));
             }
         }
         check_ranges("interaction_range", ranges)
@@ -351,11 +353,9 @@ fn work_each(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
 }
 
 fn never_reset(slot: usize) -> Error {
-    Error::episode(
-        "step",
-        "a reset before anything else",
-        format!("slot {slot} without an episode"),
-    )
+    Error::episode(format!(
+        "reset() was never called: flock {slot} has no episode"
+    ))
 }
 
 fn check_length(field: &str, given: usize, expected: usize) -> Result<()> {

@@ -101,11 +101,8 @@ impl LineEpisode {
     pub fn advance(&mut self, range: f64, progress: &Progress) -> Result<f64> {
         check_range(range)?;
         if self.has_ended() {
-            return Err(Error::episode(
-                "step",
-                "a reset: the episode has ended",
-                "a step",
-            ));
+            let message = "step() called after the end of the episode; call reset()";
+            return Err(Error::episode(message));
         }
         let before = self.line.escape_distance();
         self.last_range = range;

@@ -8,7 +8,7 @@ use pyo3::types::PyBytes;
 
 use crate::errors::CoreError;
 use crate::info::Measured;
-use crate::long_call::{LONG, LongCall, maybe_detach, long_call};
+use crate::long_call::{LONG, LongCall, long_call, maybe_detach};
 
 /// The batch of either dimension.
 #[derive(Clone)]
