@@ -22,8 +22,8 @@ from flockesc_env.common.errors import FlockescError
 class Application:
     """Commands under one program name.
 
-    A command is a function that returns an ``Exit``. Its keyword arguments are the flags. Its docstring is the
-    help; a paragraph of it is one line, as tyro does not wrap lines.
+    A command is a function that returns an ``Exit``. Its keyword arguments are the flags. Its docstring is
+    the help; each paragraph is one line, as tyro does not wrap lines.
 
     Attributes:
         program: the program's name in help and errors.

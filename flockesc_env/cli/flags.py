@@ -71,8 +71,8 @@ class ScenarioFlags:
         UseAppendAction[tuple[str, ...]],
         arg(
             name="set",
-            help="change a field, for example num_agents=100, predators.0.max_turn_rate=3 or motion=vicsek; the"
-            " value is JSON or a text; can be repeated",
+            help="change a field, for example num_agents=100, predators.0.max_turn_rate=3 or motion=vicsek;"
+            " the value is JSON or a text; can be repeated",
             metavar="PATH=VALUE",
             help_behavior_hint="(default: no changes)",
         ),
@@ -153,7 +153,7 @@ def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:
 
 
 def _place(node: Any, name: str, path: str) -> tuple[Any, Any]:
-    """Return the object or list that a name in a path belongs to, and its key there. Kinds may be left out."""
+    """Return the object or list that a name in a path belongs to, and its key; kinds may be left out."""
     if isinstance(node, dict):
         if len(node) == 1 and name not in node:
             [node] = node.values()

@@ -35,7 +35,7 @@ def show(text: str) -> None:
 
 
 def flush() -> None:
-    """Flush stdout. Output that cannot be written is dropped, or the interpreter would fail on it again at exit.
+    """Flush stdout. Output that cannot be written is dropped; the interpreter would fail on it again at exit.
 
     Raises:
         OSError: if output was dropped.

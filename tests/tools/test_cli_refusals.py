@@ -21,7 +21,10 @@ def _set(change: str) -> list[str]:
 
 BAD = {
     "field": (_set("num_agents=0"), "num_agents: expected an integer"),
-    "part": (_set("predators.0.max_turn=1"), "predators[0].constant_velocity.max_turn: expected one of position, velocity, got"),
+    "part": (
+        _set("predators.0.max_turn=1"),
+        "predators[0].constant_velocity.max_turn: expected one of position, velocity, got",
+    ),
     "index": (_set("predators.1.velocity=1"), "predators.1.velocity: expected an index below 1, got '1'"),
     "name of an index": (
         _set("predators.first=1"),

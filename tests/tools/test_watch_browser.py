@@ -12,7 +12,7 @@ from pathlib import Path
 import chromium
 import pytest
 
-from flockesc_env import FlockScenario
+from flockesc_env import ConstantVelocity, FlockScenario
 from flockesc_env.policies.registry import built_in
 from flockesc_env.watch import write_page
 
@@ -193,7 +193,7 @@ def test_a_color_is_one_component_and_the_largest_have_one(tab: chromium.Tab, fi
 
 
 def test_dragging_turns_space_and_double_click_resets(tab: chromium.Tab, tmp_path: Path) -> None:
-    flock = FLOCK.replace(dimension=3)
+    flock = FLOCK.replace(dimension=3, predators=(ConstantVelocity(),))
     write_page([(spec, built_in(spec).record(3, flock)) for spec in SPECS], tmp_path / "page.html")
     tab.open((tmp_path / "page.html").as_uri())
     assert min(tab.run(COLORED)) > 50
@@ -211,7 +211,7 @@ def test_dragging_turns_space_and_double_click_resets(tab: chromium.Tab, tmp_pat
 def test_all_that_happens_is_in_the_window(
     tab: chromium.Tab, tmp_path: Path, dimension: int, width: int
 ) -> None:
-    flock = FLOCK.replace(dimension=dimension)
+    flock = FLOCK.replace(dimension=dimension, predators=(ConstantVelocity(),))
     write_page([(spec, built_in(spec).record(3, flock)) for spec in SPECS], tmp_path / "page.html")
     tab.open((tmp_path / "page.html").as_uri(), width=width)
     seen = tab.run("""page.runs.flatMap(({ positions, predators, dimension }) =>
@@ -264,7 +264,7 @@ def test_nothing_is_wider_than_the_window(tab: chromium.Tab, tmp_path: Path, wid
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
     script = f"""
-        from flockesc_env import FlockScenario
+        from flockesc_env import ConstantVelocity, FlockScenario
         from flockesc_env.policies.registry import built_in
         from flockesc_env.watch import serve
 
