@@ -17,7 +17,7 @@ from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import NamedPolicy
 
 SMALL = FlockScenario(num_agents=12, num_steps=9)
-SMALL_FLAGS = ["--num-agents", "12", "--num-steps", "9"]
+SMALL_FLAGS = ["--set", "num_agents=12", "--set", "num_steps=9"]
 FLOCKESC = [sys.executable, "-m", "flockesc_env"]
 TIMEOUT = 60  # seconds; reached only by a command that does not end
 

@@ -104,7 +104,7 @@ def test_a_video(suffix: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
         (["--seed", "-1"], "seed"),
         (["--output", "page.pdf"], "output"),
         (["--output", "nowhere/page.html"], "output"),
-        (["--model", "line"], "model"),
+        (["--scenario", "paper-line"], "scenario"),
         (["--port", "70000", "--no-browser"], "port"),
         (["nothing.npz"], "nothing.npz"),
         (["line.npz"], "files"),
