@@ -23,9 +23,6 @@ const LAYERS: [&[&str]; 10] = [
     &["sweep", "graph"],
 ];
 
-/// Uses that still run up: (from, to).
-const STANDING: [(&str, &str); 1] = [("observation", "episode")];
-
 /// The layer of a room.
 fn layer_of(room: &str) -> Option<usize> {
     LAYERS.iter().position(|rooms| rooms.contains(&room))
@@ -171,7 +168,6 @@ fn no_room_uses_one_above_it() {
     let rooms: BTreeSet<&str> = root.children.iter().map(String::as_str).collect();
     assert_eq!(rooms, LAYERS.concat().into_iter().collect());
 
-    let mut standing = BTreeSet::new();
     let mut up = Vec::new();
     for (file, module) in &found {
         let room = module.path[0].as_str();
@@ -183,13 +179,8 @@ fn no_room_uses_one_above_it() {
             if used_room == room || Some(layer) < layer_of(room) {
                 continue;
             }
-            if STANDING.contains(&(room, used_room)) {
-                standing.insert((room, used_room));
-            } else {
-                up.push(format!("{file}: crate::{}", used.join("::")));
-            }
+            up.push(format!("{file}: crate::{}", used.join("::")));
         }
     }
     assert!(up.is_empty(), "uses that run up:\n{}", up.join("\n"));
-    assert_eq!(standing, STANDING.into(), "uses that no longer run up");
 }

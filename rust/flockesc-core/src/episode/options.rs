@@ -5,7 +5,6 @@ use serde::Deserialize;
 use crate::base::check::{MAX_STEPS, not_negative, positive, within};
 use crate::base::document::parse;
 use crate::base::error::{Error, Result};
-use crate::flock::FlockConfig;
 use crate::observation::{SensingRange, View};
 use crate::reward::{Objective, Reward};
 
@@ -45,11 +44,5 @@ impl EpisodeConfig {
             return Err(Error::config("reward", expected, "an individual reward"));
         }
         Ok(config)
-    }
-
-    /// Whether a predator is seen from this distance in m.
-    pub(crate) fn is_sensed(&self, distance: f64, scenario: &FlockConfig) -> bool {
-        self.predator_sensing_range
-            .is_none_or(|range| range.reaches(distance, scenario))
     }
 }
