@@ -3,13 +3,14 @@
 use std::fmt;
 
 use serde::de::{SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::layout::Column;
 use crate::base::error::{Error, Result};
 
 /// One number for the flock, or one per agent.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum PerAgent {
     /// The same for every agent.
     Shared(f64),

@@ -1,6 +1,6 @@
 //! The line model's scenario.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::escape::EscapeForce;
 use crate::base::check::{MAX_AGENTS, MAX_STEPS, coordinate, not_negative, quantity, within};
@@ -8,7 +8,7 @@ use crate::base::document::parse;
 use crate::base::error::Result;
 
 /// The line model's parameters (docs/model.md). Every field is required: defaults live in Python.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LineConfig {
     /// n, number of agents, at least 1.

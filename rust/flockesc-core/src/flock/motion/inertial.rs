@@ -1,6 +1,6 @@
 //! The paper's law: forces change velocities.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::Force;
 use super::traits::Traits;
@@ -9,7 +9,7 @@ use crate::base::vector::{SHORTEST, squared_norm};
 use crate::flock::scenario::FlockConfig;
 
 /// Steps 3 and 4.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Inertial {}
 

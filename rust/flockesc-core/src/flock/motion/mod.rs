@@ -9,7 +9,7 @@ mod traits;
 mod vicsek;
 
 use multiversion::multiversion;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 pub use inertial::Inertial;
 pub use reynolds::Reynolds;
@@ -26,7 +26,7 @@ use forces::{add_escape_force, consensus_force};
 use traits::Traits;
 
 /// The law by which forces set velocities.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Motion {
     /// Forces change velocities.

@@ -1,6 +1,6 @@
 //! Separation and cohesion, the two of the three rules of C. W. Reynolds' boids (1987) that the paper's law has not.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::Force;
 use super::traits::Traits;
@@ -12,7 +12,7 @@ use crate::base::vector::{SHORTEST, squared_norm};
 use crate::neighbor::Pairs;
 
 /// Agents that also keep together and apart.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reynolds {
     /// Weight of the force away from close neighbors, at least 0.

@@ -1,6 +1,6 @@
 //! Heading replaced at once, as in T. Vicsek et al., PRL 75, 1226 (1995).
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::Force;
 use super::traits::Traits;
@@ -9,7 +9,7 @@ use crate::base::vector::{SHORTEST, squared_norm};
 use crate::flock::scenario::FlockConfig;
 
 /// Agents without mass: the force is the new heading.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Vicsek {}
 

@@ -3,10 +3,10 @@
 pub(super) mod topological;
 pub(super) mod voronoi;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// The rule that makes agents neighbors; an agent is always its own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum NeighborRule {
     /// All agents within the interaction range, boundary included.

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{SVector, Vector3};
 use rand_chacha::ChaCha8Rng;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::check_direction;
 use crate::base::check::within_bounds;
@@ -14,7 +14,7 @@ use crate::base::vector::{heading, least_aligned_axis};
 use crate::flock::initial::space::{Space, embed};
 
 /// Uniform over the directions (in the plane: angles) within `spread` of `direction`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AlignedHeadings {
     /// Of any length but 0; length D, or 2 for a direction in the plane.

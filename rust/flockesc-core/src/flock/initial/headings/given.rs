@@ -1,7 +1,7 @@
 //! Given directions.
 
 use nalgebra::SVector;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::check_direction;
 use crate::base::error::Result;
@@ -9,7 +9,7 @@ use crate::base::vector::heading;
 use crate::flock::initial::space::{Space, embed};
 
 /// One direction per agent, in the order of their names.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GivenHeadings {
     /// n vectors of any length but 0, each of length D, or 2 for a direction in the plane.

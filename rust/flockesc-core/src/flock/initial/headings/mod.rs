@@ -6,7 +6,7 @@ mod random;
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 pub use aligned::AlignedHeadings;
 pub use given::GivenHeadings;
@@ -18,7 +18,7 @@ use crate::base::error::{Error, Result};
 use crate::base::vector::SHORTEST;
 
 /// The distribution of v(0) / v0.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum InitialHeadings {
     /// Uniform over all directions.

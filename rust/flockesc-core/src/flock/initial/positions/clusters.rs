@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::times;
 use crate::base::check::{MAX_AGENTS, quantity, within};
@@ -10,7 +10,7 @@ use crate::base::error::Result;
 use crate::flock::initial::space::Space;
 
 /// Normal around centers that are uniform in the initial region; agent i belongs to center i modulo their number.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Clusters {
     /// Number of centers, at least 1.

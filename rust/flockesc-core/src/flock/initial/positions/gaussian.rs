@@ -2,14 +2,14 @@
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::base::check::quantity;
 use crate::base::error::Result;
 use crate::flock::initial::space::Space;
 
 /// Normal around the center of the initial region, every coordinate on its own.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gaussian {
     /// Of every coordinate in m, at least 0.

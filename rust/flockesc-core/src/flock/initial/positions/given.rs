@@ -1,13 +1,13 @@
 //! Given points.
 
 use nalgebra::SVector;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::base::error::Result;
 use crate::flock::initial::space::{Space, embed};
 
 /// One point per agent, in the order of their names.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GivenPositions {
     /// n points in m, each of length D, or 2 for a point in the plane.

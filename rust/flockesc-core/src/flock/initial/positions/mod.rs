@@ -12,7 +12,7 @@ use std::iter::repeat_with;
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 pub use clusters::Clusters;
 pub use disc::Disc;
@@ -26,7 +26,7 @@ use super::space::Space;
 use crate::base::error::Result;
 
 /// The distribution of r(0), named by its shape in the plane.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum InitialPositions {
     /// Uniform in the initial region; in space a cube.

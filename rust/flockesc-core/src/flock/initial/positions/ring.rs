@@ -2,14 +2,14 @@
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::base::check::positive_quantity;
 use crate::base::error::{Error, Result};
 use crate::flock::initial::space::Space;
 
 /// Uniform within `width` / 2 of the circle of `radius` around the center of the initial region.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ring {
     /// In m, from 1e-20 to 1e20.

@@ -2,14 +2,14 @@
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::base::error::Result;
 use crate::base::rng;
 use crate::flock::initial::space::{Space, embed};
 
 /// Uniform between `start` and `end`, each of length D, or 2 for a point in the plane.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Segment {
     /// In m.

@@ -1,8 +1,8 @@
 //! The paper's: uniform in the initial region.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// Uniform in `[0, side]^D`, or `[0, side]^2` for a flock that starts in the plane.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Square {}
