@@ -17,7 +17,7 @@ use crate::parallel::Progress;
 
 /// What a line environment pays and how long an action holds (docs/model.md).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct LineEpisodeConfig {
     /// What a step pays.
     pub reward: LineReward,
@@ -41,6 +41,16 @@ pub enum LineReward {
 impl LineReward {
     /// The names of all terms in documents.
     pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
+}
+
+impl Default for LineEpisodeConfig {
+    fn default() -> Self {
+        Self {
+            reward: LineReward::Change,
+            max_range: 1.0,
+            steps_per_action: 1,
+        }
+    }
 }
 
 impl LineEpisodeConfig {
