@@ -20,7 +20,7 @@ const LAYERS: [&[&str]; 10] = [
     &["reward"],
     &["observation"],
     &["episode"],
-    &["sweep", "graph"],
+    &["sweep", "graph", "kinds"],
 ];
 
 /// The layer of a room.

@@ -26,8 +26,9 @@ use forces::{add_escape_force, consensus_force};
 use traits::Traits;
 
 /// The law by which forces set velocities.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, strum::VariantNames)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Motion {
     /// Forces change velocities.
     Inertial(Inertial),
@@ -35,6 +36,11 @@ pub enum Motion {
     Vicsek(Vicsek),
     /// Forces change velocities, and neighbors attract and repel each other, too.
     Reynolds(Reynolds),
+}
+
+impl Motion {
+    /// The names of all kinds in documents.
+    pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
 }
 
 impl Motion {

@@ -6,8 +6,9 @@ pub(super) mod voronoi;
 use serde::{Deserialize, Serialize};
 
 /// The rule that makes agents neighbors; an agent is always its own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, strum::VariantNames)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[strum(serialize_all = "snake_case")]
 pub enum NeighborRule {
     /// All agents within the interaction range, boundary included.
     Metric {},
@@ -15,4 +16,9 @@ pub enum NeighborRule {
     Topological {},
     /// The agents within the interaction range whose Voronoi cells share an edge with the own one; in the plane only.
     Voronoi {},
+}
+
+impl NeighborRule {
+    /// The names of all kinds in documents.
+    pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
 }

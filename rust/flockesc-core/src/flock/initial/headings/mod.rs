@@ -18,8 +18,9 @@ use crate::base::error::{Error, Result};
 use crate::base::vector::SHORTEST;
 
 /// The distribution of v(0) / v0.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, strum::VariantNames)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum InitialHeadings {
     /// Uniform over all directions.
     Random(RandomHeadings),
@@ -27,6 +28,11 @@ pub enum InitialHeadings {
     Aligned(AlignedHeadings),
     /// Given directions.
     GivenHeadings(GivenHeadings),
+}
+
+impl InitialHeadings {
+    /// The names of all kinds in documents.
+    pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
 }
 
 impl InitialHeadings {

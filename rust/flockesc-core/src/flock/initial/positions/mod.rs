@@ -26,8 +26,9 @@ use super::space::Space;
 use crate::base::error::Result;
 
 /// The distribution of r(0), named by its shape in the plane.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, strum::VariantNames)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum InitialPositions {
     /// Uniform in the initial region; in space a cube.
     Square(Square),
@@ -43,6 +44,11 @@ pub enum InitialPositions {
     Clusters(Clusters),
     /// Given points.
     GivenPositions(GivenPositions),
+}
+
+impl InitialPositions {
+    /// The names of all kinds in documents.
+    pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
 }
 
 impl InitialPositions {
