@@ -52,7 +52,7 @@ pub use line::{
     EscapeForce, Line, LineConfig, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory,
     line_entries, simulate_line,
 };
-pub use neighbor::{NeighborRule, Ranges};
+pub use neighbor::{Metric, NeighborRule, Ranges, Topological, Voronoi};
 pub use observation::{SameRange, SensingRange, View, entries, predator_entries};
 pub use parallel::{Progress, forked};
 pub use predator::{

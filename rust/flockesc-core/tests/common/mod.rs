@@ -1,7 +1,7 @@
 //! Flocks that the tests share.
 
 use flockesc_core::{
-    ConstantVelocity, FlockConfig, Inertial, InitialHeadings, InitialPositions, Motion,
+    ConstantVelocity, FlockConfig, Inertial, InitialHeadings, InitialPositions, Metric, Motion,
     NeighborRule, PerAgent, PredatorConfig, PurePursuit, RandomHeadings, Randomization, Square,
     Target,
 };
@@ -49,7 +49,7 @@ pub(crate) fn scenario(
             }),
         ],
         capture_radius: None,
-        neighbor_rule: NeighborRule::Metric {},
+        neighbor_rule: NeighborRule::Metric(Metric {}),
         blind_angle: 0.0,
         mutual: false,
         frozen_graph: false,

@@ -3,7 +3,7 @@ use crate::agents::PerAgent;
 use crate::flock::{
     Inertial, InitialHeadings, InitialPositions, Motion, RandomHeadings, Randomization, Square,
 };
-use crate::neighbor::NeighborRule;
+use crate::neighbor::{Metric, NeighborRule};
 use crate::observation::View;
 use crate::predator::{ConstantVelocity, PredatorConfig};
 use crate::reward::{Objective, Reward};
@@ -37,7 +37,7 @@ pub(super) fn batch(num_flocks: usize, num_threads: usize) -> Batch<2> {
         constant_speed: true,
         predators: vec![PredatorConfig::ConstantVelocity(predator)],
         capture_radius: None,
-        neighbor_rule: NeighborRule::Metric {},
+        neighbor_rule: NeighborRule::Metric(Metric {}),
         blind_angle: 0.0,
         mutual: false,
         frozen_graph: false,
