@@ -43,9 +43,9 @@ pub use base::rng::episode_seed;
 pub use episode::{AtEnd, Batch, Episode, EpisodeConfig, Metrics, Reset, Running};
 pub use flock::{
     AlignedHeadings, Choice, Clusters, Disc, Distribution, FlockConfig, Gaussian, GivenHeadings,
-    GivenPositions, Inertial, InitialHeadings, InitialPositions, InitialState, Interval, Motion,
-    PredatorDistance, RandomHeadings, Randomization, Reynolds, Ring, Schedule, Segment, Square,
-    Trajectory, Vicsek, World, simulate_flock,
+    GivenPositions, Inertial, InitialHeadings, InitialPositions, InitialState, LogUniform, Motion,
+    PredatorDistance, RandomHeadings, Reynolds, Ring, Schedule, Segment, Square, Trajectory,
+    Uniform, Vicsek, World, simulate_flock,
 };
 pub use graph::{NeighborGraph, laplacian, perron_matrix};
 pub use line::{

@@ -12,7 +12,7 @@ use crate::base::error::{Error, Result};
 const MAGIC: [u8; 4] = *b"FESC";
 
 /// Changes whenever the body does.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 const HEAD: usize = 16;
 
@@ -77,7 +77,12 @@ pub(crate) fn open<T: DeserializeOwned>(of: Fingerprint, state: &[u8]) -> Result
     read(body)
 }
 
-/// Reads a body.
+/// Writes a part of a body. Plain data can always be written.
+pub(crate) fn write(part: &impl Serialize) -> Vec<u8> {
+    postcard::to_allocvec(part).unwrap_or_default()
+}
+
+/// Reads a body, or a part of one.
 pub(crate) fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T> {
     match postcard::take_from_bytes(body) {
         Ok((value, [])) => Ok(value),
@@ -116,6 +121,15 @@ pub(crate) fn are_sound<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> bool 
 pub(crate) fn check_numbers(numbers: &[f64], count: usize, what: &str) -> Result<()> {
     check(numbers.len() == count, what)?;
     check(numbers.iter().all(|number| is_sound(*number)), what)
+}
+
+/// Refuses a vector with an entry that is not [sound](is_sound).
+pub(crate) fn check_vector<const D: usize>(
+    vector: Option<&SVector<f64, D>>,
+    what: &str,
+) -> Result<()> {
+    let mut entries = vector.into_iter().flat_map(|vector| vector.iter());
+    check(entries.all(|entry| is_sound(*entry)), what)
 }
 
 /// A vector of D sound entries.

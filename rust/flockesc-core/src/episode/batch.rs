@@ -18,7 +18,7 @@ use crate::base::rng::episode_seed;
 use crate::flock::{FlockConfig, InitialState, check_controls, check_ranges};
 use crate::observation;
 use crate::parallel::{self, Pool, Progress, spread};
-use crate::reward::Reward;
+use crate::reward::Term;
 use crate::snapshot::Fingerprint;
 
 /// What a step does with a slot whose episode has ended.
@@ -229,6 +229,20 @@ impl<const D: usize> Batch<D> {
         Ok(measured?.into_iter().flatten().collect())
     }
 
+    /// What the team of every slot earned in the last step: its reward or, where rewards differ between agents, their
+    /// mean over all agents, caught ones included. 0 for a slot that has made no step since its reset.
+    #[must_use]
+    pub fn team_rewards(&self) -> Vec<f64> {
+        self.slots.iter().map(Slot::team_reward).collect()
+    }
+
+    /// What the predators of every slot earned in the last step: the opposite of [`Self::team_rewards`].
+    #[must_use]
+    pub fn predator_rewards(&self) -> Vec<f64> {
+        let team_rewards = self.slots.iter().map(Slot::team_reward);
+        team_rewards.map(|reward| 0.0 - reward).collect()
+    }
+
     /// Writes the observations of `slots`, one after the other.
     ///
     /// # Errors
@@ -328,9 +342,9 @@ impl<const D: usize> Batch<D> {
 
 fn work_each(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
     let n = scenario.num_agents;
-    let visits = match config.reward {
-        Reward::Difference => n,
-        _ => scenario.neighbor_options().visits_per_agent(n),
+    let visits = match config.reward.term::<2>() {
+        Term::Team(_) | Term::Individual(_) => scenario.neighbor_options().visits_per_agent(n),
+        Term::Counterfactual(_) => n,
     };
     let steps = config.steps_per_action.min(scenario.num_steps);
     n.saturating_mul(visits).saturating_mul(steps)

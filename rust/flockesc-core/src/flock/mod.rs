@@ -17,7 +17,7 @@ pub use initial::{
 pub use initial_state::InitialState;
 pub use metrics::PredatorDistance;
 pub use motion::{Inertial, Motion, Reynolds, Vicsek};
-pub use randomization::{Choice, Distribution, Interval, Randomization};
+pub use randomization::{Choice, Distribution, LogUniform, Uniform};
 pub use scenario::FlockConfig;
 pub use simulate::{Schedule, Trajectory, simulate_flock};
 pub(crate) use simulate::{check_controls, check_ranges};

@@ -69,7 +69,7 @@ impl<const D: usize> World<D> {
             agents: &self.agents,
             neighborhood: &self.neighborhood,
         };
-        predator::accelerate(&mut self.predators, self.config.time_step, prey);
+        predator::prepare(&mut self.predators, self.config.time_step, prey);
         if self.agents.len() > 0 {
             self.neighborhood.sum_neighbors(&mut self.agents, ranges);
         }
@@ -121,7 +121,7 @@ impl<const D: usize> World<D> {
     /// Sets the actions of learned predators from now on: D entries in [-1, 1] for each. An empty slice: they fly
     /// straight on.
     pub fn control(&mut self, controls: &[f64]) {
-        predator::control(&mut self.predators, controls);
+        predator::set_actions(&mut self.predators, controls);
     }
 
     /// The parameters, with drawn values.

@@ -1,9 +1,9 @@
 //! Escape forces of the line model (paper, Eqs. 8 and 9).
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// The force that a fixed predator adds to the consensus, felt strictly inside its range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EscapeForce {
     /// s sign(x_i - x_p) (Eq. 8).

@@ -1,11 +1,11 @@
 //! How far a predator is seen.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::flock::FlockConfig;
 
 /// Distance up to which a predator is seen.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum SensingRange {
     /// In m.
@@ -15,7 +15,7 @@ pub enum SensingRange {
 }
 
 /// A range that another one is equal to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SameRange {
     /// rho_p of the episode's scenario.

@@ -146,7 +146,7 @@ mod tests {
         let error = running.restore(&[0], &bytes).expect_err("another version");
         assert_eq!(
             error.to_string(),
-            "state: expected version 2, got version 3"
+            "state: expected version 3, got version 4"
         );
     }
 }

@@ -1,19 +1,24 @@
-//! The mean change of distance over those near each agent, whom it may hear.
+//! The change of distance in a step: each agent's own, or the mean over its neighborhood.
 
-use super::Moment;
+use super::{Moment, add_changes};
 use crate::agents::GROUP;
 use crate::base::exact::Scale;
 use crate::neighbor::Ranges;
 
-/// Adds to every agent in the flock the mean of d_j(t) - d_j(t-1) in m over those who are its neighbors at t under the
-/// largest range, itself included.
-pub(super) fn add_mean_changes<const D: usize>(moment: &Moment<'_, D>, rewards: &mut [f64]) {
+/// Adds d_i(t) - d_i(t-1).
+pub(super) fn individual<const D: usize>(moment: &Moment<'_, D>, rewards: &mut [f64]) {
+    add_changes(moment.distances, moment.distances_before, rewards);
+}
+
+/// Adds for every agent in the flock the mean of d_j(t) - d_j(t-1) in m over its neighbors at t under the largest
+/// range, itself included.
+pub(super) fn neighborhood<const D: usize>(moment: &Moment<'_, D>, rewards: &mut [f64]) {
     let agents = moment.world.agents();
     if agents.len() == 0 {
         return;
     }
-    let now = moment.own_distances;
-    let change = |&name: &u32| now[name as usize] - moment.own_distances_before[name as usize];
+    let now = moment.distances;
+    let change = |&name: &u32| now[name as usize] - moment.distances_before[name as usize];
     let changes: Vec<f64> = agents.names().iter().map(change).collect();
     let largest = changes
         .iter()
