@@ -34,7 +34,7 @@ pub use line::{
     EscapeForce, Line, LineConfig, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory,
     line_entries, simulate_line,
 };
-pub use neighbor::{NeighborRule, Ranges};
+pub use neighbor::{Metric, NeighborRule, Ranges, Topological, Voronoi};
 pub use observation::{SensingRange, View, entries, predator_entries};
 pub use parallel::Progress;
 pub use predator::{

@@ -77,7 +77,11 @@ impl<const D: usize> Batch<D> {
         scenario.check()?;
         config.check()?;
         if scenario.dimension != D {
-            return Err(Error::config("dimension", D.to_string(), scenario.dimension));
+            return Err(Error::config(
+                "dimension",
+                D.to_string(),
+                scenario.dimension,
+            ));
         }
         if scenario.predators.is_empty() {
             let why = "at least one predator: an environment rewards the distance to it";

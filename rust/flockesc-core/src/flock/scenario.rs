@@ -9,15 +9,16 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::initial::{InitialHeadings, InitialPositions, RandomHeadings, Space, Square};
+use super::motion::{Inertial, Motion, Parameters};
 use super::randomization::{self, Distribution};
-use super::{Inertial, InitialHeadings, InitialPositions, Motion, RandomHeadings, Space, Square};
 use crate::agents::PerAgent;
 use crate::base::check::{
     MAX_AGENTS, MAX_STEPS, not_negative, positive_quantity, quantity, within, within_bounds,
 };
 use crate::base::document::{parse, parse_value};
 use crate::base::error::{Error, Result};
-use crate::neighbor::{NeighborOptions, NeighborRule, Sight, Torus};
+use crate::neighbor::{FieldOfView, Metric, NeighborOptions, NeighborRule, Torus};
 use crate::predator::{self, ConstantVelocity, PredatorConfig};
 
 /// The flock model's parameters (docs/model.md). The default, also of each field that a document leaves out, is the
@@ -115,7 +116,7 @@ impl Default for FlockConfig {
                 position: vec![-30.0, -30.0],
                 velocity: vec![10.0, 10.0],
             })],
-            neighbor_rule: NeighborRule::Metric {},
+            neighbor_rule: NeighborRule::Metric(Metric {}),
             blind_angle: 0.0,
             mutual: false,
             frozen_graph: false,
@@ -171,7 +172,7 @@ impl FlockConfig {
             value.check(field, self.num_agents, positive_quantity)?;
         }
         positive_quantity("initial_side", self.initial_side)?;
-        let space = Space::of(self);
+        let space = self.space();
         self.initial_positions.check(&space, self.num_agents)?;
         self.initial_headings.check(&space, self.num_agents)?;
         not_negative("predator_range", self.predator_range)?;
@@ -194,37 +195,49 @@ impl FlockConfig {
 
     fn check_neighbors(&self) -> Result<()> {
         within_bounds("blind_angle", self.blind_angle, 0.0, TAU)?;
-        let is_voronoi = match self.neighbor_rule {
-            NeighborRule::Metric {} | NeighborRule::Topological {} => false,
-            NeighborRule::Voronoi {} => true,
-        };
-        if is_voronoi && self.dimension != 2 {
-            let expected = "metric or topological, where the dimension is not 2";
-            return Err(Error::config("neighbor_rule", expected, "voronoi"));
-        }
+        self.neighbor_rule
+            .check(self.dimension, self.periodic_side)?;
         if let Some(side) = self.periodic_side {
             positive_quantity("periodic_side", side)?;
-            let reason = if is_voronoi {
-                "None with neighbor_rule voronoi"
-            } else if !self.predators.is_empty() {
-                "None with predators, which come from outside"
-            } else {
-                return Ok(());
-            };
-            return Err(Error::config("periodic_side", reason, side));
+            if !self.predators.is_empty() {
+                let expected = "None with predators, which come from outside";
+                return Err(Error::config("periodic_side", expected, side));
+            }
         }
         Ok(())
+    }
+
+    /// The space that the flock starts in.
+    pub(crate) fn space(&self) -> Space {
+        Space::new(self.dimension, self.initial_plane, self.initial_side)
+    }
+
+    /// The parameters of the agents' motion.
+    pub(super) fn motion_parameters(&self) -> Parameters<'_> {
+        Parameters {
+            num_agents: self.num_agents,
+            time_step: self.time_step,
+            mass: &self.mass,
+            speed: &self.speed,
+            alignment_strength: &self.alignment_strength,
+            repulsion_strength: &self.repulsion_strength,
+            predator_range: self.predator_range,
+            angular_noise: self.angular_noise,
+            sensing_noise: self.sensing_noise,
+            sensing_delay: self.sensing_delay,
+            constant_speed: self.constant_speed,
+        }
     }
 
     /// What this says of the neighbor graph.
     pub(crate) fn neighbor_options(&self) -> NeighborOptions {
         NeighborOptions {
             rule: self.neighbor_rule,
-            sight: Sight::new(self.blind_angle),
+            field_of_view: FieldOfView::new(self.blind_angle),
             torus: Torus::new(self.periodic_side),
             is_mutual: self.mutual,
             is_frozen: self.frozen_graph,
-            visits: matches!(self.motion, Motion::Reynolds(_)),
+            visits: self.motion.needs_pairs(),
         }
     }
 

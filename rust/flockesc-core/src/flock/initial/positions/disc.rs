@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::check::positive_quantity;
 use crate::base::error::Result;
+use crate::flock::initial::distribution::{Distribution, times};
 use crate::flock::initial::space::Space;
 
 /// Uniform within `radius` of the center of the initial region.
@@ -16,17 +17,17 @@ pub struct Disc {
     pub radius: f64,
 }
 
-impl Disc {
-    pub(super) fn check(&self) -> Result<()> {
-        let field = "initial_positions.disc.radius";
-        positive_quantity(field, self.radius)
+impl Distribution for Disc {
+    fn check(&self, path: &str, _space: &Space, _count: usize) -> Result<()> {
+        positive_quantity(&format!("{path}.radius"), self.radius)
     }
 
-    pub(super) fn draw<const D: usize>(
+    fn draw<const D: usize>(
         &self,
         space: &Space,
+        count: usize,
         rng: &mut ChaCha8Rng,
-    ) -> SVector<f64, D> {
-        space.shell(0.0, self.radius, rng)
+    ) -> Vec<SVector<f64, D>> {
+        times(count, || space.shell(0.0, self.radius, rng))
     }
 }
