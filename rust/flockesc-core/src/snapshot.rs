@@ -112,6 +112,11 @@ pub(crate) fn is_range(number: f64) -> bool {
     number.is_finite() && number >= 0.0
 }
 
+/// Whether a step can have left all of these numbers.
+pub(crate) fn are_sound<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> bool {
+    numbers.into_iter().all(|number| is_sound(*number))
+}
+
 /// Refuses numbers that are not as many, or not [sound](is_sound).
 pub(crate) fn check_numbers(numbers: &[f64], count: usize, what: &str) -> Result<()> {
     check(numbers.len() == count, what)?;

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::SVector;
 
-use super::{InitialState, World};
+use super::initial_state::InitialState;
+use super::world::World;
 use crate::base::error::{Error, Result};
 use crate::flock::scenario::FlockConfig;
 use crate::neighbor::Ranges;

@@ -4,7 +4,7 @@ mod state;
 
 use std::sync::Arc;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::Line;
 use super::step::check_range;
@@ -16,8 +16,8 @@ use crate::line::scenario::LineConfig;
 use crate::parallel::Progress;
 
 /// What a line environment pays and how long an action holds (docs/model.md).
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct LineEpisodeConfig {
     /// What a step pays.
     pub reward: LineReward,
@@ -28,7 +28,7 @@ pub struct LineEpisodeConfig {
 }
 
 /// The reward of the line; both sum to d_ss - d(0) exactly.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, strum::VariantNames)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, strum::VariantNames)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 pub enum LineReward {
@@ -41,6 +41,16 @@ pub enum LineReward {
 impl LineReward {
     /// The names of all terms in documents.
     pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
+}
+
+impl Default for LineEpisodeConfig {
+    fn default() -> Self {
+        Self {
+            reward: LineReward::Change,
+            max_range: 1.0,
+            steps_per_action: 1,
+        }
+    }
 }
 
 impl LineEpisodeConfig {
