@@ -22,7 +22,7 @@ const LAYERS: [&[&str]; 10] = [
     &["reward"],
     &["observation"],
     &["episode"],
-    &["sweep", "graph"],
+    &["sweep", "graph", "kinds"],
 ];
 
 type Names = Vec<String>;

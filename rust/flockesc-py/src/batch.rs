@@ -2,9 +2,8 @@
 
 mod inner;
 
-use flockesc_core::{
-    AtEnd, Batch, EpisodeConfig, Error, FlockConfig, InitialState, predator_entries,
-};
+use flockesc_core::bindings::AtEnd;
+use flockesc_core::{Batch, EpisodeConfig, Error, FlockConfig, InitialState, predator_entries};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn};
 use pyo3::intern;
 use pyo3::prelude::*;

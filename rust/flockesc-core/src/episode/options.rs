@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::base::check::{MAX_STEPS, not_negative, positive, within};
 use crate::base::document::parse;
 use crate::base::error::{Error, Result};
-use crate::observation::{SameRange, SensingRange, View};
+use crate::observation::{SensingRange, View};
 use crate::reward::{Objective, Reward};
 
 /// What an environment rewards and shows (docs/model.md). A field that a document leaves out has its default.
@@ -42,7 +42,7 @@ impl Default for EpisodeConfig {
             objective: Objective::Mean,
             reward: Reward::RunningMinimum,
             max_range: 100.0,
-            predator_sensing_range: Some(SensingRange::Same(SameRange::PredatorRange)),
+            predator_sensing_range: Some(SensingRange::PredatorRange),
             steps_per_action: 1,
         }
     }

@@ -137,6 +137,12 @@ impl FlockConfig {
         Ok(config)
     }
 
+    /// The document, with every field.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        self.document().to_string()
+    }
+
     /// Checks every field, and that all draws of the randomization fit.
     ///
     /// # Errors
@@ -146,7 +152,7 @@ impl FlockConfig {
         if self.randomization.is_empty() {
             return Ok(());
         }
-        randomization::check(&self.randomization, &self.document(), |drawn| {
+        randomization::check(&self.randomization, &self.undrawn_document(), |drawn| {
             parse_value::<Self>(drawn)?.check_fields()
         })
     }
@@ -253,14 +259,18 @@ impl FlockConfig {
     }
 
     fn drawn_document(&self, seed: u64) -> Value {
-        let mut document = self.document();
+        let mut document = self.undrawn_document();
         randomization::draw(&self.randomization, seed, &mut document);
         document
     }
 
-    /// The document that every draw begins with.
     fn document(&self) -> Value {
-        let mut document = serde_json::to_value(self).unwrap_or_default();
+        serde_json::to_value(self).unwrap_or_default()
+    }
+
+    /// The document that every draw begins with.
+    fn undrawn_document(&self) -> Value {
+        let mut document = self.document();
         document["randomization"] = Value::Array(Vec::new());
         document
     }

@@ -44,10 +44,16 @@ impl Default for LineConfig {
 }
 
 impl LineConfig {
+    /// The document, with every field.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_value(self).unwrap_or_default().to_string()
+    }
+
     /// Parses and checks a document.
     ///
     /// # Errors
-    /// [`Error::Config`] naming the field that is unknown, missing, of a wrong type or out of bounds.
+    /// [`crate::Error::Config`] naming the field that is unknown, of a wrong type or out of bounds.
     pub fn from_json(document: &str) -> Result<Self> {
         let config: Self = parse(document)?;
         within("num_agents", config.num_agents, 1, MAX_AGENTS)?;

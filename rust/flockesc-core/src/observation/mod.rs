@@ -12,7 +12,7 @@ mod view;
 
 use crate::base::entry::Entry;
 pub(crate) use scene::Scene;
-pub use sensing::{SameRange, SensingRange};
+pub use sensing::SensingRange;
 use table::Entries;
 pub use view::View;
 

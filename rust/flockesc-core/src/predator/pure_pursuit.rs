@@ -26,8 +26,9 @@ steering! {
 }
 
 /// What a predator pursues; among equal agents the one with the lowest index.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, strum::VariantNames)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Target {
     /// The agent nearest to the predator.
     Nearest,
@@ -37,6 +38,11 @@ pub enum Target {
     MostIsolated,
     /// Its own agent: predators with this target pursue distinct agents.
     Assigned,
+}
+
+impl Target {
+    /// The names of all kinds in documents.
+    pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
 }
 
 /// The agents that a predator keeps to.
