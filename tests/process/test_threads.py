@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from envs import MAKERS, play
+from envs import adapters, play, start
 from option_table import small_flock
 
 from flockesc_env import (
@@ -55,10 +55,14 @@ def at_once(work: Callable[[int], Any]) -> list[Any]:
         return list(pool.map(begin, range(THREADS)))
 
 
-@pytest.mark.parametrize("name", [name for name in MAKERS if name != "pictures"])  # SDL draws in one thread
-def test_eight_threads_play_as_one(name: str) -> None:
+def played(env: Any, index: int, num_steps: int) -> list[Any]:
+    return [start(env, index), *play(env, np.random.default_rng(index), num_steps)]
+
+
+@adapters(lambda adapter: not adapter.has_pictures)  # SDL draws in one thread
+def test_eight_threads_play_as_one(make: Callable[[], Any]) -> None:
     def whole(index: int) -> Any:
-        return play(MAKERS[name](), 9, index)
+        return played(make(), index, 9)
 
     for there, here in zip(at_once(whole), map(whole, range(THREADS)), strict=True):
         np.testing.assert_equal(there, here)
@@ -76,7 +80,7 @@ def test_eight_threads_share_one_pool() -> None:
             return sweep(small, [1.0, 9.0], range(index, index + 30), num_threads=2).min_mean_distance
         if index % 4 == 2:
             return rollout(FixedRange(9.0), range(index, 40), scenario=small, num_threads=2).mean_return
-        return play(FlockEscapeEnv(large, num_threads=2), 5, index)
+        return played(FlockEscapeEnv(large, num_threads=2), index, 5)
 
     for there, here in zip(at_once(work), map(work, range(THREADS)), strict=True):
         np.testing.assert_equal(there, here)
