@@ -36,7 +36,7 @@ from flockesc_env.policies.rollout import Episodes, record, rollout
 from flockesc_env.policies.rollout_line import LineEpisodes, rollout_line
 from flockesc_env.render import RenderOptions
 from flockesc_env.scenario.approach import approach
-from flockesc_env.scenario.flock import FlockScenario, LineScenario
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.initial import (
     AlignedHeadings,
     Clusters,
@@ -50,6 +50,7 @@ from flockesc_env.scenario.initial import (
     Square,
 )
 from flockesc_env.scenario.initial_files import read_initial_state
+from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.motion import Inertial, Reynolds, Vicsek
 from flockesc_env.scenario.neighbors import Metric, NeighborRule, Topological, Voronoi
 from flockesc_env.scenario.predators import (

@@ -20,9 +20,10 @@ from tyro.constructors import (
 
 from flockesc_env.cli.parts import part_rule
 from flockesc_env.common.errors import ArgumentError, ScenarioError
-from flockesc_env.scenario.flock import FlockScenario, LineScenario, Scenario
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.initial_files import read_initial_state
-from flockesc_env.scenario.presets import PRESETS, as_scenario, preset
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import PRESETS, Scenario, as_scenario, preset
 
 MODELS: dict[str, type[Scenario]] = {"flock": FlockScenario, "line": LineScenario}
 _DEFAULT_MODEL = "flock"

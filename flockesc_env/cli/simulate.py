@@ -15,7 +15,8 @@ from flockesc_env.models import records
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate, simulate_line
 from flockesc_env.policies.files import find_policy
 from flockesc_env.policies.registry import NAMES
-from flockesc_env.scenario.flock import FlockScenario, LineScenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
 
 _MEANINGS = {
     "min_mean_distance": "m, J_mean: minimum over time of the mean distance to the predator (Eq. 12)",

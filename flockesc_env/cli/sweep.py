@@ -23,7 +23,8 @@ from flockesc_env.common.progress import progress_bar
 from flockesc_env.episodes.options import GRID_SIZE, EnvOptions, LineOptions
 from flockesc_env.models import records
 from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
-from flockesc_env.scenario.flock import FlockScenario, Scenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.presets import Scenario
 
 _CHUNK_SECONDS = 0.5
 """Chunks of seeds grow until they take this long: about so much work is lost on Ctrl-C."""

@@ -1,6 +1,6 @@
 """Checks shared by everything that takes arguments: what passes is a plain, contiguous, finite value.
 
-Each takes the value and the name that an error gives it, and raises ``error``, a ``FlockescError``, for
+Each takes the value and the name that an error gives it, and raises ``error``, an ``InputError``, for
 anything but what it returns.
 """
 
@@ -15,14 +15,14 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.errors import ArgumentError, FlockescError, shown
+from flockesc_env.common.errors import ArgumentError, InputError, shown
 
 FloatArray = NDArray[np.float64]
 
 MAX_SEED = 2**64 - 1
 
 _T = TypeVar("_T")
-_Error = type[FlockescError]
+_Error = type[InputError]
 
 
 def as_integer(value: Any, field: str, error: _Error = ArgumentError) -> int:

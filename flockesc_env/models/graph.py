@@ -6,16 +6,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_floats, as_instance
+from flockesc_env.common.checks import FloatArray, as_floats
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.presets import as_scenario
 
 
 def component_labels(
     positions: ArrayLike,
     interaction_range: ArrayLike,
     *,
-    scenario: FlockScenario | None = None,
+    scenario: FlockScenario | str | None = None,
     velocities: ArrayLike | None = None,
 ) -> NDArray[np.int64]:
     """Return the connected component of every agent, named by the lowest index in it, shape (n,).
@@ -25,7 +26,7 @@ def component_labels(
     Args:
         positions: r_i in m, shape (n, 2) or (n, 3).
         interaction_range: rho in m, or what the neighbor rule makes of it, a scalar or shape (n,).
-        scenario: whose neighbor rule holds; ``None``: agents within range are neighbors. A frozen graph is
+        scenario: scenario, or a preset's name, whose neighbor rule holds; ``None``: agents within range are neighbors. A frozen graph is
             that of these positions.
         velocities: v_i in m/s, as ``positions``; needed where the scenario has a blind angle.
 
@@ -39,7 +40,7 @@ def neighbor_pairs(
     positions: ArrayLike,
     interaction_range: ArrayLike,
     *,
-    scenario: FlockScenario | None = None,
+    scenario: FlockScenario | str | None = None,
     velocities: ArrayLike | None = None,
 ) -> NDArray[np.int64]:
     """Return all pairs (i, j) of different agents such that i listens to j, in order, shape (m, 2).
@@ -59,11 +60,11 @@ def neighbor_pairs(
 def _moment(
     positions: ArrayLike,
     interaction_range: ArrayLike,
-    scenario: FlockScenario | None,
+    scenario: FlockScenario | str | None,
     velocities: ArrayLike | None,
 ) -> tuple[str | None, FloatArray, FloatArray, FloatArray]:
     if scenario is not None:
-        as_instance(scenario, "scenario", FlockScenario)
+        scenario = as_scenario(scenario, FlockScenario)
     points = as_floats(positions, "positions")
     if points.ndim != 2 or points.shape[1] not in {2, 3} or not len(points):
         raise ArgumentError("positions", "shape (n, 2) or (n, 3) with n >= 1", f"shape {points.shape}")

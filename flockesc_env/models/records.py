@@ -16,7 +16,8 @@ from flockesc_env.common.array_files import read_document, write_document
 from flockesc_env.common.checks import as_instance, as_path, as_text
 from flockesc_env.common.errors import RecordError, shown
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run, simulate, simulate_line
-from flockesc_env.scenario.flock import FlockScenario, LineScenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.predators import Learned
 
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}

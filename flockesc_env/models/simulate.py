@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_floats, as_instance, as_seed, as_threads
+from flockesc_env.common.checks import FloatArray, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.episodes.seeds import fresh_seed
-from flockesc_env.scenario.flock import FlockScenario, LineScenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.predators import Learned
+from flockesc_env.scenario.presets import as_scenario
 
 IntArray = NDArray[np.int64]
 
@@ -119,7 +121,7 @@ def as_runs(value: Any) -> list[tuple[str, Trajectory]]:
 
 
 def simulate(
-    scenario: FlockScenario,
+    scenario: FlockScenario | str | None,
     interaction_range: ArrayLike,
     *,
     seed: int | None = None,
@@ -131,7 +133,7 @@ def simulate(
     """Run a flock for ``scenario.num_steps`` steps.
 
     Args:
-        scenario: the flock model's parameters.
+        scenario: the flock model's parameters, or a preset's name; ``None``: the paper's.
         interaction_range: rho in m: a scalar; (n,), one per agent; or a schedule with a row per step, (T,)
             or (T, n). Where n = T, write one range per agent as (1, n) and a schedule as (T, 1).
         seed: seed of the initial state, of the predators and of what the scenario draws, the same flock as
@@ -146,8 +148,9 @@ def simulate(
 
     Raises:
         ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
+        ScenarioError: if ``scenario`` is neither a scenario of this model nor a preset's name.
     """
-    as_instance(scenario, "scenario", FlockScenario)
+    scenario = as_scenario(scenario, FlockScenario)
     shape = (scenario.num_agents, scenario.dimension)
     positions = (
         None if initial_positions is None else as_floats(initial_positions, "initial_positions", shape)
@@ -182,7 +185,7 @@ def simulate(
 
 
 def simulate_line(
-    scenario: LineScenario,
+    scenario: LineScenario | str | None,
     interaction_range: float,
     *,
     seed: int | None = None,
@@ -191,15 +194,16 @@ def simulate_line(
     """Run a line under one range until it stands still, or for ``scenario.max_steps`` steps.
 
     Args:
-        scenario: the line model's parameters.
+        scenario: the line model's parameters, or a preset's name; ``None``: the paper's.
         interaction_range: rho.
         seed: seed of x(0) ~ U[0, 1]^n; ``None``: a new one.
         initial_state: x(0), shape (n,), in place of that of the seed.
 
     Raises:
         ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
+        ScenarioError: if ``scenario`` is neither a scenario of this model nor a preset's name.
     """
-    as_instance(scenario, "scenario", LineScenario)
+    scenario = as_scenario(scenario, LineScenario)
     states = (
         None if initial_state is None else as_floats(initial_state, "initial_state", (scenario.num_agents,))
     )

@@ -21,9 +21,12 @@ from flockesc_env.common.checks import (
     as_threads,
 )
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.extras import require
 from flockesc_env.common.files import atomic_write
 from flockesc_env.models.simulate import IntArray
-from flockesc_env.scenario.flock import FlockScenario, LineScenario, as_model
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import as_model
 
 if TYPE_CHECKING:
     import polars as pl
@@ -88,6 +91,7 @@ class SweepResult:
         Raises:
             ArgumentError: for a single seed, or a confidence that is not between 0 and 1.
         """
+        require("analysis", ["scipy"])
         from scipy.stats import bootstrap  # heavy and optional: not imported with the package
 
         values = self.values(objective)
@@ -110,6 +114,7 @@ class SweepResult:
 
     def table(self) -> pl.DataFrame:
         """Return one row per run: range, seed, outcomes. Needs the ``analysis`` extra."""
+        require("analysis", ["polars"])
         import polars as pl
 
         columns = [*self.objectives.values(), "num_components"]
@@ -188,8 +193,17 @@ def sweep(
     num_threads: int | None = None,
     progress: Progress | None = None,
 ) -> LineSweepResult: ...
+@overload
 def sweep(
-    scenario: FlockScenario | LineScenario,
+    scenario: FlockScenario | LineScenario | str,
+    interaction_ranges: ArrayLike,
+    seeds: Iterable[int],
+    *,
+    num_threads: int | None = None,
+    progress: Progress | None = None,
+) -> FlockSweepResult | LineSweepResult: ...
+def sweep(
+    scenario: FlockScenario | LineScenario | str,
     interaction_ranges: ArrayLike,
     seeds: Iterable[int],
     *,
@@ -199,7 +213,7 @@ def sweep(
     """Run every range on the initial state of every seed.
 
     Args:
-        scenario: the model's parameters; its class decides which model runs.
+        scenario: the model's parameters, or a preset's name; its class decides which model runs.
         interaction_ranges: shape (ranges,), in m for the flock.
         seeds: seed k is the initial state of ``simulate(seed=k)`` and ``env.reset(seed=k)``.
         num_threads: threads to use; ``None``: one per core. The results do not depend on it.
@@ -208,8 +222,9 @@ def sweep(
 
     Raises:
         ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
+        ScenarioError: if ``scenario`` is neither a scenario nor a preset's name.
     """
-    as_model(scenario)
+    scenario = as_model(scenario)
     ranges = as_floats(interaction_ranges, "interaction_ranges", least=0.0)
     if ranges.ndim != 1 or not ranges.size:
         raise ArgumentError("interaction_ranges", "shape (k,) with k >= 1", f"shape {ranges.shape}")

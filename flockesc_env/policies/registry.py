@@ -12,7 +12,9 @@ from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.ranges import FixedRange, Policy, RandomRange, StubbornLeaders, StubbornWitnesses
 from flockesc_env.policies.rollout import record
-from flockesc_env.scenario.flock import FlockScenario, LineScenario, as_model
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import as_model
 
 NAMES = ("fixed:RHO", "random", "stubborn-leaders", "stubborn-leaders-local", "stubborn-witnesses")
 """What ``built_in`` knows: the same range rho in m for all, ranges at random, the rule of thumb with the

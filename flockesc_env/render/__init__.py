@@ -20,7 +20,7 @@ from flockesc_env.common.checks import as_count, as_text
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run
 from flockesc_env.render.options import RENDER_MODES, RenderOptions, as_render_mode, as_render_options
-from flockesc_env.scenario.flock import LineScenario
+from flockesc_env.scenario.line import LineScenario
 
 if TYPE_CHECKING:
     from flockesc_env.render.viewer import FlockViewer, LineViewer, Viewer
@@ -91,7 +91,7 @@ def render(viewer: Viewer | None) -> list[NDArray[np.uint8]] | None:
     """Return a picture of every flock, or show them in mode ``"human"``; without a mode, warn.
 
     Raises:
-        EpisodeError: before the first reset.
+        ResetNeededError: before the first reset.
     """
     if viewer is None:
         gymnasium.logger.warn(

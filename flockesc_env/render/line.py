@@ -14,7 +14,7 @@ from flockesc_env.render.canvas import Canvas, Image
 from flockesc_env.render.colors import FAINT_TEXT, GRID, PREDATOR, TEXT, Color, component_colors, faded
 from flockesc_env.render.ground import nice
 from flockesc_env.render.options import RenderOptions
-from flockesc_env.scenario.flock import LineScenario
+from flockesc_env.scenario.line import LineScenario
 
 _FIRST_STEPS = 10
 """Least number of steps on the axis of time, which grows with the episode."""

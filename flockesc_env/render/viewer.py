@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from flockesc_env.common.checks import FloatArray
-from flockesc_env.common.errors import EpisodeError
+from flockesc_env.common.errors import ResetNeededError
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.render.canvas import Image
 from flockesc_env.render.flock import draw_flock
@@ -16,7 +16,7 @@ from flockesc_env.render.frame import FlockHistory, FlockMoment
 from flockesc_env.render.line import LineFrame, draw_line
 from flockesc_env.render.options import RenderMode, RenderOptions
 from flockesc_env.render.window import Window
-from flockesc_env.scenario.flock import LineScenario
+from flockesc_env.scenario.line import LineScenario
 
 
 class Viewer(ABC):
@@ -37,14 +37,14 @@ class Viewer(ABC):
         """Return a picture of every flock, or of the line.
 
         Raises:
-            EpisodeError: before the first reset.
+            ResetNeededError: before the first reset.
         """
 
     def render(self) -> list[Image] | None:
         """Return ``images`` or, in mode ``"human"``, show them.
 
         Raises:
-            EpisodeError: before the first reset.
+            ResetNeededError: before the first reset.
         """
         if self._window is None:
             return self.images()
@@ -106,12 +106,12 @@ class FlockViewer(Viewer):
         """Return a picture of every flock.
 
         Raises:
-            EpisodeError: before the first reset.
+            ResetNeededError: before the first reset.
         """
         frames = [history.frame() for history in self._histories]
         started = [frame for frame in frames if frame is not None]
         if len(started) < len(frames):
-            raise EpisodeError("render", "a reset before anything else", "no episode")
+            raise ResetNeededError("render() called before reset()")
         return [draw_flock(frame, self._options) for frame in started]
 
 
@@ -138,10 +138,10 @@ class LineViewer(Viewer):
         """Return the picture of the line.
 
         Raises:
-            EpisodeError: before the first reset.
+            ResetNeededError: before the first reset.
         """
         if not self._moments:
-            raise EpisodeError("render", "a reset before anything else", "no episode")
+            raise ResetNeededError("render() called before reset()")
         steps, states, ranges = (np.array(column) for column in zip(*self._moments, strict=True))
         return [draw_line(LineFrame(self._scenario, steps, states, ranges), self._options)]
 

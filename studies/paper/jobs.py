@@ -18,7 +18,8 @@ from flockesc_env.common.files import atomic_write
 from flockesc_env.envs.vector import FlockVectorEnv
 from flockesc_env.models.simulate import simulate_line
 from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, Progress, sweep
-from flockesc_env.scenario.flock import FlockScenario, LineScenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
 
 Arrays = dict[str, NDArray[Any]]
 """Results by name, of shape (ranges, seeds) or (ranges, seeds, times)."""

@@ -8,7 +8,8 @@ from typing import Final
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.scenario.approach import approach
-from flockesc_env.scenario.flock import EscapeForce, FlockScenario, LineScenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import EscapeForce, LineScenario
 from flockesc_env.scenario.predators import ConstantVelocity
 from studies.paper.jobs import Study
 

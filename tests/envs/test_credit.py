@@ -33,7 +33,7 @@ objectives = pytest.mark.parametrize("objective", OBJECTIVES)
 
 HUNTERS = (
     PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0, confusion_rate=2.0, sight=1e3),
-    Wandering((25.0, 0.0), (0.0, 15.0), 2.0),
+    Wandering((25.0, 0.0), (0.0, 15.0), angular_diffusion=2.0),
     ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
 )
 FLOCKS: dict[str, dict[str, Any]] = {

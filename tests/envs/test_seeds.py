@@ -161,7 +161,7 @@ def test_given_positions_leave_the_drawn_headings() -> None:
 
 
 RANDOM = (
-    Wandering((10.0, 10.0), (5.0, 0.0), 2.0),
+    Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
     PurePursuit((90.0, 90.0), (0.0, 9.0), confusion_rate=2.0, sight=1e3),
 )
 

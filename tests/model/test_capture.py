@@ -39,8 +39,10 @@ def capturing_scenarios(draw: st.DrawFn) -> FlockScenario:
         if kind == "straight":
             return ConstantVelocity(position, velocity)
         if kind == "intercept":
-            return Intercept(position, velocity, 3.0)
-        return PurePursuit(position, velocity, 3.0, draw(st.sampled_from(get_args(Target))))
+            return Intercept(position, velocity, max_turn_rate=3.0)
+        return PurePursuit(
+            position, velocity, max_turn_rate=3.0, target=draw(st.sampled_from(get_args(Target)))
+        )
 
     kinds = st.lists(st.sampled_from(["straight", "pursuit", "intercept"]), min_size=1, max_size=3)
     return FlockScenario(

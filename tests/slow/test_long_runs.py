@@ -19,7 +19,7 @@ from flockesc_env import (
 
 STEPS = 10**6
 HUNTERS = (
-    Wandering((0.0, 9.0), (5.0, 5.0), 1.0),
+    Wandering((0.0, 9.0), (5.0, 5.0), angular_diffusion=1.0),
     PurePursuit((9.0, 0.0), (6.0, 6.0), confusion_rate=3.0),
     PurePursuit((9.0, 9.0), (1.0, 6.0), max_speed=30.0, acceleration=0.01),
 )

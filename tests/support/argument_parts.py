@@ -133,12 +133,12 @@ POSITIONS: dict[type[Any], dict[str, Kind]] = {
     fe.Ring: {"radius": LENGTH, "width": Number(4.0, low=0.0, high=16.0)},
     fe.Segment: {"start": POINT, "end": POINT},
     fe.Gaussian: {"standard_deviation": LEAST_0},
-    fe.Clusters: {"num_clusters": Count(2), "spread": LEAST_0},
+    fe.Clusters: {"num_clusters": Count(2), "standard_deviation": LEAST_0},
     fe.GivenPositions: {"points": Floats(POINTS)},
 }
 HEADINGS: dict[type[Any], dict[str, Kind]] = {
     fe.RandomHeadings: {},
-    fe.AlignedHeadings: {"direction": POINT, "spread": Number(1.0, low=0.0, high=np.pi)},
+    fe.AlignedHeadings: {"direction": POINT, "max_angle": Number(1.0, low=0.0, high=np.pi)},
     fe.GivenHeadings: {"directions": Floats(POINTS + 1.0)},
 }
 MOTIONS: dict[type[Any], dict[str, Kind]] = {

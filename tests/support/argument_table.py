@@ -10,7 +10,21 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from argument_kinds import Call, Choice, Count, File, Flag, Floats, Kind, Number, Part, Seed, Seeds, Text
+from argument_kinds import (
+    Call,
+    Choice,
+    Count,
+    File,
+    Flag,
+    Floats,
+    Index,
+    Kind,
+    Number,
+    Part,
+    Seed,
+    Seeds,
+    Text,
+)
 from option_table import small_flock
 from pettingzoo import AECEnv, ParallelEnv
 from stable_baselines3.common.vec_env import VecEnv
@@ -153,10 +167,11 @@ FUNCTIONS: dict[str, Row] = {
         fe.approach,
         {
             "aim": Number(5.0),
-            "distance": Number(50.0, low=0.0),
-            "speed": Number(10.0, low=0.0),
-            "direction": Floats([1.0, 2.0]),
+            "distance": Number(50.0, True, low=0.0),
+            "speed": Number(10.0, True, low=0.0),
+            "direction": Floats([1.0, 2.0], True),
             "initial_side": Number(100.0, low=0.0),
+            "dimension": optional(Index(2, high=3)),
         },
     ),
     "episode_seed": Row(fe.episode_seed, {"seed": Seed(3), "episode": Seed(2)}),
@@ -164,7 +179,7 @@ FUNCTIONS: dict[str, Row] = {
     "simulate": Row(
         fe.simulate,
         {
-            "scenario": Part(HUNTED, confusing=(LINE, fe.Disc())),
+            "scenario": Part(HUNTED, True, confusing=(LINE, fe.Disc())),
             "interaction_range": Floats(np.full(5, 4.0), low=0.0, is_scalar_fine=True),
             "seed": Seed(3, True),
             "initial_positions": optional(Floats(POINTS)),
@@ -176,7 +191,7 @@ FUNCTIONS: dict[str, Row] = {
     "simulate_line": Row(
         fe.simulate_line,
         {
-            "scenario": Part(LINE, confusing=(FLOCK,)),
+            "scenario": Part(LINE, True, confusing=(FLOCK,)),
             "interaction_range": Number(0.25, low=0.0),
             "seed": Seed(3, True),
             "initial_state": optional(Floats([0.0, 0.25, 0.5, 0.75, 1.0])),

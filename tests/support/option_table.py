@@ -1,12 +1,15 @@
 """The options that a user can choose: rows in which every three values of three options meet."""
 
+import dataclasses
 from typing import Any, get_args
 
+import numpy as np
 import pytest
 from covertable import make
 
 from flockesc_env import FlockScenario
 from flockesc_env.episodes.options import ActionMode, LineReward, Objective, OwnReward, TeamReward
+from flockesc_env.scenario.predators import Start
 
 # Taken from the schema, so that a new variant is tested without a change here.
 ACTION_MODES = get_args(ActionMode)
@@ -72,4 +75,15 @@ def every_option(values: dict[str, tuple[Any, ...]], **other: tuple[Any, ...]) -
 def small_flock(dimension: int = 2, **changes: Any) -> FlockScenario:
     """Return a flock small enough to be stepped thousands of times, with the predator within reach."""
     fields = {"num_agents": 5, "num_steps": 10, "initial_side": 30.0, "dimension": dimension}
+    if "predators" in changes:
+        changes["predators"] = tuple(embedded(predator, dimension) for predator in changes["predators"])
     return FlockScenario(**{**fields, **changes})
+
+
+def embedded(predator: Any, dimension: int) -> Any:
+    """Return a predator that starts in the plane z = 0 of a world of some dimension."""
+    if not isinstance(predator, Start):
+        return predator
+    vectors = {"position": predator.position, "velocity": predator.velocity}
+    padded = {name: (*vector, 0.0)[:dimension] for name, vector in vectors.items() if np.size(vector) == 2}
+    return dataclasses.replace(predator, **padded)

@@ -7,20 +7,20 @@ use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
 use super::check_direction;
-use crate::config::within_bounds;
-use crate::error::Result;
+use crate::base::check::within_bounds;
+use crate::base::error::Result;
+use crate::base::rng;
+use crate::base::vector::{heading, least_aligned_axis};
 use crate::flock::initial::space::{Space, embed};
-use crate::rng;
-use crate::vector::{heading, least_aligned_axis};
 
-/// Uniform over the directions (in the plane: angles) within `spread` of `direction`.
+/// Uniform over the directions (in the plane: angles) within `max_angle` of `direction`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AlignedHeadings {
     /// Of any length but 0; length D, or 2 for a direction in the plane.
     pub direction: Vec<f64>,
     /// Largest angle off the direction in rad, from 0 to pi.
-    pub spread: f64,
+    pub max_angle: f64,
 }
 
 impl AlignedHeadings {
@@ -28,7 +28,12 @@ impl AlignedHeadings {
         let field = "initial_headings.aligned.direction";
         space.check(field, &self.direction)?;
         check_direction(|| field.to_owned(), &self.direction)?;
-        within_bounds("initial_headings.aligned.spread", self.spread, 0.0, PI)
+        within_bounds(
+            "initial_headings.aligned.max_angle",
+            self.max_angle,
+            0.0,
+            PI,
+        )
     }
 
     pub(super) fn draw<const D: usize>(
@@ -39,13 +44,13 @@ impl AlignedHeadings {
         let ahead: Vector3<f64> = heading(&embed(&self.direction));
         let drawn = match space.axes {
             2 => {
-                let angle = self.spread * (2.0 * rng::uniform(rng, 1.0) - 1.0);
+                let angle = self.max_angle * (2.0 * rng::uniform(rng, 1.0) - 1.0);
                 let left = Vector3::new(-ahead.y, ahead.x, 0.0);
                 ahead * libm::cos(angle) + left * libm::sin(angle)
             }
             _ => {
                 // Equal heights of a sphere have equal areas; 1 - cos, kept exact for small angles.
-                let half = libm::sin(self.spread / 2.0);
+                let half = libm::sin(self.max_angle / 2.0);
                 let height = rng::uniform(rng, 2.0 * half * half);
                 let across = (height * (2.0 - height)).sqrt();
                 let angle = rng::uniform(rng, TAU);

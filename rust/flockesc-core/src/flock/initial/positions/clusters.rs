@@ -5,8 +5,8 @@ use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
 use super::times;
-use crate::config::{MAX_AGENTS, quantity, within};
-use crate::error::Result;
+use crate::base::check::{MAX_AGENTS, quantity, within};
+use crate::base::error::Result;
 use crate::flock::initial::space::Space;
 
 /// Normal around centers that are uniform in the initial region; agent i belongs to center i modulo their number.
@@ -16,14 +16,17 @@ pub struct Clusters {
     /// Number of centers, at least 1.
     pub num_clusters: usize,
     /// Standard deviation of every coordinate around its center in m, at least 0.
-    pub spread: f64,
+    pub standard_deviation: f64,
 }
 
 impl Clusters {
     pub(super) fn check(&self) -> Result<()> {
         let field = "initial_positions.clusters.num_clusters";
         within(field, self.num_clusters, 1, MAX_AGENTS)?;
-        quantity("initial_positions.clusters.spread", self.spread)
+        quantity(
+            "initial_positions.clusters.standard_deviation",
+            self.standard_deviation,
+        )
     }
 
     pub(super) fn draw<const D: usize>(
@@ -36,7 +39,7 @@ impl Clusters {
         let centers: Vec<SVector<f64, D>> = times(num_centers, || space.uniform(rng));
         let center = centers.iter().cycle().take(count);
         center
-            .map(|center| center + space.normal(self.spread, rng))
+            .map(|center| center + space.normal(self.standard_deviation, rng))
             .collect()
     }
 }
