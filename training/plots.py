@@ -11,10 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from flockesc_env import FlockScenario, FlockSweepResult, Trajectory
+from flockesc_env import FlockScenario, FlockSweepResult, NamedPolicy, Trajectory
 from flockesc_env.common import stats
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.policies.registry import NamedPolicy
 
 Run = tuple[str, Trajectory]
 """Name of a policy, and what the flock did under it."""

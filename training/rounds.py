@@ -23,9 +23,8 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecEnvWrapper,
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 from torch import nn
 
-from flockesc_env import FlockScenario, LineEscapeEnv, LineScenario
+from flockesc_env import Architecture, FlockScenario, LineEscapeEnv, LineScenario, NetworkPolicy
 from flockesc_env.common.progress import progress_bar
-from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 from training.config import PPOArgs, SB3Args, TQCArgs
 from training.evaluation import policy_spec

@@ -14,9 +14,11 @@ from flockesc_env.common.errors import EpisodeError, ScenarioError
 from flockesc_env.envs._rendered import Rendered
 from flockesc_env.envs._restorable import Restorable
 from flockesc_env.episodes.batch import FlockBatch, Observations, infos, is_over
+from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.predators import opposite, with_learned
-from flockesc_env.policies.ranges import FixedRange, Policy
+from flockesc_env.policies.base import Policy
+from flockesc_env.policies.ranges import FixedRange
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
@@ -96,6 +98,7 @@ class FlockPursuitEnv(Rendered, Restorable[NDArray[np.float32]], gymnasium.Env[N
             seed = as_seed(seed)
             super().reset(seed=seed)
         self._flock_sees, columns = self._batch.reset([0], [seed], start)
+        reset_policy(self.flock_policy, np.ones(len(self._flock_sees), bool))
         if self._viewer is not None:
             self._viewer.update()
         return self._batch.observe_predators([0])[0], infos(columns)[0]

@@ -93,7 +93,7 @@ class PredatorPolicySpec:
 class PredatorPolicy(Protocol):
     """Anything that turns observation rows of learned predators into their actions.
 
-    ``flockesc_env.policies.ranges.SB3Policy`` is one, too.
+    ``flockesc_env.policies.SB3Policy`` is one, too. A policy that remembers also has ``reset(rows)``.
     """
 
     def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:

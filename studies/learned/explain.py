@@ -151,7 +151,7 @@ def transfer(
                 "best fixed range of the paper's flock": {"policy": FixedRange(home), **options},
             }
             for contender, chosen in contenders.items():
-                episodes = rollout(seeds=held_out, scenario=scenario, **chosen)
+                episodes = rollout(scenario, seeds=held_out, **chosen)
                 values = outcome(episodes, setting.objective)
                 frames.append(
                     pl.DataFrame(

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import polars as pl
+from training.contenders import contender
 
 from flockesc_env import FlockScenario
 from flockesc_env.common.progress import progress_bar
@@ -36,7 +37,6 @@ from training.config import (
     presets,
     versions,
 )
-from training.contenders import contender
 from training.evaluation import OUTCOMES, play
 from training.outputs import write_table
 from training.processes import train_apart

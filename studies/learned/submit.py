@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import polars as pl
+from training.contenders import contender
 
 from flockesc_env import FlockScenario
 from flockesc_env.common.errors import ArgumentError
@@ -16,7 +17,6 @@ from flockesc_env.policies.registry import NamedPolicy
 from studies.learned.page import write_page
 from studies.learned.results import EPISODES_FILE, load_studies
 from training.config import Setting, presets
-from training.contenders import contender
 from training.evaluation import play
 from training.seeds import HELD_OUT, first_seeds
 

@@ -37,7 +37,7 @@ def snapshots(seed: int, rho: float) -> Figure:
 
 def _snapshot(axes: Axes, run: Trajectory, rho: float, step: int) -> None:
     positions = run.positions[step]
-    colors = component_colors(component_labels(positions, rho))
+    colors = component_colors(component_labels(None, positions, rho))
     axes.quiver(*positions.T, *run.velocities[step].T, color=colors, scale=260, width=0.006)
     path = run.predator_positions[: step + 1, 0]
     axes.plot(*path.T, color=PREDATOR, lw=0.8, alpha=0.6)

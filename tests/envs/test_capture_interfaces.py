@@ -265,9 +265,9 @@ def test_sweeps_rollouts_and_records_agree(dimension: int, per_agent: bool, tmp_
         np.testing.assert_array_equal(result.min_mean_distance[i], [run.mean_distance.min() for run in runs])
         for batch_size in (1, 5, 64):
             episodes = rollout(
+                scenario,
                 FixedRange(rho),
                 SEEDS,
-                scenario=scenario,
                 per_agent=per_agent,
                 batch_size=batch_size,
                 action_mode="range",
@@ -288,7 +288,7 @@ def test_sweeps_rollouts_and_records_agree(dimension: int, per_agent: bool, tmp_
 
 def test_a_policy_is_recorded_beyond_the_end_of_its_flock() -> None:
     scenario = doomed(capture_radius=1e6)
-    run = record(RandomRange(seed=1), 0, scenario=scenario, per_agent=True)
+    run = record(scenario, RandomRange(seed=1), 0, per_agent=True)
     assert run.interaction_ranges.shape == (scenario.num_steps, scenario.num_agents)
     np.testing.assert_array_equal(run.caught_at, 1)
 

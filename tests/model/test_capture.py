@@ -60,7 +60,7 @@ def test_follows_the_plain_model(scenario: FlockScenario, seed: int, per_agent: 
     rng = np.random.default_rng(seed)
     columns = scenario.num_agents if per_agent else 1
     schedule = rng.uniform(0, SIDE, (scenario.num_steps, columns))
-    run = simulate(scenario, schedule, seed=seed)
+    run = simulate(scenario, schedule=schedule, seed=seed)
     state = reference.flock_start(scenario, run.positions[0].copy(), run.velocities[0].copy())
     names = np.arange(scenario.num_agents)
     for t in range(scenario.num_steps + 1):

@@ -105,9 +105,9 @@ def test_everything_runs_the_drawn_scenario(seed: int) -> None:
     assert run.scenario == drawn
     for each in (scenario, drawn):
         assert sweep(each, [10.0], [seed]).min_mean_distance[0, 0] == run.mean_distance.min()
-        episodes = rollout(policies.FixedRange(10.0), [seed], scenario=each, action_mode="range")
+        episodes = rollout(each, policies.FixedRange(10.0), [seed], action_mode="range")
         assert episodes.min_mean_distance[0] == run.mean_distance.min()
-        assert_equal(record(policies.FixedRange(10.0), seed, scenario=each, action_mode="range"), run)
+        assert_equal(record(each, policies.FixedRange(10.0), seed, action_mode="range"), run)
 
 
 def observations(env: Any, reset: Any) -> list[Any]:

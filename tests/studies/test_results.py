@@ -295,7 +295,7 @@ def test_a_submission_end_to_end(tiny: Path, tmp_path: Path) -> None:
     study = load_study(tiny / "tiny")
     assert study.contenders == [*before.contenders, "my rule (v2)"]
     assert study.episodes[: len(before.episodes)].equals(before.episodes)
-    told = rollout(StubbornLeaders(), HELD_OUT[:6], scenario=SMALL, per_agent=True)
+    told = rollout(SMALL, StubbornLeaders(), HELD_OUT[:6], per_agent=True)
     assert study.values("my rule (v2)") == pytest.approx(told.min_min_distance[None])
     assert study.episodes["training_seed"][-6:].null_count() == 6
     (row,) = rows_of(page.read_text(), "my rule (v2)")

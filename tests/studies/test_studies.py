@@ -134,7 +134,7 @@ def test_other_worlds_are_beside_fixed_ranges(found: Study, folder: Path) -> Non
     assert len(worlds) == 6
     np.testing.assert_array_equal(worlds["home", "learned"], values(found, "search", found.explained_seed))
     entry, held_out = policy(folder, f"search-{found.explained_seed}"), HELD_OUT[:FLOCKS]
-    there = rollout(entry.policy, held_out, scenario=OTHER, per_agent=True, **entry.options)
+    there = rollout(OTHER, entry.policy, held_out, per_agent=True, **entry.options)
     np.testing.assert_array_equal(worlds["fewer", "learned"], there.min_mean_distance)
     for world, scenario in (("home", TINY), ("fewer", OTHER)):
         grid = [float(rho) for rho in FLOCK_GRID]
@@ -268,7 +268,7 @@ def test_the_rule_of_thumb_sees_what_the_setting_shows(folder: Path) -> None:
             entry.policy,
             HELD_OUT[:5],
         )
-        alone = rollout(entry.policy, HELD_OUT[:5], scenario=TINY, per_agent=True, **entry.options)
+        alone = rollout(TINY, entry.policy, HELD_OUT[:5], per_agent=True, **entry.options)
         np.testing.assert_array_equal(played, alone.min_mean_distance)
 
 

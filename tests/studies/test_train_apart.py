@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 from tiny_studies import TINY, Spy
+from training.contenders import contender
 
 import training.train
 from training.config import POLICY_FILE, Args, RunRecord, train_presets
-from training.contenders import contender
 from training.processes import train_apart
 
 CHANGES: list[tuple[str, dict[str, Any]]] = [

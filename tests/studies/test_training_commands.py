@@ -13,6 +13,7 @@ import numpy as np
 import polars as pl
 import pytest
 from small_runs import SMALL, small_run
+from training.contenders import contender, scenario_of
 
 from flockesc_env import (
     FlockEscapeEnv,
@@ -31,7 +32,6 @@ from training.__main__ import app
 from training.arguments import StudyArgs, TuneArgs
 from training.compare import CompareArgs, compare
 from training.config import PRESETS, PPOArgs, RunRecord, SearchArgs, presets, train_presets
-from training.contenders import contender, scenario_of
 from training.evaluate import EvaluateArgs, evaluate
 from training.evaluation import policy_spec
 from training.rounds import round_steps
@@ -106,8 +106,8 @@ def test_comparison_is_what_its_parts_say(run: Path, tmp_path: Path) -> None:
     table = compare(args)
     held_out = range(2_000_000, 2_000_006)
     best = sweep(SMALL, np.linspace(0, 20, 5), range(1_000_000, 1_000_005)).best_range("mean")
-    fixed = rollout(FixedRange(best), held_out, scenario=SMALL).min_mean_distance
-    three = rollout(FixedRange(3), held_out, scenario=SMALL).min_mean_distance
+    fixed = rollout(SMALL, FixedRange(best), held_out).min_mean_distance
+    three = rollout(SMALL, FixedRange(3), held_out).min_mean_distance
     rows = {row["policy"]: row for row in table.iter_rows(named=True)}
     assert table["policy"][0] == f"best fixed range ({best:g} m)"
     assert rows[table["policy"][0]]["objective"] == pytest.approx(fixed.mean(), abs=1e-12)

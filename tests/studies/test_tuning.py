@@ -11,11 +11,11 @@ import optuna
 import polars as pl
 import pytest
 from tiny_studies import Spy, write_preset
+from training.contenders import contender
 
 from training import search
 from training.arguments import TuneArgs
 from training.config import RunRecord, SearchArgs, train_presets
-from training.contenders import contender
 from training.evaluation import objective
 from training.seeds import HELD_OUT, TRAINING, TUNING, TUNING_RUN, training_seeds
 from training.tune import _as_trial, suggest, tune

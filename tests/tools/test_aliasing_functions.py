@@ -13,9 +13,10 @@ from option_table import small_flock
 from spoiling import spoil
 
 import flockesc_env
-from flockesc_env import FlockScenario, LineScenario, contenders, graph
+from flockesc_env import FlockScenario, LineScenario
 from flockesc_env.episodes.options import EnvOptions
-from flockesc_env.policies import RandomRange, ScheduledRange, StubbornWitnesses
+from flockesc_env.models import graph
+from flockesc_env.policies import RandomRange, ScheduledRange, StubbornWitnesses, registry
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 
 SCENARIO = small_flock()
@@ -49,28 +50,28 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], Callable[[], dict[str, Any]]]] = 
         lambda: {"scenario": SCENARIO, "interaction_ranges": np.array([0.0, 5.0]), "seeds": [1, 2]},
     ),
     "rollout": (
-        flockesc_env.policies.rollout,
+        flockesc_env.rollout,
         lambda: {"policy": RandomRange(0), "seeds": [1, 2], "scenario": SCENARIO, "range_grid": [1.0, 2.0]},
     ),
     "rollout_line": (
-        flockesc_env.policies.rollout_line,
+        flockesc_env.rollout,
         lambda: {"policy": ScheduledRange([0.1] * 10), "seeds": [1, 2], "scenario": LINE},
     ),
     "record": (flockesc_env.record, lambda: {"policy": RandomRange(0), "seed": 1, "scenario": SCENARIO}),
     "component_labels": (
         graph.component_labels,
-        lambda: {"positions": POSITIONS.copy(), "interaction_range": np.full(5, 9.0)},
+        lambda: {"scenario": None, "positions": POSITIONS.copy(), "interaction_range": np.full(5, 9.0)},
     ),
     "neighbor_pairs": (
         graph.neighbor_pairs,
-        lambda: {"positions": POSITIONS.tolist(), "interaction_range": [9.0] * 5},
+        lambda: {"scenario": None, "positions": POSITIONS.tolist(), "interaction_range": [9.0] * 5},
     ),
     "laplacian": (graph.laplacian, lambda: {"states": np.linspace(0, 1, 5), "interaction_range": 0.3}),
     "perron_matrix": (
         graph.perron_matrix,
         lambda: {"states": np.linspace(0, 1, 5), "interaction_range": 0.3},
     ),
-    "built_in": (contenders.built_in, lambda: {"name": "stubborn-witnesses"}),
+    "built_in": (registry.built_in, lambda: {"name": "stubborn-witnesses"}),
 }
 
 
