@@ -16,6 +16,7 @@ from flockesc_env.policies.playing import Episodes, play_flocks, record_flock
 from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.policies.rollout_line import LineEpisodes, play_lines
 from flockesc_env.scenario.flock import FlockScenario, LineScenario
+from flockesc_env.scenario.presets import as_scenario
 
 AnyPolicy = Policy | NamedPolicy | str
 """A policy, one with its options, the name of a built-in one, or a file of ``save_policy``."""
@@ -135,9 +136,7 @@ def record(
         ScenarioError: for an option out of bounds.
     """
     entry = _named(policy, per_agent)
-    model = _scenario(scenario, entry)
-    if not isinstance(model, FlockScenario):
-        raise ArgumentError("scenario", "a FlockScenario or the preset of one", shown(scenario))
+    model = as_scenario(_scenario(scenario, entry), FlockScenario)
     flock_options = EnvOptions(**{**entry.options, **options})
     return record_flock(
         entry.policy,

@@ -21,9 +21,12 @@ from flockesc_env import (
     FlockEscapeEnv,
     FlockScenario,
     FlockVectorEnv,
+    load_run,
     parallel_env,
-    records,
+    replay_run,
     rollout,
+    run_differences,
+    save_run,
     simulate,
     sweep,
 )
@@ -278,10 +281,10 @@ def test_sweeps_rollouts_and_records_agree(dimension: int, per_agent: bool, tmp_
                 episodes.min_mean_distance, [run.mean_distance.min() for run in runs]
             )
         for run in runs:
-            records.save(run, tmp_path / "run.npz")
-            loaded = records.load(tmp_path / "run.npz").trajectory
-            assert records.differences(run, loaded) == []
-            assert records.differences(loaded, records.replay(loaded)) == []
+            save_run(run, tmp_path / "run.npz")
+            loaded = load_run(tmp_path / "run.npz").trajectory
+            assert run_differences(run, loaded) == []
+            assert run_differences(loaded, replay_run(loaded)) == []
     assert result.best_range("survival") in ranges
     assert len({0.0, *result.fraction_surviving.ravel()}) > 1
 

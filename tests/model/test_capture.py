@@ -20,7 +20,7 @@ from flockesc_env import (
     PurePursuit,
     Trajectory,
     parallel_env,
-    records,
+    run_differences,
     simulate,
 )
 from flockesc_env.common.errors import EpisodeError, ScenarioError
@@ -89,7 +89,7 @@ def test_follows_the_plain_model(scenario: FlockScenario, seed: int, per_agent: 
 
 
 def assert_equal(first: Trajectory, second: Trajectory) -> None:
-    assert records.differences(first, second) == []
+    assert run_differences(first, second) == []
 
 
 @dimensions
