@@ -136,7 +136,8 @@ def record(
         ScenarioError: for an option out of bounds.
     """
     entry = _named(policy, per_agent)
-    model = as_scenario(_scenario(scenario, entry), FlockScenario)
+    chosen: Any = entry.scenario if scenario is None else scenario
+    model = as_scenario(chosen, FlockScenario)
     flock_options = EnvOptions(**{**entry.options, **options})
     return record_flock(
         entry.policy,
