@@ -38,7 +38,7 @@ A = TypeVar("A", PPOArgs, TQCArgs)
 
 
 @dataclass
-class State:
+class RoundsState:
     """All that the next round depends on, and what was measured so far.
 
     Attributes:
@@ -131,11 +131,11 @@ class Rounds(ABC, Generic[A]):
         measured.samples = model.num_timesteps
         measured.episodes += timed.take_episodes()
 
-    def _state(self) -> State:
-        return State(self.done, self.learned(), self._env.ret_rms, self._measured)
+    def _state(self) -> RoundsState:
+        return RoundsState(self.done, self.learned(), self._env.ret_rms, self._measured)
 
     def _load(self) -> None:
-        state: State | None = load_checkpoint(self.args.run)
+        state: RoundsState | None = load_checkpoint(self.args.run)
         if state is not None:
             self.done, self._measured, self._env.ret_rms = state.round, state.measured, state.reward_scale
             self.relearn(state.learned)

@@ -23,7 +23,7 @@ from training.seeds import training_seeds
 
 
 @dataclass
-class State:
+class SearchState:
     """State of a search between generations, which a checkpoint holds.
 
     Attributes:
@@ -47,7 +47,7 @@ def search(args: SearchArgs) -> Path:
     """
     family = family_of(args)
     begin(args)
-    state: State = load_checkpoint(args.run) or State(
+    state: SearchState = load_checkpoint(args.run) or SearchState(
         CMA(np.zeros(family.size), args.step_size, population_size=args.population, seed=args.seed)
     )
     with progress_bar(f"Search {args.run.name}", args.generations, always=args.progress) as report:
@@ -60,7 +60,7 @@ def search(args: SearchArgs) -> Path:
     return finish(args, family.policy(state.best), state.measured)
 
 
-def _generation(state: State, args: SearchArgs, family: Family) -> None:
+def _generation(state: SearchState, args: SearchArgs, family: Family) -> None:
     """Let the policies of one generation play the same flocks, and tell the optimizer their objectives."""
     begun = time.process_time()
     optimizer, number, measured = state.optimizer, state.generation, state.measured
@@ -83,7 +83,7 @@ def _generation(state: State, args: SearchArgs, family: Family) -> None:
     measured.seconds += time.process_time() - begun
 
 
-def _measure(state: State, args: SearchArgs, family: Family) -> None:
+def _measure(state: SearchState, args: SearchArgs, family: Family) -> None:
     """Add the mean of the search distribution to the learning curve; keep it if it is the best so far."""
     center = state.optimizer.mean
     curve = state.measured.curve

@@ -16,13 +16,14 @@ import pytest
 import reference
 
 from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
+from flockesc_env.jobs import Cache, Job
+from studies.measurements import OBJECTIVES, measure_job
 from studies.paper import jobs
 from studies.paper.claims import Verdict, verdict
 from studies.paper.flock_claims import dominates
-from studies.paper.jobs import Cache, Job
 from studies.paper.line_claims import clusters
-from studies.paper.page import RESULTS_FILE, Results, html_page, markdown_page
-from studies.paper.plan import Trials, aimed, studies
+from studies.paper.page import RESULTS_FILE, PaperResults, html_page, markdown_page
+from studies.paper.plan import Trials, aimed, measurements
 from studies.paper.realizations import flock_seed, line_seed
 from studies.paper.reproduction import reproduce
 
@@ -96,28 +97,27 @@ def test_an_aimed_predator_misses_the_center_by_its_offset() -> None:
         assert velocity @ away / np.linalg.norm(velocity) == pytest.approx(80 * np.sqrt(2))  # as in the paper
 
 
-def test_every_study_has_as_many_trials_as_asked() -> None:
-    plan = studies(Trials())
-    for study in plan.values():
-        seeds = [seed for job in study.jobs() for seed in job.seeds]
-        assert seeds == list(range(study.num_seeds))
-        assert study.num_seeds >= 1000
+def test_every_measurement_has_as_many_trials_as_asked() -> None:
+    for measurement in measurements(Trials()).values():
+        seeds = [seed for job in measurement.jobs() for seed in job.arguments[2]]
+        assert seeds == list(range(measurement.num_seeds))
+        assert measurement.num_seeds >= 1000
 
 
 def test_a_job_is_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    job = Job("objectives", SMALL, (0.0, 10.0), range(2, 5))
+    job = measure_job(OBJECTIVES, SMALL, (0.0, 10.0), range(2, 5))
     first = Cache(tmp_path).get(job)
-    monkeypatch.setitem(jobs.KINDS, "objectives", lambda *_: pytest.fail("computed again"))
+    monkeypatch.setattr(Job, "run", lambda _: pytest.fail("computed again"))
     again = Cache(tmp_path).get(job)
     assert first.keys() == again.keys()
     for name, values in first.items():
         np.testing.assert_array_equal(again[name], values)
     others = [
-        Job("curves", SMALL, (0.0, 10.0), range(2, 5)),
-        Job("objectives", SMALL.replace(mass=0.2), (0.0, 10.0), range(2, 5)),
-        Job("objectives", SMALL, (0.0, 10.5), range(2, 5)),
-        Job("objectives", SMALL, (0.0, 10.0), range(2, 6)),
-        Job("objectives", LineScenario(), (0.0, 10.0), range(2, 5)),
+        measure_job(jobs.CURVES, SMALL, (0.0, 10.0), range(2, 5)),
+        measure_job(OBJECTIVES, SMALL.replace(mass=0.2), (0.0, 10.0), range(2, 5)),
+        measure_job(OBJECTIVES, SMALL, (0.0, 10.5), range(2, 5)),
+        measure_job(OBJECTIVES, SMALL, (0.0, 10.0), range(2, 6)),
+        measure_job(OBJECTIVES, LineScenario(), (0.0, 10.0), range(2, 5)),
     ]
     assert len({job.key(), *(other.key() for other in others)}) == 1 + len(others)
 
@@ -189,7 +189,7 @@ def test_a_killed_run_continues_and_ends_with_equal_bytes(tmp_path: Path) -> Non
     assert len([name for name in files if name.endswith(".png")]) == 10
     assert {name.removesuffix(".png") + ".svg" for name in files if name.endswith(".png")} <= set(files)
 
-    results = Results.from_json(files[RESULTS_FILE].decode())
+    results = PaperResults.from_json(files[RESULTS_FILE].decode())
     assert results.to_json().encode() == files[RESULTS_FILE]
     page = files["paper.md"].decode()
     html = files["paper.html"].decode()
@@ -214,7 +214,7 @@ def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
 
 
 def test_the_committed_page_is_that_of_the_committed_results() -> None:
-    results = Results.from_json((COMMITTED / RESULTS_FILE).read_text())
+    results = PaperResults.from_json((COMMITTED / RESULTS_FILE).read_text())
     page = ROOT / "docs" / "paper.md"
     assert page.read_text() == markdown_page(results, COMMITTED, page)
     assert (COMMITTED / "paper.html").read_text() == html_page(results, COMMITTED)
