@@ -101,11 +101,11 @@ def test_sweep(scenario: Any, ranges: Any, seeds: Any, options: dict[str, Any], 
         (lambda: FixedRange("1"), "interaction_range"),
         (lambda: ScheduledRange(-np.ones(10)), "schedule[0]"),
         (lambda: ScheduledRange(np.ones(9)), "schedule"),
-        (lambda: ScheduledRange(np.ones((10, 5))), "schedule"),
+        (lambda: ScheduledRange(np.ones((10, 4))), "schedule"),
         (lambda: ScheduledRange(5.0), "schedule"),
         (lambda: ScheduledRange(np.full(10, NAN)), "schedule[0]"),
         (lambda: StubbornLeaders(min_cosine=NAN), "min_cosine"),
-        (lambda: StubbornLeaders(), "observation"),
+        (lambda: StubbornWitnesses(patience=-0.1), "patience"),
     ],
 )
 def test_policies(policy: Callable[[], Any], field: str) -> None:

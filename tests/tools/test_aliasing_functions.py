@@ -16,7 +16,7 @@ import flockesc_env
 from flockesc_env import FlockScenario, LineScenario
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.models import graph
-from flockesc_env.policies import RandomRange, ScheduledRange, StubbornWitnesses, registry
+from flockesc_env.policies import RandomRange, ScheduledRange, registry
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 
 SCENARIO = small_flock()
@@ -26,10 +26,10 @@ POSITIONS = np.random.default_rng(0).uniform(0, 30, (5, 2))
 
 FUNCTIONS: dict[str, tuple[Callable[..., Any], Callable[[], dict[str, Any]]]] = {
     "simulate": (
-        flockesc_env.models.simulate,
+        flockesc_env.simulate,
         lambda: {
             "scenario": LEARNED,
-            "interaction_range": np.full((10, 5), 7.0),
+            "schedule": np.full((10, 5), 7.0),
             "seed": 1,
             "initial_positions": POSITIONS.copy(),
             "initial_velocities": POSITIONS - POSITIONS.mean(axis=0),
@@ -46,7 +46,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], Callable[[], dict[str, Any]]]] = 
         },
     ),
     "sweep": (
-        flockesc_env.models.sweep,
+        flockesc_env.sweep,
         lambda: {"scenario": SCENARIO, "interaction_ranges": np.array([0.0, 5.0]), "seeds": [1, 2]},
     ),
     "rollout": (
@@ -122,11 +122,6 @@ GIVEN: dict[str, tuple[Callable[[Any], Any], Any, Callable[[Any], Any]]] = {
         lambda options: options.range_grid,
     ),
     "a schedule": (ScheduledRange, np.arange(10.0), lambda policy: policy.schedule.tolist()),
-    "a rule's numbers": (
-        lambda v: StubbornWitnesses(v, v, v),
-        np.array([0.1, 0.2]),
-        lambda policy: policy.parameters.tolist(),
-    ),
     "a network's numbers": (
         lambda v: NetworkPolicy(Architecture(("time",), ()), v),
         np.ones(2, np.float32),
