@@ -20,7 +20,7 @@ from flockesc_env import (
     sweep,
 )
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.policies import FixedRange, ScheduledRange, StubbornLeaders
+from flockesc_env.policies import FixedRange, ScheduledRange, StubbornLeaders, StubbornWitnesses
 
 FLOCK, LINE = small_flock(), LineScenario(num_agents=5, max_steps=10)
 NAN = np.nan
