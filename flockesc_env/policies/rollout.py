@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any, overload
+from typing import Any, Unpack, cast, overload
 
 from flockesc_env.common.checks import as_callback, as_count, as_flag, as_policy, as_seed, as_seeds
 from flockesc_env.common.errors import ArgumentError, shown
-from flockesc_env.episodes.options import EnvOptions, LineOptions
+from flockesc_env.episodes.options import EnvOptionsDict, LineOptionsDict, env_options, line_options
 from flockesc_env.episodes.predators import PredatorPolicy
-from flockesc_env.models.simulate import Trajectory, named_scenario
+from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.base import Policy, is_per_agent
 from flockesc_env.policies.files import find_policy
 from flockesc_env.policies.playing import Episodes, play_flocks, record_flock
 from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.policies.rollout_line import LineEpisodes, play_lines
-from flockesc_env.scenario.flock import FlockScenario, LineScenario
-from flockesc_env.scenario.presets import as_scenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import as_model, as_scenario
 
 AnyPolicy = Policy | NamedPolicy | str
 """A policy, one with its options, the name of a built-in one, or a file of ``save_policy``."""
@@ -35,7 +36,7 @@ def rollout(
     num_threads: int | None = None,
     predator_policy: PredatorPolicy | None = None,
     progress: Callable[[int, int], None] | None = None,
-    **options: Any,
+    **options: Unpack[EnvOptionsDict],
 ) -> Episodes: ...
 @overload
 def rollout(
@@ -45,7 +46,7 @@ def rollout(
     *,
     batch_size: int | None = None,
     progress: Callable[[int, int], None] | None = None,
-    **options: Any,
+    **options: Unpack[LineOptionsDict],
 ) -> LineEpisodes: ...
 @overload
 def rollout(
@@ -97,13 +98,13 @@ def rollout(
         for name, value in (("per_agent", per_agent or None), ("predator_policy", predator_policy)):
             if value is not None:
                 raise ArgumentError(name, "None for a line", shown(value))
-        line_options = LineOptions(**chosen)
-        return play_lines(entry.policy, checked, model, line_options, batch_size=size, progress=progress)
+        checked_options = line_options(cast("LineOptionsDict", chosen))
+        return play_lines(entry.policy, checked, model, checked_options, batch_size=size, progress=progress)
     return play_flocks(
         entry.policy,
         checked,
         model,
-        EnvOptions(**chosen),
+        env_options(model, cast("EnvOptionsDict", chosen)),
         per_agent=entry.per_agent,
         batch_size=size,
         num_threads=num_threads,
@@ -138,7 +139,7 @@ def record(
     entry = _named(policy, per_agent)
     chosen: Any = entry.scenario if scenario is None else scenario
     model = as_scenario(chosen, FlockScenario)
-    flock_options = EnvOptions(**{**entry.options, **options})
+    flock_options = env_options(model, cast("EnvOptionsDict", {**entry.options, **options}))
     return record_flock(
         entry.policy,
         as_seed(seed),
@@ -166,4 +167,4 @@ def _scenario(
 ) -> FlockScenario | LineScenario:
     if scenario is None:
         return entry.scenario or FlockScenario()
-    return named_scenario(scenario)
+    return as_model(scenario)

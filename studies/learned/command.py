@@ -8,9 +8,11 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.output import note, require, show
+from flockesc_env.cli.output import note, show
+from flockesc_env.common.extras import require
 
 RESULTS, PAGE = Path("results/learned"), Path("docs/results.md")
+_MODULES = ("matplotlib", "polars", "rliable", "jinja2")
 
 Setting = Annotated[Positional[str], arg(help="name of a preset of training/configs", metavar="SETTING")]
 Results = Annotated[Path, arg(help="folder of the studies")]
@@ -39,7 +41,7 @@ def run(
 
     Example: python -m studies learned shared
     """
-    _require("learned")
+    require("train", _MODULES)
     from studies.learned.study import StudyArgs, study
 
     args = StudyArgs(setting, output, runs, learners, held_out_flocks, tuning_flocks, jobs)
@@ -52,7 +54,7 @@ def page(*, results: Results = RESULTS, page: Page = PAGE) -> Exit:
 
     Example: python -m studies learned-page
     """
-    _require("learned-page")
+    require("train", _MODULES)
     from studies.learned.page import write_page
 
     show(write_page(results, page))
@@ -75,14 +77,9 @@ def submit(
 
     Example: python -m studies learned-submit per-agent-visible my_module:my_policy "my policy"
     """
-    _require("learned-submit")
+    require("train", _MODULES)
     from studies.learned.submit import submit as run_submission
 
     show(run_submission(setting, policy, name, results, page))
     note(f"saved: {page}")
     return Exit.DONE
-
-
-def _require(command: str) -> None:
-    for module in ("matplotlib", "polars", "rliable", "jinja2"):
-        require(module, "train", command)

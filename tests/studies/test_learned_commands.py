@@ -7,9 +7,10 @@ from typing import Any
 from unittest.mock import Mock
 
 import pytest
-from studies_runs import StudiesRan
+from cli_runs import Ran
 
 from flockesc_env.cli.exits import Exit
+from studies.__main__ import STUDIES
 from studies.learned.study import StudyArgs
 
 COMMANDS = [
@@ -37,13 +38,13 @@ def test_commands_take_what_their_functions_do(
 ) -> None:
     called = Mock(return_value="done")
     monkeypatch.setattr(f"studies.learned.{function}", called)
-    ran = StudiesRan(capsys, *words)
+    ran = Ran(capsys, *words, run=STUDIES.main)
     assert ran.code == Exit.DONE, ran.err
     called.assert_called_once_with(*expected)
 
 
 def test_a_mistake_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    ran = StudiesRan(capsys, "learned", "nowhere")
+    ran = Ran(capsys, "learned", "nowhere", run=STUDIES.main)
     assert ran.code == Exit.REFUSED
     assert ran.err.startswith("flockesc: error: setting: expected one of")
     assert ran.err.count("\n") == 1
