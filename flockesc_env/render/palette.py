@@ -1,8 +1,8 @@
 """The colors of every picture: pygame's, the watch page's and the figures of Matplotlib.
 
 Interaction ranges are viridis, learned policies purple, fixed ranges gray and predators vermilion. Components
-are muted, so that no component looks like a predator. With any kind of color blindness, the colors of the five
-largest components are as easy to tell apart as those of Okabe and Ito.
+are muted, so that no component looks like a predator. The colors of the five largest components are as easy
+to tell apart with any kind of color blindness as those of Okabe and Ito.
 """
 
 from __future__ import annotations
