@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.flags import Json, ScenarioFlags, optional
+from flockesc_env.cli.flags import Json, ScenarioFlags, model_of, optional
 from flockesc_env.cli.output import check_output, note, show, show_json
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.seeds import fresh_seed
@@ -24,9 +24,9 @@ _MEANINGS = {
     "escape_distance": "distance of the nearest agent to the predator at the end",
     "num_components": "connected components of the neighbor graph at the end",
     "polarization": "norm of the mean heading at the end, from 0 to 1",
-    "fraction_surviving": "share of the agents that were not caught",
-    "converged": "whether the line has come to rest",
-    "steps": "steps made",
+    "fraction_surviving": "share of agents that were not caught",
+    "converged": "whether the line reached a steady state",
+    "steps": "number of steps",
 }
 
 
@@ -51,11 +51,11 @@ def run(
     ] = None,
     json: Json = False,
 ) -> Exit:
-    """Run the model once, under a fixed interaction range or a policy.
+    """Run the model once, with a fixed interaction range or a policy.
 
-    Prints how far the flock stayed from its predator, and what became of it.
+    Prints how far the flock stayed from its predator, and its state at the end.
 
-    The defaults are the paper's flock of 300 agents.
+    The default scenario is the paper's flock of 300 agents.
 
     Example: flockesc simulate --interaction-range 10 --seed 7 --output run.npz
     """
@@ -73,7 +73,7 @@ def run(
         show_json(
             {
                 "command": "simulate",
-                "model": scenario.model,
+                "model": model_of(chosen),
                 "scenario": json_.loads(chosen.to_json()),
                 "interaction_range": interaction_range,
                 "policy": policy,

@@ -51,7 +51,7 @@ class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.fl
         given = as_scenario(scenario, FlockScenario)
         if not any(isinstance(predator, Learned) for predator in given.predators):
             given = given.with_learned_predators()
-        super().__init__(given, {**arguments}, per_agent=per_agent)
+        super().__init__(given, arguments, per_agent=per_agent)
         self.policy_spec = self._batch.predator_policy_spec
         if self.policy_spec.count != 1:
             raise ScenarioError("predators", "one Learned predator", self.policy_spec.count)

@@ -44,7 +44,7 @@ RESET_OPTIONS: Final = (*STARTS, "episode")
 """Keys of the ``options`` of a reset: arrays, and a number of an episode."""
 
 Start = Mapping[str, Any]
-"""Checked options of a reset. The seed or the scenario sets what it leaves out; the episode is the next one."""
+"""Checked options of a reset; the seed or the scenario sets those that are missing."""
 
 MAX_FLOCKS: Final = 1_000_000
 """Largest number of flocks in a batch; many more would not fit into memory."""
@@ -174,9 +174,9 @@ class FlockBatch:
         Args:
             actions: shape (num_flocks * rows, 1) or, where discrete, (num_flocks * rows,).
             label: names an action in an error; ``None``: ``action[i]``.
-            at_end: what a slot does whose episode has ended: it raises an error (``"refuse"``), or ignores its
-                action, has reward 0 and starts the next episode of its schedule (``"restart"``) or stays
-                unchanged (``"stay"``).
+            at_end: what a slot does whose episode has ended. ``"refuse"``: it raises an error. Else it
+                ignores its action, has reward 0, and starts the next episode of its schedule
+                (``"restart"``) or stays unchanged (``"stay"``).
             out: arrays for the observations and rewards; ``None``: new ones.
             predator_actions: shape (num_flocks * predators, D), from ``predator_policy_spec``; ``None``: the
                 predator policy chooses them or, without one, they are 0.
@@ -213,7 +213,7 @@ class FlockBatch:
         return self._core.team_rewards()
 
     def predator_rewards(self) -> FloatArray:
-        """Return the reward of each flock's predators in the last step, minus its own, shape (num_flocks,)."""
+        """Return the reward of each flock's predators in the last step, shape (num_flocks,)."""
         return self._core.predator_rewards()
 
     def observe(self, slots: Sequence[int]) -> Observations:
@@ -221,7 +221,7 @@ class FlockBatch:
         return self._core.observe(slots)
 
     def observe_predators(self, slots: Sequence[int]) -> Observations:
-        """Return the observations of learned predators in some slots, shape (len(slots) * predators, entries)."""
+        """Return the observations of learned predators, shape (len(slots) * predators, entries)."""
         return self._core.observe_predators(slots)
 
     def metrics(self) -> Columns:

@@ -26,8 +26,8 @@ def component_labels(
     Args:
         positions: r_i in m, shape (n, 2) or (n, 3).
         interaction_range: rho in m, or what the neighbor rule makes of it, a scalar or shape (n,).
-        scenario: scenario, or a preset's name, whose neighbor rule holds; ``None``: agents within range are neighbors. A frozen graph is
-            that of these positions.
+        scenario: scenario, or a preset's name, whose neighbor rule holds; ``None``: agents within range are
+            neighbors. A frozen graph is that of these positions.
         velocities: v_i in m/s, as ``positions``; needed where the scenario has a blind angle.
 
     Raises:

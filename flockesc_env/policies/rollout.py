@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray, as_callback, as_count, as_policy, as_seed, as_seeds
 from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.episodes.options import EnvOptionsDict, env_options
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
 from flockesc_env.models.simulate import IntArray, Trajectory, simulate
 from flockesc_env.policies.ranges import Observations, Policy
@@ -50,7 +50,7 @@ def rollout(
     num_threads: int | None = None,
     predator_policy: PredatorPolicy | None = None,
     progress: Callable[[int, int], None] | None = None,
-    **options: Any,
+    **options: Unpack[EnvOptionsDict],
 ) -> Episodes:
     """Run a policy on the flock of every seed, to the horizon.
 
@@ -62,18 +62,18 @@ def rollout(
         batch_size: flocks stepped together; only a policy that draws at random can tell the difference.
         num_threads: threads over which flocks are spread; ``None``: one per core.
         progress: called with (finished episodes, all episodes).
-        predator_policy: steers the learned predators, for example ``Pursue()`` or a trained ``SB3Policy``;
-            in a scenario without any, all predators become ``Learned``. ``None``: those fly straight on.
+        predator_policy: controls the ``Learned`` predators, for example ``Pursue()`` or a trained
+            ``SB3Policy``. ``None``: they fly straight on.
         **options: see ``EnvOptions``.
 
     Raises:
         ArgumentError: naming the argument of a wrong type or value.
-        ScenarioError: for an option out of bounds.
+        OptionError: for an option that is unknown, missing or out of bounds.
     """
     as_policy(policy)
     checked = as_seeds(seeds)
     scenario = as_scenario(scenario, FlockScenario)
-    env_options = EnvOptions(**options)
+    chosen = env_options(scenario, options)
     batch_size, progress = as_count(batch_size, "batch_size"), as_callback(progress)
     parts: list[dict[str, NDArray[Any]]] = []
     finished = 0
@@ -81,7 +81,7 @@ def rollout(
         chunk = checked[start : start + batch_size]
         batch = FlockBatch(
             scenario,
-            env_options,
+            chosen,
             num_flocks=len(chunk),
             per_agent=per_agent,
             num_threads=num_threads,
@@ -107,7 +107,7 @@ def record(
     scenario: FlockScenario | str | None = None,
     per_agent: bool = False,
     predator_policy: PredatorPolicy | None = None,
-    **options: Any,
+    **options: Unpack[EnvOptionsDict],
 ) -> Trajectory:
     """Run a policy on one flock and record all of it, as ``simulate`` does under the ranges it chose.
 
@@ -116,24 +116,24 @@ def record(
         seed: seed of the flock.
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
         per_agent: whether the policy sets one range per agent, or one for the flock.
-        predator_policy: steers the learned predators, for example ``Pursue()`` or a trained ``SB3Policy``;
-            in a scenario without any, all predators become ``Learned``. ``None``: those fly straight on.
+        predator_policy: controls the ``Learned`` predators, for example ``Pursue()`` or a trained
+            ``SB3Policy``. ``None``: they fly straight on.
         **options: see ``EnvOptions``.
 
     Raises:
         ArgumentError: naming the argument of a wrong type or value.
-        ScenarioError: for an option out of bounds.
+        OptionError: for an option that is unknown, missing or out of bounds.
     """
     as_policy(policy)
     seed = as_seed(seed)
     scenario = as_scenario(scenario, FlockScenario)
-    env_options = EnvOptions(**options)
+    chosen = env_options(scenario, options)
     hunter = None if predator_policy is None else _Noting(as_policy(predator_policy, "predator_policy"))
-    batch = FlockBatch(scenario, env_options, per_agent=per_agent, predator_policy=hunter)
+    batch = FlockBatch(scenario, chosen, per_agent=per_agent, predator_policy=hunter)
     ranges = np.array([ranges for ranges, _ in episode_steps(batch, policy, [seed])])
 
     def schedule(actions: FloatArray) -> FloatArray:
-        held = np.repeat(actions, env_options.steps_per_action, axis=0)[: scenario.num_steps]
+        held = np.repeat(actions, chosen.steps_per_action, axis=0)[: scenario.num_steps]
         rest = scenario.num_steps - len(held)  # nobody is left to listen or to be hunted
         return np.concatenate([held, np.repeat(held[-1:], rest, axis=0)])
 

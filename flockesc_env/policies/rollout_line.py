@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_count, as_policy, as_seeds
-from flockesc_env.episodes.options import LineOptions
+from flockesc_env.episodes.options import LineOptions, LineOptionsDict, line_options
 from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec, RangeActions
 from flockesc_env.models.simulate import IntArray
 from flockesc_env.policies.ranges import Policy
@@ -44,7 +44,7 @@ def rollout_line(
     *,
     scenario: LineScenario | str | None = None,
     batch_size: int = 256,
-    **options: Any,
+    **options: Unpack[LineOptionsDict],
 ) -> LineEpisodes:
     """Run a policy on the line of every seed, until it stands still or the scenario's last step.
 
@@ -57,17 +57,18 @@ def rollout_line(
 
     Raises:
         ArgumentError: naming the argument of a wrong type or value.
-        ScenarioError: for an option out of bounds or a scenario without predator.
+        OptionError: for an option that is unknown or out of bounds.
+        ScenarioError: for a scenario without predator.
     """
     as_policy(policy)
     checked = as_seeds(seeds)
     line = as_scenario(scenario, LineScenario)
-    line_options = LineOptions(**options)
+    chosen = line_options(options)
     size = as_count(batch_size, "batch_size")
-    spec = line_policy_spec(line, line_options)
+    spec = line_policy_spec(line, chosen)
     ended: list[_core.LineEpisode] = []
     for start in range(0, len(checked), size):
-        ended += _play(policy, checked[start : start + size], line, line_options, spec)
+        ended += _play(policy, checked[start : start + size], line, chosen, spec)
     return LineEpisodes(
         seeds=np.array(checked, np.uint64),
         escape_distance=np.array([episode.escape_distance for episode in ended]),

@@ -1,8 +1,8 @@
 """Scenarios as documents: to and from JSON and TOML, conversion of fields to plain values, checks.
 
-A part, for example a predator, is an object with its kind as the only key in a document:
-``{"pure_pursuit": {"max_turn_rate": 2.0}}``. A scenario's constructor accepts this form as well. msgspec converts
-fields to their declared types; the core checks their bounds.
+In a document a part, for example a predator, is an object with its kind as the only key:
+``{"pure_pursuit": {"max_turn_rate": 2.0}}``. A scenario's constructor accepts this form as well. msgspec
+converts fields to their declared types; the core checks their bounds.
 """
 
 from __future__ import annotations
@@ -60,9 +60,10 @@ class Document:
     """What both scenarios share: JSON and TOML in and out, ``replace``, plain fields."""
 
     def __post_init__(self) -> None:
-        """Bring every field to its declared type: lists become tuples, NumPy and integer numbers plain floats."""
-        hints = _hints(type(self))
-        for field in dataclasses.fields(self):  # type: ignore[arg-type]
+        """Bring every field to its declared type: lists become tuples, NumPy numbers plain ones."""
+        cls: Any = type(self)
+        hints = _hints(cls)
+        for field in dataclasses.fields(cls):
             value = _read(getattr(self, field.name), hints[field.name], field.name)
             object.__setattr__(self, field.name, value)
 
@@ -142,7 +143,9 @@ def _written(value: Any) -> dict[str, Any]:
     return fields if isinstance(value, Document) else {value.kind: fields}
 
 
-_hints = cache(get_type_hints)
+@cache
+def _hints(cls: Any) -> dict[str, Any]:
+    return get_type_hints(cls)
 
 
 def _named(cls: Any, fields: Any, prefix: str) -> Mapping[str, Any]:
@@ -210,7 +213,7 @@ def _read_plain(value: Any, hint: Any, path: str) -> Any:
 
 
 def _plain(value: Any, path: str) -> Any:
-    """Return NumPy numbers and arrays as Python's, and tuples as lists; refuse what a document cannot hold."""
+    """Return NumPy numbers as Python's, arrays and tuples as lists; refuse what a document cannot hold."""
     if isinstance(value, memoryview):
         value = np.asarray(value)
     if isinstance(value, np.generic | np.ndarray) and value.dtype.kind in "biufU":

@@ -130,14 +130,12 @@ class FlockScenario(Document):
 
 
 def _placed(predator: Predator, index: int, dimension: int) -> Predator:
-    """Return a predator with the default start of the dimension where none is given; check its coordinates."""
+    """Return a predator with the default start of the dimension instead of ``None``, after a check."""
     position, velocity = approach(dimension=dimension)
-    start = {
-        "position": position if predator.position is None else predator.position,
-        "velocity": velocity if predator.velocity is None else predator.velocity,
-    }
-    for name, vector in start.items():
+    position = position if predator.position is None else predator.position
+    velocity = velocity if predator.velocity is None else predator.velocity
+    for name, vector in (("position", position), ("velocity", velocity)):
         if len(vector) != dimension:
             field = f"predators[{index}].{predator.kind}.{name}"
             raise ScenarioError(field, f"{dimension} numbers, as the dimension is {dimension}", shown(vector))
-    return dataclasses.replace(predator, **start)
+    return dataclasses.replace(predator, position=position, velocity=velocity)

@@ -11,7 +11,8 @@ from tyro.conf import arg
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress, optional
-from flockesc_env.cli.output import check_output, note, require, show, show_json
+from flockesc_env.cli.output import check_output, note, show, show_json
+from flockesc_env.common.extras import require
 from flockesc_env.common.progress import progress_bar
 from studies.paper.jobs import total_size
 from studies.paper.plan import BATCH, Trials, studies
@@ -43,8 +44,7 @@ def run(
     """
     trials = Trials(flocks=flocks, lines=lines)
     check_output(page, [".md"], field="page")
-    for module in ("matplotlib", "scipy", "jinja2", "markdown"):
-        require(module, "analysis", "paper")
+    require("analysis", ["matplotlib", "scipy", "jinja2", "markdown"])
     from studies.paper.reproduction import reproduce  # heavy, and of an extra
 
     with progress_bar("Measuring", total_size(studies(trials)), always=progress) as report:

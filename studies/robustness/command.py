@@ -10,9 +10,10 @@ from tyro.conf import arg
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress, optional
-from flockesc_env.cli.output import check_output, note, require, show, show_json, table
+from flockesc_env.cli.output import check_output, note, show, show_json, table
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.extras import require
 from flockesc_env.common.progress import progress_bar
 from studies.paper.jobs import total_size
 from studies.robustness.plan import LEAST_FLOCKS, studies, worlds
@@ -51,8 +52,7 @@ def run(
         raise ArgumentError("num_flocks", f"at least {LEAST_FLOCKS}", num_flocks)
     plan = studies(worlds(presets), num_flocks)
     check_output(page, [".md"], field="page")
-    for module in ("matplotlib", "scipy", "jinja2", "markdown"):
-        require(module, "analysis", "worlds")
+    require("analysis", ["matplotlib", "scipy", "jinja2", "markdown"])
     from studies.robustness.survey import survey  # heavy, and of an extra
 
     with progress_bar("Measuring", total_size(plan), always=progress) as report:

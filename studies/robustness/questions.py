@@ -23,7 +23,7 @@ def _misses_the_center(scenario: FlockScenario) -> bool:
     for predator in scenario.predators:
         if predator.kind != _STRAIGHT:
             continue
-        position, velocity = np.array(predator.position[:2]), np.array(predator.velocity[:2])
+        position, velocity = np.array(predator.position)[:2], np.array(predator.velocity)[:2]
         (x, y), (u, v) = center - position, velocity
         speed = np.hypot(u, v)
         if speed > 0 and abs(u * y - v * x) / speed >= scenario.initial_side / 4:

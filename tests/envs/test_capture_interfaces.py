@@ -12,7 +12,7 @@ from captured_flocks import SEEDS, doomed, hunted
 from gymnasium.utils.env_checker import check_env as check_gymnasium
 from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
-from option_table import ACTION_MODES, DIMENSIONS, FLOCK_REWARDS, OBJECTIVES, OWN_REWARDS
+from option_table import ACTION_MODES, DIMENSIONS, FLOCK_REWARDS, INDIVIDUAL_REWARDS, OBJECTIVES
 from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, seed_test
 from stable_baselines3.common.env_checker import check_env as check_sb3
 
@@ -48,7 +48,7 @@ def play_array(scenario: FlockScenario, seed: int, **options: Any) -> list[tuple
 
 @dimensions
 @pytest.mark.parametrize("objective", OBJECTIVES)
-@pytest.mark.parametrize("reward", ["running_minimum", *OWN_REWARDS])
+@pytest.mark.parametrize("reward", ["running_minimum", *INDIVIDUAL_REWARDS])
 def test_dicts_and_arrays_play_one_episode(dimension: int, objective: str, reward: str) -> None:
     scenario = hunted(dimension)
     options = {"objective": objective, "reward": reward, "steps_per_action": 2}
@@ -115,7 +115,7 @@ def test_own_distances_end_at_zero() -> None:
     start = reference.predator_distances(run.positions[0], run.predator_positions[0])
     end = reference.predator_distances(run.positions[-1], run.predator_positions[-1])
     end[run.caught_at >= 0] = 0.0
-    paid = sum(step[1] for step in play_array(scenario, 4, reward="own_distance_change"))
+    paid = sum(step[1] for step in play_array(scenario, 4, reward="individual_distance_change"))
     np.testing.assert_allclose(paid, end - start)
 
 
@@ -135,7 +135,9 @@ def test_own_running_minimum_pays_who_was_caught_no_more() -> None:
         )
         is_caught = (run.caught_at >= 0) & (run.caught_at <= np.arange(len(own))[:, None])
         own[is_caught] = 0.0
-        for t, step in zip(steps, play_array(scenario, seed, reward="own_running_minimum"), strict=False):
+        for t, step in zip(
+            steps, play_array(scenario, seed, reward="individual_running_minimum"), strict=False
+        ):
             before = max((fall for fall in falls if fall < t), default=0)
             expected = (
                 np.where(is_caught[t - 1], 0.0, own[t] - own[before]) if t in falls else np.zeros(len(own[t]))
@@ -213,7 +215,7 @@ def test_sb3_slots_of_flocks() -> None:
 
 def test_sb3_slots_of_agents_stay_until_the_flock_ends() -> None:
     scenario = doomed(num_agents=4)
-    env = AgentVecEnv(5, scenario, action_mode="range", reward="own_distance")
+    env = AgentVecEnv(5, scenario, action_mode="range", reward="individual_distance")
     env.seed(0)
     env.reset()
     alive = np.ones((5, 4), bool)

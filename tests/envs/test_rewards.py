@@ -142,7 +142,7 @@ def test_own_distance_averages_to_the_mean_distance(
     interface: str, objective: str, steps_per_action: int
 ) -> None:
     options = {"objective": objective, "steps_per_action": steps_per_action}
-    own = PER_AGENT[interface](SCENARIO, reward="own_distance", **options)
+    own = PER_AGENT[interface](SCENARIO, reward="individual_distance", **options)
     mean = PER_AGENT[interface](SCENARIO, reward="distance", steps_per_action=steps_per_action)
     np.testing.assert_allclose(own.mean(axis=1), mean.mean(axis=1), **tolerance(interface))
     if interface != "agent rollout":
@@ -153,7 +153,9 @@ def test_own_distance_averages_to_the_mean_distance(
 @per_agent_interfaces
 @steps_per_action
 def test_own_distance_change_sums_to_what_each_agent_gained(interface: str, steps_per_action: int) -> None:
-    rewards = PER_AGENT[interface](SCENARIO, reward="own_distance_change", steps_per_action=steps_per_action)
+    rewards = PER_AGENT[interface](
+        SCENARIO, reward="individual_distance_change", steps_per_action=steps_per_action
+    )
     own = own_distances()
     expected = own[-1] - own[0]
     if interface == "agent rollout":
@@ -182,7 +184,7 @@ def test_own_running_minimum_pays_what_agents_lost_since_it_fell_last(
 ) -> None:
     scenario = SCENARIO.replace(speed=speed, predators=TWO_WAVES)
     options = {"objective": objective, "steps_per_action": steps_per_action}
-    rewards = PER_AGENT[interface](scenario, reward="own_running_minimum", **options)
+    rewards = PER_AGENT[interface](scenario, reward="individual_running_minimum", **options)
     own, times = own_distances(scenario), falls(distances(objective, scenario))
     assert sorted(set(np.diff(times)))[0] == 1 < np.diff(times).max()  # it falls, rests and falls again
     expected = np.zeros((scenario.num_steps, scenario.num_agents))
@@ -206,7 +208,7 @@ def test_own_running_minimum_averages_to_the_mean_objective(
     scenario = SCENARIO.replace(speed=speed, predators=TWO_WAVES)
     own, team = (
         PER_AGENT[interface](scenario, reward=reward, objective="mean", steps_per_action=steps_per_action)
-        for reward in ("own_running_minimum", "running_minimum")
+        for reward in ("individual_running_minimum", "running_minimum")
     )
     np.testing.assert_allclose(own.mean(axis=-1), team.mean(axis=-1), **tolerance(interface))
     curve = distances("mean", scenario)

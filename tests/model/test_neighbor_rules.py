@@ -205,7 +205,7 @@ def test_sweeps_and_runs_agree(rule: NeighborRule) -> None:
 )
 def test_rules_that_do_not_fit(changes: dict[str, object], field: str) -> None:
     with pytest.raises(ScenarioError, match=f"^{field}"):
-        FlockScenario().replace(**changes)
+        FlockScenario(**changes)
 
 
 def test_a_blind_angle_needs_velocities() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import reference
+from option_table import small_flock
 from scipy.optimize import linear_sum_assignment
 
 from flockesc_env import (
@@ -70,8 +71,8 @@ def drawn(dimension: int, seed: int, agents: int = 30) -> tuple[Starts, dict[str
 
 def hunt(predators: Any, start: dict[str, np.ndarray], **changes: Any) -> Trajectory:
     agents, dimension = start["initial_positions"].shape
-    fields = {"num_agents": agents, "dimension": dimension, "num_steps": STEPS, "predators": tuple(predators)}
-    return simulate(FlockScenario(**{**fields, **changes}), 7.3, seed=5, **start)
+    fields = {"num_agents": agents, "num_steps": STEPS, "initial_side": 100.0, "predators": predators}
+    return simulate(small_flock(dimension, **{**fields, **changes}), 7.3, seed=5, **start)
 
 
 @every_pack
@@ -147,10 +148,9 @@ def test_assigned_targets_are_distinct_and_near(hunters: int, agents: int, dimen
         np.testing.assert_array_equal(chosen[idle], apart[idle].argmin(axis=1))
 
 
-def still_flock(**changes: Any) -> FlockScenario:
+def still_flock(dimension: int = 2, **changes: Any) -> FlockScenario:
     """Return a flock about (0, 0) that neither flees nor flies away."""
-    fields = {"num_agents": 40, "num_steps": 1200, "speed": 1e-6, "predator_range": 0.0}
-    return FlockScenario(**{**fields, **changes})
+    return small_flock(dimension, num_agents=40, num_steps=1200, speed=1e-6, predator_range=0.0, **changes)
 
 
 def around_a_still_flock(*predators: Any, **changes: Any) -> np.ndarray:

@@ -98,7 +98,11 @@ def test_speed_and_turn_limit_are_kept(strategy: str, dimension: int) -> None:
     scenario = FlockScenario(
         num_agents=40,
         dimension=dimension,
-        predators=(STEERED[strategy]((-30.0, -30.0), (10.0, 10.0), max_turn_rate=0.7),),
+        predators=(
+            STEERED[strategy](
+                (-30.0, -30.0, 0.0)[:dimension], (10.0, 10.0, 0.0)[:dimension], max_turn_rate=0.7
+            ),
+        ),
     )
     run = simulate(scenario, 10.0, seed=1)
     velocities = np.diff(run.predator_positions[:, 0], axis=0) / scenario.time_step
@@ -121,7 +125,9 @@ def headings(run: Trajectory) -> np.ndarray:
 def test_wandering_forgets_its_heading(dimension: int) -> None:
     """The mean cosine to the first heading decays as exp(-(D - 1) D_r t); all sides are alike."""
     rate, count = 0.8, 4000
-    hunters = (Wandering((0.0, 0.0), (6.0, 8.0), angular_diffusion=rate),) * count
+    hunters = (
+        Wandering((0.0, 0.0, 0.0)[:dimension], (6.0, 8.0, 0.0)[:dimension], angular_diffusion=rate),
+    ) * count
     scenario = FlockScenario(num_agents=1, dimension=dimension, num_steps=41, predators=hunters)
     run = simulate(scenario, 0.0, seed=2)
     flown = headings(run)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flock_states import state
 from option_table import DIMENSIONS, small_flock
 from stable_baselines3 import PPO
 
@@ -58,8 +59,8 @@ def actions_of_flock(environment: Any) -> Any:
 @dimensions
 def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
     """Flock and predator of every interface go as those of the parallel environment, stepped by hand."""
-    scenario = hunted(dimension)
-    by_hand = parallel_env(scenario, predator="learned")
+    scenario = hunted(dimension).with_learned_predators()
+    by_hand = parallel_env(scenario)
     observations, _ = by_hand.reset(seed=4)
     single = FlockEscapeEnv(scenario, predator_policy=Pursue())
     single.reset(seed=4)
@@ -87,19 +88,22 @@ def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
 
 def test_a_bad_predator_policy_is_named_and_changes_nothing() -> None:
     bad = SimpleNamespace(act=lambda observations, spec: np.full((len(observations), 2), 2.0))
-    environment = FlockEscapeEnv(hunted(), predator_policy=bad)
+    environment = FlockEscapeEnv(hunted().with_learned_predators(), predator_policy=bad)
     environment.reset(seed=0)
-    before = environment._batch.state(0)
+    before = state(environment.flock)
     with pytest.raises(ActionError) as caught:
         environment.step(np.zeros(1, np.float32))
     assert caught.value.field == "actions of the predator policy[0]"
-    np.testing.assert_equal(environment._batch.state(0), before)
+    np.testing.assert_equal(state(environment.flock), before)
 
 
 @dimensions
 @pytest.mark.parametrize("steps_per_action", [1, 4])
 def test_records_replay_the_hunt_bit_for_bit(dimension: int, steps_per_action: int, tmp_path: Any) -> None:
-    options = {"scenario": hunted(dimension, 2), "steps_per_action": steps_per_action}
+    options = {
+        "scenario": hunted(dimension, 2).with_learned_predators(),
+        "steps_per_action": steps_per_action,
+    }
     run = record(FixedRange(9.0), 3, predator_policy=Spin(), **options)
     played = rollout(FixedRange(9.0), [3], predator_policy=Spin(), **options)
     assert run.mean_distance.min() == played.min_mean_distance[0]
@@ -115,8 +119,9 @@ def test_records_replay_the_hunt_bit_for_bit(dimension: int, steps_per_action: i
 
 def test_chase_comes_closer_than_coast() -> None:
     """To the nearest agent or, on average, to all of them, as its target says."""
+    scenario = FlockScenario().with_learned_predators()
     nearest, centroid, nobody = (
-        rollout(FixedRange(0.0), range(10), scenario="paper-flock", predator_policy=policy)
+        rollout(FixedRange(0.0), range(10), scenario=scenario, predator_policy=policy)
         for policy in (Pursue(), Pursue("centroid"), FlyStraight())
     )
     assert nearest.min_min_distance.mean() < nobody.min_min_distance.mean() / 2
@@ -125,10 +130,11 @@ def test_chase_comes_closer_than_coast() -> None:
 
 def test_sb3_trains_a_predator_and_a_flock_against_it() -> None:
     hunter = PPO("MlpPolicy", FlockPursuitEnv(hunted()), n_steps=32, batch_size=32, device="cpu").learn(64)
-    flock = FlockVecEnv(4, hunted(), predator_policy=SB3Policy(hunter))
+    scenario = hunted().with_learned_predators()
+    flock = FlockVecEnv(4, scenario, predator_policy=SB3Policy(hunter))
     PPO("MlpPolicy", flock, n_steps=8, batch_size=32, device="cpu").learn(32)
     outcome = rollout(
-        FixedRange(10.0), [0, 1], scenario=hunted(), predator_policy=SB3Policy(hunter), batch_size=2
+        FixedRange(10.0), [0, 1], scenario=scenario, predator_policy=SB3Policy(hunter), batch_size=2
     )
     assert np.isfinite(outcome.min_mean_distance).all()
 

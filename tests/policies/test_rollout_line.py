@@ -105,7 +105,7 @@ def test_presets_are_known_by_name() -> None:
         ({"scenario": "paper-flock"}, ScenarioError, "scenario: expected"),
         ({"scenario": LineScenario(predator_position=None)}, ScenarioError, "predator_position: expected"),
         ({"max_range": 0.0}, ScenarioError, "max_range: expected"),
-        ({"reward": "own_distance"}, ScenarioError, "reward: expected one of difference, terminal"),
+        ({"reward": "individual_distance"}, ScenarioError, "reward: expected one of difference, terminal"),
         ({"policy": FixedRange(2.0)}, ArgumentError, "interaction_range: expected a number from 0"),
         ({"policy": StubbornLeaders()}, ArgumentError, "observation: expected an entry"),
     ],

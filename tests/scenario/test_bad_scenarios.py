@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from option_table import OWN_REWARDS, small_flock
+from option_table import INDIVIDUAL_REWARDS, small_flock
 
 from flockesc_env import (
     AlignedHeadings,
@@ -215,7 +215,7 @@ AGENT_VIEWS = {
 
 
 @pytest.mark.parametrize("interface", FLOCK_VIEWS)
-@pytest.mark.parametrize("reward", OWN_REWARDS)
+@pytest.mark.parametrize("reward", INDIVIDUAL_REWARDS)
 def test_own_rewards_need_a_range_per_agent(interface: str, reward: str) -> None:
     with pytest.raises(ScenarioError) as caught:
         FLOCK_VIEWS[interface](small_flock(), reward=reward)

@@ -198,17 +198,19 @@ def test_no_file(tmp_path: Path) -> None:
 def test_the_command_line_takes_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     positions, velocities = state(2)
     path = str(write(tmp_path / "flock.csv", positions, velocities))
-    flags = ("--initial-state", path, "--num-steps", "5")
+    flags = ("--initial-state", path, "--set", "num_steps=5")
     ran = Ran(capsys, "simulate", *flags, "--interaction-range", "10", "--seed", "1", "--json")
     run = simulate(FlockScenario(num_steps=5, **read_initial_state(path)), 10.0, seed=1)
     assert ran.code == Exit.DONE
     assert json.loads(ran.out)["min_mean_distance"] == run.mean_distance.min()
     swept = Ran(capsys, "sweep", *flags, "--interaction-ranges", "10", "--seeds", "1:2", "--json")
     assert json.loads(swept.out)["ranges"][0]["mean"] == run.mean_distance.min()
-    refused = Ran(capsys, "simulate", *flags, "--num-agents", "8", "--interaction-range", "10")
+    refused = Ran(capsys, "simulate", *flags, "--set", "num_agents=8", "--interaction-range", "10")
     assert refused.code == Exit.REFUSED
     assert "initial_positions.given_positions.points" in refused.err
-    line = Ran(capsys, "simulate", "--model", "line", "--initial-state", path, "--interaction-range", "1")
+    line = Ran(
+        capsys, "simulate", "--scenario", "paper-line", "--initial-state", path, "--interaction-range", "1"
+    )
     assert line.code == Exit.REFUSED
     assert "initial_state" in line.err
     bad = tmp_path / "bad.csv"

@@ -136,19 +136,13 @@ def test_the_command_prints_a_file_to_start_from(
     assert type(known.scenario).from_json(json.dumps(entry["scenario"])) == known.scenario
     path = tmp_path / "mine.toml"
     path.write_text(document)
-    flags = ["--interaction-range", 0.2, "--repulsion-strength", 3, "--seed", 1, "--json"]
+    flags = ["--interaction-range", 0.2, "--set", "repulsion_strength=3", "--seed", 1, "--json"]
     runs = [
         Ran(capsys, "simulate", "--scenario", name, *flags).json(),
-        Ran(capsys, "simulate", "--model", entry["model"], "--scenario", path, *flags).json(),
+        Ran(capsys, "simulate", "--scenario", path, *flags).json(),
     ]
     assert runs[0] == runs[1]
     assert runs[0]["scenario"] == {**entry["scenario"], "repulsion_strength": 3.0}
-
-
-def test_flags_override_a_preset(capsys: pytest.CaptureFixture[str]) -> None:
-    flags = ["--interaction-range", 1, "--scenario", "pursuit", "--num-agents", 4, "--predators"]
-    scenario = Ran(capsys, "simulate", *flags, "--json").json()["scenario"]
-    assert (scenario["num_agents"], scenario["predators"]) == (4, [])
 
 
 def test_a_line_without_predator_is_toml() -> None:

@@ -44,7 +44,7 @@ def results(tmp_path: Path) -> Path:
     """A setting with all there can be, and the line with the least."""
     folder = tmp_path / "results"
     fixed = 75 + drawn(FLOCKS)
-    own = {"ppo": {"kind": "ppo", "arguments": {"reward": "own_distance_change"}, "note": "a remark"}}
+    own = {"ppo": {"kind": "ppo", "arguments": {"reward": "individual_distance_change"}, "note": "a remark"}}
     write_study(
         folder,
         "per-agent-visible",
@@ -225,7 +225,7 @@ def test_the_page_says_what_the_files_say(results: Path, tmp_path: Path) -> None
     assert "+10.00 to +12.00" in text
     assert "would have been 8.5 m, with 2 m" in text
     assert "- `ppo`: a remark\n" in text
-    (row,) = [row for row in rows_of(text, "ppo") if "own_distance_change" in row]
+    (row,) = [row for row in rows_of(text, "ppo") if "individual_distance_change" in row]
     assert row[1] == "ppo"
     assert "seeds 2,000,000 to 2,999,999" in text
     assert ["per-agent-visible", "ppo", "50,000", "25%"] in rows_of(text, "per-agent-visible")

@@ -24,6 +24,7 @@ from flockesc_env import (
 )
 from flockesc_env.cli.exits import Exit
 from flockesc_env.common.stats import Estimate
+from studies.__main__ import STUDIES
 from studies.robustness.findings import Finding, Outcome, outcome
 from studies.robustness.page import RESULTS_FILE, Answer, Results, answers, markdown_page
 from studies.robustness.plan import METERS, NEIGHBORS, grid_of, studies, worlds
@@ -148,7 +149,7 @@ def test_answers_are_made_by_the_rule() -> None:
 def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "worlds"
     flags = ("--num-flocks", "2", "--presets", "paper-flock", "pursuit", "--output", str(output))
-    ran = Ran(capsys, "worlds", *flags, "--json")
+    ran = Ran(capsys, "robustness", *flags, "--json", run=STUDIES.main)
     assert ran.code == Exit.DONE, ran.err
     text = (output / RESULTS_FILE).read_text()
     results = Results.from_json(text)
@@ -176,7 +177,7 @@ def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
             assert f"| {answer.question} | {answer} |" in page
 
     stamps = {path: path.stat().st_mtime_ns for path in (output / "cache").iterdir()}
-    again = Ran(capsys, "worlds", *flags)
+    again = Ran(capsys, "robustness", *flags, run=STUDIES.main)
     assert again.code == Exit.DONE
     assert "paper-flock" in again.out
     assert {path: path.stat().st_mtime_ns for path in (output / "cache").iterdir()} == stamps
@@ -205,7 +206,7 @@ def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
 def test_refusals(
     flags: tuple[str, ...], named: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    ran = Ran(capsys, "worlds", "--output", str(tmp_path / "worlds"), *flags)
+    ran = Ran(capsys, "robustness", "--output", str(tmp_path / "worlds"), *flags, run=STUDIES.main)
     assert ran.code == Exit.REFUSED
     assert named in ran.err
     assert not (tmp_path / "worlds").exists()

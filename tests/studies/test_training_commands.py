@@ -195,7 +195,7 @@ def test_commands_train_evaluate_and_compare(tmp_path: Path, monkeypatch: pytest
     run = ["train", "demo-ppo", "--run", str(args.run), "--scenario", args.scenario, "--no-progress"]
     app.cli(args=[*run, "--num-flocks", "2", "--num-episodes", "2", "--net-arch", "8", "--seed", "3"])
     trained = RunRecord.read(args.run).args
-    assert (trained.reward, trained.seed, trained.net_arch) == ("own_running_minimum", 3, (8,))
+    assert (trained.reward, trained.seed, trained.net_arch) == ("individual_running_minimum", 3, (8,))
     monkeypatch.setattr(sys, "argv", ["training", "compare"])
     few = ["--flocks", "3", "--output", str(tmp_path / "out")]
     app.cli(args=["evaluate", "--policy", str(args.run), "--flocks", "3", "--output", str(tmp_path / "e")])

@@ -41,7 +41,6 @@ from argument_table import (
 import flockesc_env as fe
 from flockesc_env import contenders, network, policies, predator_policies, watch
 from flockesc_env.common import stats
-from flockesc_env.episodes import predators as predator_steering
 from flockesc_env.render import draw, video
 from flockesc_env.watch.document import check_runs, run_document
 
@@ -231,8 +230,6 @@ POLICIES: dict[str, Row] = {
     ),
     "predator_policies.FlyStraight": Row(predator_policies.FlyStraight, after=vars),
     "predator_policies.Pursue": Row(predator_policies.Pursue, {"target": Choice("nearest")}, after=vars),
-    "predator_policies.all_learned": Row(predator_steering.all_learned, {"scenario": THE_FLOCK}),
-    "predator_policies.with_learned": Row(predator_steering.with_learned, {"scenario": THE_FLOCK}),
     "network.Architecture": Row(
         network.Architecture,
         {

@@ -1,4 +1,4 @@
-"""``flockesc watch`` and ``flockesc paper`` give what the library gives."""
+"""``flockesc watch`` gives what the library gives."""
 
 from __future__ import annotations
 
@@ -24,7 +24,6 @@ from flockesc_env.policies.registry import NAMES, built_in
 from flockesc_env.watch import write_page
 from flockesc_env.watch.page import render
 from flockesc_env.watch.server import _Server, run_for
-from studies.paper.page import RESULTS_FILE
 
 
 def test_a_page_of_policies_on_one_flock(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -104,7 +103,7 @@ def test_a_video(suffix: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
         (["--seed", "-1"], "seed"),
         (["--output", "page.pdf"], "output"),
         (["--output", "nowhere/page.html"], "output"),
-        (["--model", "line"], "model"),
+        (["--scenario", "paper-line"], "scenario"),
         (["--port", "70000", "--no-browser"], "port"),
         (["nothing.npz"], "nothing.npz"),
         (["line.npz"], "files"),
@@ -152,35 +151,3 @@ sys.exit(main(sys.argv[1:]))
         process.kill()
     assert process.returncode == Exit.DONE
     assert err == ""
-
-
-def test_the_paper_is_reproduced(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    page = tmp_path / "docs.md"
-    flags = ["--flocks", 2, "--lines", 40, "--output", tmp_path / "paper", "--page", page]
-    ran = Ran(capsys, "paper", *flags, "--json")
-    assert ran.code == Exit.DONE
-    results = json.loads((tmp_path / "paper" / RESULTS_FILE).read_text())
-    assert {**results, "command": "paper", "output": str(tmp_path / "paper")} == ran.json()
-    assert "](paper/figure_9.png)" in page.read_text()
-    again = Ran(capsys, "paper", *flags)  # from what the first run has kept
-    assert again.code == Exit.DONE
-    for claim in results["claims"]:
-        assert claim["claim"] in again.out
-
-
-@pytest.mark.parametrize(
-    ("flags", "field"),
-    [
-        (["--flocks", 1], "flocks"),
-        (["--lines", 39], "lines"),
-        (["--page", "nowhere/page.md"], "page"),
-        (["--page", "page.txt"], "page"),
-    ],
-)
-def test_a_paper_that_cannot_be_made_is_named(
-    flags: list[object], field: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    ran = Ran(capsys, "paper", *flags, "--output", tmp_path / "paper")
-    assert ran.code == Exit.REFUSED
-    assert ran.err.startswith(f"flockesc: error: {field}")
-    assert not (tmp_path / "paper").exists()

@@ -27,7 +27,7 @@ from flockesc_env.policies import StubbornLeaders
 
 FLOCK = FlockScenario(num_agents=12, num_steps=9)
 RANDOM = (Wandering(angular_diffusion=2.0),)
-TWO = (ConstantVelocity(), PurePursuit(position=(90.0, 90.0), velocity=(-12.0, 0.0)))
+TWO = (ConstantVelocity(), PurePursuit((90.0, 90.0, 0.0), (-12.0, 0.0, 0.0)))
 
 RUNS = {
     "fixed range": lambda: simulate(FLOCK, 10.0, seed=3),

@@ -48,7 +48,7 @@ from flockesc_env.watch import serve, server, write_page
 from flockesc_env.watch.document import run_document
 
 FLOCK = FlockScenario(num_agents=12, num_steps=9)
-TWO = (ConstantVelocity(), PurePursuit(position=(90.0, 90.0), velocity=(-12.0, 0.0)))
+TWO = (ConstantVelocity(), PurePursuit((90.0, 90.0, 0.0), (-12.0, 0.0, 0.0)))
 TIMEOUT = 60  # seconds; reached only by a server that does not answer or stop
 
 RUNS = {
@@ -236,7 +236,7 @@ def test_what_cannot_be_shown_is_named(runs: Any, field: str, tmp_path: Path) ->
         ({"port": 2**16}, "port"),
         ({"port": -1}, "port"),
         ({"port": "8000"}, "port"),
-        ({"scenario": FLOCK.replace(dimension=3)}, "scenario"),
+        ({"scenario": FLOCK.replace(dimension=3, predators=())}, "scenario"),
     ],
 )
 def test_a_bad_server_is_refused_before_it_listens(changes: dict[str, Any], field: str) -> None:

@@ -14,7 +14,7 @@ import chromium
 import pytest
 from playwright.sync_api import Browser, Page
 
-from flockesc_env import FlockScenario
+from flockesc_env import ConstantVelocity, FlockScenario
 from flockesc_env.policies.registry import built_in
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.watch import write_page
@@ -247,7 +247,7 @@ def test_fixed_ranges_are_gray_and_what_is_learned_is_purple(tab: Page, tmp_path
 
 
 def test_dragging_turns_space_and_double_click_resets(tab: Page, tmp_path: Path) -> None:
-    flock = FLOCK.replace(dimension=3)
+    flock = FLOCK.replace(dimension=3, predators=(ConstantVelocity(),))
     write_page([(spec, built_in(spec).record(3, flock)) for spec in SPECS], tmp_path / "page.html")
     open_page(tab, (tmp_path / "page.html").as_uri())
     assert min(tab.evaluate(COLORED)) > 50
@@ -263,7 +263,7 @@ def test_dragging_turns_space_and_double_click_resets(tab: Page, tmp_path: Path)
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("width", [400, 1280])
 def test_all_that_happens_is_in_the_window(tab: Page, tmp_path: Path, dimension: int, width: int) -> None:
-    flock = FLOCK.replace(dimension=dimension)
+    flock = FLOCK.replace(dimension=dimension, predators=(ConstantVelocity(),))
     write_page([(spec, built_in(spec).record(3, flock)) for spec in SPECS], tmp_path / "page.html")
     open_page(tab, (tmp_path / "page.html").as_uri(), width=width)
     seen = tab.evaluate("""page.runs.flatMap(({ positions, predators, dimension }) =>
