@@ -108,7 +108,7 @@ def test_arrays_ignore_actions_of_agents_that_were_caught() -> None:
     assert caught.any()
 
 
-def test_own_distances_end_at_zero() -> None:
+def test_individual_distances_end_at_zero() -> None:
     """The distance of an agent that was caught is 0: so its changes sum to minus the first one."""
     scenario = hunted()
     run = simulate(scenario, 3.0, seed=4)
@@ -119,7 +119,7 @@ def test_own_distances_end_at_zero() -> None:
     np.testing.assert_allclose(paid, end - start)
 
 
-def test_own_running_minimum_pays_who_was_caught_no_more() -> None:
+def test_individual_running_minimum_pays_who_was_caught_no_more() -> None:
     """Not even for the way until it was caught, where the minimum did not fall in that very step."""
     late = 0
     for seed in SEEDS:

@@ -309,7 +309,7 @@ def test_predators_stay_while_agents_are_caught(dimension: int, radius: float) -
             _, together, *_ = arrays.step_array(flock, hunters)
             observations, rewards, terminations, truncations, _ = environment.step(actions)
             paid = [rewards[agent] for agent in before[:-2]]
-            mean = np.mean(together) if reward.startswith("own_") else paid[0]
+            mean = np.mean(together) if reward.startswith("individual_") else paid[0]
             assert rewards["predator_0"] == rewards["predator_1"] == pytest.approx(-mean, abs=1e-12)
             for name in before[-2:]:
                 assert environment.observation_space(name).contains(observations[name])
