@@ -125,10 +125,21 @@ pins: $(UV) ## resolve all pins from pyproject.toml and compat/*.in
 	$(foreach name,$(ENVIRONMENTS),$(COMPILE) compat/$(name).in $(if $(filter $(name),$(RELEASES)),--extra train --extra video) \
 	  $(if $(filter $(name),oldest),--resolution lowest-direct) --output-file compat/$(name).txt &&) true
 
-# cargo-deny is compiled by the first call (some minutes).
-CARGO_DENY := $(COMPAT)/cargo/bin/cargo-deny
-$(CARGO_DENY):
-	cargo install --quiet --locked --root $(COMPAT)/cargo cargo-deny@0.20.2
+# Tools that are compiled by the first call (some minutes).
+CARGO_TOOLS := $(COMPAT)/cargo/bin
+CARGO_DENY := $(CARGO_TOOLS)/cargo-deny
+$(CARGO_DENY): VERSION := 0.20.2
+$(CARGO_TOOLS)/cargo-mutants: VERSION := 27.1.0
+$(CARGO_TOOLS)/%:
+	cargo install --quiet --locked --root $(COMPAT)/cargo $*@$(VERSION)
+
+# Samples: some mutants of the package, one part of the core's.
+MUTANTS := 100
+SHARD := 0/40
+.PHONY: mutants
+mutants: build $(CARGO_TOOLS)/cargo-mutants ## change the code in a sample of places, and see whether tests notice (hours)
+	$(UV) run --quiet --no-project --isolated --python $(BIN)/python --with cosmic-ray==8.7.0 tests/support/mutants.py $(MUTANTS)
+	$(CARGO_TOOLS)/cargo-mutants mutants --package flockesc-core --shard $(SHARD) --output runs
 
 .PHONY: audit
 audit: $(CARGO_DENY) ## licenses, sources and versions of all crates
