@@ -164,7 +164,7 @@ def test_learned_predators_are_steered_alike(objective: str) -> None:
 
 def near(scenario: FlockScenario, state: dict[str, Any]) -> np.ndarray:
     """Return who is a neighbor of whom under the largest range, shape (n, n)."""
-    pairs = neighbor_pairs(state["positions"], MAX_RANGE, scenario=scenario, velocities=state["velocities"])
+    pairs = neighbor_pairs(scenario, state["positions"], MAX_RANGE, velocities=state["velocities"])
     graph = np.eye(scenario.num_agents, dtype=bool)
     graph[tuple(pairs.T)] = True
     return graph

@@ -66,7 +66,7 @@ def play_vec(make: Any) -> Play:
 
 def play_rollout(per_agent: bool) -> Play:
     def play(scenario: FlockScenario, **options: Any) -> np.ndarray:
-        episodes = rollout(FixedRange(RHO), [SEED], scenario=scenario, per_agent=per_agent, **options)
+        episodes = rollout(scenario, FixedRange(RHO), [SEED], per_agent=per_agent, **options)
         return episodes.mean_return[None]
 
     return play

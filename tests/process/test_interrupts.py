@@ -191,7 +191,7 @@ def test_ctrl_c_stops_a_rollout() -> None:
         from flockesc_env.policies import FixedRange
         threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
         try:
-            rollout(FixedRange(10.0), range(100), scenario=flock)
+            rollout(flock, FixedRange(10.0), range(100))
         except KeyboardInterrupt:
             print("interrupted", flush=True)
         check()

@@ -75,7 +75,7 @@ def test_eight_threads_share_one_pool() -> None:
         if index % 4 == 1:
             return sweep(small, [1.0, 9.0], range(index, index + 30), num_threads=2).min_mean_distance
         if index % 4 == 2:
-            return rollout(FixedRange(9.0), range(index, 40), scenario=small, num_threads=2).mean_return
+            return rollout(small, FixedRange(9.0), range(index, 40), num_threads=2).mean_return
         return played(FlockEscapeEnv(large, num_threads=2), index, 5)
 
     for there, here in zip(at_once(work), map(work, range(THREADS)), strict=True):

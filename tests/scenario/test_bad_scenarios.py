@@ -203,13 +203,13 @@ def test_replaced_options_are_checked(options: Any) -> None:
 FLOCK_VIEWS = {
     "gymnasium": lambda scenario, **options: FlockEscapeEnv(scenario, **options),
     "flock slots": lambda scenario, **options: FlockVecEnv(2, scenario, **options),
-    "rollout": lambda scenario, **options: rollout(FixedRange(1.0), [0], scenario=scenario, **options),
+    "rollout": lambda scenario, **options: rollout(scenario, FixedRange(1.0), [0], **options),
 }
 AGENT_VIEWS = {
     "parallel": lambda scenario, **options: parallel_env(scenario, **options),
     "agent slots": lambda scenario, **options: AgentVecEnv(2, scenario, **options),
     "agent rollout": lambda scenario, **options: rollout(
-        FixedRange(1.0), [0], scenario=scenario, per_agent=True, **options
+        scenario, FixedRange(1.0), [0], per_agent=True, **options
     ),
 }
 

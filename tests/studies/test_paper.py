@@ -14,14 +14,15 @@ from cli_runs import Ran
 
 from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
 from flockesc_env.cli.exits import Exit
+from flockesc_env.jobs import Cache, Job
 from studies.__main__ import STUDIES
+from studies.measurements import OBJECTIVES, measure_job
 from studies.paper import command, jobs
 from studies.paper.claims import Verdict, verdict
 from studies.paper.flock_claims import dominates
-from studies.paper.jobs import Cache, Job
 from studies.paper.line_claims import clusters
-from studies.paper.page import RESULTS_FILE, Results, html_page, markdown_page
-from studies.paper.plan import Trials, aimed, studies
+from studies.paper.page import RESULTS_FILE, PaperResults, html_page, markdown_page
+from studies.paper.plan import Trials, aimed, measurements
 from studies.paper.realizations import flock_seed, line_seed
 from studies.paper.reproduction import reproduce
 
@@ -95,28 +96,27 @@ def test_an_aimed_predator_misses_the_center_by_its_offset() -> None:
         assert velocity @ away / np.linalg.norm(velocity) == pytest.approx(80 * np.sqrt(2))  # as in the paper
 
 
-def test_every_study_has_as_many_trials_as_asked() -> None:
-    plan = studies(Trials())
-    for study in plan.values():
-        seeds = [seed for job in study.jobs() for seed in job.seeds]
-        assert seeds == list(range(study.num_seeds))
-        assert study.num_seeds >= 1000
+def test_every_measurement_has_as_many_trials_as_asked() -> None:
+    for measurement in measurements(Trials()).values():
+        seeds = [seed for job in measurement.jobs() for seed in job.arguments[2]]
+        assert seeds == list(range(measurement.num_seeds))
+        assert measurement.num_seeds >= 1000
 
 
 def test_a_job_is_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    job = Job("objectives", SMALL, (0.0, 10.0), range(2, 5))
+    job = measure_job(OBJECTIVES, SMALL, (0.0, 10.0), range(2, 5))
     first = Cache(tmp_path).get(job)
-    monkeypatch.setitem(jobs.KINDS, "objectives", lambda *_: pytest.fail("computed again"))
+    monkeypatch.setattr(Job, "run", lambda _: pytest.fail("computed again"))
     again = Cache(tmp_path).get(job)
     assert first.keys() == again.keys()
     for name, values in first.items():
         np.testing.assert_array_equal(again[name], values)
     others = [
-        Job("curves", SMALL, (0.0, 10.0), range(2, 5)),
-        Job("objectives", SMALL.replace(mass=0.2), (0.0, 10.0), range(2, 5)),
-        Job("objectives", SMALL, (0.0, 10.5), range(2, 5)),
-        Job("objectives", SMALL, (0.0, 10.0), range(2, 6)),
-        Job("objectives", LineScenario(), (0.0, 10.0), range(2, 5)),
+        measure_job(jobs.CURVES, SMALL, (0.0, 10.0), range(2, 5)),
+        measure_job(OBJECTIVES, SMALL.replace(mass=0.2), (0.0, 10.0), range(2, 5)),
+        measure_job(OBJECTIVES, SMALL, (0.0, 10.5), range(2, 5)),
+        measure_job(OBJECTIVES, SMALL, (0.0, 10.0), range(2, 6)),
+        measure_job(OBJECTIVES, LineScenario(), (0.0, 10.0), range(2, 5)),
     ]
     assert len({job.key(), *(other.key() for other in others)}) == 1 + len(others)
 
@@ -157,7 +157,7 @@ def test_the_paper_is_reproduced(capsys: pytest.CaptureFixture[str], tmp_path: P
     flags = ["--flocks", 2, "--lines", 40, "--output", output, "--page", page, "--json"]
     ran = Ran(capsys, "paper", *flags, run=STUDIES.main)
     assert ran.code == Exit.DONE
-    results = Results.from_json((output / RESULTS_FILE).read_text())
+    results = PaperResults.from_json((output / RESULTS_FILE).read_text())
     document = json.loads((output / RESULTS_FILE).read_text())
     assert {**document, "command": "paper", "output": str(output)} == ran.json()
     assert json.loads(results.to_json()) == document
@@ -209,7 +209,7 @@ def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
 
 
 def test_the_committed_page_is_that_of_the_committed_results() -> None:
-    results = Results.from_json((COMMITTED / RESULTS_FILE).read_text())
+    results = PaperResults.from_json((COMMITTED / RESULTS_FILE).read_text())
     page = ROOT / "docs" / "paper.md"
     assert page.read_text() == markdown_page(results, COMMITTED, page)
     assert (COMMITTED / "paper.html").read_text() == html_page(results, COMMITTED)

@@ -19,7 +19,7 @@ from cli_runs import SMALL, SMALL_FLAGS, TIMEOUT, Ran, policy_file
 from flockesc_env import LineScenario, load_policy, simulate, simulate_line
 from flockesc_env.cli.exits import Exit
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.models.records import save
+from flockesc_env.models.records import save_run
 from flockesc_env.policies.registry import NAMES, built_in
 from flockesc_env.watch import write_page
 from flockesc_env.watch.page import render
@@ -78,7 +78,7 @@ def test_a_page_of_recorded_runs(capsys: pytest.CaptureFixture[str], tmp_path: P
     runs = [("ten", simulate(SMALL, 10.0, seed=3)), ("", simulate(SMALL, 20.0, seed=3))]
     files = [tmp_path / "a.npz", tmp_path / "b.npz"]
     for file, (name, run) in zip(files, runs, strict=True):
-        save(run, file, name=name)
+        save_run(run, file, name=name)
     page, expected = tmp_path / "page.html", tmp_path / "expected.html"
     assert Ran(capsys, "watch", *files, "--output", page).code == Exit.DONE
     write_page([("ten", runs[0][1]), ("b", runs[1][1])], expected)
@@ -119,7 +119,7 @@ def test_what_cannot_be_watched_is_named(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    save(simulate_line(LineScenario(num_agents=3), 0.1, seed=0), "line.npz")
+    save_run(simulate_line(LineScenario(num_agents=3), 0.1, seed=0), "line.npz")
     ran = Ran(capsys, "watch", *flags)
     assert ran.code == Exit.REFUSED
     assert ran.err.startswith(f"flockesc: error: {field}")
