@@ -48,7 +48,7 @@ paper: build ## reproduce the paper: every figure, every claim beside its measur
 
 .PHONY: robustness
 robustness: build ## the best fixed range in every flock preset (about 35 minutes)
-	$(BIN)/python -m studies robustness --output results/worlds --page docs/worlds.md
+	$(BIN)/python -m studies robustness --output results/robustness --page docs/robustness.md
 
 .PHONY: test
 test: lint test-rust test-python ## what must pass before a change lands
