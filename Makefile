@@ -6,6 +6,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 UV := $(BIN)/uv
 INSTALL := $(UV) pip install --quiet --constraint constraints.txt --requirement pyproject.toml
+# With why tests were skipped: how to get a browser, say.
+PYTEST := $(BIN)/python -m pytest --numprocesses auto -rs
 DEMO := runs/demo
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
@@ -33,7 +35,7 @@ demo: build ## train a range policy and compare it with the grid search (about 4
 	$(BIN)/python -m training train demo-ppo --run $(DEMO)
 	$(BIN)/python -m training compare --policies stubborn-leaders $(DEMO) --output $(DEMO)/comparison
 
-bench paper worlds: PROFILE := release
+bench paper robustness: PROFILE := release
 
 .PHONY: bench
 bench: build ## measure speed beside peers (about 15 minutes; the core alone: cargo bench --package flockesc-kernels)
@@ -42,25 +44,24 @@ bench: build ## measure speed beside peers (about 15 minutes; the core alone: ca
 
 .PHONY: paper
 paper: build ## reproduce the paper: every figure, every claim beside its measurement (about 6 minutes)
-	$(BIN)/flockesc paper --output results/paper --page docs/paper.md
+	$(BIN)/python -m studies paper --output results/paper --page docs/paper.md
 
-.PHONY: worlds
-worlds: build ## the best fixed range in every flock preset (about 35 minutes)
-	$(BIN)/flockesc worlds --output results/worlds --page docs/worlds.md
+.PHONY: robustness
+robustness: build ## the best fixed range in every flock preset (about 35 minutes)
+	$(BIN)/python -m studies robustness --output results/robustness --page docs/robustness.md
 
 .PHONY: test
 test: lint test-rust test-python ## what must pass before a change lands
 
 .PHONY: test-all
 test-all: test ## the tests that take minutes, too: long runs, forks, interrupts, lifecycles, corrupted documents
-	$(BIN)/python -m pytest --numprocesses auto $(wildcard soak tests/slow)
-	@type -p chromium chromium-browser google-chrome > /dev/null || \
-	  echo "No Chromium on the path: its tests were left out. Debian has it: apt install chromium."
+	$(PYTEST) tests/slow
 
 .PHONY: lint
 lint: build ## formatters, linters, types, stubs
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked --quiet -- --deny warnings
+	RUSTDOCFLAGS="--deny warnings" cargo doc --workspace --no-deps --locked --quiet
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
@@ -73,7 +74,7 @@ test-rust: $(UV) ## tests of the core crate
 
 .PHONY: test-python
 test-python: build ## tests of the Python package
-	$(BIN)/python -m pytest --numprocesses auto
+	$(PYTEST)
 
 # Fuzzing wants a nightly compiler and cargo-fuzz; with no unsafe code there is nothing to sanitize.
 FUZZ_SECONDS := 60
@@ -92,7 +93,8 @@ RELEASES := oldest newest
 PEERS := bare rllib supersuit torchrl
 ENVIRONMENTS := $(RELEASES) $(PEERS)
 NEWEST_PYTHON ?= $(PYTHON)
-CONTRACT := conformance copies golden gymnasium_envs parallel_env policy_files readme records sb3 state_files vector_env
+CONTRACT := envs/test_{conformance,copies,gymnasium,pettingzoo,sb3,states,vector_env}.py model/test_golden.py \
+  policies/test_policy_files.py tools/test_{readme,records}.py
 WITHOUT_RUST := env -i HOME=$(HOME) PATH=/usr/bin:/bin
 
 .PHONY: wheel
@@ -105,7 +107,7 @@ wheel: $(UV) ## a portable wheel, made from the source distribution beside it, i
 compat: $(ENVIRONMENTS:%=compat-%) ## the wheel with oldest and newest dependencies, RLlib, TorchRL, SuperSuit
 
 .PHONY: $(ENVIRONMENTS:%=compat-%)
-$(RELEASES:%=compat-%): TESTS = $(CONTRACT:%=tests/test_%.py)
+$(RELEASES:%=compat-%): TESTS = $(CONTRACT:%=tests/%)
 $(PEERS:%=compat-%): TESTS = compat/test_$*.py
 $(ENVIRONMENTS:%=compat-%): compat-%: wheel
 	$(UV) venv --quiet --clear --no-python-downloads --python $(if $(filter newest,$*),$(NEWEST_PYTHON),$(PYTHON)) $(COMPAT)/$*
@@ -123,10 +125,21 @@ pins: $(UV) ## resolve all pins from pyproject.toml and compat/*.in
 	$(foreach name,$(ENVIRONMENTS),$(COMPILE) compat/$(name).in $(if $(filter $(name),$(RELEASES)),--extra train --extra video) \
 	  $(if $(filter $(name),oldest),--resolution lowest-direct) --output-file compat/$(name).txt &&) true
 
-# cargo-deny is compiled by the first call (some minutes).
-CARGO_DENY := $(COMPAT)/cargo/bin/cargo-deny
-$(CARGO_DENY):
-	cargo install --quiet --locked --root $(COMPAT)/cargo cargo-deny@0.20.2
+# Tools that are compiled by the first call (some minutes).
+CARGO_TOOLS := $(COMPAT)/cargo/bin
+CARGO_DENY := $(CARGO_TOOLS)/cargo-deny
+$(CARGO_DENY): VERSION := 0.20.2
+$(CARGO_TOOLS)/cargo-mutants: VERSION := 27.1.0
+$(CARGO_TOOLS)/%:
+	cargo install --quiet --locked --root $(COMPAT)/cargo $*@$(VERSION)
+
+# Samples: some mutants of the package, one part of the core's.
+MUTANTS := 100
+SHARD := 0/40
+.PHONY: mutants
+mutants: build $(CARGO_TOOLS)/cargo-mutants ## change the code in a sample of places, and see whether tests notice (hours)
+	$(UV) run --quiet --no-project --isolated --python $(BIN)/python --with cosmic-ray==8.7.0 tests/support/mutants.py $(MUTANTS)
+	$(CARGO_TOOLS)/cargo-mutants mutants --package flockesc-core --shard $(SHARD) --output runs
 
 .PHONY: audit
 audit: $(CARGO_DENY) ## licenses, sources and versions of all crates
