@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-import gymnasium.error
+from gymnasium.error import ResetNeeded
 
 _LONGEST = 300
 """Characters of a value that an error shows."""
@@ -30,7 +30,11 @@ def _cut(text: str) -> str:
 
 
 class FlockescError(Exception):
-    """Base class of the package's exceptions. The call that raises one has changed nothing.
+    """Base class of the package's exceptions. The call that raises one has changed nothing."""
+
+
+class InputError(FlockescError, ValueError):
+    """An input that was refused.
 
     Attributes:
         field: name or path of the rejected value, for example ``predators[0].pure_pursuit.max_turn_rate``.
@@ -51,15 +55,15 @@ class FlockescError(Exception):
         return f"{self.field}: expected {self.expected}, got {self.given}"
 
 
-class ScenarioError(FlockescError, ValueError):
+class ScenarioError(InputError):
     """A field of a scenario is unknown, has the wrong type or is out of bounds."""
 
 
-class OptionError(FlockescError, ValueError):
+class OptionError(InputError):
     """An option of an environment is unknown, has the wrong type or is out of bounds."""
 
 
-class ArgumentError(FlockescError, ValueError):
+class ArgumentError(InputError):
     """An argument of a call, or an entry of a ``reset`` option, has the wrong type, shape or value."""
 
 
@@ -67,9 +71,13 @@ class ActionError(ArgumentError):
     """An action is outside the action space, or belongs to an unknown agent."""
 
 
-class RecordError(FlockescError, ValueError):
+class RecordError(InputError):
     """A file is damaged or does not contain what the call reads."""
 
 
-class EpisodeError(FlockescError, RuntimeError, gymnasium.error.ResetNeeded):
-    """A call came before ``reset``, after the end of an episode, or during another call."""
+class EpisodeError(FlockescError, RuntimeError):
+    """A call came at the wrong moment, for example during another call of the same environment."""
+
+
+class ResetNeededError(EpisodeError, ResetNeeded):
+    """A call came before ``reset``, or after the end of an episode."""
