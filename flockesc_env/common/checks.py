@@ -1,6 +1,6 @@
 """Argument checks: each returns the value as a plain Python value or a finite, contiguous array.
 
-Each takes a value and the name of its argument, and raises ``error``, a ``InputError``, for a value of
+Each takes a value and the name of its argument, and raises ``error``, an ``InputError``, for a value of
 another kind.
 """
 

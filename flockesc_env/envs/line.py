@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from copy import deepcopy
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack, cast
 
 import gymnasium
 import numpy as np
@@ -12,12 +11,13 @@ from numpy.typing import NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.checks import as_bytes, as_floats, as_options, as_seed
-from flockesc_env.common.errors import EpisodeError
-from flockesc_env.envs._rendered import Rendered
-from flockesc_env.episodes.options import LineOptions
+from flockesc_env.common.errors import ResetNeededError
+from flockesc_env.envs._base import LineArguments, Rendered
+from flockesc_env.episodes.options import LineOptionsDict, check_names, line_options
 from flockesc_env.episodes.seeds import Schedule, fresh_seed
+from flockesc_env.episodes.views import LineView
 from flockesc_env.policies.rollout_line import line_policy_spec
-from flockesc_env.render import RENDER_MODES, RenderOptions, line_viewer
+from flockesc_env.render import line_viewer
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_scenario
 
@@ -25,50 +25,58 @@ if TYPE_CHECKING:
     from flockesc_env.render.viewer import LineViewer
 
 RESET_OPTIONS = ("initial_state", "episode")
+FRAMES_PER_SECOND = 5
 
 
 class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
     """A line under attack, ``flockesc/LineEscape-v0``; the action is its interaction range.
 
-    The episode terminates when the line stands still (its steady state) and is truncated after
-    ``scenario.max_steps`` steps. The return is d_ss - d(0).
+    The episode terminates when the line stands still (its steady state). ``scenario.max_steps`` truncates it.
+    The return is d_ss - d(0).
 
     Args:
         scenario: the line model's parameters, or a preset's name; default: the paper's.
-        render_mode: ``"rgb_array"``: ``render`` returns a picture; ``"human"``: a window shows
-            every reset and step.
-        render_options: what pictures show.
-        **options: see ``LineOptions``.
+        **arguments: see ``LineArguments`` and ``LineOptions``.
 
     Raises:
-        ScenarioError: for an option out of bounds or a scenario without predator.
+        OptionError: for an option that is unknown or out of bounds.
+        ScenarioError: for a scenario without predator.
         DependencyNotInstalled: for a render mode without pygame.
     """
 
-    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 5}
+    metadata: dict[str, Any] = {**Rendered.metadata, "render_fps": FRAMES_PER_SECOND}
+    _viewer: LineViewer | None = None
 
     def __init__(
-        self,
-        scenario: LineScenario | str | None = None,
-        *,
-        render_mode: str | None = None,
-        render_options: RenderOptions | None = None,
-        **options: Any,
+        self, scenario: LineScenario | str | None = None, **arguments: Unpack[LineArguments]
     ) -> None:
         self.scenario = as_scenario(scenario, LineScenario)
-        self.options = LineOptions(**options)
+        check_names(arguments, LineArguments.__annotations__, LineScenario)
+        options = {
+            name: value for name, value in arguments.items() if name in LineOptionsDict.__annotations__
+        }
+        self.options = line_options(cast("LineOptionsDict", options))
         self._document = self.options.to_core()
-        _core.LineEpisode(self.scenario.to_json(), self._document, 0)  # refuses what cannot be played
+        _core.LineEpisode(self.scenario.to_json(), self._document, 0)  # raises if there is no predator
         self._episode: _core.LineEpisode | None = None
         self._schedule = Schedule(fresh_seed())
         self.policy_spec = line_policy_spec(self.scenario, self.options)
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.actions.space()
-        self.metadata = deepcopy(self.metadata)
-        self.render_mode = render_mode
-        self._viewer: LineViewer | None = line_viewer(
-            self.scenario, render_mode, render_options, self.metadata["render_fps"]
+        self.render_mode = arguments.get("render_mode")
+        self._viewer = line_viewer(
+            self.scenario, self.render_mode, arguments.get("render_options"), FRAMES_PER_SECOND
         )
+        self._set_frames_per_second(FRAMES_PER_SECOND)
+
+    @property
+    def line(self) -> LineView:
+        """Read-only access to the state of the line.
+
+        Raises:
+            ResetNeededError: before ``reset``.
+        """
+        return LineView(self._episode)
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -77,7 +85,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
 
         Args:
             seed: seed of x(0), the same as in ``simulate_line(seed=seed)``; ``None``: the next one.
-            options: ``initial_state``, shape (n,); ``episode``, the number of an episode of the schedule.
+            options: ``initial_state``, shape (n,); ``episode``, the number of the episode in the schedule.
 
         Raises:
             ArgumentError: naming a bad seed or option; the running episode goes on.
@@ -103,33 +111,33 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
 
         Raises:
             ActionError: for an action outside of the action space.
-            EpisodeError: before ``reset``, or after the end.
+            ResetNeededError: before ``reset``, or after the end.
         """
         if self._episode is None:
-            raise EpisodeError("step", "a reset before anything else", "no episode")
+            raise ResetNeededError("step() called before reset()")
         episode = self._episode
         step = episode.step_one(self.policy_spec.actions.to_range(action))
         self._show(episode)
         return step
 
     def get_state(self) -> bytes:
-        """Return everything that the future depends on as bytes; see ``FlockEscapeEnv.get_state``.
+        """Return a snapshot as bytes; see ``FlockEscapeEnv.get_state``.
 
         Raises:
-            EpisodeError: before ``reset``.
+            ResetNeededError: before ``reset``.
         """
         if self._episode is None:
-            raise EpisodeError("get_state", "a reset before anything else", "no episode")
+            raise ResetNeededError("get_state() called before reset()")
         return self._episode.get_state(*self._schedule)
 
     def set_state(self, state: bytes) -> NDArray[np.float32]:
-        """Go on from where an environment was when it returned ``state``; return the observation there.
+        """Restore a snapshot and return the observation at that moment.
 
         Args:
-            state: what ``get_state`` returned, here or elsewhere.
+            state: what ``get_state`` returned, here or in another environment.
 
         Raises:
-            ArgumentError: for bytes that are damaged, of another version, or of another scenario or other
+            ArgumentError: for a snapshot that is damaged or belongs to another version, scenario or other
                 options; the running episode goes on.
         """
         episode = _core.LineEpisode(self.scenario.to_json(), self._document, 0)

@@ -1,54 +1,44 @@
-"""Gymnasium: the action steers the predator of a flock that follows a policy of its own."""
+"""Gymnasium: the action controls the predator of a flock that follows its own policy."""
 
 from __future__ import annotations
 
-from copy import deepcopy
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar, Unpack
 
 import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_policy, as_seed
-from flockesc_env.common.errors import EpisodeError, ScenarioError
-from flockesc_env.envs._rendered import Rendered
-from flockesc_env.envs._restorable import Restorable
-from flockesc_env.episodes.batch import FlockBatch, Observations, infos, is_over
-from flockesc_env.episodes.options import EnvOptions
-from flockesc_env.episodes.predators import opposite, with_learned
+from flockesc_env.common.errors import ResetNeededError, ScenarioError
+from flockesc_env.envs._base import CommonArguments, OneFlock
+from flockesc_env.episodes.batch import Observations, infos, is_over
 from flockesc_env.policies.ranges import FixedRange, Policy
-from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.predators import Learned
 from flockesc_env.scenario.presets import as_scenario
 
-if TYPE_CHECKING:
-    from flockesc_env.render.viewer import FlockViewer
 
+class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.float32], Any]):
+    """A predator that attacks a flock, ``flockesc/FlockPursuit-v0``; the action is its acceleration.
 
-class FlockPursuitEnv(Rendered, Restorable[NDArray[np.float32]], gymnasium.Env[NDArray[np.float32], Any]):
-    """A predator after a flock, ``flockesc/FlockPursuit-v0``; the action is its acceleration.
-
-    Observations ("Predator view"), rewards, which are minus those of the flock, and ``info`` are described in
-    docs/model.md. The horizon truncates; the episode terminates when all agents are caught.
+    docs/model.md describes observations ("Predator view"), rewards, which are minus those of the flock, and
+    ``info``. The horizon truncates an episode; it terminates when all agents are caught.
 
     Args:
         scenario: the flock model's parameters, or a preset's name; default: the paper's. One of its predators
-            is ``Learned``, or there is only one, which then becomes so.
+            is ``Learned``; a scenario without one becomes ``scenario.with_learned_predators()``.
         flock_policy: sets the ranges of the flock; default: ``FixedRange(10.0)``.
         per_agent: whether that policy sets one range per agent, or one for the flock.
-        render_mode: ``"rgb_array"``: ``render`` returns a picture; ``"human"``: a window shows
-            every reset and step.
-        render_options: what pictures show.
-        num_threads: threads over which a large flock is spread; ``None``: one per core.
-        **options: see ``EnvOptions``.
+        **arguments: see ``CommonArguments`` and ``EnvOptions``.
 
     Raises:
-        ArgumentError: for a bad ``num_threads``.
-        ScenarioError: for an option out of bounds or a scenario without a predator to steer, or with several.
+        ArgumentError: for an argument of a wrong type or value.
+        OptionError: for an option that is unknown, missing or out of bounds.
+        ScenarioError: for a scenario without predator, or with several ``Learned`` ones.
         DependencyNotInstalled: for a render mode without pygame.
     """
 
-    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 20}
+    _arguments: ClassVar[type] = CommonArguments
 
     def __init__(
         self,
@@ -56,32 +46,21 @@ class FlockPursuitEnv(Rendered, Restorable[NDArray[np.float32]], gymnasium.Env[N
         *,
         flock_policy: Policy | None = None,
         per_agent: bool = False,
-        render_mode: str | None = None,
-        render_options: RenderOptions | None = None,
-        num_threads: int | None = None,
-        **options: Any,
+        **arguments: Unpack[CommonArguments],
     ) -> None:
-        self._batch = FlockBatch(
-            with_learned(as_scenario(scenario, FlockScenario)),
-            EnvOptions(**options),
-            per_agent=per_agent,
-            num_threads=num_threads,
-        )
-        self.scenario = self._batch.scenario
-        self.options = self._batch.options
+        given = as_scenario(scenario, FlockScenario)
+        if not any(isinstance(predator, Learned) for predator in given.predators):
+            given = given.with_learned_predators()
+        super().__init__(given, {**arguments}, per_agent=per_agent)
         self.policy_spec = self._batch.predator_policy_spec
         if self.policy_spec.count != 1:
-            raise ScenarioError("predators", "one predator to steer", self.policy_spec.count)
+            raise ScenarioError("predators", "one Learned predator", self.policy_spec.count)
         self.flock_policy = (
             FixedRange(10.0) if flock_policy is None else as_policy(flock_policy, "flock_policy")
         )
-        self._flock_sees: Observations = np.zeros((0, 0), np.float32)
+        self._flock_observations: Observations = np.zeros((0, 0), np.float32)
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.space()
-        fps = frames_per_second(self.scenario.time_step * self.options.steps_per_action)
-        self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
-        self.render_mode = render_mode
-        self._viewer: FlockViewer | None = flock_viewer(self._batch, render_mode, render_options, fps)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -95,9 +74,8 @@ class FlockPursuitEnv(Rendered, Restorable[NDArray[np.float32]], gymnasium.Env[N
         if seed is not None:
             seed = as_seed(seed)
             super().reset(seed=seed)
-        self._flock_sees, columns = self._batch.reset([0], [seed], start)
-        if self._viewer is not None:
-            self._viewer.update()
+        self._flock_observations, columns = self._batch.reset([0], [seed], start)
+        self._show()
         return self._batch.observe_predators([0])[0], infos(columns)[0]
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
@@ -108,21 +86,22 @@ class FlockPursuitEnv(Rendered, Restorable[NDArray[np.float32]], gymnasium.Env[N
 
         Raises:
             ActionError: for an action outside of the action space.
-            EpisodeError: before ``reset``, or after the horizon.
+            ResetNeededError: before ``reset``, or after the end.
         """
-        if not self._flock_sees.size:
-            raise EpisodeError("step", "a reset before anything else", "no episode")
-        controls = self.policy_spec.plain_one(action)
-        ranges = self.flock_policy.act(self._flock_sees, self._batch.policy_spec)
-        self._flock_sees, rewards, ended, _, columns = self._batch.step(ranges, controls=controls)
-        if self._viewer is not None:
-            self._viewer.update()
-        reward = opposite(rewards, is_own=self.options.is_own)
+        if not self._flock_observations.size:
+            raise ResetNeededError("step() called before reset()")
+        predator_actions = self.policy_spec.plain_one(action)
+        ranges = self.flock_policy.act(self._flock_observations, self._batch.policy_spec)
+        self._flock_observations, _, ended, _, columns = self._batch.step(
+            ranges, predator_actions=predator_actions
+        )
+        self._show()
+        reward = float(self._batch.predator_rewards()[0])
         terminated = bool(is_over(columns)[0])
         truncated = bool(ended[0]) and not terminated
         return self._batch.observe_predators([0])[0], reward, terminated, truncated, infos(columns)[0]
 
-    def _seen_now(self) -> NDArray[np.float32]:
-        self._flock_sees = self._batch.observe([0])
+    def _observe(self) -> NDArray[np.float32]:
+        self._flock_observations = self._batch.observe([0])
         observation: NDArray[np.float32] = self._batch.observe_predators([0])[0]
         return observation

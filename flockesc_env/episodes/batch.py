@@ -23,9 +23,9 @@ from flockesc_env.common.checks import (
 )
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.options import EnvOptions
-from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, with_learned
+from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
 from flockesc_env.episodes.seeds import fresh_seed
-from flockesc_env.episodes.spaces import STACKED, Label, ObservationLayout, PolicySpec, RangeActions
+from flockesc_env.episodes.spaces import Label, ObservationLayout, PolicySpec, RangeActions
 from flockesc_env.scenario.flock import FlockScenario
 
 Observations = NDArray[np.float32]
@@ -44,10 +44,10 @@ RESET_OPTIONS: Final = (*STARTS, "episode")
 """Keys of the ``options`` of a reset: arrays, and a number of an episode."""
 
 Start = Mapping[str, Any]
-"""Those that were given, checked; the rest is the seed's or the scenario's, the episode the next one."""
+"""Checked options of a reset. The seed or the scenario sets what it leaves out; the episode is the next one."""
 
 MAX_FLOCKS: Final = 1_000_000
-"""Flocks of a batch: many more would not fit into memory, and a process that runs out of it is killed."""
+"""Largest number of flocks in a batch; many more would not fit into memory."""
 
 NO_START: Final[Start] = MappingProxyType({})
 
@@ -57,17 +57,23 @@ class FlockBatch:
 
     Args:
         scenario: the flock model's parameters.
-        options: what actions mean, what is paid, what is seen.
+        options: what actions set, what is rewarded, what is observed.
         num_flocks: number of slots.
         per_agent: whether every agent has its own range and observation row, or every flock one.
-        num_threads: threads over which slots, or a single large flock, are spread; ``None``: one per core.
-        predator_policy: steers the learned predators, to whom all predators belong where there is none yet;
-            ``None``: whoever steps does, or nobody.
+        num_threads: threads that share the slots, or a single large flock; ``None``: one per core.
+        predator_policy: controls the ``Learned`` predators. ``None``: pass their actions to ``step``;
+            otherwise they fly straight on.
 
     Attributes:
         rows: observation rows and ranges per flock: 1, or the number of agents.
-        spec: what a policy needs to know.
-        predator_policy_spec: the same of a learned predator's policy.
+        policy_spec: shapes and meaning of observations and actions.
+        predator_policy_spec: the same for learned predators.
+
+    Raises:
+        ArgumentError: for an argument of a wrong type or value, or a predator policy without a ``Learned``
+            predator.
+        OptionError: for a reward that needs one range per agent.
+        ScenarioError: if the scenario has no predator.
     """
 
     def __init__(
@@ -80,12 +86,15 @@ class FlockBatch:
         num_threads: int | None = None,
         predator_policy: PredatorPolicy | None = None,
     ) -> None:
-        if predator_policy is not None:
-            as_policy(predator_policy, "predator_policy")
-            scenario = with_learned(scenario)
         per_agent = as_flag(per_agent, "per_agent")
         self.scenario = scenario
         self.predator_policy_spec = PredatorPolicySpec.of(scenario)
+        if predator_policy is not None:
+            as_policy(predator_policy, "predator_policy")
+            if not self.predator_policy_spec.count:
+                expected = "a scenario with a Learned predator; scenario.with_learned_predators() makes one"
+                kinds = ", ".join(type(predator).__name__ for predator in scenario.predators)
+                raise ArgumentError("predator_policy", expected, kinds or "no predator")
         self._predator_policy = predator_policy
         self.options = options
         self.num_flocks = as_count(num_flocks, "num_flocks", most=MAX_FLOCKS)
@@ -136,15 +145,15 @@ class FlockBatch:
     def reset(
         self, slots: Sequence[int], seeds: Sequence[int | None] | None = None, start: Start = NO_START
     ) -> tuple[Observations, Columns]:
-        """Start episodes in some slots, in the states that ``start`` gives and else in those of the seeds.
+        """Start episodes in some slots, in the states that ``start`` gives, else in those of the seeds.
 
-        Without an ``episode`` in ``start`` it is the first of a seed that is given, or else the next one.
+        Without an ``episode`` in ``start`` a seed starts its episode 0, and ``None`` the slot's next episode.
 
         Args:
-            slots: which.
-            seeds: one per slot of ``slots``, which begins a schedule (``episode_seed``); ``None``: the slot's
-                own goes on.
-            start: what ``start`` returned.
+            slots: indices of the slots.
+            seeds: one per slot of ``slots``, which begins a schedule (``episode_seed``); ``None``: the slot
+                continues its own schedule.
+            start: the result of ``start``.
 
         Returns:
             Observations (len(slots) * rows, entries) and columns of ``info``, of ``slots`` only.
@@ -155,63 +164,64 @@ class FlockBatch:
         self,
         actions: Any,
         *,
-        label: Label = STACKED,
+        label: Label | None = None,
         at_end: AtEnd = "refuse",
         out: tuple[Observations, FloatArray] | None = None,
-        controls: FloatArray | None = None,
+        predator_actions: FloatArray | None = None,
     ) -> Step:
         """Hold the ranges that actions set for one action in every slot.
 
         Args:
             actions: shape (num_flocks * rows, 1) or, where discrete, (num_flocks * rows,).
-            label: names an action in an error.
-            at_end: what a slot does at its end: it refuses to step or ignores its action, is paid
-                0 and starts the next episode of its schedule (``"restart"``) or stays as it is (``"stay"``).
+            label: names an action in an error; ``None``: ``action[i]``.
+            at_end: what a slot does whose episode has ended: it raises an error (``"refuse"``), or ignores its
+                action, has reward 0 and starts the next episode of its schedule (``"restart"``) or stays
+                unchanged (``"stay"``).
             out: arrays for the observations and rewards; ``None``: new ones.
-            controls: actions of the learned predators, shape (num_flocks * predators, D), from
-                ``predator_policy_spec``; ``None``: those of the predator policy or, without one, 0.
+            predator_actions: shape (num_flocks * predators, D), from ``predator_policy_spec``; ``None``: the
+                predator policy chooses them or, without one, they are 0.
 
         Raises:
-            ActionError: for a wrong dtype or shape, or an action outside of the action space, save those of
+            ActionError: for a wrong dtype or shape, or an action outside of the action space, except those of
                 agents that were caught before.
-            EpisodeError: if a slot was never reset or its episode has ended and that is refused.
-            KeyboardInterrupt: on Ctrl-C in a step of many agents. It leaves all flocks as they are after the
-                step, if that ends at once, or else as they were before it, if it holds for 100 steps of the
-                model or more; otherwise without an episode, so that the next step asks for a reset.
+            ResetNeededError: if a slot was never reset, or if its episode has ended under ``"refuse"``.
+            KeyboardInterrupt: on Ctrl-C during a step of many agents. (1) If the step finishes within 0.1 s,
+                it completes; (2) if the action spans 100 model steps or more, it is rolled back;
+                (3) otherwise the environment must be reset.
         """
-        controls = self._controls() if controls is None else controls
-        step = self._core.step(actions, at_end, out, controls)
-        if step is None:
-            ignored = self._core.ignored(at_end)
-            count = self.num_flocks * self.rows
-            plain = self.policy_spec.actions.plain(actions, count, label, ignored)
-            step = self._core.step(plain, at_end, out, controls)
-            assert step is not None  # noqa: S101, what `plain` returns is what the core takes
-        return step
+        if predator_actions is None:
+            predator_actions = self._predator_actions()
+        return self._core.step(actions, label, at_end, out, predator_actions)
 
     def step_one(self, action: Any) -> tuple[Observations, float, bool, dict[str, Any]]:
-        """Do as ``step`` for the only action of a batch of one row.
+        """Step a batch of one row, as ``step``.
 
         Returns:
             Observation (entries,), reward, whether the episode has ended, and ``info``.
 
         Raises:
             ActionError: naming ``action``, as ``step``.
-            EpisodeError: as ``step``.
+            ResetNeededError: as ``step``.
         """
-        controls = self._controls()
-        step = self._core.step_one(action, controls)
-        if step is None:
-            step = self._core.step_one(self.policy_spec.actions.plain_one(action), controls)
-            assert step is not None  # noqa: S101, as in `step`
-        return step
+        return self._core.step_one(action, self._predator_actions())
+
+    def team_rewards(self) -> FloatArray:
+        """Return each flock's reward of the last step, shape (num_flocks,).
+
+        Of individual rewards this is the mean over agents.
+        """
+        return self._core.team_rewards()
+
+    def predator_rewards(self) -> FloatArray:
+        """Return the reward of each flock's predators in the last step, minus its own, shape (num_flocks,)."""
+        return self._core.predator_rewards()
 
     def observe(self, slots: Sequence[int]) -> Observations:
         """Return the observations of some slots, shape (len(slots) * rows, entries)."""
         return self._core.observe(slots)
 
     def observe_predators(self, slots: Sequence[int]) -> Observations:
-        """Return what learned predators see in some slots, shape (len(slots) * predators, entries)."""
+        """Return the observations of learned predators in some slots, shape (len(slots) * predators, entries)."""
         return self._core.observe_predators(slots)
 
     def metrics(self) -> Columns:
@@ -227,42 +237,42 @@ class FlockBatch:
         return self._core.has_ended(slot)
 
     def caught(self) -> NDArray[np.bool]:
-        """Return which agents were caught, shape (num_flocks, n)."""
+        """Return which agents have been caught, bool of shape (num_flocks, n)."""
         return self._core.caught()
 
     def drawn(self, slot: int) -> FlockScenario:
-        """Return the scenario of the episode in one slot, which draws nothing any more."""
+        """Return the scenario of the episode in one slot, with all random fields drawn."""
         if not self.scenario.randomization:
             return self.scenario
         return self.scenario.drawn(self._core.episode_seed(slot))
 
     def state(self, slot: int) -> dict[str, Any]:
-        """Return a copy of everything that moves in one slot, with ``step`` and ``interaction_range``."""
+        """Return a copy of the state of one slot by name: step, positions, velocities, ranges, predators."""
         return self._core.state(slot)
 
     def get_state(self, slots: Any = None) -> bytes:
-        """Return everything that the future of some slots depends on, as bytes.
+        """Return a snapshot of some slots as bytes.
 
         Args:
             slots: index of one, or indices of several; ``None``: all.
 
         Raises:
             ArgumentError: for an index out of bounds.
-            EpisodeError: for a slot that was never reset.
+            ResetNeededError: for a slot that was never reset.
         """
         return self._core.get_state(self._slots(slots))
 
     def set_state(self, state: Any, slots: Any = None) -> list[int]:
-        """Make some slots what ``get_state`` returned, of as many or of one; return which.
+        """Restore some slots from a snapshot of as many slots, or of one; return their indices.
 
         Raises:
-            ArgumentError: for an index out of bounds, or bytes that are damaged, of another version, scenario
-                or interface, other options or another number of slots. Nothing has changed then.
-            EpisodeError: if another slot was never reset.
+            ArgumentError: for an index out of bounds, or a snapshot that is damaged or belongs to another
+                version, scenario, interface, options or number of slots. Nothing has changed then.
+            ResetNeededError: if another slot was never reset.
         """
         chosen = self._slots(slots)
         for other in set(range(self.num_flocks)).difference(chosen):
-            self._core.has_ended(other)  # refuses those that were never reset
+            self._core.has_ended(other)  # raises if it was never reset
         self._core.set_state(chosen, as_bytes(state, "state"))
         return chosen
 
@@ -279,7 +289,7 @@ class FlockBatch:
                 raise ArgumentError(f"flocks[{place}]", f"an integer below {self.num_flocks}", slot)
         return chosen
 
-    def _controls(self) -> FloatArray | None:
+    def _predator_actions(self) -> FloatArray | None:
         if self._predator_policy is None:
             return None
         observations = self._core.observe_predators(range(self.num_flocks))
@@ -288,7 +298,7 @@ class FlockBatch:
 
 
 def is_over(columns: Mapping[str, Any]) -> Any:
-    """Return whether nobody is left in each flock: its episode terminates, others are truncated."""
+    """Return whether each flock has lost all its agents: its episode terminates, others are truncated."""
     return columns["fraction_surviving"] == 0.0
 
 

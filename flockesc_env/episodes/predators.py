@@ -1,8 +1,7 @@
-"""Learned predators: their actions, observations and the protocol of their policies."""
+"""Learned predators: their actions, their observations and the protocol of their policies."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -11,11 +10,11 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import FloatArray, as_array, as_instance
-from flockesc_env.common.errors import ActionError, ScenarioError
+from flockesc_env.common.checks import FloatArray, as_array
+from flockesc_env.common.errors import ActionError
 from flockesc_env.episodes.spaces import ObservationLayout, predator_layout
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.predators import Learned, Predator
+from flockesc_env.scenario.predators import Learned
 
 Observations = NDArray[np.float32]
 
@@ -24,7 +23,7 @@ _BOUNDS = "numbers from -1.0 to 1.0"
 
 @dataclass(frozen=True)
 class PredatorPolicySpec:
-    """What a policy needs to know of the learned predators that it steers.
+    """Shapes and meaning of the observations and actions of a predator policy.
 
     Attributes:
         layout: the entries of an observation row.
@@ -41,7 +40,7 @@ class PredatorPolicySpec:
 
     @classmethod
     def of(cls, scenario: FlockScenario) -> PredatorPolicySpec:
-        """Return the control of a scenario's learned predators, of whom there may be none."""
+        """Return the spec of a scenario's learned predators; ``count`` may be 0."""
         return cls(
             layout=predator_layout(scenario.dimension),
             dimension=scenario.dimension,
@@ -60,7 +59,7 @@ class PredatorPolicySpec:
             ActionError: naming ``name``, for a wrong dtype or shape, or an action outside of the space.
         """
         plain = _numbers(actions, (count, self.dimension), name)
-        refused = ~(np.abs(plain) <= 1).all(axis=1)  # also what is not a number
+        refused = ~(np.abs(plain) <= 1).all(axis=1)  # also NaN
         if refused.any():
             first = int(np.argmax(refused))
             raise ActionError(f"{name}[{first}]", _BOUNDS, plain[first].tolist())
@@ -93,7 +92,7 @@ class PredatorPolicySpec:
 class PredatorPolicy(Protocol):
     """Anything that turns observation rows of learned predators into their actions.
 
-    ``flockesc_env.policies.ranges.SB3Policy`` is one, too.
+    ``SB3Policy`` follows it, too.
     """
 
     def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
@@ -101,43 +100,12 @@ class PredatorPolicy(Protocol):
 
         Args:
             observations: shape (k, entries), one row per learned predator, flock after flock.
-            spec: what rows and actions mean.
+            spec: shapes and meaning of rows and actions.
 
         Returns:
             Actions, shape (k, D), in [-1, 1].
         """
         ...
-
-
-def all_learned(scenario: FlockScenario) -> FlockScenario:
-    """Return the scenario with every predator ``Learned``; position and velocity are kept."""
-    as_instance(scenario, "scenario", FlockScenario)
-    return scenario.replace(predators=tuple(map(_as_learned, scenario.predators)))
-
-
-def with_learned(scenario: FlockScenario) -> FlockScenario:
-    """Return the scenario itself if any of its predators is ``Learned``, else with all of them so.
-
-    Raises:
-        ScenarioError: if there is no predator.
-    """
-    as_instance(scenario, "scenario", FlockScenario)
-    if any(isinstance(predator, Learned) for predator in scenario.predators):
-        return scenario
-    if not scenario.predators:
-        raise ScenarioError("predators", "at least one predator to steer", "none")
-    return all_learned(scenario)
-
-
-def opposite(rewards: FloatArray, *, is_own: bool) -> float:
-    """Return what a predator is paid where the agents are paid ``rewards``: minus their mean.
-
-    Team rewards pay every agent the same, save those that were caught, who are paid 0; minus that is what a
-    predator is paid for them, so that it gets exactly the opposite of the flock.
-    """
-    if is_own:
-        return 0.0 - math.fsum(rewards.tolist()) / len(rewards)
-    return 0.0 - float(rewards[np.argmax(np.abs(rewards))])
 
 
 def _numbers(value: Any, shape: tuple[int, ...], name: str) -> FloatArray:
@@ -146,11 +114,5 @@ def _numbers(value: Any, shape: tuple[int, ...], name: str) -> FloatArray:
         raise ActionError(name, "real numbers", f"dtype {array.dtype}")
     if array.shape != shape:
         raise ActionError(name, f"shape {shape}", f"shape {array.shape}")
-    with np.errstate(over="ignore"):  # what is too large for a float64 is infinite, and out of bounds
+    with np.errstate(over="ignore"):  # too large for a float64: infinite, thus out of bounds
         return np.array(array, np.float64, order="C")
-
-
-def _as_learned(predator: Predator) -> Learned:
-    if isinstance(predator, Learned):
-        return predator
-    return Learned(position=predator.position, velocity=predator.velocity)

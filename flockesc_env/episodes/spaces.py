@@ -1,4 +1,4 @@
-"""From actions to ranges and back, and what the entries of an observation are called."""
+"""Action spaces, maps between actions and ranges, and names and bounds of observation entries."""
 
 from __future__ import annotations
 
@@ -12,14 +12,12 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_array
-from flockesc_env.common.errors import ActionError, ArgumentError
+from flockesc_env.common.checks import FloatArray
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.options import GRID_SIZE, ActionOptions
 
 Label = Callable[[int], str]
-"""What the error calls an action, given its place in the stack."""
-
-STACKED: Label = "action[{}]".format
+"""Names an action in an error, given its index in the stack."""
 
 
 class RangeActions:
@@ -39,8 +37,6 @@ class RangeActions:
             default = np.linspace(self.min_range, self.max_range, GRID_SIZE)
             self.grid = default if options.range_grid is None else np.array(options.range_grid)
             self.grid.flags.writeable = False
-        self._shape: tuple[int, ...] = (1,) if self.grid is None else ()
-        self._bounds = (-1.0, 1.0) if self.mode == "normalized" else (self.min_range, self.max_range)
         grid = None if self.grid is None else self.grid.tolist()
         self.core = _core.RangeMap(self.min_range, self.max_range, self.mode == "normalized", grid)
 
@@ -48,16 +44,8 @@ class RangeActions:
         """Return a new action space for one range: Box of shape (1,), or Discrete."""
         if self.grid is not None:
             return spaces.Discrete(len(self.grid))
-        low, high = self._bounds
+        low, high = (-1.0, 1.0) if self.mode == "normalized" else (self.min_range, self.max_range)
         return spaces.Box(low, high, (1,), np.float32)
-
-    def one(self, action: Any, label: str) -> NDArray[Any]:
-        """Return a single action as an array of the space's shape, its value not yet judged.
-
-        Raises:
-            ActionError: naming ``label``, for a wrong dtype or shape.
-        """
-        return self._array(action, self._shape, label)
 
     def to_range(self, action: Any) -> float:
         """Map a single action to its range.
@@ -65,40 +53,20 @@ class RangeActions:
         Raises:
             ActionError: naming ``action``, for a wrong dtype or shape, or if it is outside of the space.
         """
-        rho = self.core.to_range(action)
-        return rho if rho is not None else float(self.to_ranges(*self._alone(action))[0])
+        return self.core.to_range(action)
 
-    def to_ranges(self, actions: Any, count: int, label: Label = STACKED) -> FloatArray:
+    def to_ranges(self, actions: Any, count: int, label: Label | None = None) -> FloatArray:
         """Map ``count`` actions, stacked to shape (count, 1) or, where discrete, (count,), to as many ranges.
 
-        Raises:
-            ActionError: for a wrong dtype or shape, or an action outside of the space, named by ``label``.
-        """
-        return self._judge(actions, count, label)[1]
-
-    def plain(
-        self, actions: Any, count: int, label: Label = STACKED, ignored: NDArray[np.bool] | None = None
-    ) -> NDArray[Any]:
-        """Return ``count`` stacked actions in the form that the core takes.
-
         Args:
-            actions: shape (count, 1) or, where discrete, (count,), of any real or integer type.
+            actions: stacked actions of any real or, where discrete, integer type.
             count: number of actions.
-            label: names an action in an error.
-            ignored: actions whose values do not matter, shape (count,).
+            label: names an action in an error; ``None``: ``action[i]``.
 
         Raises:
-            ActionError: as ``to_ranges``.
+            ActionError: for a wrong dtype or shape, or an action outside of the space.
         """
-        return self._judge(actions, count, label, ignored)[0]
-
-    def plain_one(self, action: Any) -> Any:
-        """Return a single action in the form that the core takes.
-
-        Raises:
-            ActionError: as ``to_range``.
-        """
-        return self.plain(*self._alone(action))[0]
+        return self.core.to_ranges(actions, count, label)
 
     def from_ranges(self, ranges: FloatArray) -> NDArray[Any]:
         """Map ranges of shape (k,) to actions: (k, 1) float32, or the nearest grid indices (k,) int64.
@@ -116,39 +84,6 @@ class RangeActions:
         if self.mode == "normalized":
             ranges = 2 * (ranges - self.min_range) / (self.max_range - self.min_range) - 1
         return ranges[:, None].astype(np.float32)
-
-    def _array(self, actions: Any, shape: tuple[int, ...], label: str) -> NDArray[Any]:
-        array = as_array(actions, label, ActionError)
-        kinds, expected = ("iu", "integers") if self.grid is not None else ("fiu", "real numbers")
-        if array.dtype.kind not in kinds:
-            raise ActionError(label, expected, f"dtype {array.dtype}")
-        if array.shape != shape:
-            raise ActionError(label, f"shape {shape}", f"shape {array.shape}")
-        return array
-
-    def _alone(self, action: Any) -> tuple[NDArray[Any], int, Label]:
-        """Return a single action as a stack of one, with its number and label."""
-        return self.one(action, "action")[np.newaxis], 1, lambda _: "action"
-
-    def _judge(
-        self, actions: Any, count: int, label: Label, ignored: NDArray[np.bool] | None = None
-    ) -> tuple[NDArray[Any], FloatArray]:
-        """Return actions as float64 or int64, in new memory without gaps, and their ranges."""
-        array = self._array(actions, (count, *self._shape), "action")
-        with np.errstate(over="ignore"):  # what is too large for a float64 is infinite, and out of bounds
-            plain = np.array(array, np.float64 if self.grid is None else np.int64, order="C")
-        ranges = self.core.to_ranges(plain)
-        refused = np.isnan(ranges)
-        if ignored is not None:
-            refused &= ~ignored
-        if refused.any():
-            first = int(np.argmax(refused))
-            if self.grid is None:
-                low, high = self._bounds
-                raise ActionError(label(first), f"a number from {low} to {high}", plain[first].item())
-            expected = f"an integer from 0 to {len(self.grid) - 1}"
-            raise ActionError(label(first), expected, array[first].item())
-        return plain, ranges
 
 
 @dataclass(frozen=True)
@@ -189,7 +124,7 @@ def predator_layout(dimension: int) -> ObservationLayout:
 
 @dataclass(frozen=True)
 class PolicySpec:
-    """What a policy needs to know of the environment that it steers.
+    """Shapes and meaning of the observations and actions of a policy.
 
     Attributes:
         actions: from ranges to actions and back.

@@ -101,20 +101,6 @@ class FlockScenario(Document):
         object.__setattr__(self, "predators", placed)
         _core.check_flock_scenario(self.to_json())
 
-    def with_learned_predators(self) -> FlockScenario:
-        """Return the scenario with every predator ``Learned``; positions and velocities are kept.
-
-        Raises:
-            ScenarioError: if there is no predator.
-        """
-        if not self.predators:
-            raise ScenarioError("predators", "at least one predator", "none")
-        learned = (
-            predator if isinstance(predator, Learned) else Learned(predator.position, predator.velocity)
-            for predator in self.predators
-        )
-        return self.replace(predators=tuple(learned))
-
     def drawn(self, seed: int) -> FlockScenario:
         """Return the scenario of the episode with this seed, with the drawn numbers and no ``randomization``.
 
@@ -125,6 +111,22 @@ class FlockScenario(Document):
         """
         document = _core.drawn_flock_scenario(self.to_json(), as_seed(seed)) if self.randomization else None
         return self if document is None else FlockScenario.from_json(document)
+
+    def with_learned_predators(self) -> FlockScenario:
+        """Return the scenario with every predator ``Learned``, at its position and velocity.
+
+        Raises:
+            ScenarioError: if there is no predator.
+        """
+        if not self.predators:
+            raise ScenarioError("predators", "at least one predator", "none")
+        learned = (
+            predator
+            if isinstance(predator, Learned)
+            else Learned(position=predator.position, velocity=predator.velocity)
+            for predator in self.predators
+        )
+        return self.replace(predators=tuple(learned))
 
 
 def _placed(predator: Predator, index: int, dimension: int) -> Predator:

@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.files import atomic_write
 from flockesc_env.common.stats import FloatArray
+from flockesc_env.render.colors import label_colors
+from flockesc_env.render.palette import LIGHT
 
 INK = "0.25"
 BAND = "0.85"
-ALONE = "0.6"
-PREDATOR = "tab:red"
+ALONE = LIGHT.alone
+PREDATOR = LIGHT.predator
 
 _DPI = 130
-_PALETTE: list[Any] = [
-    color for color in mpl.color_sequences["tab20"] if color != mpl.color_sequences["tab10"][3]
-]
+_PALETTE: list[Any] = (label_colors(20) / 255).tolist()
 
 
 def letter(axes: Axes, index: int) -> None:
@@ -48,7 +48,7 @@ def cluster_colors(final: FloatArray, rho: float) -> list[Any]:
     order = np.argsort(final, kind="stable")
     numbers = np.zeros(len(final), int)
     numbers[order] = np.concatenate([[0], np.cumsum(np.diff(final[order]) > rho)])
-    return [mpl.color_sequences["tab10"][number % 10] for number in numbers]
+    return [_PALETTE[number % len(_PALETTE)] for number in numbers]
 
 
 def save(figure: Figure, stem: Path) -> None:

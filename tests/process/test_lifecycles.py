@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from every_env import MAKERS
+from envs import MAKERS
 from lifecycles import MEMORY, growth
 
 

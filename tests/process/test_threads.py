@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from every_env import MAKERS, play
+from envs import MAKERS, play
 from option_table import small_flock
 
 from flockesc_env import (

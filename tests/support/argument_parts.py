@@ -301,11 +301,10 @@ RESULTS: dict[str, Row] = {
     ),
     "video.write_video": Row(
         video.write_video,
-        {"runs": RUNS, "path": File("made.mp4")},
+        {"runs": RUNS, "path": File("made.mp4"), "options": Part(fe.RenderOptions(size=160), True)},
         others={
             "fps": Count(4),
             "speed": Number(4.0, low=0.0, is_above=True),
-            "options": Part(fe.RenderOptions(size=160), True),
             "progress": Call(None, True),
         },
     ),

@@ -13,7 +13,7 @@ import sys
 import warnings
 from pathlib import Path
 
-from every_env import MAKERS, play
+from envs import MAKERS, play
 
 MEMORY = 1024
 """KiB by which the allocator may still grow after the warm-up."""

@@ -12,9 +12,14 @@ import sys
 import textwrap
 import zlib
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from html.parser import HTMLParser
+from http.client import HTTPConnection
+from importlib.resources import files
 from pathlib import Path
-from threading import Thread
+from threading import Event, Thread
+from time import sleep
 from typing import Any
 from urllib.error import HTTPError, URLError
 from urllib.parse import urlencode
@@ -38,7 +43,8 @@ from flockesc_env.models.graph import component_labels
 from flockesc_env.models.records import versions
 from flockesc_env.policies import FixedRange, StubbornLeaders, StubbornWitnesses
 from flockesc_env.policies.registry import NAMES, built_in
-from flockesc_env.watch import serve, write_page
+from flockesc_env.render.palette import DARK, LIGHT
+from flockesc_env.watch import serve, server, write_page
 from flockesc_env.watch.document import run_document
 
 FLOCK = FlockScenario(num_agents=12, num_steps=9)
@@ -163,6 +169,33 @@ def test_nothing_is_loaded_from_anywhere(tmp_path: Path) -> None:
     # The one address is in the comment that names uPlot's project.
     assert re.findall(r"https?://\S+", page) == ["https://github.com/leeoniya/uPlot"]
     assert "default-src 'none'" in page
+
+
+def test_the_page_has_the_palette_of_all_pictures(tmp_path: Path) -> None:
+    write_page(simulate(FLOCK, 10.0, seed=3), tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text("utf-8")
+    light, dark = re.findall(r":root \{ (--[^}]*) \}", page)
+    for css, palette in ((light, LIGHT), (dark, DARK)):
+        assert f"--predator: {palette.predator};" in css
+        assert f"--components: {', '.join(palette.components)};" in css
+        assert f"--ranges: {', '.join(palette.ranges)};" in css
+    own = files("flockesc_env.watch")
+    styles = [own / "page.css", own / "page.html", *(own / "js").iterdir()]
+    assert not [style.name for style in styles if re.search(r"#[0-9a-fA-F]{6}\b", style.read_text("utf-8"))]
+
+
+@pytest.mark.parametrize(
+    ("name", "ranges", "kind"),
+    [
+        ("fixed:10", 10.0, "fixed"),
+        ("any name", 10.0, "fixed"),
+        ("random", None, "rule"),
+        ("mine", None, "learned"),
+    ],
+)
+def test_a_run_has_the_kind_of_its_policy(name: str, ranges: float | None, kind: str) -> None:
+    run = built_in("random").record(3, FLOCK) if ranges is None else simulate(FLOCK, ranges, seed=3)
+    assert run_document(name, run)["kind"] == kind
 
 
 HOSTILE = "</script><script>alert(1)</script><!-- <b>&amp;\u2028'\"$title ${data}"
@@ -369,7 +402,7 @@ def test_a_visitor_who_says_nothing_or_leaves_keeps_nobody_waiting(address: str)
         socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT),
         socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT) as leaving,
     ):
-        leaving.sendall(b"GET /run?seed=1&policy=random HTTP/1.0\r\n\r\n")
+        leaving.sendall(f"GET /run?seed=1&policy=random HTTP/1.0\r\nHost: localhost:{port}\r\n\r\n".encode())
         leaving.close()
         assert json.loads(get(f"{address}run?seed=1&policy=random"))["name"] == "random"
 
@@ -389,9 +422,90 @@ def test_ctrl_c_stops_a_server_whose_run_would_take_hours() -> None:
     assert not asking.is_alive()
 
 
-def test_a_port_that_is_taken_is_an_error() -> None:
+def test_a_port_that_is_taken_is_named() -> None:
     runs = [("run", RUNS["one range"]())]
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        with pytest.raises(OSError, match="in use"):
+        with pytest.raises(ArgumentError, match=f"^port: expected a free TCP port, got {port} ") as caught:
             serve(runs, scenario=FLOCK, seed=3, port=port, open_browser=False)
+    assert caught.value.field == "port"
+
+
+def test_one_run_is_a_page_under_the_name_of_its_file(tmp_path: Path) -> None:
+    run = simulate(FLOCK, 10.0, seed=3)
+    write_page(run, tmp_path / "flock.html")
+    alone = (tmp_path / "flock.html").read_text("utf-8")
+    write_page([("flock", run)], tmp_path / "flock.html")
+    assert (tmp_path / "flock.html").read_text("utf-8") == alone
+
+
+def status(port: int, path: str, hosts: list[str]) -> int:
+    """Return the status of a request with these ``Host`` headers."""
+    connection = HTTPConnection("127.0.0.1", port, timeout=TIMEOUT)
+    connection.putrequest("GET", path, skip_host=True)
+    for host in hosts:
+        connection.putheader("Host", host)
+    connection.endheaders()
+    code = connection.getresponse().status
+    connection.close()
+    return code
+
+
+@pytest.mark.parametrize("path", ["/", "/run?seed=1&policy=random", "/nothing"])
+def test_only_its_own_address_is_answered(address: str, path: str) -> None:
+    """A page of another site that points its own name at this machine reaches neither page nor runs."""
+    port = int(address.rstrip("/").rpartition(":")[2])
+    own = status(port, path, [f"127.0.0.1:{port}"])
+    assert own == status(port, path, [f"localhost:{port}"]) == (404 if path == "/nothing" else 200)
+    for hosts in (
+        [],
+        [""],
+        ["localhost"],
+        ["127.0.0.1:1"],
+        ["evil.example"],
+        [f"evil.example:{port}"],
+        [f"localhost.evil.example:{port}"],
+        [f"127.0.0.1:{port}.evil.example"],
+        [f"127.0.0.2:{port}"],
+        [f"127.0.0.1:{port}", "evil.example"],
+    ):
+        assert status(port, path, hosts) == 403, hosts
+
+
+def test_more_runs_than_may_wait_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    started, may_end = Event(), Event()
+
+    def run_for(query: str, scenario: FlockScenario) -> bytes:
+        if query == "stop":
+            raise KeyboardInterrupt
+        started.set()
+        may_end.wait(TIMEOUT)
+        return query.encode()
+
+    monkeypatch.setattr(server, "run_for", run_for)
+    with server._Server(0, b"page", FLOCK) as listening, ThreadPoolExecutor(server.MAX_WAITING + 2) as pool:
+
+        def work() -> None:
+            with suppress(KeyboardInterrupt):
+                listening.work()
+
+        working = pool.submit(work)
+        first = pool.submit(get, f"{listening.address}run?0")
+        assert started.wait(TIMEOUT)
+        waiting = [pool.submit(listening.run, f"{number + 1}") for number in range(server.MAX_WAITING)]
+        while not listening.waiting.full():
+            sleep(0.001)
+        with pytest.raises(HTTPError) as caught:
+            get(f"{listening.address}run?one+too+many")
+        with caught.value as error:
+            assert error.code == 503
+            assert json.load(error) == {"message": "16 runs are waiting already; try again in a moment."}
+        assert get(listening.address) == b"page"  # pages do not wait for runs
+        may_end.set()
+        assert first.result(TIMEOUT) == b"0"
+        assert [run.result(TIMEOUT) for run in waiting] == [
+            b"%d" % (n + 1) for n in range(server.MAX_WAITING)
+        ]
+        assert get(f"{listening.address}run?again") == b"again"
+        Thread(target=listening.run, args=["stop"], daemon=True).start()
+        working.result(TIMEOUT)

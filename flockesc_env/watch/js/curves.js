@@ -68,6 +68,10 @@ class Curves {
     return chart;
   }
 
+  colorOf(run) {
+    return this.theme.runs[run.color % this.theme.runs.length];
+  }
+
   dataOf({ series }) {
     const tables = this.runs.map((run) => [
       Array.from(run.times),
@@ -79,7 +83,7 @@ class Curves {
   optionsOf(spec, width) {
     const axis = { stroke: () => this.theme.muted, font: AXIS_FONT, ticks: { show: false } };
     const grid = { stroke: () => this.theme.grid, width: 1 };
-    const color = (at) => this.theme.runs[at % this.theme.runs.length];
+    const color = (at) => this.colorOf(this.runs[at]);
     const perRun = spec.series.length;
     const series = this.runs.flatMap((_, at) =>
       spec.series.map(({ width: lineWidth, dash, steps, alpha = 1 }) => ({
@@ -130,7 +134,7 @@ class Curves {
       if (!Number.isFinite(objective)) return;
       const x = chart.valToPos(run.times[run[column].indexOf(objective)], "x", true);
       const y = chart.valToPos(objective, "y", true);
-      context.fillStyle = this.theme.runs[at % this.theme.runs.length];
+      context.fillStyle = this.colorOf(run);
       context.strokeStyle = this.theme.page;
       context.lineWidth = 3 * density;
       context.beginPath();

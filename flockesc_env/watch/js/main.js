@@ -5,6 +5,7 @@
 class Page {
   constructor(runs, { versions, live }) {
     this.runs = runs;
+    chooseColors(runs);
     this.player = new Player();
     this.camera = new Camera(runs[0].dimension === 3);
     this.look = { theme: readTheme() };
@@ -28,6 +29,7 @@ class Page {
   replaceRun(index, run) {
     const isOtherFlock = run.seed !== this.runs[index].seed;
     this.runs[index] = run;
+    chooseColors(this.runs);
     if (isOtherFlock) this.box = undefined;
     this.panels.forEach((panel, at) => panel.setRun(this.runs[at], this.runs[0].seed));
     describe(this.runs[0], this.versions);

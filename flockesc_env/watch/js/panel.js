@@ -48,7 +48,7 @@ class Panel {
   }
 
   draw(time, look) {
-    this.root.style.setProperty("--run", look.theme.runs[this.index % look.theme.runs.length]);
+    this.root.style.setProperty("--run", look.theme.runs[this.run.color % look.theme.runs.length]);
     this.scene.draw(time, look);
     const { run, values } = this;
     const { step } = stepAt(run, time);

@@ -22,57 +22,42 @@
 //! - [`Batch`]: many episodes with rewards and observations, stepped together.
 
 mod agents;
-mod batch;
-mod config;
+mod base;
 mod episode;
-mod error;
-mod exact;
 mod flock;
-mod frame;
 mod graph;
 mod line;
-mod metrics;
 mod neighbor;
 mod observation;
-mod per_agent;
+mod parallel;
 mod predator;
-mod randomization;
 mod reward;
-mod rng;
-mod slot;
-mod spread;
-mod state;
+mod snapshot;
 mod sweep;
-mod threads;
-mod vector;
 
-pub use batch::{AtEnd, Batch, Reset};
-pub use config::{
-    EpisodeConfig, FlockConfig, LineConfig, MAX_AGENTS, MAX_STEPS, Objective, SameRange,
-    SensingRange, View,
-};
-pub use episode::{Episode, Metrics, Running};
-pub use error::{Error, Result};
+pub use agents::PerAgent;
+pub use base::check::{MAX_AGENTS, MAX_STEPS};
+pub use base::entry::Entry;
+pub use base::error::{Error, Result};
+pub use base::rng::episode_seed;
+pub use episode::{AtEnd, Batch, Episode, EpisodeConfig, Metrics, Reset, Running};
 pub use flock::{
-    AlignedHeadings, Clusters, Disc, Gaussian, GivenHeadings, GivenPositions, Inertial,
-    InitialHeadings, InitialPositions, InitialState, Motion, RandomHeadings, Reynolds, Ring,
-    Schedule, Segment, Square, Trajectory, Vicsek, World, simulate_flock,
+    AlignedHeadings, Choice, Clusters, Disc, Distribution, FlockConfig, Gaussian, GivenHeadings,
+    GivenPositions, Inertial, InitialHeadings, InitialPositions, InitialState, Interval, Motion,
+    PredatorDistance, RandomHeadings, Randomization, Reynolds, Ring, Schedule, Segment, Square,
+    Trajectory, Vicsek, World, simulate_flock,
 };
 pub use graph::{NeighborGraph, laplacian, perron_matrix};
 pub use line::{
-    EscapeForce, Line, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory, line_entries,
-    simulate_line,
+    EscapeForce, Line, LineConfig, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory,
+    line_entries, simulate_line,
 };
-pub use metrics::PredatorDistance;
 pub use neighbor::{NeighborRule, Ranges};
-pub use observation::{Entry, entries, predator_entries};
-pub use per_agent::PerAgent;
+pub use observation::{SameRange, SensingRange, View, entries, predator_entries};
+pub use parallel::{Progress, forked};
 pub use predator::{
     ConstantVelocity, Encircle, Herd, Intercept, Learned, Predator, PredatorConfig, PurePursuit,
     Target, Wandering,
 };
-pub use randomization::{Choice, Distribution, Interval, Randomization};
-pub use reward::Reward;
-pub use rng::episode_seed;
+pub use reward::{Objective, Reward};
 pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};
-pub use threads::{Progress, forked};

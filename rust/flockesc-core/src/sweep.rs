@@ -4,12 +4,11 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::config::{FlockConfig, LineConfig};
-use crate::error::Result;
-use crate::flock::{InitialState, World, check_ranges};
-use crate::line::Line;
+use crate::base::error::Result;
+use crate::flock::{FlockConfig, InitialState, World, check_ranges};
+use crate::line::{Line, LineConfig};
 use crate::neighbor::Ranges;
-use crate::threads::{self, Progress};
+use crate::parallel::{self, Progress};
 
 /// One cell of a flock sweep.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,7 +83,7 @@ fn grid<T: Send>(
     progress: &Progress,
     run: impl Fn(f64, u64) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
-    threads::pool(num_threads)?.install(|| {
+    parallel::pool(num_threads)?.install(|| {
         (0..ranges.len() * seeds.len())
             .into_par_iter()
             .map(|cell| {

@@ -217,7 +217,7 @@ fn a_batch_of_one_large_flock() {
     let recorded = run(&config, &[10.0], &InitialState::seeded(3), 1);
     for (view, reward) in [
         (View::Flock, Reward::Distance),
-        (View::Agent, Reward::OwnDistanceChange),
+        (View::Agent, Reward::IndividualDistanceChange),
         (View::Agent, Reward::NeighborhoodDistanceChange),
     ] {
         let episode = episodes(view, reward);
@@ -243,7 +243,7 @@ fn assert_places_do_not_matter<const D: usize>(side: f64, capture_radius: Option
     let permuted: Vec<u64> = seeds.iter().map(|seed| seed * 5 % 23).collect();
     for (view, reward) in [
         (View::Flock, Reward::RunningMinimum),
-        (View::Agent, Reward::OwnDistance),
+        (View::Agent, Reward::IndividualDistance),
         (View::Agent, Reward::NeighborhoodDistanceChange),
         (View::Agent, Reward::Difference),
     ] {

@@ -1,20 +1,26 @@
-//! `RangeMap`: what an action means, the same in every interface.
+//! `RangeMap`: one array of actions is read, checked and mapped to ranges once, the same in every interface.
 
-use flockesc_core::Error;
+use std::sync::Arc;
+
 use numpy::{
     Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods,
 };
+use pyo3::conversion::FromPyObjectOwned;
+use pyo3::exceptions::PyValueError;
+use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyList};
+use pyo3::types::{IntoPyDict, PyBool, PyDict, PyList, PyTuple};
 
 use crate::arrays::shaped;
-use crate::errors::CoreError;
+use crate::errors::action_error;
 
-/// Maps actions in plain form: float32 or float64 or, where there is a grid, int64. Other forms are left to
-/// Python, which brings them into plain form or says what is wrong.
+/// Maps actions to ranges. Arrays of float32 or float64 or, with a grid, int64 are read directly; other forms are
+/// converted by numpy first.
 #[pyclass(frozen, module = "flockesc_env._core")]
 #[derive(Clone)]
-pub(crate) struct RangeMap {
+pub(crate) struct RangeMap(Arc<Map>);
+
+struct Map {
     min_range: f64,
     max_range: f64,
     /// Whether actions lie in [-1, 1] instead of [`min_range`, `max_range`].
@@ -28,72 +34,108 @@ impl RangeMap {
     #[new]
     #[pyo3(signature = (min_range, max_range, is_normalized, grid))]
     fn new(min_range: f64, max_range: f64, is_normalized: bool, grid: Option<Vec<f64>>) -> Self {
-        Self {
+        Self(Arc::new(Map {
             min_range,
             max_range,
             is_normalized,
             grid,
-        }
+        }))
     }
 
-    /// What copies and pickles are made from.
+    /// Arguments from which copies and pickles are made.
     fn __getnewargs__(&self) -> (f64, f64, bool, Option<Vec<f64>>) {
-        (
-            self.min_range,
-            self.max_range,
-            self.is_normalized,
-            self.grid.clone(),
-        )
+        let map = &self.0;
+        (map.min_range, map.max_range, map.is_normalized, map.grid.clone())
     }
 
-    /// Ranges of stacked actions in plain form, NaN for an action outside of the space.
+    /// Ranges of `count` stacked actions; `label` names an action in an error.
+    #[pyo3(signature = (actions, count, label=None))]
     fn to_ranges<'py>(
         &self,
-        py: Python<'py>,
-        actions: &Bound<'py, PyUntypedArray>,
-    ) -> Result<Bound<'py, PyArray1<f64>>, CoreError> {
-        match self.ranges(actions.as_any(), actions.len()) {
-            Some(ranges) => Ok(ranges.into_pyarray(py)),
-            None => Err(Error::argument("action", "stacked actions in plain form", actions).into()),
-        }
+        actions: &Bound<'py, PyAny>,
+        count: usize,
+        label: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let ranges = self.ranges(actions, count)?;
+        self.check(&ranges, actions, label)?;
+        Ok(ranges.into_pyarray(actions.py()))
     }
 
-    /// The range of a single action; `None` if it lies outside of the space or is not in plain form.
-    pub(crate) fn to_range(&self, action: &Bound<'_, PyAny>) -> Option<f64> {
-        let range = match &self.grid {
-            Some(grid) => entry(grid, index(action)?),
-            None => self.of_number(number(action)?),
+    /// The range of a single action.
+    pub(crate) fn to_range(&self, action: &Bound<'_, PyAny>) -> PyResult<f64> {
+        let map = &self.0;
+        let range = match &map.grid {
+            Some(grid) => match index(action) {
+                Some(index) => entry(grid, index),
+                None => entry(grid, map.plain_one(action, "action")?.extract()?),
+            },
+            None => match number(action) {
+                Some(value) => map.of_number(value),
+                None => map.of_number(map.plain_one(action, "action")?.extract()?),
+            },
         };
-        (!range.is_nan()).then_some(range)
+        if range.is_nan() {
+            return Err(map.outside(action, 0, "action".to_owned()));
+        }
+        Ok(range)
     }
 
-    /// The actions of `agents`, stacked; `None` unless `actions` is a dict of just these, each in plain form.
+    /// The actions of `agents`, stacked, from a mapping that has an action of each of them and no others. `known` are
+    /// the names of all agents.
     fn stack<'py>(
         &self,
-        py: Python<'py>,
         actions: &Bound<'py, PyAny>,
         agents: &Bound<'py, PyList>,
-    ) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let actions = match actions.cast::<PyDict>() {
-            Ok(actions) if actions.len() == agents.len() => actions,
-            _ => return Ok(None),
-        };
-        if self.grid.is_some() {
-            let stacked = each(actions, agents, index)?;
-            return Ok(stacked.map(|indices| indices.into_pyarray(py).into_any()));
+        known: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (py, map) = (actions.py(), &self.0);
+        if map.grid.is_some() {
+            let indices = map.each(actions, agents, known, index)?;
+            return Ok(indices.into_pyarray(py).into_any());
         }
-        let rows = [agents.len(), 1];
-        match each(actions, agents, number)? {
-            Some(numbers) => shaped(py, numbers, rows).map(Some),
-            None => Ok(None),
-        }
+        let numbers = map.each(actions, agents, known, number)?;
+        shaped(py, numbers, [agents.len(), 1])
     }
 }
 
 impl RangeMap {
-    /// Ranges of `count` stacked actions, NaN for an action outside of the space; `None` if they are not in plain
-    /// form.
-    pub(crate) fn ranges(&self, actions: &Bound<'_, PyAny>, count: usize) -> Option<Vec<f64>> {
+    /// Ranges of `count` stacked actions, NaN for an action outside of the space.
+    pub(crate) fn ranges(&self, actions: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<f64>> {
+        let map = &self.0;
+        if let Some(ranges) = map.direct(actions, count) {
+            return Ok(ranges);
+        }
+        let shape = if map.grid.is_some() {
+            vec![count]
+        } else {
+            vec![count, 1]
+        };
+        let plain = map.plain(actions, &shape, "action")?;
+        let ranges = map.direct(&plain, count);
+        ranges.ok_or_else(|| action_error(actions.py(), "action", "an array", &plain))
+    }
+
+    /// Refuses the first action whose range is NaN; `label` names it.
+    pub(crate) fn check(
+        &self,
+        ranges: &[f64],
+        actions: &Bound<'_, PyAny>,
+        label: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let Some(first) = ranges.iter().position(|range| range.is_nan()) else {
+            return Ok(());
+        };
+        let name = match label {
+            Some(label) => label.call1((first,))?.extract()?,
+            None => format!("action[{first}]"),
+        };
+        Err(self.0.outside(actions, first, name))
+    }
+}
+
+impl Map {
+    /// Ranges of `count` actions in an array that can be read directly.
+    fn direct(&self, actions: &Bound<'_, PyAny>, count: usize) -> Option<Vec<f64>> {
         if let Some(grid) = &self.grid {
             let array = actions.cast::<PyArray1<i64>>().ok()?.try_readonly().ok()?;
             let indices = array.as_slice().ok()?;
@@ -122,13 +164,139 @@ impl RangeMap {
         )
     }
 
-    fn of_number(&self, value: f64) -> f64 {
-        let (low, high) = if self.is_normalized {
+    /// A new array of float64 or, with a grid, int64, without gaps.
+    ///
+    /// # Errors
+    /// `ActionError`, naming `label`, for a wrong dtype or shape.
+    fn plain<'py>(
+        &self,
+        actions: &Bound<'py, PyAny>,
+        shape: &[usize],
+        label: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = actions.py();
+        let numpy = py.import(intern!(py, "numpy"))?;
+        let array = match numpy.call_method1(intern!(py, "asarray"), (actions,)) {
+            Err(error) if error.is_instance_of::<PyValueError>(py) => {
+                let given = "rows of different lengths";
+                return Err(action_error(py, label, "an array", given));
+            }
+            array => array?,
+        };
+        let dtype = array.getattr(intern!(py, "dtype"))?;
+        let kind: char = dtype.getattr(intern!(py, "kind"))?.extract()?;
+        let (kinds, expected, wanted) = match self.grid {
+            Some(_) => ("iu", "integers", "int64"),
+            None => ("fiu", "real numbers", "float64"),
+        };
+        if !kinds.contains(kind) {
+            let given = format!("dtype {}", dtype.str()?);
+            return Err(action_error(py, label, expected, given));
+        }
+        let (shape, given) = (PyTuple::new(py, shape)?, array.getattr(intern!(py, "shape"))?);
+        if !given.eq(&shape)? {
+            let (expected, given) = (format!("shape {shape}"), format!("shape {given}"));
+            return Err(action_error(py, label, &expected, given));
+        }
+        // A number too large for a float64 becomes infinite, which is outside of every space.
+        let ignored = [("over", "ignore")].into_py_dict(py)?;
+        let context = numpy.call_method("errstate", (), Some(&ignored))?;
+        context.call_method0("__enter__")?;
+        let plain = array.call_method1("astype", (wanted, "C"));
+        context.call_method1("__exit__", (py.None(), py.None(), py.None()))?;
+        plain
+    }
+
+    /// The number in a single action.
+    fn plain_one<'py>(
+        &self,
+        action: &Bound<'py, PyAny>,
+        label: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let shape: &[usize] = if self.grid.is_some() { &[] } else { &[1] };
+        self.plain(action, shape, label)?.call_method0("item")
+    }
+
+    /// The actions of `agents`, read one by one.
+    fn each<'py, T: FromPyObjectOwned<'py>>(
+        &self,
+        actions: &Bound<'py, PyAny>,
+        agents: &Bound<'py, PyList>,
+        known: &Bound<'py, PyAny>,
+        read: fn(&Bound<'_, PyAny>) -> Option<T>,
+    ) -> PyResult<Vec<T>> {
+        let named = |agent: &Bound<'_, PyAny>| Ok::<_, PyErr>(format!("action of {}", agent.repr()?));
+        if actions.len()? != agents.len() || !actions.is_instance_of::<PyDict>() {
+            for agent in actions.try_iter()? {
+                let agent = agent?;
+                if !known.contains(&agent)? {
+                    let expected = "an agent of this flock";
+                    let given = "an unknown agent";
+                    return Err(action_error(actions.py(), &named(&agent)?, expected, given));
+                }
+                if !agents.contains(&agent)? {
+                    let given = "one of an agent that was caught";
+                    return Err(action_error(actions.py(), &named(&agent)?, "none", given));
+                }
+            }
+        }
+        let mut values = Vec::with_capacity(agents.len());
+        for agent in agents {
+            let action = match actions.cast::<PyDict>() {
+                Ok(actions) => actions.get_item(&agent)?,
+                Err(_) if actions.contains(&agent)? => Some(actions.get_item(&agent)?),
+                Err(_) => None,
+            };
+            let Some(action) = action else {
+                return Err(action_error(actions.py(), &named(&agent)?, "an action", "none"));
+            };
+            values.push(match read(&action) {
+                Some(value) => value,
+                None => {
+                    let plain = self.plain_one(&action, &named(&agent)?)?;
+                    plain.extract().map_err(Into::into)?
+                }
+            });
+        }
+        Ok(values)
+    }
+
+    /// The error for an action outside of the space.
+    fn outside(&self, actions: &Bound<'_, PyAny>, place: usize, label: String) -> PyErr {
+        let py = actions.py();
+        let value = || {
+            let array = py.import("numpy")?.call_method1("asarray", (actions,))?;
+            let value = array.call_method1("item", (place,))?;
+            if self.grid.is_some() {
+                return Ok(value);
+            }
+            Ok::<_, PyErr>(value.extract::<f64>()?.into_pyobject(py)?.into_any())
+        };
+        let expected = match &self.grid {
+            Some(grid) => format!("an integer from 0 to {}", grid.len() - 1),
+            None => {
+                let (low, high) = self.bounds();
+                format!("a number from {low:?} to {high:?}")
+            }
+        };
+        match value() {
+            Ok(value) => action_error(py, &label, &expected, value),
+            Err(error) => error,
+        }
+    }
+
+    /// The action space's bounds.
+    fn bounds(&self) -> (f64, f64) {
+        if self.is_normalized {
             (-1.0, 1.0)
         } else {
             (self.min_range, self.max_range)
-        };
-        // The space's bounds are float32: an action on them must pass although float64 sees it beyond.
+        }
+    }
+
+    fn of_number(&self, value: f64) -> f64 {
+        let (low, high) = self.bounds();
+        // The space's bounds are float32: an action on them must pass although it may lie outside in float64.
         let (least, most) = (f64::from(low as f32), f64::from(high as f32));
         if !(low.min(least)..=high.max(most)).contains(&value) {
             return f64::NAN;
@@ -159,22 +327,7 @@ fn number(action: &Bound<'_, PyAny>) -> Option<f64> {
     }
 }
 
-/// An integer that is no bool.
+/// An integer, but not a bool.
 fn index(action: &Bound<'_, PyAny>) -> Option<i64> {
     (!action.is_instance_of::<PyBool>()).then(|| action.extract().ok())?
-}
-
-fn each<T>(
-    actions: &Bound<'_, PyDict>,
-    agents: &Bound<'_, PyList>,
-    read: fn(&Bound<'_, PyAny>) -> Option<T>,
-) -> PyResult<Option<Vec<T>>> {
-    let mut values = Vec::with_capacity(agents.len());
-    for agent in agents {
-        match actions.get_item(agent)?.as_ref().and_then(read) {
-            Some(value) => values.push(value),
-            None => return Ok(None),
-        }
-    }
-    Ok(Some(values))
 }

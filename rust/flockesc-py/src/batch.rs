@@ -12,7 +12,7 @@ use pyo3::types::{PyBytes, PyDict, PyType};
 
 use crate::actions::RangeMap;
 use crate::arrays::{column, flat, overwrite, shaped};
-use crate::errors::{CoreError, shared, sole};
+use crate::errors::{CoreError, option_error, try_borrow, try_borrow_mut};
 use crate::info::{self, Measured, columns, metric_columns, numbers};
 use inner::{Inner, on_batch};
 
@@ -40,9 +40,9 @@ pub(crate) struct FlockBatch {
     rows: usize,
     row_length: usize,
     num_flocks: usize,
-    /// Scenario, options and threads that it was made from.
+    /// Scenario, options and threads of the constructor.
     made_from: (String, String, Option<usize>),
-    /// Observations and rewards on their way into arrays that Python keeps.
+    /// Buffers from which observations and rewards are copied into `out`.
     scratch: (Vec<f32>, Vec<f64>),
 }
 
@@ -61,7 +61,7 @@ impl FlockBatch {
     ) -> Result<Self, CoreError> {
         let made_from = (scenario.to_owned(), options.to_owned(), num_threads);
         let scenario = FlockConfig::from_json(scenario)?;
-        let options = EpisodeConfig::from_json(options)?;
+        let options = EpisodeConfig::from_json(options).map_err(option_error)?;
         let mut inner = match scenario.dimension {
             2 => Inner::Plane(Batch::new(scenario, options, num_flocks, num_threads)?),
             _ => Inner::Space(Batch::new(scenario, options, num_flocks, num_threads)?),
@@ -80,8 +80,8 @@ impl FlockBatch {
         })
     }
 
-    /// Starts episodes in `slots`, each of the schedule of its seed or, where that is `None`, of the one it follows: that
-    /// of number `episode` or, where that is `None`, the next one.
+    /// Starts episode `episode`, or the next one, of each slot's schedule. A seed begins a new schedule; `None` continues
+    /// the slot's own.
     #[pyo3(signature = (slots, seeds, *, initial_positions=None, initial_velocities=None, predator_positions=None, predator_velocities=None, episode=None))]
     #[expect(clippy::too_many_arguments, reason = "a reset's options")]
     fn reset<'py>(
@@ -95,7 +95,7 @@ impl FlockBatch {
         predator_velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
         episode: Option<u64>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>)> {
-        let this = &mut *sole(slf)?;
+        let this = &mut *try_borrow_mut(slf)?;
         let start = InitialState {
             seed: 0,
             positions: flat(initial_positions)?,
@@ -123,36 +123,37 @@ impl FlockBatch {
         ))
     }
 
-    /// Holds the ranges of stacked actions for one action; `None`, with nothing changed, if one lies outside
-    /// of the space or they are not in plain form.
+    /// Holds the ranges of stacked actions for one action; `label` names an action in an error.
     ///
-    /// A slot whose episode has ended is refused or, as `at_end` says, starts the next one ("restart") or stays as it
-    /// is ("stay"); its action does not matter then, nor that of an agent that was caught. With `out` the
-    /// observations and rewards are written into those two arrays. `controls` steer the learned predators.
-    #[pyo3(signature = (actions, at_end="refuse", out=None, controls=None))]
+    /// `at_end` says what a slot does whose episode has ended: it raises an error ("refuse"), or ignores its action and
+    /// starts the next episode ("restart") or stays unchanged ("stay"). Actions of caught agents are ignored, too. With
+    /// `out` the observations and rewards are written into those two arrays. Learned predators follow
+    /// `predator_actions`.
+    #[pyo3(signature = (actions, label=None, at_end="refuse", out=None, predator_actions=None))]
     fn step<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
         actions: &Bound<'py, PyAny>,
+        label: Option<&Bound<'py, PyAny>>,
         at_end: &str,
         out: Option<Out<'py>>,
-        controls: Option<PyReadonlyArrayDyn<'py, f64>>,
-    ) -> PyResult<Option<Step<'py>>> {
-        let this = &mut *sole(slf)?;
+        predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+    ) -> PyResult<Step<'py>> {
         let at_end = parsed(at_end)?;
-        let rows = this.num_flocks * this.rows;
-        let Some(mut ranges) = this.actions.ranges(actions, rows) else {
-            return Ok(None);
+        let (map, rows) = {
+            let this = try_borrow(slf)?;
+            (this.actions.clone(), this.num_flocks * this.rows)
         };
-        for (range, is_ignored) in ranges.iter_mut().zip(this.inner.is_ignored(at_end)?) {
+        let mut ranges = map.ranges(actions, rows)?; // may run Python, so nothing is borrowed
+        let is_ignored = try_borrow(slf)?.inner.is_ignored(at_end)?;
+        for (range, is_ignored) in ranges.iter_mut().zip(is_ignored) {
             if is_ignored {
                 *range = 0.0;
             }
         }
-        if ranges.iter().any(|range| range.is_nan()) {
-            return Ok(None);
-        }
-        let controls = flat(controls)?.unwrap_or_default();
+        map.check(&ranges, actions, label)?;
+        let this = &mut *try_borrow_mut(slf)?;
+        let predator_actions = flat(predator_actions)?.unwrap_or_default();
         let (mut observations, mut rewards) = match out {
             Some(_) if !this.scratch.1.is_empty() => std::mem::take(&mut this.scratch),
             _ => (vec![0.0; rows * this.row_length], vec![0.0; rows]),
@@ -161,7 +162,7 @@ impl FlockBatch {
         let counts = this.count_components;
         let measured = this
             .inner
-            .advance(py, (&ranges, &controls), at_end, out_of_core, counts)?;
+            .advance(py, (&ranges, &predator_actions), at_end, out_of_core, counts)?;
         let (observations, rewards) = match out {
             Some((kept_observations, kept_rewards)) => {
                 overwrite(&kept_observations, &observations)?;
@@ -174,33 +175,32 @@ impl FlockBatch {
                 rewards.into_pyarray(py),
             ),
         };
-        Ok(Some((
+        Ok((
             observations,
             rewards,
             this.inner.ended()?.into_pyarray(py),
             ranges.into_pyarray(py),
             columns(py, &measured)?,
-        )))
+        ))
     }
 
-    /// As `step`, for the single action of a batch of one row.
-    #[pyo3(signature = (action, controls=None))]
+    /// Steps a batch of one row, as `step`.
+    #[pyo3(signature = (action, predator_actions=None))]
     fn step_one<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
         action: &Bound<'py, PyAny>,
-        controls: Option<PyReadonlyArrayDyn<'py, f64>>,
-    ) -> PyResult<Option<StepOne<'py>>> {
-        let this = &mut *sole(slf)?;
-        let Some(range) = this.actions.to_range(action) else {
-            return Ok(None);
-        };
-        let controls = flat(controls)?.unwrap_or_default();
+        predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+    ) -> PyResult<StepOne<'py>> {
+        let map = try_borrow(slf)?.actions.clone();
+        let range = map.to_range(action)?; // may run Python, so nothing is borrowed
+        let this = &mut *try_borrow_mut(slf)?;
+        let predator_actions = flat(predator_actions)?.unwrap_or_default();
         let mut reward = vec![0.0];
         let mut observation = vec![0.0; this.row_length];
         let out_of_core = (&mut reward, &mut observation);
         let counts = this.count_components;
-        let action = (&[range][..], &controls[..]);
+        let action = (&[range][..], &predator_actions[..]);
         let measured = this
             .inner
             .advance(py, action, AtEnd::Refuse, out_of_core, counts)?;
@@ -210,7 +210,7 @@ impl FlockBatch {
         };
         info.set_item(intern!(py, "interaction_range"), range)?;
         let ended = this.inner.has_ended(0)?;
-        Ok(Some((observation.into_pyarray(py), reward[0], ended, info)))
+        Ok((observation.into_pyarray(py), reward[0], ended, info))
     }
 
     /// Observations of `slots`, one after the other.
@@ -219,7 +219,7 @@ impl FlockBatch {
         py: Python<'py>,
         slots: Vec<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let this = &*shared(slf)?;
+        let this = &*try_borrow(slf)?;
         let rows = slots.len() * this.rows;
         let mut observations = vec![0.0_f32; rows * this.row_length];
         on_batch!(&this.inner, batch => batch.observe(&slots, &mut observations))
@@ -227,13 +227,13 @@ impl FlockBatch {
         shaped(py, observations, [rows, this.row_length])
     }
 
-    /// What the learned predators of `slots` see, a row for each, one slot after the other.
+    /// Observations of the learned predators of `slots`, a row for each, one slot after the other.
     fn observe_predators<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
         slots: Vec<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let this = &*shared(slf)?;
+        let this = &*try_borrow(slf)?;
         let inner = &this.inner;
         let (learned, dimension) =
             on_batch!(inner, batch => (batch.num_learned(), batch.dimension()));
@@ -246,7 +246,7 @@ impl FlockBatch {
 
     /// Metrics of every slot, one column each, without the number of components.
     fn metrics<'py>(slf: &Bound<'py, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let this = &*shared(slf)?;
+        let this = &*try_borrow(slf)?;
         let inner = &this.inner;
         let metrics = py
             .detach(|| on_batch!(inner, batch => batch.metrics()))
@@ -259,7 +259,7 @@ impl FlockBatch {
         slf: &Bound<'py, Self>,
         py: Python<'py>,
     ) -> Result<Bound<'py, PyArray1<i64>>, CoreError> {
-        let this = &*shared(slf)?;
+        let this = &*try_borrow(slf)?;
         let inner = &this.inner;
         let components = py.detach(|| on_batch!(inner, batch => batch.num_components()))?;
         Ok(column(py, &components, |count| *count as i64))
@@ -267,14 +267,14 @@ impl FlockBatch {
 
     /// Seed of the episode in one slot.
     fn episode_seed(slf: &Bound<'_, Self>, slot: usize) -> Result<u64, CoreError> {
-        let this = &*shared(slf)?;
+        let this = &*try_borrow(slf)?;
         Ok(on_batch!(&this.inner, batch => batch.episode_seed(slot)?))
     }
 
     /// Whether the episode in one slot has ended.
     #[pyo3(name = "has_ended")]
     fn is_over(slf: &Bound<'_, Self>, slot: usize) -> Result<bool, CoreError> {
-        shared(slf)?.inner.has_ended(slot)
+        try_borrow(slf)?.inner.has_ended(slot)
     }
 
     /// State of one slot: step, positions, velocities, predator positions and velocities.
@@ -283,57 +283,59 @@ impl FlockBatch {
         py: Python<'py>,
         slot: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let this = &*shared(slf)?;
+        let this = &*try_borrow(slf)?;
         on_batch!(&this.inner, batch => {
             info::state(py, batch.episode(slot).map_err(CoreError::from)?)
         })
     }
 
-    /// Which rows have an action that does not matter: of agents that were caught and, unless that is refused, of slots
-    /// whose episode has ended.
-    fn ignored<'py>(
+    /// Reward of every flock in its last step; the mean over agents of individual rewards.
+    fn team_rewards<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyArray1<f64>>, CoreError> {
+        let inner = &try_borrow(slf)?.inner;
+        Ok(on_batch!(inner, batch => batch.team_rewards())?.into_pyarray(slf.py()))
+    }
+
+    /// Reward of the predators of every flock in its last step.
+    fn predator_rewards<'py>(
         slf: &Bound<'py, Self>,
-        py: Python<'py>,
-        at_end: &str,
-    ) -> Result<Bound<'py, PyArray1<bool>>, CoreError> {
-        let this = &*shared(slf)?;
-        Ok(this.inner.is_ignored(parsed(at_end)?)?.into_pyarray(py))
+    ) -> Result<Bound<'py, PyArray1<f64>>, CoreError> {
+        let inner = &try_borrow(slf)?.inner;
+        Ok(on_batch!(inner, batch => batch.predator_rewards())?.into_pyarray(slf.py()))
     }
 
     /// Which agents of every slot were caught, one slot after the other.
     fn caught<'py>(slf: &Bound<'py, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let this = &*shared(slf)?;
+        let this = &*try_borrow(slf)?;
         let caught = this.inner.is_caught()?;
         let agents = caught.len() / this.num_flocks;
         shaped(py, caught, [this.num_flocks, agents])
     }
 
-    /// Everything about `slots` that their future depends on, as bytes.
+    /// A snapshot of `slots`.
     fn get_state<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
         slots: Vec<usize>,
     ) -> PyResult<Bound<'py, PyBytes>> {
-        let this = &*shared(slf)?;
+        let this = &*try_borrow(slf)?;
         for slot in &slots {
-            this.inner.has_ended(*slot)?; // refuses those that were never reset
+            this.inner.has_ended(*slot)?; // raises if it was never reset
         }
         this.inner.save(py, &slots)
     }
 
-    /// Makes `slots` what `get_state` has saved: as many, or one that all of them become. Nothing changes if that is
-    /// refused.
+    /// Restores `slots` from a snapshot of as many slots, or of one. Nothing changes if the snapshot is refused.
     fn set_state(
         slf: &Bound<'_, Self>,
         py: Python<'_>,
         slots: Vec<usize>,
         state: &[u8],
     ) -> Result<(), CoreError> {
-        let inner = &mut sole(slf)?.inner;
+        let inner = &mut try_borrow_mut(slf)?.inner;
         Ok(py.detach(|| on_batch!(inner, batch => batch.restore(&slots, state)))?)
     }
 
-    #[expect(clippy::type_complexity, reason = "what pickle takes")]
+    #[expect(clippy::type_complexity, reason = "the protocol of pickle")]
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
     ) -> PyResult<(
@@ -341,7 +343,7 @@ impl FlockBatch {
         (String, String, RangeMap, usize, Option<usize>, bool, u64),
         Bound<'py, PyBytes>,
     )> {
-        let batch = &*shared(slf)?;
+        let batch = &*try_borrow(slf)?;
         let (scenario, options, num_threads) = batch.made_from.clone();
         let all: Vec<usize> = (0..batch.num_flocks).collect();
         let arguments = (
@@ -357,13 +359,13 @@ impl FlockBatch {
     }
 
     fn __setstate__(slf: &Bound<'_, Self>, py: Python<'_>, state: &[u8]) -> Result<(), CoreError> {
-        let all = (0..shared(slf)?.num_flocks).collect();
+        let all = (0..try_borrow(slf)?.num_flocks).collect();
         Self::set_state(slf, py, all, state)
     }
 
-    /// An equal batch that goes its own way.
+    /// An independent copy.
     fn __deepcopy__(slf: &Bound<'_, Self>, _memo: &Bound<'_, PyAny>) -> Result<Self, CoreError> {
-        Ok(shared(slf)?.clone())
+        Ok(try_borrow(slf)?.clone())
     }
 }
 

@@ -1,86 +1,121 @@
-//! Core errors as the exceptions of `flockesc_env.errors`.
+//! Core errors as the exceptions of `flockesc_env.common.errors`.
 
 use flockesc_core::Error;
-use pyo3::PyClass;
+use pyo3::call::PyCallArgs;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::False;
+use pyo3::{IntoPyObjectExt, PyClass};
 
 /// Lets `?` turn a core error into a Python exception.
-pub(crate) struct CoreError(Error);
+pub(crate) enum CoreError {
+    Core(Error),
+    Python(PyErr),
+}
 
 impl From<Error> for CoreError {
     fn from(error: Error) -> Self {
-        Self(error)
+        Self::Core(error)
+    }
+}
+
+impl From<PyErr> for CoreError {
+    fn from(error: PyErr) -> Self {
+        Self::Python(error)
     }
 }
 
 impl From<CoreError> for PyErr {
-    fn from(CoreError(error): CoreError) -> Self {
-        let (class, field, expected, given) = match error {
-            Error::Config {
+    fn from(error: CoreError) -> Self {
+        match error {
+            CoreError::Core(Error::Config {
                 field,
                 expected,
                 given,
-            } => ("ScenarioError", field, expected, given),
-            Error::Argument {
+            }) => raised("ScenarioError", (field, expected, given)),
+            CoreError::Core(Error::Argument {
                 field,
                 expected,
                 given,
-            } => ("ArgumentError", field, expected, given),
-            Error::Episode {
-                field,
-                expected,
-                given,
-            } => ("EpisodeError", field, expected, given),
-            Error::Interrupted => return PyKeyboardInterrupt::new_err(()),
-        };
-        Python::attach(|py| {
-            let raised = py
-                .import("flockesc_env.common.errors")
-                .and_then(|module| module.getattr(class))
-                .and_then(|class| class.call1((field, expected, given)));
-            match raised {
-                Ok(exception) => PyErr::from_value(exception),
-                Err(error) => error,
-            }
-        })
+            }) => raised("ArgumentError", (field, expected, given)),
+            CoreError::Core(Error::Episode { message }) => raised("ResetNeededError", (message,)),
+            CoreError::Core(Error::Interrupted) => PyKeyboardInterrupt::new_err(()),
+            CoreError::Python(error) => error,
+        }
     }
 }
 
-/// What a worker that died leaves; a bug in the core, told as an ordinary exception.
+/// A core error about a document of options.
+pub(crate) fn option_error(error: Error) -> PyErr {
+    match error {
+        Error::Config {
+            field,
+            expected,
+            given,
+        } => raised("OptionError", (field, expected, given)),
+        error => CoreError::Core(error).into(),
+    }
+}
+
+/// An action that was refused; `given` is shown by Python.
+pub(crate) fn action_error<'py>(
+    py: Python<'py>,
+    field: &str,
+    expected: &str,
+    given: impl IntoPyObject<'py>,
+) -> PyErr {
+    match given.into_py_any(py) {
+        Ok(given) => raised("ActionError", (field, expected, given)),
+        Err(error) => error,
+    }
+}
+
+/// An exception of `flockesc_env.common.errors`.
+fn raised<A: for<'py> PyCallArgs<'py>>(class: &str, arguments: A) -> PyErr {
+    Python::attach(|py| {
+        let raised = py
+            .import("flockesc_env.common.errors")
+            .and_then(|module| module.getattr(class))
+            .and_then(|class| class.call1(arguments));
+        match raised {
+            Ok(exception) => PyErr::from_value(exception),
+            Err(error) => error,
+        }
+    })
+}
+
+/// The exception after a worker thread has died, which is a bug in the core.
 pub(crate) fn worker_died() -> PyErr {
     PyRuntimeError::new_err("a worker thread of flockesc_env died; please report this")
 }
 
-/// What a child process gets that was forked by a callback or a signal handler, and returns from it.
+/// The exception in a child process that was forked by a callback or a signal handler during a call.
 pub(crate) fn forked_within() -> PyErr {
     PyRuntimeError::new_err("only the parent process can finish a call during which it was forked")
 }
 
-/// The object behind a method that changes it, and nobody else's until that returns.
+/// Borrows the object behind a method that changes it.
 ///
 /// # Errors
-/// [`Error::Episode`] if another call is using it.
-pub(crate) fn sole<'py, T: PyClass<Frozen = False>>(
+/// `EpisodeError` if another call is using it.
+pub(crate) fn try_borrow_mut<'py, T: PyClass<Frozen = False>>(
     object: &Bound<'py, T>,
 ) -> Result<PyRefMut<'py, T>, CoreError> {
     object.try_borrow_mut().map_err(|_| busy())
 }
 
-/// The object behind a method that only looks at it.
+/// Borrows the object behind a method that only reads it.
 ///
 /// # Errors
-/// [`Error::Episode`] if another call is changing it.
-pub(crate) fn shared<'py, T: PyClass>(object: &Bound<'py, T>) -> Result<PyRef<'py, T>, CoreError> {
+/// `EpisodeError` if another call is changing it.
+pub(crate) fn try_borrow<'py, T: PyClass>(
+    object: &Bound<'py, T>,
+) -> Result<PyRef<'py, T>, CoreError> {
     object.try_borrow().map_err(|_| busy())
 }
 
-/// What a thread gets that uses an environment during another thread's call.
+/// The exception for a call of an environment during another one, in another thread or in a signal handler.
 fn busy() -> CoreError {
-    CoreError(Error::Episode {
-        field: "environment".into(),
-        expected: "one call at a time".into(),
-        given: "a call during another one, of another thread or inside of a signal handler".into(),
-    })
+    let message = "environment is in use by another call; use one environment per thread";
+    raised("EpisodeError", (message,)).into()
 }

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
 
 use crate::arrays::flat;
-use crate::errors::{CoreError, shared, sole};
+use crate::errors::{CoreError, try_borrow, try_borrow_mut};
 use crate::long_call::{LONG, long_call};
 
 /// Observation, reward, whether it stands still, whether it is cut off, `info`.
@@ -58,7 +58,7 @@ impl LineEpisode {
 
     /// Holds a range for one action. Where that is interrupted, the episode is as before.
     fn step(slf: &Bound<'_, Self>, py: Python<'_>, interaction_range: f64) -> PyResult<f64> {
-        let this = &mut *sole(slf)?;
+        let this = &mut *try_borrow_mut(slf)?;
         if this.inner.work() < LONG {
             let reward = this.inner.advance(interaction_range, &Progress::default());
             return Ok(reward.map_err(CoreError::from)?);
@@ -80,7 +80,7 @@ impl LineEpisode {
         interaction_range: f64,
     ) -> PyResult<StepOne<'py>> {
         let reward = Self::step(slf, py, interaction_range)?;
-        let inner = &shared(slf)?.inner;
+        let inner = &try_borrow(slf)?.inner;
         let observation = inner.observation().into_pyarray(py);
         let is_steady = inner.is_steady();
         let is_truncated = inner.has_ended() && !is_steady;
@@ -95,11 +95,11 @@ impl LineEpisode {
 
     /// What an environment tells beside the observation.
     fn info<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
-        info(slf.py(), &shared(slf)?.inner)
+        info(slf.py(), &try_borrow(slf)?.inner)
     }
 
     fn observe<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyArray1<f32>>, CoreError> {
-        Ok(shared(slf)?.inner.observation().into_pyarray(slf.py()))
+        Ok(try_borrow(slf)?.inner.observation().into_pyarray(slf.py()))
     }
 
     /// The episode, and the seed and the next number of the schedule that it belongs to, as bytes.
@@ -108,13 +108,13 @@ impl LineEpisode {
         seed: u64,
         episode: u64,
     ) -> Result<Bound<'py, PyBytes>, CoreError> {
-        let state = shared(slf)?.inner.save((seed, episode))?;
+        let state = try_borrow(slf)?.inner.save((seed, episode))?;
         Ok(PyBytes::new(slf.py(), &state))
     }
 
     /// Becomes what `get_state` has saved, and returns the schedule. Nothing changes if that is refused.
     fn set_state(slf: &Bound<'_, Self>, state: &[u8]) -> Result<(u64, u64), CoreError> {
-        let this = &mut *sole(slf)?;
+        let this = &mut *try_borrow_mut(slf)?;
         let (episode, schedule) = this.inner.restored(state)?;
         this.inner = episode;
         Ok(schedule)
@@ -128,7 +128,7 @@ impl LineEpisode {
         (String, String, u64),
         Bound<'py, PyBytes>,
     )> {
-        let (scenario, options) = shared(slf)?.made_from.clone();
+        let (scenario, options) = try_borrow(slf)?.made_from.clone();
         let state = Self::get_state(slf, 0, 0)?;
         Ok((slf.get_type(), (scenario, options, 0), state))
     }
@@ -139,43 +139,43 @@ impl LineEpisode {
 
     /// An equal episode that goes its own way.
     fn __deepcopy__(slf: &Bound<'_, Self>, _memo: &Bound<'_, PyAny>) -> Result<Self, CoreError> {
-        Ok(shared(slf)?.clone())
+        Ok(try_borrow(slf)?.clone())
     }
 
     #[getter]
     fn states<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyArray1<f64>>, CoreError> {
-        Ok(shared(slf)?.inner.line().states().into_pyarray(slf.py()))
+        Ok(try_borrow(slf)?.inner.line().states().into_pyarray(slf.py()))
     }
 
     #[getter]
     fn steps(slf: &Bound<'_, Self>) -> Result<usize, CoreError> {
-        Ok(shared(slf)?.inner.steps())
+        Ok(try_borrow(slf)?.inner.steps())
     }
 
     #[getter]
     fn escape_distance(slf: &Bound<'_, Self>) -> Result<f64, CoreError> {
-        Ok(shared(slf)?.inner.line().escape_distance())
+        Ok(try_borrow(slf)?.inner.line().escape_distance())
     }
 
     #[getter]
     fn num_components(slf: &Bound<'_, Self>) -> Result<usize, CoreError> {
-        let inner = &shared(slf)?.inner;
+        let inner = &try_borrow(slf)?.inner;
         Ok(inner.line().num_components(inner.last_range()))
     }
 
     #[getter]
     fn interaction_range(slf: &Bound<'_, Self>) -> Result<f64, CoreError> {
-        Ok(shared(slf)?.inner.last_range())
+        Ok(try_borrow(slf)?.inner.last_range())
     }
 
     #[getter]
     fn is_steady(slf: &Bound<'_, Self>) -> Result<bool, CoreError> {
-        Ok(shared(slf)?.inner.is_steady())
+        Ok(try_borrow(slf)?.inner.is_steady())
     }
 
     #[getter]
     fn has_ended(slf: &Bound<'_, Self>) -> Result<bool, CoreError> {
-        Ok(shared(slf)?.inner.has_ended())
+        Ok(try_borrow(slf)?.inner.has_ended())
     }
 }
 

@@ -2,10 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Agent, Agents, Caught, GROUP, Group};
-use crate::error::Result;
-use crate::state::{check, check_numbers, vector};
-use crate::vector::SHORTEST;
+use super::arrange::Agent;
+use super::layout::{GROUP, Group};
+use super::{Agents, Caught};
+use crate::base::error::Result;
+use crate::base::vector::SHORTEST;
+use crate::snapshot::{check, check_numbers, vector};
 
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct AgentsState {

@@ -1,19 +1,25 @@
 //! The flock model (paper, Section V): agents that align with their neighbors and flee from predators.
 
-mod dynamics;
 mod initial;
+mod metrics;
 mod motion;
+mod randomization;
+mod scenario;
 mod simulate;
 mod summary;
+mod world;
 
-pub use dynamics::World;
-pub(crate) use dynamics::WorldState;
 pub(crate) use initial::Space;
 pub use initial::{
     AlignedHeadings, Clusters, Disc, Gaussian, GivenHeadings, GivenPositions, InitialHeadings,
     InitialPositions, InitialState, RandomHeadings, Ring, Segment, Square,
 };
+pub use metrics::PredatorDistance;
 pub use motion::{Inertial, Motion, Reynolds, Vicsek};
+pub use randomization::{Choice, Distribution, Interval, Randomization};
+pub use scenario::FlockConfig;
 pub use simulate::{Schedule, Trajectory, simulate_flock};
 pub(crate) use simulate::{check_controls, check_ranges};
 pub(crate) use summary::{HALF_COUNT, Summary};
+pub use world::World;
+pub(crate) use world::WorldState;

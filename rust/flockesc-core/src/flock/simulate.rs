@@ -5,10 +5,10 @@ use std::sync::Arc;
 use nalgebra::SVector;
 
 use super::{InitialState, World};
-use crate::config::FlockConfig;
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
+use crate::flock::scenario::FlockConfig;
 use crate::neighbor::Ranges;
-use crate::threads::{self, Progress};
+use crate::parallel::{self, Progress};
 
 /// Ranges over time, where `rows` is 1 (fixed) or T and `columns` is 1 (shared) or n, and what steers learned predators.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -180,7 +180,7 @@ pub fn simulate_flock(
 ) -> Result<Trajectory> {
     start.check(&config)?;
     schedule.check(&config)?;
-    threads::pool(num_threads)?.install(|| match config.dimension {
+    parallel::pool(num_threads)?.install(|| match config.dimension {
         2 => run::<2>(config, schedule, start, progress),
         _ => run::<3>(config, schedule, start, progress),
     })

@@ -3,11 +3,10 @@
 use multiversion::multiversion;
 
 use super::World;
-use crate::agents::{Column, GROUP, Group};
-use crate::exact::Scale;
-use crate::metrics::{centroid, reduce, squared_norm};
+use crate::agents::{Column, GROUP, Group, centroid, reduce};
+use crate::base::exact::Scale;
+use crate::base::vector::{SHORTEST, squared_norm};
 use crate::neighbor::Heard;
-use crate::vector::SHORTEST;
 
 /// Means over all agents in the flock at one moment. A scaled value x of scale s is x / (x + s).
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -35,7 +35,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::config::LineConfig;
+    use crate::line::LineConfig;
     use crate::line::{EscapeForce, Line};
 
     #[test]

@@ -3,9 +3,8 @@
 use nalgebra::SVector;
 
 use crate::agents::Agents;
-use crate::config::FlockConfig;
-use crate::error::{Error, Result};
-use crate::flock::check_ranges;
+use crate::base::error::{Error, Result};
+use crate::flock::{FlockConfig, check_ranges};
 use crate::neighbor::{NeighborOptions, Neighborhood, Ranges};
 
 /// A flock at one moment, and how its neighbor graph is made.

@@ -1,7 +1,7 @@
 //! The consensus of a sorted line (Eq. 1) in one pass: prefix sums, and a window with two moving ends.
 
 use super::groups::Group;
-use crate::exact::Scale;
+use crate::base::exact::Scale;
 
 /// Groups by which the upper end of a window moves at a time; comparing so many takes no branch.
 const STRIDE: usize = 4;

@@ -7,11 +7,13 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::Line;
-use super::dynamics::check_range;
-use crate::config::MAX_STEPS;
-use crate::config::{LineConfig, parse, positive, within};
-use crate::error::{Error, Result};
-use crate::threads::Progress;
+use super::step::check_range;
+use crate::base::check::{MAX_STEPS, positive, within};
+use crate::base::document::parse;
+use crate::base::entry::Entry;
+use crate::base::error::{Error, Result};
+use crate::line::scenario::LineConfig;
+use crate::parallel::Progress;
 
 /// What a line environment pays and how long an action holds (docs/model.md).
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -26,13 +28,19 @@ pub struct LineEpisodeConfig {
 }
 
 /// The reward of the line; both sum to d_ss - d(0) exactly.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, strum::VariantNames)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum LineReward {
     /// d(t) - d(t-1).
-    Difference,
+    Change,
     /// d - d(0) on the last step, 0 before.
     Terminal,
+}
+
+impl LineReward {
+    /// The names of all terms in documents.
+    pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
 }
 
 impl LineEpisodeConfig {
@@ -112,7 +120,7 @@ impl LineEpisode {
         }
         let now = self.line.escape_distance();
         Ok(match self.config.reward {
-            LineReward::Difference => now - before,
+            LineReward::Change => now - before,
             LineReward::Terminal if self.has_ended() => now - self.start_distance,
             LineReward::Terminal => 0.0,
         })
@@ -181,13 +189,13 @@ impl LineEpisode {
 
 /// The entries of a line observation, in order: name, lower and upper bound.
 #[must_use]
-pub fn line_entries(num_agents: usize) -> Vec<crate::observation::Entry> {
+pub fn line_entries(num_agents: usize) -> Vec<Entry> {
     let scalars = ["time", "escape_distance", "last_range"].map(|name| (name.to_owned(), 0.0));
     let offsets = (0..num_agents).map(|rank| (format!("offset_{rank}"), -1.0));
     scalars
         .into_iter()
         .chain(offsets)
-        .map(|(name, low)| crate::observation::Entry {
+        .map(|(name, low)| Entry {
             name,
             low,
             high: 1.0,

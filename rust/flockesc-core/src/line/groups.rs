@@ -7,7 +7,7 @@ use std::hint::select_unpredictable;
 
 use serde::{Deserialize, Serialize};
 
-use crate::state::is_sound;
+use crate::snapshot::is_sound;
 
 /// Agents that share one state.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]

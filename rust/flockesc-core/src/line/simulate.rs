@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::Line;
-use crate::config::LineConfig;
-use crate::error::Result;
-use crate::threads::Progress;
+use crate::base::error::Result;
+use crate::line::scenario::LineConfig;
+use crate::parallel::Progress;
 
 /// What a run of the line leaves: one entry per time 0..=steps.
 #[derive(Debug, Clone, PartialEq)]

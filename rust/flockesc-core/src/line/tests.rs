@@ -5,7 +5,7 @@ use std::sync::Arc;
 use proptest::prelude::*;
 
 use super::{EscapeForce, Line};
-use crate::config::LineConfig;
+use crate::line::scenario::LineConfig;
 
 /// A line without predator.
 const PEACE: LineConfig = LineConfig {

@@ -1,39 +1,27 @@
 //! Who listens to whom. Everything that depends on the neighbor rule goes through [`Neighborhood`].
 
-mod components;
-mod isolation;
-mod links;
-mod listen;
-mod lists;
-mod pairs;
+mod engine;
+mod options;
 mod ranges;
-mod reach;
-mod rule;
-mod sight;
+mod rules;
 mod state;
 #[cfg(test)]
 mod tests;
-mod topological;
-mod tree;
-mod voronoi;
 
 use crate::agents::{Agents, GROUP};
-use crate::exact::Scale;
-use crate::threads;
-use components::{Forest, connect, connect_pairs};
-use links::Links;
-pub(crate) use listen::Heard;
-use listen::{Scratch, listen, listen_to_pairs};
-pub(crate) use pairs::Pairs;
+use crate::base::exact::Scale;
+use crate::parallel;
+use engine::components::{Forest, connect, connect_pairs};
+pub(crate) use engine::field_of_view::{Sight, Torus};
+use engine::links::Links;
+pub(crate) use engine::pairs::Pairs;
+pub(crate) use engine::sums::Heard;
+use engine::sums::{Scratch, listen, listen_to_pairs};
+use engine::tree::Tree;
+pub(crate) use options::NeighborOptions;
 pub use ranges::Ranges;
-pub(crate) use rule::NeighborOptions;
-pub use rule::NeighborRule;
-pub(crate) use sight::{Sight, Torus};
+pub use rules::NeighborRule;
 pub(crate) use state::NeighborhoodState;
-use tree::Tree;
-
-/// Agents or groups looked at to tell whether it pays to arrange all of them.
-const SAMPLE: usize = 64;
 
 /// Cost of arranging per agent and halving, in tests of a pair of tiles (measured).
 const ARRANGING: f64 = 0.4;
@@ -64,7 +52,7 @@ impl<const D: usize> Neighborhood<D> {
             links: Links::default(),
             heard: tree.speakers.iter().map(Heard::alone).collect(),
             scale: tree.scale,
-            scratch: vec![Scratch::default(); threads::num_chunks(agents.groups.len())],
+            scratch: vec![Scratch::default(); parallel::num_chunks(agents.groups.len())],
             tight: tree.mean_extent(),
             excess: 0.0,
             tree,
@@ -78,7 +66,7 @@ impl<const D: usize> Neighborhood<D> {
         self.links
             .update(options, agents, tree, ranges, &mut self.scratch);
         let links = &self.links;
-        threads::for_each_chunk_with(
+        parallel::for_each_chunk_with(
             &mut self.heard,
             &mut self.scratch,
             |first, heard, scratch| match links.reaches(options, ranges) {
@@ -112,7 +100,7 @@ impl<const D: usize> Neighborhood<D> {
         let num_groups = agents.groups.len();
         if num_groups < self.heard.len() {
             self.heard.truncate(num_groups);
-            self.scratch.truncate(threads::num_chunks(num_groups));
+            self.scratch.truncate(parallel::num_chunks(num_groups));
             self.tree.shrink(num_groups);
         }
         self.tree.refresh(agents);
@@ -172,7 +160,7 @@ impl<const D: usize> Neighborhood<D> {
 
     /// Place of the agent whose nearest other agent is farthest where the agents are now; the lowest name among equals.
     pub(crate) fn most_isolated(&self, agents: &Agents<D>) -> usize {
-        isolation::most_isolated(agents, &self.tree)
+        engine::isolation::most_isolated(agents, &self.tree)
     }
 
     /// Pairs of an agent and a neighbor other than itself where the agents are now, by name.

@@ -1,7 +1,9 @@
 //! What actions set: one range for the flock, or one per agent; and how far agents reach by that.
 
-use super::SAMPLE;
 use crate::agents::Column;
+
+/// Agents or groups looked at to tell whether it pays to arrange all of them.
+pub(super) const SAMPLE: usize = 64;
 
 /// Interaction ranges rho in m: one for the flock, or one per agent.
 #[derive(Debug, Clone, Copy)]
@@ -14,7 +16,7 @@ pub enum Ranges<'a> {
 
 impl Ranges<'_> {
     /// The range of the agent of this name.
-    pub(super) fn of(self, name: u32) -> f64 {
+    pub(in crate::neighbor) fn of(self, name: u32) -> f64 {
         match self {
             Self::Shared(range) => range,
             Self::PerAgent(ranges) => ranges[name as usize],
@@ -23,7 +25,7 @@ impl Ranges<'_> {
 
     /// Squares of the ranges of the agents named, in m^2.
     #[inline(always)]
-    pub(super) fn square(self, names: &[u32], out: &mut Column<f64>) {
+    pub(in crate::neighbor) fn square(self, names: &[u32], out: &mut Column<f64>) {
         // Finite, so that nobody hears the boxes at infinity that stand for no agent.
         let square = |range: f64| (range * range).min(f64::MAX);
         match self {
@@ -37,7 +39,7 @@ impl Ranges<'_> {
     }
 
     /// Mean over a sample of the agents, in m.
-    pub(super) fn typical(self) -> f64 {
+    pub(in crate::neighbor) fn typical(self) -> f64 {
         match self {
             Self::Shared(range) => range,
             Self::PerAgent(ranges) => {
@@ -51,7 +53,7 @@ impl Ranges<'_> {
 
 /// How far agents reach, squared: by their ranges, or found otherwise.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Reaches<'a> {
+pub(in crate::neighbor) enum Reaches<'a> {
     Ranges(Ranges<'a>),
     /// In m^2, for the agents of every group.
     Squares(&'a [Column<f64>]),
@@ -60,7 +62,7 @@ pub(super) enum Reaches<'a> {
 impl Reaches<'_> {
     /// Whether all agents reach equally far.
     #[inline(always)]
-    pub(super) fn are_equal(self) -> bool {
+    pub(in crate::neighbor) fn are_equal(self) -> bool {
         match self {
             Self::Ranges(Ranges::Shared(_)) => true,
             Self::Ranges(Ranges::PerAgent(_)) | Self::Squares(_) => false,
@@ -69,7 +71,7 @@ impl Reaches<'_> {
 
     /// The squares of a group, in m^2, of which `names` are the agents.
     #[inline(always)]
-    pub(super) fn square(self, group: usize, names: &[u32], out: &mut Column<f64>) {
+    pub(in crate::neighbor) fn square(self, group: usize, names: &[u32], out: &mut Column<f64>) {
         match self {
             Self::Ranges(ranges) => ranges.square(names, out),
             Self::Squares(squares) => *out = squares[group],

@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::lists::Lists;
-use super::{NeighborOptions, Neighborhood};
 use crate::agents::{Agents, GROUP};
-use crate::error::Result;
-use crate::exact::Scale;
-use crate::state::{check, check_numbers, damaged, is_sound};
+use crate::base::error::Result;
+use crate::base::exact::Scale;
+use crate::neighbor::engine::lists::Lists;
+use crate::neighbor::{NeighborOptions, Neighborhood};
+use crate::snapshot::{check, check_numbers, damaged, is_sound};
 
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct NeighborhoodState {

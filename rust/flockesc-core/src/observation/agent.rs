@@ -2,13 +2,14 @@
 
 use nalgebra::SVector;
 
-use super::{Entry, Writer, entry, running_minimum, squash};
+use super::{Writer, entry, running_minimum, squash};
 use crate::agents::GROUP;
+use crate::base::entry::Entry;
+use crate::base::frame::Frame;
+use crate::base::vector::unit;
 use crate::episode::Episode;
 use crate::flock::HALF_COUNT;
-use crate::frame::Frame;
 use crate::predator::Predator;
-use crate::vector::unit;
 
 pub(super) const AXES: [&str; 3] = ["ahead", "left", "up"];
 

@@ -4,8 +4,8 @@ use nalgebra::SVector;
 
 use super::agent::nearest;
 use super::{Writer, running_minimum, squash};
+use crate::base::vector::heading;
 use crate::episode::Episode;
-use crate::vector::heading;
 
 /// Names and lower bounds; every upper bound is 1.
 pub(super) const ENTRIES: [(&str, f32); 18] = [

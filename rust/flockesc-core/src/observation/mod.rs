@@ -5,21 +5,15 @@
 pub(crate) mod agent;
 pub(crate) mod flock;
 pub(crate) mod predator;
+mod sensing;
+mod view;
 
-use crate::config::{Objective, View};
+use crate::base::entry::Entry;
 use crate::episode::Episode;
+use crate::reward::Objective;
 pub use predator::entries as predator_entries;
-
-/// Name and bounds of one entry of an observation.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Entry {
-    /// Name, as in docs/model.md.
-    pub name: String,
-    /// Smallest value.
-    pub low: f32,
-    /// Largest value.
-    pub high: f32,
-}
+pub use sensing::{SameRange, SensingRange};
+pub use view::View;
 
 /// The entries of an observation row, in order, for dimension 2 or 3.
 #[must_use]

@@ -3,10 +3,11 @@
 use nalgebra::SVector;
 
 use super::agent::AXES;
-use super::{Entry, Writer, entry, running_minimum, squash};
+use super::{Writer, entry, running_minimum, squash};
+use crate::base::entry::Entry;
+use crate::base::vector::unit;
 use crate::episode::Episode;
-use crate::predator::{Learned, Sighting};
-use crate::vector::unit;
+use crate::predator::Sighting;
 
 /// The entries of a row, in order, for dimension 2 or 3.
 #[must_use]
@@ -42,19 +43,14 @@ pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
     let learned = predators
         .iter()
         .enumerate()
-        .filter_map(|(index, predator)| Some((index, predator.learned()?)));
+        .filter_map(|(index, predator)| Some((index, predator.steered_max_speed()?)));
     let length = out.len() / episode.world().config().num_learned().max(1);
-    for ((index, strategy), row) in learned.zip(out.chunks_exact_mut(length.max(1))) {
-        write_row(episode, index, strategy, row);
+    for ((index, max_speed), row) in learned.zip(out.chunks_exact_mut(length.max(1))) {
+        write_row(episode, index, max_speed, row);
     }
 }
 
-fn write_row<const D: usize>(
-    episode: &Episode<D>,
-    index: usize,
-    strategy: &Learned,
-    row: &mut [f32],
-) {
+fn write_row<const D: usize>(episode: &Episode<D>, index: usize, max_speed: f64, row: &mut [f32]) {
     let world = episode.world();
     let scenario = world.config();
     let flock = episode.summary();
@@ -72,7 +68,7 @@ fn write_row<const D: usize>(
     let mut writer = Writer::new(row);
     writer.push(episode.step_count() as f64 / scenario.num_steps as f64);
     writer.push(running_minimum(episode));
-    writer.push(seen.velocity.norm() / strategy.max_speed);
+    writer.push(seen.velocity.norm() / max_speed);
     writer.extend(&direction(&seen.nearest));
     writer.push(length(&seen.nearest));
     writer.extend(&scaled(&seen.nearest_velocity));

@@ -8,7 +8,7 @@ use pyo3::types::PyBytes;
 
 use crate::errors::CoreError;
 use crate::info::Measured;
-use crate::long_call::{LONG, LongCall, beside, long_call};
+use crate::long_call::{LONG, LongCall, maybe_detach, long_call};
 
 /// The batch of either dimension.
 #[derive(Clone)]
@@ -49,8 +49,7 @@ impl Inner {
         })
     }
 
-    /// Which rows have an action that does not matter: of agents that were caught and, unless `at_end` refuses them, of
-    /// slots whose episode has ended.
+    /// Rows whose action is ignored: caught agents and, unless `at_end` is `Refuse`, slots whose episode has ended.
     pub(super) fn is_ignored(&self, at_end: AtEnd) -> Result<Vec<bool>, CoreError> {
         let (flocks, rows) = on_batch!(self, batch => (batch.num_flocks(), batch.rows()));
         let mut ignored = if rows > 1 {
@@ -106,7 +105,7 @@ impl Inner {
                 long_call(py, None, |progress| reset.build(progress))?
             } else {
                 let progress = Progress::default();
-                beside(py, visits, || reset.build(&progress)).map_err(CoreError::from)?
+                maybe_detach(py, visits, || reset.build(&progress)).map_err(CoreError::from)?
             };
             batch.put(reset);
         });
@@ -118,7 +117,7 @@ impl Inner {
     pub(super) fn advance(
         &mut self,
         py: Python<'_>,
-        (ranges, controls): (&[f64], &[f64]),
+        (ranges, predator_actions): (&[f64], &[f64]),
         at_end: AtEnd,
         (rewards, observations): (&mut Vec<f64>, &mut Vec<f32>),
         count_components: bool,
@@ -128,26 +127,26 @@ impl Inner {
             let visits = batch.work();
             if visits < LONG {
                 let progress = Progress::default();
-                let measured = beside(py, visits, || {
-                    batch.step_measured((ranges, controls), at_end, rewards, observations, &progress, measure)
+                let measured = maybe_detach(py, visits, || {
+                    batch.step_measured((ranges, predator_actions), at_end, rewards, observations, &progress, measure)
                 });
                 return Ok(measured.map_err(CoreError::from)?);
             }
             let is_copied = batch.steps_per_action() >= COPY_PAYS;
             let left = if is_copied { batch.clone() } else { batch.without_episodes() };
             let mut taken = std::mem::replace(batch, left);
-            let (ranges, controls) = (ranges.to_vec(), controls.to_vec());
-            let (mut paid, mut seen) = (std::mem::take(rewards), std::mem::take(observations));
+            let (ranges, predator_actions) = (ranges.to_vec(), predator_actions.to_vec());
+            let (mut out, mut rows) = (std::mem::take(rewards), std::mem::take(observations));
             let mut call = LongCall::start(move |progress| {
-                let action = (&ranges[..], &controls[..]);
+                let action = (&ranges[..], &predator_actions[..]);
                 let measured =
-                    taken.step_measured(action, at_end, &mut paid, &mut seen, progress, measure);
-                (taken, paid, seen, measured)
+                    taken.step_measured(action, at_end, &mut out, &mut rows, progress, measure);
+                (taken, out, rows, measured)
             })?;
             match call.finish(py, None) {
-                Ok((stepped, paid, seen, measured)) => {
+                Ok((stepped, out, rows, measured)) => {
                     *batch = stepped;
-                    (*rewards, *observations) = (paid, seen);
+                    (*rewards, *observations) = (out, rows);
                     Ok(measured.map_err(CoreError::from)?)
                 }
                 Err(raised) => {

@@ -12,11 +12,12 @@ pub use positions::{
 };
 pub(crate) use space::Space;
 
-use crate::config::{FlockConfig, coordinates};
-use crate::error::{Error, Result};
+use crate::base::check::coordinates;
+use crate::base::error::{Error, Result};
+use crate::base::rng::{self, Stream};
+use crate::base::vector::unit;
+use crate::flock::scenario::FlockConfig;
 use crate::predator::Predator;
-use crate::rng::{self, Stream};
-use crate::vector::unit;
 
 /// Where an episode starts. What is `None` is drawn from the seed, or is the scenario's.
 ///

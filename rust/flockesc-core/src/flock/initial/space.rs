@@ -3,9 +3,10 @@
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 
-use crate::config::{FlockConfig, vector};
-use crate::error::{Error, Result};
-use crate::rng;
+use crate::base::check::vector;
+use crate::base::error::{Error, Result};
+use crate::base::rng;
+use crate::flock::scenario::FlockConfig;
 
 /// The axes that a flock starts in; coordinates beyond them are 0.
 #[derive(Debug, Clone, Copy)]

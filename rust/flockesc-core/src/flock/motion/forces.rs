@@ -3,10 +3,9 @@
 use super::Force;
 use super::traits::Traits;
 use crate::agents::{Column, GROUP, Group};
-use crate::config::FlockConfig;
-use crate::metrics::squared_norm;
+use crate::base::vector::{SHORTEST, squared_norm};
+use crate::flock::scenario::FlockConfig;
 use crate::neighbor::Heard;
-use crate::vector::SHORTEST;
 
 /// a v0 <v>_i / ||<v>_i|| (Eq. 11), the direction of the sum; 0 where that is exactly 0.
 #[inline(always)]

@@ -5,9 +5,8 @@ use serde::Deserialize;
 use super::Force;
 use super::traits::Traits;
 use crate::agents::{GROUP, Group};
-use crate::config::FlockConfig;
-use crate::metrics::squared_norm;
-use crate::vector::SHORTEST;
+use crate::base::vector::{SHORTEST, squared_norm};
+use crate::flock::scenario::FlockConfig;
 
 /// Steps 3 and 4.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

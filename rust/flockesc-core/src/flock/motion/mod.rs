@@ -18,9 +18,9 @@ pub use vicsek::Vicsek;
 pub(super) use response::{Response, ResponseState};
 
 use crate::agents::{Column, GROUP, Group};
-use crate::config::FlockConfig;
-use crate::error::{Error, Result};
-use crate::metrics::distances;
+use crate::base::error::{Error, Result};
+use crate::flock::metrics::distances;
+use crate::flock::scenario::FlockConfig;
 use crate::neighbor::Heard;
 use forces::{add_escape_force, consensus_force};
 use traits::Traits;

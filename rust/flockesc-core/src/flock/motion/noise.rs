@@ -4,10 +4,9 @@ use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 
 use crate::agents::{Agents, GROUP};
-use crate::config::FlockConfig;
-use crate::predator::steering::{side_of, turn};
-use crate::rng::{self, Stream};
-use crate::vector::{heading, unit};
+use crate::base::rng::{self, Stream};
+use crate::base::vector::{heading, side_of, turn, unit};
+use crate::flock::scenario::FlockConfig;
 
 /// Errors of one step, by name; empty where there are none.
 #[derive(Debug, Clone)]

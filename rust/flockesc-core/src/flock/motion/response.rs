@@ -12,13 +12,13 @@ use super::reynolds::{Lists, Reynolds};
 use super::traits::Traits;
 use super::{Force, Motion};
 use crate::agents::{Agents, GROUP};
-use crate::config::FlockConfig;
-use crate::error::Result;
-use crate::exact::Scale;
+use crate::base::error::Result;
+use crate::base::exact::Scale;
+use crate::base::vector::heading;
+use crate::flock::scenario::FlockConfig;
 use crate::neighbor::{Heard, Neighborhood};
-use crate::state::{check, check_numbers};
-use crate::threads;
-use crate::vector::heading;
+use crate::parallel;
+use crate::snapshot::{check, check_numbers};
 
 #[derive(Debug, Clone)]
 pub(crate) struct Response<const D: usize> {
@@ -127,9 +127,9 @@ impl<const D: usize> Response<D> {
         let (low, high) = neighborhood.bounds();
         let extent = (0..D).fold(0.0, |most: f64, axis| most.max(high[axis] - low[axis]));
         let scale = Scale::for_registers(extent, agents.len());
-        let chunks = threads::num_chunks(self.forces.len());
+        let chunks = parallel::num_chunks(self.forces.len());
         self.lists.resize_with(chunks, Lists::new);
-        threads::for_each_chunk_with(&mut self.forces, &mut self.lists, |first, forces, lists| {
+        parallel::for_each_chunk_with(&mut self.forces, &mut self.lists, |first, forces, lists| {
             let mut traits = Traits::of_first(config);
             for (group, force) in (first..).zip(forces) {
                 traits.follow(config, agents.names_of(group));

@@ -5,12 +5,11 @@ use serde::Deserialize;
 use super::Force;
 use super::traits::Traits;
 use crate::agents::GROUP;
-use crate::config::{not_negative, quantity};
-use crate::error::Result;
-use crate::exact::Scale;
-use crate::metrics::squared_norm;
+use crate::base::check::{not_negative, quantity};
+use crate::base::error::Result;
+use crate::base::exact::Scale;
+use crate::base::vector::{SHORTEST, squared_norm};
 use crate::neighbor::Pairs;
-use crate::vector::SHORTEST;
 
 /// Agents that also keep together and apart.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

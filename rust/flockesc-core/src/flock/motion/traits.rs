@@ -1,8 +1,7 @@
 //! What the agents of one group are like, column by column.
 
-use crate::agents::{Column, GROUP};
-use crate::config::FlockConfig;
-use crate::per_agent::PerAgent;
+use crate::agents::{Column, GROUP, PerAgent};
+use crate::flock::scenario::FlockConfig;
 
 pub(super) struct Traits {
     /// dt / m in s/kg.

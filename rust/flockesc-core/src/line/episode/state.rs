@@ -5,11 +5,11 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use super::{LineEpisode, LineEpisodeConfig};
-use crate::config::LineConfig;
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::line::Line;
 use crate::line::groups::Groups;
-use crate::state::{Fingerprint, check, is_range, is_sound, open, seal};
+use crate::line::scenario::LineConfig;
+use crate::snapshot::{Fingerprint, check, is_range, is_sound, open, seal};
 
 /// See the fields of [`LineEpisode`].
 #[derive(Debug, Serialize, Deserialize)]

@@ -7,14 +7,14 @@ use nalgebra::SVector;
 use proptest::prelude::*;
 use pulp::{Scalar, Simd};
 
-use super::components::connect;
-use super::listen::{Listen, Scratch};
+use super::engine::components::connect;
+use super::engine::sums::{Listen, Scratch};
+use super::engine::tree::Tree;
 use super::ranges::Reaches;
-use super::tree::Tree;
 use super::{Heard, NeighborOptions, Neighborhood, Ranges};
 use crate::agents::{Agents, GROUP};
-use crate::exact::Scale;
-use crate::rng::{self, Stream};
+use crate::base::exact::Scale;
+use crate::base::rng::{self, Stream};
 
 /// A flock, and the range of every agent.
 #[derive(Debug, Clone)]

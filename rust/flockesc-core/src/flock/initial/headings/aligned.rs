@@ -7,11 +7,11 @@ use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
 use super::check_direction;
-use crate::config::within_bounds;
-use crate::error::Result;
+use crate::base::check::within_bounds;
+use crate::base::error::Result;
+use crate::base::rng;
+use crate::base::vector::{heading, least_aligned_axis};
 use crate::flock::initial::space::{Space, embed};
-use crate::rng;
-use crate::vector::{heading, least_aligned_axis};
 
 /// Uniform over the directions (in the plane: angles) within `max_angle` of `direction`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

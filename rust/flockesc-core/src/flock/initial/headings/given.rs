@@ -4,9 +4,9 @@ use nalgebra::SVector;
 use serde::Deserialize;
 
 use super::check_direction;
-use crate::error::Result;
+use crate::base::error::Result;
+use crate::base::vector::heading;
 use crate::flock::initial::space::{Space, embed};
-use crate::vector::heading;
 
 /// One direction per agent, in the order of their names.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

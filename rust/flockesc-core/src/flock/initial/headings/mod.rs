@@ -14,8 +14,8 @@ pub use random::RandomHeadings;
 
 use super::positions::times;
 use super::space::{Space, embed};
-use crate::error::{Error, Result};
-use crate::vector::SHORTEST;
+use crate::base::error::{Error, Result};
+use crate::base::vector::SHORTEST;
 
 /// The distribution of v(0) / v0.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

@@ -5,8 +5,8 @@ use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
 use super::times;
-use crate::config::{MAX_AGENTS, quantity, within};
-use crate::error::Result;
+use crate::base::check::{MAX_AGENTS, quantity, within};
+use crate::base::error::Result;
 use crate::flock::initial::space::Space;
 
 /// Normal around centers that are uniform in the initial region; agent i belongs to center i modulo their number.

@@ -4,8 +4,8 @@ use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
-use crate::config::positive_quantity;
-use crate::error::Result;
+use crate::base::check::positive_quantity;
+use crate::base::error::Result;
 use crate::flock::initial::space::Space;
 
 /// Uniform within `radius` of the center of the initial region.

@@ -4,8 +4,8 @@ use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
-use crate::config::quantity;
-use crate::error::Result;
+use crate::base::check::quantity;
+use crate::base::error::Result;
 use crate::flock::initial::space::Space;
 
 /// Normal around the center of the initial region, every coordinate on its own.

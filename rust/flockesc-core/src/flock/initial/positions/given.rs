@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 use serde::Deserialize;
 
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::flock::initial::space::{Space, embed};
 
 /// One point per agent, in the order of their names.

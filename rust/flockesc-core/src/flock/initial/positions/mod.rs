@@ -23,7 +23,7 @@ pub use segment::Segment;
 pub use square::Square;
 
 use super::space::Space;
-use crate::error::Result;
+use crate::base::error::Result;
 
 /// The distribution of r(0), named by its shape in the plane.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

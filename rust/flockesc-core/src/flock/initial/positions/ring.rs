@@ -4,8 +4,8 @@ use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
-use crate::config::positive_quantity;
-use crate::error::{Error, Result};
+use crate::base::check::positive_quantity;
+use crate::base::error::{Error, Result};
 use crate::flock::initial::space::Space;
 
 /// Uniform within `width` / 2 of the circle of `radius` around the center of the initial region.

@@ -4,9 +4,9 @@ use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
-use crate::error::Result;
+use crate::base::error::Result;
+use crate::base::rng;
 use crate::flock::initial::space::{Space, embed};
-use crate::rng;
 
 /// Uniform between `start` and `end`, each of length D, or 2 for a point in the plane.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

@@ -1,0 +1,158 @@
+//! A parameter that all agents share, or of which every agent has its own.
+
+use std::fmt;
+
+use serde::de::{SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+
+use super::layout::Column;
+use crate::base::error::{Error, Result};
+
+/// One number for the flock, or one per agent.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PerAgent {
+    /// The same for every agent.
+    Shared(f64),
+    /// Entry i is agent i's; at least one.
+    Each(Vec<f64>),
+}
+
+impl PerAgent {
+    /// Checks every number, and that there is one for every agent.
+    pub(crate) fn check(
+        &self,
+        field: &str,
+        num_agents: usize,
+        number: impl Fn(&str, f64) -> Result<()>,
+    ) -> Result<()> {
+        match self {
+            Self::Shared(value) => number(field, *value),
+            Self::Each(values) if values.len() != num_agents => {
+                let expected = format!("a number or {num_agents} numbers");
+                Err(Error::config(field, expected, values.len()))
+            }
+            Self::Each(values) => {
+                let mut entries = values.iter().enumerate();
+                entries.try_for_each(|(i, &value)| number(&format!("{field}[{i}]"), value))
+            }
+        }
+    }
+
+    /// The number of the agent of this name.
+    pub(crate) fn of(&self, name: usize) -> f64 {
+        match self {
+            Self::Shared(value) => *value,
+            Self::Each(values) => values[name],
+        }
+    }
+
+    /// The largest of the numbers.
+    pub(crate) fn largest(&self) -> f64 {
+        match self {
+            Self::Shared(value) => *value,
+            Self::Each(values) => values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        }
+    }
+
+    /// Writes the numbers of the agents named; what stands where there is no agent does not matter.
+    #[inline(always)]
+    pub(crate) fn gather(&self, names: &[u32], out: &mut Column<f64>) {
+        match self {
+            Self::Shared(value) => out.fill(*value),
+            Self::Each(values) => {
+                for (number, &name) in out.iter_mut().zip(names) {
+                    *number = values[name as usize];
+                }
+            }
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for PerAgent {
+    fn deserialize<T: Deserializer<'de>>(deserializer: T) -> std::result::Result<Self, T::Error> {
+        deserializer.deserialize_any(NumberOrNumbers)
+    }
+}
+
+/// By hand: an untagged enum could say neither what was expected nor which entry is none.
+struct NumberOrNumbers;
+
+impl<'de> Visitor<'de> for NumberOrNumbers {
+    type Value = PerAgent;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a number, or a list of one per agent")
+    }
+
+    fn visit_f64<E>(self, value: f64) -> std::result::Result<PerAgent, E> {
+        Ok(PerAgent::Shared(value))
+    }
+
+    fn visit_u64<E>(self, value: u64) -> std::result::Result<PerAgent, E> {
+        Ok(PerAgent::Shared(value as f64))
+    }
+
+    fn visit_i64<E>(self, value: i64) -> std::result::Result<PerAgent, E> {
+        Ok(PerAgent::Shared(value as f64))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(
+        self,
+        mut entries: A,
+    ) -> std::result::Result<PerAgent, A::Error> {
+        let mut values = Vec::new();
+        while let Some(value) = entries.next_element()? {
+            values.push(value);
+        }
+        Ok(PerAgent::Each(values))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::check::positive;
+    use crate::base::document::parse;
+
+    fn refused(document: &str) -> (String, String) {
+        let parsed = parse::<PerAgent>(document);
+        match parsed.and_then(|value| value.check("mass", 3, positive)) {
+            Err(Error::Config {
+                field, expected, ..
+            }) => (field, expected),
+            other => panic!("{document}: {other:?}"),
+        }
+    }
+
+    #[test]
+    fn one_number_or_one_per_agent() {
+        for (document, expected) in [
+            ("2", [2.0; 3]),
+            ("0.5", [0.5; 3]),
+            ("[1, 2.5, 3]", [1.0, 2.5, 3.0]),
+        ] {
+            let value: PerAgent = parse(document).expect("a good document");
+            assert!(value.check("mass", 3, positive).is_ok());
+            assert_eq!([0, 1, 2].map(|name| value.of(name)), expected);
+            assert_eq!(value.largest(), expected[2]);
+            let mut column = [0.0; crate::agents::GROUP];
+            value.gather(&[2, 0], &mut column);
+            assert_eq!(column[..2], [expected[2], expected[0]]);
+        }
+    }
+
+    #[test]
+    fn errors_name_the_entry() {
+        let number = "a finite number above 0".to_owned();
+        assert_eq!(refused("0"), ("mass".into(), number.clone()));
+        assert_eq!(refused("[1, 0, 1]"), ("mass[1]".into(), number));
+        assert_eq!(
+            refused("[1, 1]"),
+            ("mass".into(), "a number or 3 numbers".into())
+        );
+        assert_eq!(refused("[1, \"2\", 1]"), ("[1]".into(), "a number".into()));
+        let either = "a number, or a list of one per agent".to_owned();
+        assert_eq!(refused("\"heavy\"").1, either);
+        assert_eq!(refused("null").1, either);
+    }
+}

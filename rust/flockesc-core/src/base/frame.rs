@@ -1,0 +1,70 @@
+//! The own frame of an agent or predator: ahead is its heading; left, and in D = 3 up, complete a right-handed basis.
+
+use nalgebra::SVector;
+
+use crate::base::vector::{least_aligned_axis, unit};
+
+/// An orthonormal basis; row k is the k-th axis.
+pub(crate) struct Frame<const D: usize> {
+    axes: [SVector<f64, D>; D],
+}
+
+impl<const D: usize> Frame<D> {
+    /// The frame of an agent with this velocity.
+    ///
+    /// In D = 3 the heading leaves the roll open: left is then where the first of `cues` that is not
+    /// parallel to the heading points. Where all are, no entry depends on the roll.
+    pub(crate) fn new(velocity: &SVector<f64, D>, cues: &[SVector<f64, D>]) -> Self {
+        let ahead = unit(velocity).unwrap_or_else(|| least_aligned_axis(velocity));
+        let mut axes = [ahead; D];
+        if D == 2 {
+            axes[1][0] = -ahead[1];
+            axes[1][1] = ahead[0];
+        } else {
+            let fallback = least_aligned_axis(&ahead);
+            let left = cues
+                .iter()
+                .chain(std::iter::once(&fallback))
+                .find_map(|cue| {
+                    let across = cue - ahead * ahead.dot(cue);
+                    // Below rounding of the projection, its direction is noise.
+                    (across.norm() > 1e-9 * cue.norm()).then(|| unit(&across))?
+                })
+                .unwrap_or(fallback);
+            axes[1] = left;
+            axes[2][0] = ahead[1] * left[2] - ahead[2] * left[1];
+            axes[2][1] = ahead[2] * left[0] - ahead[0] * left[2];
+            axes[2][2] = ahead[0] * left[1] - ahead[1] * left[0];
+        }
+        Self { axes }
+    }
+
+    /// The vector with these coordinates in this frame.
+    pub(crate) fn vector(&self, coordinates: &SVector<f64, D>) -> SVector<f64, D> {
+        let parts = self.axes.iter().zip(coordinates.iter());
+        parts.fold(SVector::zeros(), |sum, (axis, part)| sum + axis * *part)
+    }
+
+    /// The vector's coordinates in this frame.
+    pub(crate) fn coordinates(&self, vector: &SVector<f64, D>) -> [f64; D] {
+        std::array::from_fn(|k| self.axes[k].dot(vector))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::vector;
+
+    #[test]
+    fn plane_and_space() {
+        let plane = Frame::new(&vector![0.0, 2.0], &[]);
+        assert_eq!(plane.coordinates(&vector![-3.0, 4.0]), [4.0, 3.0]);
+        assert_eq!(plane.vector(&vector![4.0, 3.0]), vector![-3.0, 4.0]);
+        let space = Frame::new(
+            &vector![0.0, 0.0, 5.0],
+            &[vector![0.0, 0.0, 1.0], vector![0.0, 7.0, 1.0]],
+        );
+        assert_eq!(space.coordinates(&vector![1.0, 2.0, 3.0]), [3.0, 2.0, -1.0]);
+    }
+}

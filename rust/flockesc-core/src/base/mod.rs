@@ -1,0 +1,10 @@
+//! What every other room builds on: errors, checks, documents, random streams, exact sums and vectors.
+
+pub(crate) mod check;
+pub(crate) mod document;
+pub(crate) mod entry;
+pub(crate) mod error;
+pub(crate) mod exact;
+pub(crate) mod frame;
+pub(crate) mod rng;
+pub(crate) mod vector;

@@ -1,0 +1,152 @@
+//! Slots of a batch as bytes.
+
+use super::Batch;
+use crate::base::error::{Error, Result};
+use crate::episode::slot::{Slot, SlotState};
+use crate::snapshot::{open, seal};
+
+impl<const D: usize> Batch<D> {
+    /// Everything about `slots` that their future depends on, as bytes: episodes with their random streams, and the
+    /// seeds of those to come.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] if there is no such slot.
+    pub fn save(&self, slots: &[usize]) -> Result<Vec<u8>> {
+        let states: Vec<SlotState> = slots
+            .iter()
+            .map(|slot| self.slots.get(*slot).map(Slot::save))
+            .collect::<Option<_>>()
+            .ok_or_else(|| self.no_such_slot(slots))?;
+        seal(self.fingerprint, &states)
+    }
+
+    /// Makes `slots` what [`Self::save`] has saved, of this or another batch of the same scenario and configuration: as
+    /// many slots, or one that all of them become.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] if there is no such slot, or for bytes that are damaged, of another version, of something else
+    /// or of another number of slots. Nothing has changed then.
+    pub fn restore(&mut self, slots: &[usize], state: &[u8]) -> Result<()> {
+        if slots.iter().any(|slot| *slot >= self.slots.len()) {
+            return Err(self.no_such_slot(slots));
+        }
+        let states: Vec<SlotState> = open(self.fingerprint, state)?;
+        if states.len() != slots.len() && states.len() != 1 {
+            let expected = format!("one of 1 or {} flocks", slots.len());
+            return Err(Error::argument("state", expected, states.len()));
+        }
+        let mut restored = states
+            .into_iter()
+            .map(|state| Slot::restore(state, &self.scenario, &self.config))
+            .collect::<Result<Vec<_>>>()?;
+        if let [only] = restored.as_slice() {
+            restored = vec![only.clone(); slots.len()];
+        }
+        for (slot, restored) in slots.iter().zip(restored) {
+            self.slots[*slot] = restored;
+        }
+        Ok(())
+    }
+
+    fn no_such_slot(&self, slots: &[usize]) -> Error {
+        let expected = format!("integers below {}", self.slots.len());
+        Error::argument("slots", expected, format!("{slots:?}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{batch, step};
+    use super::*;
+    use crate::episode::batch::AtEnd;
+    use crate::flock::InitialState;
+    use crate::parallel::Progress;
+    use proptest::prelude::*;
+
+    fn running() -> Batch<2> {
+        let mut running = batch(2, 1);
+        for slot in 0..2 {
+            running
+                .reset(slot, &InitialState::seeded(slot as u64))
+                .expect("a slot");
+        }
+        step(&mut running, 4.0).expect("steps left");
+        running
+    }
+
+    /// The bytes with another body, under a head that is right.
+    fn sealed(good: &[u8], body: &[u8]) -> Vec<u8> {
+        let mut bytes = [&good[..16], body].concat();
+        bytes[8..12].copy_from_slice(&crc32fast::hash(body).to_le_bytes());
+        bytes
+    }
+
+    proptest! {
+        /// Whatever the body says: it is refused and nothing has changed, or what it says can be played.
+        #[test]
+        fn a_body_that_somebody_made_does_no_harm(
+            edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+            cut in any::<prop::sample::Index>(),
+            is_cut in any::<bool>(),
+        ) {
+            let mut running = running();
+            let good = running.save(&[0, 1]).expect("slots");
+            let mut body = good[16..].to_vec();
+            for (place, byte) in edits {
+                let place = place.index(body.len());
+                body[place] = byte;
+            }
+            if is_cut {
+                body.truncate(cut.index(body.len()));
+            }
+            if running.restore(&[0, 1], &sealed(&good, &body)).is_ok() {
+                let (rows, length) = (2 * running.rows(), running.row_length());
+                let (mut rewards, mut seen) = (vec![0.0; rows], vec![0.0; rows * length]);
+                let (ranges, progress) = (vec![4.0; rows], Progress::default());
+                for _ in 0..3 {
+                    let (on, out, seen) = ((&ranges[..], &[][..]), &mut rewards, &mut seen);
+                    running
+                        .step_measured(on, AtEnd::Restart, out, seen, &progress, |_| ())
+                        .expect("a step");
+                }
+            } else {
+                prop_assert_eq!(running.save(&[0, 1]).expect("slots"), good);
+            }
+        }
+    }
+
+    #[test]
+    fn a_state_goes_into_every_slot() {
+        let (source, mut other) = (running(), batch(3, 2));
+        let good = source.save(&[1]).expect("a slot");
+        other.restore(&[0, 1, 2], &good).expect("a state of one");
+        for slot in 0..3 {
+            assert_eq!(other.save(&[slot]).expect("a slot"), good);
+        }
+        assert!(other.restore(&[3], &good).is_err());
+        assert!(other.save(&[3]).is_err());
+        let both = source.save(&[0, 1]).expect("slots");
+        assert!(other.restore(&[0, 1, 2], &both).is_err());
+    }
+
+    #[test]
+    fn a_range_beyond_everything_comes_back() {
+        let mut running = running();
+        step(&mut running, f64::MAX).expect("steps left");
+        let state = running.save(&[0, 1]).expect("slots");
+        running.restore(&[0, 1], &state).expect("a state");
+        assert_eq!(running.save(&[0, 1]), Ok(state));
+    }
+
+    #[test]
+    fn another_version_is_named() {
+        let mut running = running();
+        let mut bytes = running.save(&[0]).expect("a slot");
+        bytes[4] += 1;
+        let error = running.restore(&[0], &bytes).expect_err("another version");
+        assert_eq!(
+            error.to_string(),
+            "state: expected version 3, got version 4"
+        );
+    }
+}

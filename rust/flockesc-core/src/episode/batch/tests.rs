@@ -1,0 +1,309 @@
+use super::*;
+use crate::agents::PerAgent;
+use crate::flock::{
+    Inertial, InitialHeadings, InitialPositions, Motion, RandomHeadings, Randomization, Square,
+};
+use crate::neighbor::NeighborRule;
+use crate::observation::View;
+use crate::predator::{ConstantVelocity, PredatorConfig};
+use crate::reward::{Objective, Reward};
+
+const FLOCKS: usize = 5;
+const AGENTS: usize = 30;
+
+pub(super) fn batch(num_flocks: usize, num_threads: usize) -> Batch<2> {
+    let (scenario, config) = documents();
+    Batch::new(scenario, config, num_flocks, Some(num_threads)).expect("a good scenario")
+}
+
+/// One flock with this reward and capture radius.
+fn rewarded(reward: Reward, capture_radius: Option<f64>) -> Batch<2> {
+    let (scenario, config) = documents();
+    let scenario = FlockConfig {
+        capture_radius,
+        ..scenario
+    };
+    let config = EpisodeConfig { reward, ..config };
+    Batch::new(scenario, config, 1, Some(1)).expect("a good scenario")
+}
+
+fn documents() -> (FlockConfig, EpisodeConfig) {
+    let predator = ConstantVelocity {
+        position: vec![-5.0, -5.0],
+        velocity: vec![10.0, 10.0],
+    };
+    let scenario = FlockConfig {
+        num_agents: AGENTS,
+        dimension: 2,
+        num_steps: 20,
+        time_step: 0.05,
+        mass: PerAgent::Shared(0.1),
+        speed: PerAgent::Shared(10.0),
+        initial_side: 30.0,
+        initial_positions: InitialPositions::Square(Square {}),
+        initial_headings: InitialHeadings::Random(RandomHeadings {}),
+        initial_plane: false,
+        predator_range: 20.0,
+        repulsion_strength: PerAgent::Shared(10.0),
+        alignment_strength: PerAgent::Shared(1.0),
+        motion: Motion::Inertial(Inertial {}),
+        angular_noise: 0.0,
+        sensing_noise: 0.0,
+        sensing_delay: 0,
+        constant_speed: true,
+        predators: vec![PredatorConfig::ConstantVelocity(predator)],
+        capture_radius: None,
+        neighbor_rule: NeighborRule::Metric {},
+        blind_angle: 0.0,
+        mutual: false,
+        frozen_graph: false,
+        periodic_side: None,
+        randomization: Randomization::default(),
+    };
+    let config = EpisodeConfig {
+        view: View::Agent,
+        objective: Objective::Mean,
+        reward: Reward::RunningMinimum,
+        max_range: 10.0,
+        predator_sensing_range: None,
+        steps_per_action: 3,
+    };
+    (scenario, config)
+}
+
+pub(super) fn step(batch: &mut Batch<2>, range: f64) -> Result<(Vec<f64>, Vec<f32>)> {
+    let rows = batch.num_flocks() * AGENTS;
+    let ranges: Vec<f64> = (0..rows)
+        .map(|row| range + (row % AGENTS) as f64 / 10.0)
+        .collect();
+    let mut rewards = vec![0.0; rows];
+    let mut observations = vec![0.0; rows * batch.row_length()];
+    batch.step(&ranges, &mut rewards, &mut observations)?;
+    Ok((rewards, observations))
+}
+
+#[test]
+fn threads_and_places_do_not_matter() {
+    let run = |threads: usize, seeds: &[u64]| {
+        let mut batch = batch(seeds.len(), threads);
+        for (slot, seed) in seeds.iter().enumerate() {
+            batch
+                .reset(slot, &InitialState::seeded(*seed))
+                .expect("a slot");
+        }
+        (0..7)
+            .map(|_| step(&mut batch, 4.0).expect("steps left"))
+            .collect::<Vec<_>>()
+    };
+    let seeds: Vec<u64> = (0..FLOCKS as u64).collect();
+    let serial = run(1, &seeds);
+    for threads in [2, 4, 7] {
+        assert_eq!(run(threads, &seeds), serial);
+    }
+    for (seed, step) in (0..FLOCKS).flat_map(|seed| (0..7).map(move |step| (seed, step))) {
+        let alone = &run(1, &[seed as u64])[step];
+        let width = alone.1.len();
+        assert_eq!(alone.0, serial[step].0[seed * AGENTS..(seed + 1) * AGENTS]);
+        assert_eq!(alone.1, serial[step].1[seed * width..(seed + 1) * width]);
+    }
+}
+
+#[test]
+fn rewards_sum_to_the_change_of_the_objective() {
+    let mut batch = batch(1, 1);
+    batch.reset(0, &InitialState::seeded(3)).expect("a slot");
+    let start = batch.episode(0).expect("an episode").objective().start;
+    let mut total = 0.0;
+    while !batch.episode(0).expect("an episode").has_ended() {
+        total += step(&mut batch, 4.0).expect("steps left").0[0];
+    }
+    let end = batch.episode(0).expect("an episode").objective().minimum;
+    assert!(end < start && (total - (end - start)).abs() < 1e-12);
+}
+
+/// Slots whose episodes end at different times: each goes on as if it were alone.
+#[test]
+fn slots_restart_at_their_own_horizon() {
+    let ends = 7; // of 20 steps, three per action
+    for threads in [1, 3] {
+        let mut crowd = batch(3, threads);
+        let all: Vec<_> = (0..3).map(|slot| (slot, Some(slot as u64))).collect();
+        crowd
+            .reset_many(&all, None, &InitialState::default())
+            .expect("slots");
+        let mut alone: Vec<_> = (0..3).map(|_| batch(1, 1)).collect();
+        for (seed, batch) in alone.iter_mut().enumerate() {
+            let start = InitialState::seeded(seed as u64);
+            batch.reset(0, &start).expect("a slot");
+        }
+        let rows = 3 * AGENTS;
+        let mut rewards = vec![0.0; rows];
+        let mut observations = vec![0.0; rows * crowd.row_length()];
+        let mut numbers = [0, 0, 0];
+        for action in 0..3 * ends {
+            if action == 2 {
+                let next = InitialState::seeded(episode_seed(1, 1));
+                crowd
+                    .reset_many(&[(1, None)], None, &InitialState::seeded(99))
+                    .expect("a slot");
+                alone[1].reset(0, &next).expect("a slot");
+                numbers[1] = 1;
+            }
+            crowd
+                .step_measured(
+                    (&vec![4.0; rows], &[]),
+                    AtEnd::Restart,
+                    &mut rewards,
+                    &mut observations,
+                    &Progress::default(),
+                    |_| (),
+                )
+                .expect("good ranges");
+            for (slot, alone) in alone.iter_mut().enumerate() {
+                let mut reward = vec![1.0; AGENTS];
+                let mut observation = vec![0.0; AGENTS * alone.row_length()];
+                if alone.episode(0).expect("an episode").has_ended() {
+                    numbers[slot] += 1;
+                    let start = InitialState::seeded(episode_seed(slot as u64, numbers[slot]));
+                    alone.reset(0, &start).expect("a slot");
+                    alone.observe(&[0], &mut observation).expect("a slot");
+                    reward.fill(0.0);
+                } else {
+                    let ranges = vec![4.0; AGENTS];
+                    alone
+                        .step(&ranges, &mut reward, &mut observation)
+                        .expect("steps left");
+                }
+                let width = observation.len();
+                assert_eq!(rewards[slot * AGENTS..(slot + 1) * AGENTS], reward);
+                assert_eq!(observations[slot * width..(slot + 1) * width], observation);
+            }
+        }
+        assert_eq!(numbers, [2, 3, 2]);
+    }
+}
+
+/// Episodes of a schedule that are started directly, in some slots, and the ones after them.
+#[test]
+fn an_episode_of_a_schedule_starts_directly() {
+    let mut batch = batch(3, 1);
+    batch.seed(5);
+    let all: Vec<_> = (0..3).map(|slot| (slot, None)).collect();
+    let some = [(0, Some(7)), (2, None)];
+    let seeds =
+        |batch: &Batch<2>| [0, 1, 2].map(|slot| batch.episode_seed(slot).expect("an episode"));
+    let own = |slot: u64, episode| episode_seed(episode_seed(5, slot + 1), episode);
+    let start = InitialState::default();
+    batch.reset_many(&all, None, &start).expect("slots");
+    assert!(batch.reset_many(&[(3, None)], Some(9), &start).is_err());
+    batch.reset_many(&some, Some(4), &start).expect("slots");
+    assert_eq!(seeds(&batch), [episode_seed(7, 4), own(1, 0), own(2, 4)]);
+    batch.reset_many(&all, None, &start).expect("slots");
+    assert_eq!(seeds(&batch), [episode_seed(7, 5), own(1, 1), own(2, 5)]);
+    batch
+        .reset_many(&all, Some(u64::MAX), &start)
+        .expect("slots");
+    batch.reset_many(&all, None, &start).expect("slots");
+    assert_eq!(seeds(&batch), [7, own(1, 0), own(2, 0)]); // no number is larger
+}
+
+#[test]
+fn unseeded_slots_start_apart_and_refused_resets_change_nothing() {
+    let mut batch = batch(3, 1);
+    batch.seed(5);
+    let all: Vec<_> = (0..3).map(|slot| (slot, None)).collect();
+    assert!(
+        batch
+            .reset_many(&[(0, None), (3, None)], None, &InitialState::default())
+            .is_err()
+    );
+    let spoilt = InitialState {
+        positions: Some(vec![0.0]),
+        ..InitialState::default()
+    };
+    assert!(batch.reset_many(&all, None, &spoilt).is_err());
+    assert!(batch.metrics().is_err());
+    batch
+        .reset_many(&all, None, &InitialState::default())
+        .expect("slots");
+    let metrics = batch.metrics().expect("episodes");
+    assert!(metrics[0] != metrics[1] && metrics[1] != metrics[2] && metrics[0] != metrics[2]);
+    for (slot, expected) in metrics.iter().enumerate() {
+        let seed = episode_seed(5, slot as u64 + 1);
+        batch
+            .reset(slot, &InitialState::seeded(seed))
+            .expect("a slot");
+        assert_eq!(
+            Metrics::of(batch.episode(slot).expect("an episode")),
+            *expected
+        );
+    }
+    assert_eq!(batch.num_components().expect("episodes"), [AGENTS; 3]);
+}
+
+#[test]
+fn refused_steps_change_nothing() {
+    let mut batch = batch(2, 1);
+    assert!(matches!(step(&mut batch, 1.0), Err(Error::Episode { .. })));
+    for slot in 0..2 {
+        batch.reset(slot, &InitialState::seeded(9)).expect("a slot");
+    }
+    let before = batch.metrics();
+    for range in [f64::NAN, f64::INFINITY, -3.0] {
+        assert!(matches!(
+            step(&mut batch, range),
+            Err(Error::Argument { .. })
+        ));
+    }
+    assert_eq!(batch.metrics(), before);
+    for _ in 0..7 {
+        step(&mut batch, 1.0).expect("steps left");
+    }
+    assert!(matches!(step(&mut batch, 1.0), Err(Error::Episode { .. })));
+    assert!(batch.reset(2, &InitialState::seeded(0)).is_err());
+}
+
+#[test]
+fn the_batch_knows_what_teams_and_predators_earn() {
+    let mut batch = batch(2, 1);
+    assert_eq!(batch.team_rewards(), [0.0; 2]);
+    for slot in 0..2 {
+        batch.reset(slot, &InitialState::seeded(9)).expect("a slot");
+    }
+    let (rewards, _) = step(&mut batch, 4.0).expect("steps left");
+    assert_eq!(batch.team_rewards(), [rewards[0], rewards[AGENTS]]);
+    assert!(rewards[0] < 0.0);
+    assert_eq!(batch.predator_rewards(), [-rewards[0], -rewards[AGENTS]]);
+    batch.reset(1, &InitialState::seeded(3)).expect("a slot");
+    assert_eq!(batch.team_rewards(), [rewards[0], 0.0]);
+}
+
+/// Agents that were caught earn nothing, but the mean goes over all.
+#[test]
+fn teams_of_individual_rewards_earn_their_mean() {
+    let mut batch = rewarded(Reward::IndividualDistance, Some(8.0));
+    batch.reset(0, &InitialState::seeded(9)).expect("a slot");
+    for _ in 0..7 {
+        let (rewards, _) = step(&mut batch, 4.0).expect("steps left");
+        let mean = rewards.iter().sum::<f64>() / AGENTS as f64;
+        assert!((batch.team_rewards()[0] - mean).abs() < 1e-12);
+    }
+    let episode = batch.episode(0).expect("an episode");
+    assert!(episode.world().caught().len() > 0);
+}
+
+/// The team's reward is not that of an agent that was caught before, which is 0.
+#[test]
+fn captures_do_not_change_what_the_team_earns() {
+    let mut batch = rewarded(Reward::Distance, Some(8.0));
+    batch.reset(0, &InitialState::seeded(9)).expect("a slot");
+    for _ in 0..7 {
+        let (rewards, _) = step(&mut batch, 4.0).expect("steps left");
+        assert_eq!(
+            batch.team_rewards()[0],
+            rewards.into_iter().fold(0.0, f64::max)
+        );
+    }
+    let episode = batch.episode(0).expect("an episode");
+    assert!(episode.world().caught().len() > 0);
+}

@@ -1,0 +1,151 @@
+use std::sync::Arc;
+
+use serde_json::json;
+
+use super::*;
+use crate::flock::scenario::tests::paper;
+
+fn scenario(randomization: Value) -> Result<Arc<FlockConfig>> {
+    let mut document = paper();
+    document["num_agents"] = json!(5);
+    document["initial_positions"] = json!({"ring": {"radius": 40.0, "width": 10.0}});
+    document["randomization"] = randomization;
+    FlockConfig::from_json(&document.to_string()).map(Arc::new)
+}
+
+fn uniform(field: &str, low: f64, high: f64) -> Value {
+    json!({"uniform": {"field": field, "low": low, "high": high}})
+}
+
+/// The meaning of a seed: these numbers must never change, on any machine.
+#[test]
+fn a_seed_is_a_scenario() {
+    let config = scenario(json!([
+        uniform("predator_range", 20.0, 40.0),
+        {"log_uniform": {"field": "mass", "low": 0.01, "high": 1.0}},
+        {"choice": {"field": "predators[0].constant_velocity.position[1]", "values": [-30.0, 0.0, 30.0]}},
+    ]))
+    .expect("it is good");
+    let drawn = config.drawn(0);
+    let predator = format!("{:?}", drawn.predators);
+    assert_eq!(drawn.predator_range, 23.105478078486367);
+    assert_eq!(drawn.mass.of(0), 0.06568521508434387);
+    assert!(predator.contains("[-30.0, -30.0]"), "{predator}");
+    assert_eq!(drawn.drawn(1), drawn);
+    assert_ne!(config.drawn(1).mass, drawn.mass);
+}
+
+#[test]
+fn draws_spread_between_the_ends() {
+    let config = scenario(json!([
+        uniform("predator_range", 20.0, 40.0),
+        {"log_uniform": {"field": "mass", "low": 0.01, "high": 1.0}},
+        {"choice": {"field": "repulsion_strength", "values": [1.0, 2.0, 4.0]}},
+    ]))
+    .expect("it is good");
+    let drawn: Vec<_> = (0..3000).map(|seed| config.drawn(seed)).collect();
+    let share = |is_so: &dyn Fn(&FlockConfig) -> bool| {
+        drawn.iter().filter(|config| is_so(config)).count() as f64 / 3000.0
+    };
+    assert_eq!(share(&|c| (20.0..=40.0).contains(&c.predator_range)), 1.0);
+    assert_eq!(share(&|c| (0.01..=1.0).contains(&c.mass.of(0))), 1.0);
+    for (found, expected) in [
+        (share(&|c| c.predator_range < 25.0), 0.25),
+        (share(&|c| c.mass.of(0) < 0.1), 0.5),
+        (share(&|c| c.repulsion_strength.of(0) == 4.0), 1.0 / 3.0),
+    ] {
+        assert!((found - expected).abs() < 0.03, "{found} {expected}");
+    }
+}
+
+#[test]
+fn ends_that_are_equal_are_hit_exactly() {
+    let config = scenario(json!([uniform("speed", 0.1, 0.1)])).expect("it is good");
+    assert!((0..100).all(|seed| config.drawn(seed).speed.of(0) == 0.1));
+}
+
+#[test]
+fn what_is_never_good_is_refused_by_its_field() {
+    let log = json!({"log_uniform": {"field": "mass", "low": 0.0, "high": 1.0}});
+    let reversed = uniform("mass", 1.0, 0.5);
+    let twice = json!([uniform("mass", 1.0, 2.0), uniform("mass", 1.0, 2.0)]);
+    let choice = |values: Value| json!([{"choice": {"field": "mass", "values": values}}]);
+    for (randomization, field) in [
+        (
+            json!([uniform("mass", -1.0, 1.0)]),
+            "randomization[0].uniform.low",
+        ),
+        (json!([log]), "randomization[0].log_uniform.low"),
+        (json!([reversed]), "randomization[0].uniform.high"),
+        (twice, "randomization[1].uniform.field"),
+        (choice(json!([])), "randomization[0].choice.values"),
+        (
+            choice(json!([1.0, 0.0])),
+            "randomization[0].choice.values[1]",
+        ),
+        (json!([{"normal": {}}]), "randomization[0]"),
+        (
+            json!([uniform("speed", 1.0, 2.0), uniform("mass", -1.0, 1.0)]),
+            "randomization[1].uniform.low",
+        ),
+        (
+            json!([uniform("initial_positions.ring.width", 0.0, 81.0)]),
+            "randomization[0].uniform.high",
+        ),
+    ] {
+        match scenario(randomization.clone()) {
+            Err(Error::Config { field: named, .. }) => assert_eq!(named, field),
+            other => panic!("{randomization}: {other:?}"),
+        }
+    }
+    for field in [
+        "num_agents",
+        "initial_side",
+        "time_step",
+        "constant_speed",
+        "predators",
+        "predators[1].constant_velocity.position[0]",
+        "predators[00].constant_velocity.position[0]",
+        "predators.0.constant_velocity.position[0]",
+        "predators[0].constant_velocity.position[2]",
+        "randomization[0].uniform.low",
+        "wings",
+        "",
+        "mass.",
+        "mass]",
+        "mass[0]",
+    ] {
+        match scenario(json!([uniform(field, 1.0, 2.0)])) {
+            Err(Error::Config { field: named, .. }) => {
+                assert_eq!(named, "randomization[0].uniform.field");
+            }
+            other => panic!("{field}: {other:?}"),
+        }
+    }
+}
+
+/// Ends that are good one by one do not make every draw good.
+#[test]
+fn distributions_that_do_not_go_together_are_refused() {
+    let together = scenario(json!([
+        uniform("initial_positions.ring.radius", 10.0, 40.0),
+        uniform("initial_positions.ring.width", 0.0, 20.0),
+    ]));
+    assert!(together.is_ok());
+    let sometimes = scenario(json!([
+        {"choice": {"field": "initial_positions.ring.radius", "values": [40.0, 5.0]}},
+        {"choice": {"field": "initial_positions.ring.width", "values": [0.0, 80.0]}},
+    ]));
+    match sometimes {
+        Err(Error::Config {
+            field, expected, ..
+        }) => {
+            assert_eq!(field, "randomization");
+            assert!(
+                expected.contains("initial_positions.ring.width"),
+                "{expected}"
+            );
+        }
+        other => panic!("{other:?}"),
+    }
+}

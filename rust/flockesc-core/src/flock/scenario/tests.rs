@@ -1,0 +1,133 @@
+use serde_json::{Value, json};
+
+use super::*;
+use crate::base::error::Error;
+
+/// The document of the paper's flock.
+pub(in crate::flock) fn paper() -> Value {
+    json!({
+        "num_agents": 300, "dimension": 2, "num_steps": 240, "time_step": 0.05, "mass": 0.1,
+        "speed": 10.0, "initial_side": 100.0, "predator_range": 30.0,
+        "initial_positions": {"square": {}}, "initial_headings": {"random": {}},
+        "initial_plane": false, "repulsion_strength": 10.0, "alignment_strength": 1.0,
+        "motion": {"inertial": {}}, "angular_noise": 0.0, "sensing_noise": 0.0, "sensing_delay": 0,
+        "constant_speed": true, "capture_radius": null,
+        "predators": [{"constant_velocity": {"position": [-30.0, -30.0], "velocity": [10.0, 10.0]}}],
+        "neighbor_rule": {"metric": {}}, "blind_angle": 0.0, "mutual": false, "frozen_graph": false,
+        "periodic_side": null, "randomization": []
+    })
+}
+
+fn refused(pointer: &str, value: Value) -> String {
+    let mut document = paper();
+    let (parent, key) = pointer.rsplit_once('/').expect("a pointer");
+    let parent = document.pointer_mut(parent).expect("a parent");
+    match parent {
+        Value::Object(fields) => drop(fields.insert(key.to_owned(), value)),
+        Value::Array(entries) => entries[key.parse::<usize>().expect("an index")] = value,
+        _ => panic!("no container"),
+    }
+    match FlockConfig::from_json(&document.to_string()) {
+        Err(Error::Config { field, .. }) => field,
+        other => panic!("{pointer}: {other:?}"),
+    }
+}
+
+#[test]
+fn the_paper_is_accepted() {
+    assert!(FlockConfig::from_json(&paper().to_string()).is_ok());
+}
+
+#[test]
+fn errors_name_the_field() {
+    let predator = json!({"pure_pursuit": {"position": [0.0, 0.0], "velocity": [1.0, 0.0],
+                                           "max_turn_rate": -1.0, "max_speed": null,
+                                           "acceleration": 0.0, "target": "nearest", "confusion_rate": 0.0,
+                                           "sight": 30.0}});
+    for (pointer, value, field) in [
+        ("/num_agents", json!(0), "num_agents"),
+        ("/num_agents", json!(-1), "num_agents"),
+        ("/num_agents", json!(10_000_001), "num_agents"),
+        ("/dimension", json!(4), "dimension"),
+        ("/time_step", json!(0.0), "time_step"),
+        ("/mass", json!("heavy"), "mass"),
+        ("/mass", json!([0.1, 0.2]), "mass"),
+        ("/speed", json!(vec![0.0; 300]), "speed[0]"),
+        ("/alignment_strength", json!(-1.0), "alignment_strength"),
+        (
+            "/motion",
+            json!({"vicsek": {"noise": 1.0}}),
+            "motion.vicsek.noise",
+        ),
+        (
+            "/motion",
+            json!({"reynolds": {"separation_strength": 1.0, "cohesion_strength": 1.0, "separation_range": -1.0}}),
+            "motion.reynolds.separation_range",
+        ),
+        ("/angular_noise", json!(6.3), "angular_noise"),
+        ("/sensing_noise", json!(-0.1), "sensing_noise"),
+        ("/sensing_delay", json!(1.5), "sensing_delay"),
+        ("/predator_range", json!(-1.0), "predator_range"),
+        ("/capture_radius", json!(-1.0), "capture_radius"),
+        ("/capture_radius", json!("near"), "capture_radius"),
+        ("/initial_positions", json!("torus"), "initial_positions"),
+        (
+            "/initial_positions",
+            json!({"ring": {"radius": 5.0, "width": 11.0}}),
+            "initial_positions.ring.width",
+        ),
+        (
+            "/initial_headings",
+            json!({"aligned": {"direction": [0.0, 0.0], "max_angle": 0.0}}),
+            "initial_headings.aligned.direction",
+        ),
+        ("/wings", json!(2), "wings"),
+        (
+            "/neighbor_rule",
+            json!({"metric": {"k": 3}}),
+            "neighbor_rule.metric.k",
+        ),
+        ("/blind_angle", json!(6.3), "blind_angle"),
+        ("/mutual", json!(1), "mutual"),
+        ("/periodic_side", json!(0.0), "periodic_side"),
+        ("/periodic_side", json!(100.0), "periodic_side"),
+        (
+            "/predators/0",
+            predator,
+            "predators[0].pure_pursuit.max_turn_rate",
+        ),
+        (
+            "/predators/0",
+            json!({"learned": {"position": [0.0, 0.0], "velocity": [1.0, 0.0],
+                               "max_acceleration": 20.0, "max_speed": 0.0}}),
+            "predators[0].learned.max_speed",
+        ),
+        (
+            "/predators/0/constant_velocity/position",
+            json!([1.0, 2.0, 3.0]),
+            "predators[0].constant_velocity.position",
+        ),
+        (
+            "/predators/0/constant_velocity/velocity/1",
+            json!(null),
+            "predators[0].constant_velocity.velocity[1]",
+        ),
+    ] {
+        assert_eq!(refused(pointer, value), field);
+    }
+}
+
+#[test]
+fn a_missing_field_is_named() {
+    let mut document = paper();
+    document.as_object_mut().expect("an object").remove("mass");
+    let error = FlockConfig::from_json(&document.to_string()).expect_err("mass is missing");
+    assert!(matches!(error, Error::Config { field, .. } if field == "mass"));
+}
+
+#[test]
+fn text_that_is_no_document_is_refused() {
+    for text in ["", "{", "[]", "3", "null", "\u{0}"] {
+        assert!(FlockConfig::from_json(text).is_err(), "{text:?}");
+    }
+}

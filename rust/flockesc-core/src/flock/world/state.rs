@@ -1,0 +1,68 @@
+//! A world as plain data; what follows from it is found anew.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::World;
+use crate::agents::{Agents, AgentsState};
+use crate::base::error::Result;
+use crate::base::rng::{self, Stream};
+use crate::flock::metrics::{PredatorDistance, distances};
+use crate::flock::motion::{Response, ResponseState};
+use crate::flock::scenario::FlockConfig;
+use crate::neighbor::{Neighborhood, NeighborhoodState};
+use crate::predator::{Predator, PredatorState};
+use crate::snapshot::check;
+
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct WorldState {
+    agents: AgentsState,
+    predators: Vec<PredatorState>,
+    /// How far the predators' stream has been drawn.
+    drawn: u128,
+    neighborhood: NeighborhoodState,
+    response: ResponseState,
+}
+
+impl<const D: usize> World<D> {
+    pub(crate) fn save(&self) -> WorldState {
+        WorldState {
+            agents: self.agents.save(),
+            predators: self.predators.iter().map(Predator::save).collect(),
+            drawn: self.rng.get_word_pos(),
+            neighborhood: self.neighborhood.save(&self.agents),
+            response: self.response.save(),
+        }
+    }
+
+    /// The world that was started with `seed` in the scenario `config`.
+    pub(crate) fn restore(state: WorldState, config: &Arc<FlockConfig>, seed: u64) -> Result<Self> {
+        let config = config.clone().drawn(seed);
+        let num_agents = config.num_agents;
+        let mut agents = Agents::restore(&state.agents, num_agents)?;
+        check(state.predators.len() == config.predators.len(), "predators")?;
+        let predators = state.predators.iter().zip(&config.predators);
+        let predators: Vec<Predator<D>> = predators
+            .map(|(state, config)| Predator::restore(state, config, num_agents))
+            .collect::<Result<_>>()?;
+        let after: Vec<[f64; D]> = predators.iter().map(|p| p.position.into()).collect();
+        for group in &mut agents.groups {
+            group.distance = distances(&group.position, &after);
+        }
+        let mut rng = rng::stream(seed, Stream::Predators);
+        rng.set_word_pos(state.drawn);
+        let options = config.neighbor_options();
+        Ok(Self {
+            predator_distance: PredatorDistance::of(&agents.groups, agents.len()),
+            neighborhood: Neighborhood::restore(state.neighborhood, options, &agents)?,
+            rng,
+            response: Response::restore(state.response, &config, seed)?,
+            before: after.clone(),
+            after,
+            predators,
+            agents,
+            config,
+        })
+    }
+}

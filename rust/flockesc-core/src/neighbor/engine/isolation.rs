@@ -1,0 +1,125 @@
+//! The agent farthest from all others: the tree answers for the few agents that could be it.
+
+use crate::agents::{Agents, FAN, GROUP, TILE};
+use crate::base::vector::{larger, smaller, squared_norm};
+use crate::neighbor::engine::tree::Tree;
+
+/// The place of the agent whose nearest other agent is farthest; the lowest name among equals.
+pub(in crate::neighbor) fn most_isolated<const D: usize>(
+    agents: &Agents<D>,
+    tree: &Tree<D>,
+) -> usize {
+    let (mut farthest, mut best) = (f64::NEG_INFINITY, 0);
+    for place in 0..agents.len() {
+        let mut search = Search {
+            tree,
+            num_agents: agents.len(),
+            place,
+            position: tree.speakers[place / GROUP].0[place % GROUP].position,
+            nearest: f64::INFINITY,
+            enough: farthest,
+        };
+        // Its own tile first: that alone tells of most agents that they are not it.
+        search.visit_tile(place / TILE);
+        search.descend(tree.levels.len() - 1, 0);
+        let is_named_first = || agents.name(place) < agents.name(best);
+        if search.nearest > farthest || (search.nearest == farthest && is_named_first()) {
+            (farthest, best) = (search.nearest, place);
+        }
+    }
+    best
+}
+
+/// The search for the nearest other agent of the one at `place`.
+struct Search<'a, const D: usize> {
+    tree: &'a Tree<D>,
+    num_agents: usize,
+    place: usize,
+    position: [f64; D],
+    /// Squared distance in m^2 to the nearest agent found.
+    nearest: f64,
+    /// Below this squared distance the search is given up.
+    enough: f64,
+}
+
+impl<const D: usize> Search<'_, D> {
+    fn descend(&mut self, level: usize, block: usize) {
+        let nodes = &self.tree.levels[level][block];
+        for child in 0..FAN {
+            if self.nearest < self.enough {
+                return;
+            }
+            let bounds = nodes.bounds_of(child);
+            let gap: [f64; D] = std::array::from_fn(|axis| {
+                let (low, high) = (bounds.low[axis], bounds.high[axis]);
+                larger(
+                    larger(low - self.position[axis], self.position[axis] - high),
+                    0.0,
+                )
+            });
+            if squared_norm(&gap) < self.nearest {
+                let node = block * FAN + child;
+                match level.checked_sub(1) {
+                    Some(below) => self.descend(below, node),
+                    None => self.visit_tile(node),
+                }
+            }
+        }
+    }
+
+    fn visit_tile(&mut self, tile: usize) {
+        for place in tile * TILE..self.num_agents.min((tile + 1) * TILE) {
+            if place != self.place {
+                let other = &self.tree.speakers[place / GROUP].0[place % GROUP].position;
+                let offset: [f64; D] =
+                    std::array::from_fn(|axis| other[axis] - self.position[axis]);
+                self.nearest = smaller(self.nearest, squared_norm(&offset));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::SVector;
+    use proptest::prelude::*;
+
+    fn named<const D: usize>(coordinates: &[i32]) -> (usize, usize) {
+        let positions: Vec<SVector<f64, D>> = coordinates
+            .chunks_exact(D)
+            .map(|row| SVector::from_fn(|axis, _| f64::from(row[axis])))
+            .collect();
+        let agents = Agents::new(&positions, &positions);
+        let mut tree = Tree::new(agents.groups.len());
+        tree.refresh(&agents);
+        let nearest = |i: usize| {
+            (0..positions.len())
+                .filter(|&j| j != i)
+                .map(|j| (positions[j] - positions[i]).norm_squared())
+                .fold(f64::INFINITY, f64::min)
+        };
+        let expected = (0..positions.len()).fold((0, f64::NEG_INFINITY), |best, i| {
+            let distance = nearest(i);
+            if distance > best.1 {
+                (i, distance)
+            } else {
+                best
+            }
+        });
+        (agents.name(most_isolated(&agents, &tree)), expected.0)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// Whole coordinates: many agents at one place, and many that are equally far apart.
+        #[test]
+        fn is_what_all_pairs_say(coordinates in prop::collection::vec(-40..40_i32, 6..2400)) {
+            let (found, expected) = named::<2>(&coordinates);
+            prop_assert_eq!(found, expected);
+            let (found, expected) = named::<3>(&coordinates);
+            prop_assert_eq!(found, expected);
+        }
+    }
+}

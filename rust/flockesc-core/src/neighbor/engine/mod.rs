@@ -1,0 +1,11 @@
+//! How neighbors are found and their velocities summed, whatever the rule.
+
+pub(super) mod components;
+pub(super) mod field_of_view;
+pub(super) mod isolation;
+pub(super) mod links;
+pub(super) mod lists;
+pub(super) mod pairs;
+pub(super) mod reach;
+pub(super) mod sums;
+pub(super) mod tree;

@@ -1,0 +1,136 @@
+//! How far listeners reach, decided for boxes as it would be for each agent inside.
+//!
+//! Boxes are compared with the same operations as agents, and rounding keeps order: the squared distance of a box is at
+//! most (the farthest corner: at least) that of any agent in it, as computed. So no margin is needed.
+
+use bytemuck::{bytes_of, cast_slice};
+use pulp::Simd;
+
+use crate::agents::FAN;
+use crate::base::vector::{larger, smaller};
+use crate::neighbor::engine::tree::{Bounds, Siblings};
+use crate::neighbor::ranges::Reaches;
+
+/// Some listeners, as far as boxes can tell.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::neighbor) struct Reach<const D: usize> {
+    bounds: Bounds<D>,
+    /// Squares of the shortest and the longest of their ranges, in m^2.
+    shortest: f64,
+    longest: f64,
+    /// Whether the shortest range is half the diagonal of the box or more: otherwise nothing is wholly within reach.
+    pub(in crate::neighbor) may_enclose: bool,
+}
+
+impl<const D: usize> Reach<D> {
+    /// Listeners inside of `bounds` with these squared ranges.
+    #[inline(always)]
+    pub(in crate::neighbor) fn new(
+        bounds: Bounds<D>,
+        reaches: Reaches<'_>,
+        squared: &[f64],
+    ) -> Self {
+        let (shortest, longest) = if reaches.are_equal() {
+            (squared[0], squared[0])
+        } else {
+            let extremes = (f64::INFINITY, 0.0);
+            squared.iter().fold(extremes, |(low, high), &squared| {
+                (smaller(low, squared), larger(high, squared))
+            })
+        };
+        let mut diagonal = 0.0;
+        for axis in 0..D {
+            let side = bounds.high[axis] - bounds.low[axis];
+            diagonal += side * side;
+        }
+        Self {
+            bounds,
+            shortest,
+            longest,
+            may_enclose: diagonal <= 4.0 * shortest,
+        }
+    }
+
+    /// Which of eight nodes are within reach of some listener, as far as boxes can tell: one bit per node.
+    #[inline(always)]
+    pub(in crate::neighbor) fn near<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> u8 {
+        let zero = simd.splat_f64s(0.0);
+        let mut mask = 0;
+        for register in 0..FAN / S::F64_LANES {
+            let mut gap = [zero; D];
+            for axis in 0..D {
+                let low = S::as_simd_f64s(&nodes.low[axis]).0[register];
+                let high = S::as_simd_f64s(&nodes.high[axis]).0[register];
+                let above = simd.sub_f64s(low, simd.splat_f64s(self.bounds.high[axis]));
+                let below = simd.sub_f64s(simd.splat_f64s(self.bounds.low[axis]), high);
+                gap[axis] = simd.max_f64s(simd.max_f64s(above, below), zero);
+            }
+            let longest = simd.splat_f64s(self.longest);
+            let is_near = simd.less_than_or_equal_f64s(squared_norm(simd, gap), longest);
+            mask |= bits(simd, is_near) << (register * S::F64_LANES);
+        }
+        mask
+    }
+
+    /// Which nodes of one register are wholly within reach of all listeners, if any [may be](Self::may_enclose).
+    #[inline(always)]
+    pub(in crate::neighbor) fn encloses<S: Simd>(
+        &self,
+        simd: S,
+        nodes: &Siblings<D>,
+        register: usize,
+    ) -> S::m64s {
+        let mut extent = [simd.splat_f64s(0.0); D];
+        for axis in 0..D {
+            let low = S::as_simd_f64s(&nodes.low[axis]).0[register];
+            let high = S::as_simd_f64s(&nodes.high[axis]).0[register];
+            let up = simd.sub_f64s(high, simd.splat_f64s(self.bounds.low[axis]));
+            let down = simd.sub_f64s(simd.splat_f64s(self.bounds.high[axis]), low);
+            extent[axis] = simd.max_f64s(up, down);
+        }
+        let shortest = simd.splat_f64s(self.shortest);
+        simd.less_than_or_equal_f64s(squared_norm(simd, extent), shortest)
+    }
+
+    /// Which of eight nodes lie wholly within reach, and which partly: one bit per node.
+    #[inline(always)]
+    pub(in crate::neighbor) fn classify<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> (u8, u8) {
+        let near = self.near(simd, nodes);
+        if near == 0 || !self.may_enclose {
+            return (0, near);
+        }
+        let mut inside = 0;
+        for register in 0..FAN / S::F64_LANES {
+            let is_inside = self.encloses(simd, nodes, register);
+            inside |= bits(simd, is_inside) << (register * S::F64_LANES);
+        }
+        (inside, near & !inside)
+    }
+}
+
+/// The squared Euclidean norm, lane by lane. Loops, not iterators: what takes registers must be inlined.
+#[inline(always)]
+pub(in crate::neighbor) fn squared_norm<S: Simd, const D: usize>(
+    simd: S,
+    vector: [S::f64s; D],
+) -> S::f64s {
+    let mut sum = simd.mul_f64s(vector[0], vector[0]);
+    for axis in 1..D {
+        sum = simd.add_f64s(sum, simd.mul_f64s(vector[axis], vector[axis]));
+    }
+    sum
+}
+
+/// One bit per lane.
+#[inline(always)]
+pub(in crate::neighbor) fn bits<S: Simd>(simd: S, mask: S::m64s) -> u8 {
+    if let [bits] = bytes_of(&mask) {
+        return *bits; // AVX-512 keeps masks as bits
+    }
+    let flags = simd.select_u64s(mask, simd.splat_u64s(1), simd.splat_u64s(0));
+    let flags: &[u64] = cast_slice(std::slice::from_ref(&flags));
+    flags
+        .iter()
+        .enumerate()
+        .fold(0, |bits, (lane, flag)| bits | (*flag as u8) << lane)
+}

@@ -1,0 +1,251 @@
+//! A tree of boxes over tiles, groups, groups of groups, ..: what is known of many agents at once.
+
+use multiversion::multiversion;
+
+use crate::agents::{Agents, FAN, GROUP, Group, TILE, reduce};
+use crate::base::exact::Scale;
+use crate::base::vector::{larger, smaller};
+use crate::neighbor::ranges::SAMPLE;
+use crate::parallel;
+
+/// An agent as others hear it.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub(in crate::neighbor) struct Speaker<const D: usize> {
+    /// r in m.
+    pub(in crate::neighbor) position: [f64; D],
+    /// v in units of the tree's scale.
+    pub(in crate::neighbor) signal: [i64; D],
+}
+
+/// The agents of one group, one after the other, as they are heard.
+#[derive(Debug, Clone)]
+#[repr(C, align(64))]
+pub(in crate::neighbor) struct Speakers<const D: usize>(
+    pub(in crate::neighbor) [Speaker<D>; GROUP],
+);
+
+impl<const D: usize> Speakers<D> {
+    const SILENT: Self = Self(
+        [Speaker {
+            position: [f64::NAN; D],
+            signal: [0; D],
+        }; GROUP],
+    );
+}
+
+/// Eight sibling nodes side by side: their boxes, the sums of their agents' velocities and their numbers of agents.
+///
+/// A node without agents has a box from infinity to minus infinity.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub(in crate::neighbor) struct Siblings<const D: usize> {
+    pub(in crate::neighbor) low: [[f64; FAN]; D],
+    pub(in crate::neighbor) high: [[f64; FAN]; D],
+    pub(in crate::neighbor) sum: [[i64; FAN]; D],
+    pub(in crate::neighbor) count: [i64; FAN],
+}
+
+/// A box; the smallest around some agents.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::neighbor) struct Bounds<const D: usize> {
+    pub(in crate::neighbor) low: [f64; D],
+    pub(in crate::neighbor) high: [f64; D],
+}
+
+impl<const D: usize> Siblings<D> {
+    pub(in crate::neighbor) const EMPTY: Self = Self {
+        low: [[f64::INFINITY; FAN]; D],
+        high: [[f64::NEG_INFINITY; FAN]; D],
+        sum: [[0; FAN]; D],
+        count: [0; FAN],
+    };
+
+    /// The box of child `child`.
+    #[inline(always)]
+    pub(in crate::neighbor) fn bounds_of(&self, child: usize) -> Bounds<D> {
+        Bounds {
+            low: std::array::from_fn(|axis| self.low[axis][child]),
+            high: std::array::from_fn(|axis| self.high[axis][child]),
+        }
+    }
+
+    /// The box around all eight.
+    #[inline(always)]
+    pub(in crate::neighbor) fn bounds(&self) -> Bounds<D> {
+        Bounds {
+            low: std::array::from_fn(|axis| {
+                self.low[axis].iter().copied().fold(f64::INFINITY, smaller)
+            }),
+            high: std::array::from_fn(|axis| {
+                self.high[axis]
+                    .iter()
+                    .copied()
+                    .fold(f64::NEG_INFINITY, larger)
+            }),
+        }
+    }
+}
+
+/// The tree over all agents where they stand.
+#[derive(Debug, Clone)]
+pub(in crate::neighbor) struct Tree<const D: usize> {
+    /// `levels[0][g]` are the tiles of group g, `levels[1][k]` the groups 8 k to 8 k + 7, and so on to a single block.
+    pub(in crate::neighbor) levels: Vec<Vec<Siblings<D>>>,
+    pub(in crate::neighbor) speakers: Vec<Speakers<D>>,
+    /// Unit of all sums of velocities, in m/s.
+    pub(in crate::neighbor) scale: Scale,
+    /// Largest component of any velocity, in m/s.
+    pub(in crate::neighbor) largest_speed: f64,
+}
+
+impl<const D: usize> Tree<D> {
+    /// A tree of the right size for `num_groups` groups; empty before the first [`Tree::refresh`].
+    pub(in crate::neighbor) fn new(num_groups: usize) -> Self {
+        let mut blocks = num_groups;
+        let mut levels = vec![vec![Siblings::EMPTY; blocks]];
+        while blocks > 1 {
+            blocks = blocks.div_ceil(FAN);
+            levels.push(vec![Siblings::EMPTY; blocks]);
+        }
+        Self {
+            levels,
+            speakers: vec![Speakers::SILENT; num_groups],
+            scale: Scale::for_registers(0.0, 1),
+            largest_speed: 0.0,
+        }
+    }
+
+    /// Makes it a tree for fewer groups; [`Tree::refresh`] does the rest.
+    pub(in crate::neighbor) fn shrink(&mut self, num_groups: usize) {
+        self.speakers.truncate(num_groups);
+        let mut blocks = num_groups;
+        self.levels[0].truncate(blocks);
+        let mut height = 1;
+        while blocks > 1 {
+            blocks = blocks.div_ceil(FAN);
+            self.levels[height].truncate(blocks);
+            height += 1;
+        }
+        self.levels.truncate(height);
+    }
+
+    /// Brings boxes and sums up to date with where the agents are and how they move.
+    pub(in crate::neighbor) fn refresh(&mut self, agents: &Agents<D>) {
+        let largest = parallel::map_reduce(&agents.groups, largest_speed, larger);
+        self.largest_speed = largest.unwrap_or(0.0);
+        self.scale = Scale::for_registers(self.largest_speed, agents.len());
+        let scale = self.scale;
+        let (tiles, nodes) = self.levels.split_at_mut(1);
+        parallel::for_each_chunk(
+            &mut self.speakers,
+            &mut tiles[0],
+            |first, speakers, tiles| {
+                survey(
+                    &agents.groups[first..first + tiles.len()],
+                    scale,
+                    speakers,
+                    tiles,
+                );
+            },
+        );
+        let mut below = &tiles[0];
+        for blocks in nodes {
+            for (children, block) in below.chunks(FAN).zip(blocks.iter_mut()) {
+                *block = unite(children);
+            }
+            below = blocks;
+        }
+    }
+
+    /// The block that holds all.
+    pub(in crate::neighbor) fn root(&self) -> &Siblings<D> {
+        &self.levels[self.levels.len() - 1][0]
+    }
+
+    /// Mean extent of a tile along an axis in m, over a sample of the groups.
+    pub(in crate::neighbor) fn mean_extent(&self) -> f64 {
+        let (mut total, mut count) = (0.0, 0.0);
+        for tiles in self.levels[0]
+            .iter()
+            .step_by(self.levels[0].len().div_ceil(SAMPLE))
+        {
+            for tile in (0..FAN).filter(|&tile| tiles.count[tile] > 0) {
+                let Bounds { low, high } = tiles.bounds_of(tile);
+                total += (0..D).map(|axis| high[axis] - low[axis]).sum::<f64>();
+                count += D as f64;
+            }
+        }
+        total / count
+    }
+}
+
+/// Largest component of any velocity, in m/s.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn largest_speed<const D: usize>(groups: &[Group<D>]) -> f64 {
+    let mut largest = [0.0; GROUP];
+    for group in groups {
+        for column in &group.velocity {
+            for lane in 0..GROUP {
+                largest[lane] = larger(largest[lane], column[lane].abs());
+            }
+        }
+    }
+    reduce(largest, larger)
+}
+
+/// Speakers and tiles of some groups.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn survey<const D: usize>(
+    groups: &[Group<D>],
+    scale: Scale,
+    speakers: &mut [Speakers<D>],
+    tiles: &mut [Siblings<D>],
+) {
+    for ((group, speakers), tiles) in groups.iter().zip(speakers).zip(tiles) {
+        for axis in 0..D {
+            let velocity = &group.velocity[axis];
+            let mut signal = [0; GROUP];
+            for lane in 0..GROUP {
+                signal[lane] = scale.quantize(velocity[lane]);
+            }
+            for lane in 0..GROUP {
+                speakers.0[lane].position[axis] = group.position[axis][lane];
+                speakers.0[lane].signal[axis] = signal[lane];
+            }
+            let position = &group.position[axis];
+            for tile in 0..FAN {
+                let places = tile * TILE..(tile + 1) * TILE;
+                tiles.low[axis][tile] = position[places.clone()]
+                    .iter()
+                    .copied()
+                    .fold(f64::INFINITY, smaller);
+                tiles.high[axis][tile] = position[places.clone()]
+                    .iter()
+                    .copied()
+                    .fold(f64::NEG_INFINITY, larger);
+                tiles.sum[axis][tile] = signal[places].iter().sum();
+            }
+        }
+        for tile in 0..FAN {
+            let places = tile * TILE..(tile + 1) * TILE;
+            let column = &group.position[0][places];
+            tiles.count[tile] = column.iter().map(|x| i64::from(!x.is_nan())).sum();
+        }
+    }
+}
+
+/// The nodes whose children are the blocks given.
+fn unite<const D: usize>(children: &[Siblings<D>]) -> Siblings<D> {
+    let mut block = Siblings::EMPTY;
+    for (node, child) in children.iter().enumerate() {
+        let bounds = child.bounds();
+        for axis in 0..D {
+            block.low[axis][node] = bounds.low[axis];
+            block.high[axis][node] = bounds.high[axis];
+            block.sum[axis][node] = child.sum[axis].iter().sum();
+        }
+        block.count[node] = child.count.iter().sum();
+    }
+    block
+}

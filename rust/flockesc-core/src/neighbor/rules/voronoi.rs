@@ -1,0 +1,105 @@
+//! Voronoi neighbors in the plane, by the Delaunay triangulation.
+//!
+//! Two agents are neighbors where their cells share an edge of positive length. Triangulations of points on a common
+//! circle are not unique, but their superfluous edges belong to cells that meet in a point: exact predicates find and drop
+//! them. Agents in the same place share a cell; they are neighbors of each other and have the same ones.
+
+use nalgebra::SVector;
+use robust::{Coord, incircle};
+use spade::{
+    DelaunayTriangulation, HasPosition, MAX_ALLOWED_VALUE, Point2, Triangulation,
+    mitigate_underflow,
+};
+
+use crate::agents::Agents;
+use crate::neighbor::engine::lists::Lists;
+
+/// A place with at least one agent.
+struct Site {
+    position: Point2<f64>,
+    /// Index of the site.
+    index: usize,
+}
+
+impl HasPosition for Site {
+    type Scalar = f64;
+
+    fn position(&self) -> Point2<f64> {
+        self.position
+    }
+}
+
+/// Every agent's Voronoi neighbors, itself left out. Agents beyond 2^201 m have none but those in the same place.
+pub(in crate::neighbor) fn voronoi_neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
+    let mut points: Vec<(Point2<f64>, u32)> = agents
+        .iter()
+        .map(|(name, position, _)| (rounded(&position), name as u32))
+        .collect();
+    points.sort_unstable_by(|(a, one), (b, other)| {
+        let by_place = a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y));
+        by_place.then(one.cmp(other))
+    });
+    let sites: Vec<&[(Point2<f64>, u32)]> = points.chunk_by(|a, b| a.0 == b.0).collect();
+    let mut pairs = Vec::with_capacity(6 * points.len());
+    let mut link = |one: usize, other: usize| {
+        for &(_, name) in sites[one] {
+            pairs.extend(sites[other].iter().map(|&(_, other)| (name, other)));
+        }
+    };
+    for (index, site) in sites.iter().enumerate() {
+        if site.len() > 1 {
+            link(index, index);
+        }
+    }
+    for (one, other) in shared_edges(&sites) {
+        link(one, other);
+        link(other, one);
+    }
+    pairs.retain(|(name, other)| name != other);
+    Lists::new(agents.num_names(), &pairs)
+}
+
+/// The position as the triangulation takes it: tiny coordinates are 0, and there is one 0 only.
+fn rounded<const D: usize>(position: &SVector<f64, D>) -> Point2<f64> {
+    let Point2 { x, y } = mitigate_underflow(Point2::new(position[0], position[1]));
+    Point2::new(x + 0.0, y + 0.0)
+}
+
+/// Pairs of sites whose cells share an edge of positive length.
+fn shared_edges(sites: &[&[(Point2<f64>, u32)]]) -> Vec<(usize, usize)> {
+    let is_allowed = |point: &Point2<f64>| {
+        point.x.abs() <= MAX_ALLOWED_VALUE && point.y.abs() <= MAX_ALLOWED_VALUE
+    };
+    let places = sites.iter().map(|site| site[0].0).enumerate();
+    let vertices = places
+        .filter(|(_, position)| is_allowed(position))
+        .map(|(index, position)| Site { position, index })
+        .collect();
+    // Every coordinate has been checked, so there is nothing to refuse.
+    let Ok(triangulation) = DelaunayTriangulation::<Site>::bulk_load(vertices) else {
+        return Vec::new();
+    };
+    triangulation
+        .undirected_edges()
+        .filter_map(|edge| {
+            let directed = edge.as_directed();
+            let apexes = (
+                directed.opposite_position(),
+                directed.rev().opposite_position(),
+            );
+            let is_point = matches!(apexes, (Some(left), Some(right)) if {
+                let [a, b] = edge.positions();
+                incircle(coord(a), coord(b), coord(left), coord(right)) == 0.0
+            });
+            let [one, other] = edge.vertices().map(|vertex| vertex.data().index);
+            (!is_point).then_some((one, other))
+        })
+        .collect()
+}
+
+fn coord(point: Point2<f64>) -> Coord<f64> {
+    Coord {
+        x: point.x,
+        y: point.y,
+    }
+}

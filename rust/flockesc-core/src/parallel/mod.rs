@@ -1,0 +1,14 @@
+//! Work on several threads: pools, and how work is cut and shared out.
+
+mod chunks;
+mod dispatch;
+mod pools;
+mod progress;
+
+pub(crate) use chunks::{
+    SPREAD, for_each_chunk, for_each_chunk_with, join, map_reduce, num_chunks,
+};
+pub(crate) use dispatch::{Pool, spread};
+pub use pools::forked;
+pub(crate) use pools::pool;
+pub use progress::Progress;

@@ -1,0 +1,142 @@
+//! What all predators that turn toward something have in common: where they start, and their limits.
+
+use nalgebra::SVector;
+
+use crate::base::check::{LARGEST, quantity};
+use crate::base::error::{Error, Result};
+use crate::base::vector::unit;
+use crate::predator::shared::steering::heading_toward;
+use crate::predator::strategy::Flight;
+
+/// Relative error that the norm of a velocity may have where it was made to be `max_speed`.
+const ROUNDING: f64 = 1e-12;
+
+/// Declares a strategy with the fields that all that steer have, and its own.
+macro_rules! steering {
+    ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $field:ident: $kind:ty,)* }) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct $name {
+            /// r_p(0) in m.
+            pub position: Vec<f64>,
+            /// v_p(0) in m/s.
+            pub velocity: Vec<f64>,
+            /// Largest turn rate in rad/s, at least 0.
+            pub max_turn_rate: f64,
+            /// Speed in m/s up to which it accelerates, at least ||v_p(0)||; `None`: it keeps its speed.
+            pub max_speed: Option<f64>,
+            /// How fast the speed grows, in m/s^2, at least 0.
+            pub acceleration: f64,
+            $($(#[$doc])* pub $field: $kind,)*
+        }
+
+        impl $name {
+            pub(in crate::predator) fn limits(&self) -> $crate::predator::shared::flight::Limits {
+                $crate::predator::shared::flight::Limits {
+                    max_turn_rate: self.max_turn_rate,
+                    max_speed: self.max_speed,
+                    acceleration: self.acceleration,
+                }
+            }
+        }
+    };
+}
+pub(in crate::predator) use steering;
+
+/// How fast a predator may turn and get.
+pub(in crate::predator) struct Limits {
+    pub(in crate::predator) max_turn_rate: f64,
+    pub(in crate::predator) max_speed: Option<f64>,
+    pub(in crate::predator) acceleration: f64,
+}
+
+impl Limits {
+    /// Checks them for a predator that starts with `velocity`.
+    pub(in crate::predator) fn check(&self, path: &str, velocity: &[f64]) -> Result<()> {
+        quantity(&format!("{path}.max_turn_rate"), self.max_turn_rate)?;
+        quantity(&format!("{path}.acceleration"), self.acceleration)?;
+        let speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+        match self.max_speed {
+            Some(fastest) if !(speed * (1.0 - ROUNDING)..=LARGEST).contains(&fastest) => {
+                let expected = format!("a number from the initial speed, {speed}, to {LARGEST:?}");
+                Err(Error::config(
+                    format!("{path}.max_speed"),
+                    expected,
+                    fastest,
+                ))
+            }
+            None if self.acceleration > 0.0 => Err(Error::config(
+                format!("{path}.acceleration"),
+                "0 where there is no max_speed",
+                self.acceleration,
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// The velocity of a predator that turns toward `aim` in m, and its norm; it flies straight on without an aim.
+    pub(in crate::predator) fn toward<const D: usize>(
+        &self,
+        aim: Option<SVector<f64, D>>,
+        flight: &Flight<D>,
+        time_step: f64,
+    ) -> (SVector<f64, D>, f64) {
+        let velocity = &flight.velocity;
+        let limit = self.max_turn_rate * time_step;
+        let heading = aim.and_then(|aim| heading_toward(velocity, &(aim - flight.position), limit));
+        self.next(velocity, flight.speed, heading, time_step)
+    }
+
+    /// The velocity after `velocity`, and its norm after `speed`, along `heading`, a unit vector, or straight on where
+    /// there is none.
+    pub(in crate::predator) fn next<const D: usize>(
+        &self,
+        velocity: &SVector<f64, D>,
+        speed: f64,
+        heading: Option<SVector<f64, D>>,
+        time_step: f64,
+    ) -> (SVector<f64, D>, f64) {
+        let grown = match self.max_speed {
+            Some(fastest) if speed < fastest => {
+                (speed + self.acceleration * time_step).min(fastest)
+            }
+            _ => speed,
+        };
+        match heading {
+            Some(heading) => (heading * grown, grown),
+            // As it is, bit for bit.
+            None if grown <= speed => (*velocity, speed),
+            None => unit(velocity).map_or((*velocity, speed), |heading| (heading * grown, grown)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::vector;
+
+    #[test]
+    fn the_speed_grows_to_its_limit_and_never_falls() {
+        let limits = |max_speed| Limits {
+            max_turn_rate: 1.0,
+            max_speed,
+            acceleration: 4.0,
+        };
+        let next = |max_speed, velocity: SVector<f64, 2>, heading| {
+            let speed = velocity.norm();
+            let (next, norm) = limits(max_speed).next(&velocity, speed, heading, 0.5);
+            assert_eq!(next.norm(), norm);
+            next
+        };
+        let (up, still) = (Some(vector![0.0, 1.0]), vector![0.0, 0.0]);
+        assert_eq!(next(Some(9.0), vector![3.0, 0.0], up), vector![0.0, 5.0]);
+        assert_eq!(next(Some(4.5), vector![3.0, 0.0], up), vector![0.0, 4.5]);
+        assert_eq!(next(Some(2.0), vector![3.0, 0.0], up), vector![0.0, 3.0]);
+        assert_eq!(next(None, vector![3.0, 0.0], up), vector![0.0, 3.0]);
+        assert_eq!(next(Some(9.0), vector![3.0, 0.0], None), vector![5.0, 0.0]);
+        assert_eq!(next(Some(9.0), still, up), vector![0.0, 2.0]);
+        assert_eq!(next(Some(9.0), still, None), still);
+    }
+}
