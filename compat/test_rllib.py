@@ -26,11 +26,11 @@ def cluster() -> Iterator[None]:
 
 
 def wrapped(_: Any = None) -> ParallelPettingZooEnv:
-    return ParallelPettingZooEnv(parallel_env(SCENARIO, reward="own_distance_change"))
+    return ParallelPettingZooEnv(parallel_env(SCENARIO, reward="individual_distance_change"))
 
 
 def test_the_wrapper_gives_what_the_environment_gives() -> None:
-    env, plain = wrapped(), parallel_env(SCENARIO, reward="own_distance_change")
+    env, plain = wrapped(), parallel_env(SCENARIO, reward="individual_distance_change")
     for each in (env, plain):
         each.reset(seed=3)
     done = {"__all__": False}

@@ -93,7 +93,7 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
     def _add_final(
         self, dones: NDArray[np.bool], ending: _autoreset.Ending, slot_infos: list[dict[str, Any]]
     ) -> None:
-        """Add the last observations of ended episodes to their slots' infos, and which the horizon truncated."""
+        """Add the last observation to the infos of ended slots, and whether the horizon truncated them."""
         is_caught = ending.caught if self._per_agent else ending.caught.all(axis=1)
         slots = np.flatnonzero(dones).tolist()
         for slot, last, caught in zip(slots, ending.observations, is_caught.flat, strict=True):
@@ -101,7 +101,7 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
             slot_infos[slot]["terminal_observation"] = last
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
-        """Give flock f the seed ``seed + f`` at the next reset; ``None``: draw a seed from the operating system."""
+        """Give flock f the seed ``seed + f`` at the next reset; ``None``: draw ``seed`` at random."""
         rows = self._batch.rows
         first = fresh_seed() if seed is None else as_seed(seed)
         as_seed(first + self._batch.num_flocks - 1, "seed of the last flock")

@@ -12,10 +12,9 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from flockesc_env import FlockScenario, FlockSweepResult, Trajectory
+from flockesc_env import FlockScenario, FlockSweepResult, NamedPolicy, Trajectory
 from flockesc_env.common import stats
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.render.palette import LIGHT
 
 Run = tuple[str, Trajectory]

@@ -67,7 +67,7 @@ def run(
     made = _run(chosen, interaction_range, policy, seed)
     name = policy or f"range {interaction_range:g}"
     if output is not None:
-        records.save(made, output, name=name)
+        records.save_run(made, output, name=name)
     outcome = _outcome(made)
     if json:
         show_json(

@@ -98,7 +98,7 @@ def _played(policies: tuple[str, ...], seed: int, scenario: FlockScenario) -> _R
 def _recorded(files: tuple[Path, ...]) -> _Runs:
     runs = []
     for path in files:
-        record = records.load(path)
+        record = records.load_run(path)
         run = record.trajectory
         if not isinstance(run, Trajectory):
             raise ArgumentError("files", "runs of a flock", f"a line in {path}")

@@ -18,7 +18,7 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray
-from flockesc_env.episodes.batch import Columns, FlockBatch, Observations, is_over
+from flockesc_env.episodes.batch import AtEnd, Columns, FlockBatch, Observations, is_over
 
 
 class Ending(NamedTuple):
@@ -77,7 +77,7 @@ def step(
         ActionError: as ``FlockBatch.step``.
         ResetNeededError: as ``FlockBatch.step``.
     """
-    at_end = "restart" if mode is AutoresetMode.NEXT_STEP else "refuse"
+    at_end: AtEnd = "restart" if mode is AutoresetMode.NEXT_STEP else "refuse"
     observations, rewards, ended, ranges, columns = batch.step(actions, at_end=at_end, out=out)
     terminations = is_over(columns)
     ending = None

@@ -69,7 +69,7 @@ class FlockArguments(CommonArguments, total=False):
 
 
 class LineArguments(RenderArguments, LineOptionsDict, total=False):
-    """Keyword arguments of the environment of a line, with those of ``LineOptions`` and ``RenderArguments``."""
+    """Keyword arguments of the line's environment, with those of ``LineOptions`` and ``RenderArguments``."""
 
 
 class Viewed:
@@ -127,7 +127,7 @@ class FlockEnvironment(Viewed):
     def __init__(
         self,
         scenario: FlockScenario | str | None,
-        arguments: FlockArguments,
+        arguments: CommonArguments,
         *,
         num_flocks: int = 1,
         per_agent: bool = False,
@@ -141,7 +141,7 @@ class FlockEnvironment(Viewed):
             num_flocks=num_flocks,
             per_agent=per_agent,
             num_threads=arguments.get("num_threads"),
-            predator_policy=arguments.get("predator_policy"),
+            predator_policy=cast("FlockArguments", arguments).get("predator_policy"),
         )
         self.scenario: FlockScenario = batch.scenario
         self.options: EnvOptions = batch.options

@@ -113,7 +113,7 @@ class FlockVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[A
 
         Raises:
             ActionError: for an action outside of the action space, except those of slots that are reset.
-            ResetNeededError: before ``reset``, or if the episode in a slot has ended and autoreset is disabled.
+            ResetNeededError: before ``reset``, or after the end of an episode if autoreset is disabled.
         """
         step = _autoreset.step(self._batch, actions, self.autoreset_mode, self._out)
         step.columns["interaction_range"] = step.ranges
@@ -163,7 +163,7 @@ class FlockVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[A
             column[slots] = ending.started.get(name, 0.0)
 
     def _infos(self, columns: Columns, slots: Sequence[int]) -> dict[str, Any]:
-        """Return Gymnasium's ``infos`` of some slots: arrays over all slots, and masks of those with a value."""
+        """Return Gymnasium's ``infos`` of some slots: arrays over all slots, and masks."""
         if len(slots) < self.num_envs:
             mask = np.zeros(self.num_envs, np.bool)
             mask[slots] = True

@@ -22,6 +22,7 @@ from flockesc_env.common.checks import (
     as_threads,
 )
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
 from flockesc_env.episodes.seeds import fresh_seed
@@ -44,7 +45,7 @@ RESET_OPTIONS: Final = (*STARTS, "episode")
 """Keys of the ``options`` of a reset: arrays, and a number of an episode."""
 
 Start = Mapping[str, Any]
-"""Checked options of a reset. The seed or the scenario sets what it leaves out; the episode is the next one."""
+"""Checked options of a reset; the seed or the scenario sets those that are missing."""
 
 MAX_FLOCKS: Final = 1_000_000
 """Largest number of flocks in a batch; many more would not fit into memory."""
@@ -96,6 +97,7 @@ class FlockBatch:
                 kinds = ", ".join(type(predator).__name__ for predator in scenario.predators)
                 raise ArgumentError("predator_policy", expected, kinds or "no predator")
         self._predator_policy = predator_policy
+        self._begun: list[int] = []  # slots whose episode began since the predator policy's last action
         self.options = options
         self.num_flocks = as_count(num_flocks, "num_flocks", most=MAX_FLOCKS)
         self.rows = scenario.num_agents if per_agent else 1
@@ -158,7 +160,9 @@ class FlockBatch:
         Returns:
             Observations (len(slots) * rows, entries) and columns of ``info``, of ``slots`` only.
         """
-        return self._core.reset(slots, seeds or [None] * len(slots), **start)
+        began = self._core.reset(slots, seeds or [None] * len(slots), **start)
+        self._begun += slots
+        return began
 
     def step(
         self,
@@ -174,9 +178,9 @@ class FlockBatch:
         Args:
             actions: shape (num_flocks * rows, 1) or, where discrete, (num_flocks * rows,).
             label: names an action in an error; ``None``: ``action[i]``.
-            at_end: what a slot does whose episode has ended: it raises an error (``"refuse"``), or ignores its
-                action, has reward 0 and starts the next episode of its schedule (``"restart"``) or stays
-                unchanged (``"stay"``).
+            at_end: what a slot does whose episode has ended. ``"refuse"``: it raises an error. Else it
+                ignores its action, has reward 0, and starts the next episode of its schedule
+                (``"restart"``) or stays unchanged (``"stay"``).
             out: arrays for the observations and rewards; ``None``: new ones.
             predator_actions: shape (num_flocks * predators, D), from ``predator_policy_spec``; ``None``: the
                 predator policy chooses them or, without one, they are 0.
@@ -191,7 +195,10 @@ class FlockBatch:
         """
         if predator_actions is None:
             predator_actions = self._predator_actions()
-        return self._core.step(actions, label, at_end, out, predator_actions)
+        step = self._core.step(actions, label, at_end, out, predator_actions)
+        if at_end == "restart":
+            self._begun += np.flatnonzero(step[2]).tolist()
+        return step
 
     def step_one(self, action: Any) -> tuple[Observations, float, bool, dict[str, Any]]:
         """Step a batch of one row, as ``step``.
@@ -213,7 +220,7 @@ class FlockBatch:
         return self._core.team_rewards()
 
     def predator_rewards(self) -> FloatArray:
-        """Return the reward of each flock's predators in the last step, minus its own, shape (num_flocks,)."""
+        """Return the reward of each flock's predators in the last step, shape (num_flocks,)."""
         return self._core.predator_rewards()
 
     def observe(self, slots: Sequence[int]) -> Observations:
@@ -221,7 +228,7 @@ class FlockBatch:
         return self._core.observe(slots)
 
     def observe_predators(self, slots: Sequence[int]) -> Observations:
-        """Return the observations of learned predators in some slots, shape (len(slots) * predators, entries)."""
+        """Return the observations of learned predators, shape (len(slots) * predators, entries)."""
         return self._core.observe_predators(slots)
 
     def metrics(self) -> Columns:
@@ -274,6 +281,7 @@ class FlockBatch:
         for other in set(range(self.num_flocks)).difference(chosen):
             self._core.has_ended(other)  # raises if it was never reset
         self._core.set_state(chosen, as_bytes(state, "state"))
+        self._begun += chosen  # a predator policy's memory is not part of a state
         return chosen
 
     def _slots(self, slots: Any) -> list[int]:
@@ -293,6 +301,10 @@ class FlockBatch:
         if self._predator_policy is None:
             return None
         observations = self._core.observe_predators(range(self.num_flocks))
+        if self._begun:
+            begins = np.isin(np.arange(self.num_flocks), self._begun)
+            reset_policy(self._predator_policy, np.repeat(begins, self.predator_policy_spec.count))
+            self._begun = []
         actions = self._predator_policy.act(observations, self.predator_policy_spec)
         return self.predator_policy_spec.plain(actions, len(observations), "actions of the predator policy")
 

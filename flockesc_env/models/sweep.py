@@ -1,11 +1,11 @@
-"""The paper's grid search: every range on every initial state, the same states for every range."""
+"""Grid search over fixed ranges: every range on the same initial states."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, overload
+from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,10 +23,8 @@ from flockesc_env.common.checks import (
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import atomic_write
-from flockesc_env.models.simulate import IntArray
-from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.presets import as_model
+from flockesc_env.models.simulate import IntArray, named_scenario
+from flockesc_env.scenario.flock import FlockScenario, LineScenario
 
 if TYPE_CHECKING:
     import polars as pl
@@ -195,13 +193,13 @@ def sweep(
 ) -> LineSweepResult: ...
 @overload
 def sweep(
-    scenario: FlockScenario | LineScenario | str,
+    scenario: str,
     interaction_ranges: ArrayLike,
     seeds: Iterable[int],
     *,
     num_threads: int | None = None,
     progress: Progress | None = None,
-) -> FlockSweepResult | LineSweepResult: ...
+) -> Any: ...  # the model is known once the name is looked up
 def sweep(
     scenario: FlockScenario | LineScenario | str,
     interaction_ranges: ArrayLike,
@@ -222,9 +220,9 @@ def sweep(
 
     Raises:
         ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
-        ScenarioError: if ``scenario`` is neither a scenario nor a preset's name.
+        ScenarioError: if no preset has the name.
     """
-    scenario = as_model(scenario)
+    model = named_scenario(scenario)
     ranges = as_floats(interaction_ranges, "interaction_ranges", least=0.0)
     if ranges.ndim != 1 or not ranges.size:
         raise ArgumentError("interaction_ranges", "shape (k,) with k >= 1", f"shape {ranges.shape}")
@@ -232,9 +230,9 @@ def sweep(
     threads, progress = as_threads(num_threads), as_callback(progress)
     total = ranges.size * checked.size
     report = None if progress is None else lambda done: progress(done, total)
-    document = scenario.to_json()
-    if isinstance(scenario, FlockScenario):
+    document = model.to_json()
+    if isinstance(model, FlockScenario):
         flocks = _core.sweep_flock(document, ranges, checked, threads, report)
-        return FlockSweepResult(scenario, ranges, checked, **flocks)
+        return FlockSweepResult(model, ranges, checked, **flocks)
     lines = _core.sweep_line(document, ranges, checked, threads, report)
-    return LineSweepResult(scenario, ranges, checked, **lines)
+    return LineSweepResult(model, ranges, checked, **lines)

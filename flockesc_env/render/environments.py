@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.render.dependencies import require
 from flockesc_env.render.options import as_render_mode, as_render_options
-from flockesc_env.scenario.flock import LineScenario
+from flockesc_env.scenario.line import LineScenario
 
 if TYPE_CHECKING:
     from flockesc_env.render.viewer import FlockViewer, LineViewer, Viewer
@@ -54,7 +54,7 @@ def render(viewer: Viewer | None) -> list[NDArray[np.uint8]] | None:
     """Return a picture of every flock. Mode ``"human"`` shows them instead; without a mode, warn.
 
     Raises:
-        EpisodeError: before the first reset.
+        ResetNeededError: before the first reset.
     """
     if viewer is None:
         gymnasium.logger.warn(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TypedDict
 
 import numpy as np
 
@@ -17,18 +16,12 @@ from flockesc_env.render.frame import FlockFrame, FlockMoment
 from flockesc_env.render.ground import draw_ground
 from flockesc_env.render.options import RenderOptions
 from flockesc_env.render.strip import draw_strip
-from flockesc_env.scenario.flock import FlockScenario
 
 _DART = np.array([(1.0, 0.0), (-0.8, 0.66), (-0.42, 0.0), (-0.8, -0.66)])
 """Corners of a mark (ahead, left) in units of its length ahead."""
 
 _HAZE = 0.55
 """Share of the paper in the color of the farthest agent in space."""
-
-
-class _Rule(TypedDict):
-    scenario: FlockScenario
-    velocities: FloatArray
 
 
 def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Image:
@@ -38,7 +31,7 @@ def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Im
     eye = camera(frame.view, rect)
     chosen = _chosen(frame, options)
     lost, frame = frame.moment.positions[frame.moment.caught], _survivors(frame)
-    labels = component_labels(*_listening(frame), **_rule(frame))
+    labels = component_labels(frame.scenario, *_listening(frame), velocities=frame.listening.velocities)
     colors = component_colors(labels)
     canvas.clip(rect)
     draw_ground(canvas, eye, frame.view, rect)
@@ -128,7 +121,7 @@ def _interaction_discs(
 def _edges(canvas: Canvas, eye: Camera, frame: FlockFrame, chosen: IntArray, colors: Colors) -> None:
     """Draw a line between two agents if at least one of them was a neighbor of the other in the last step."""
     count = len(frame.moment.positions)
-    pairs = neighbor_pairs(*_listening(frame), **_rule(frame))
+    pairs = neighbor_pairs(frame.scenario, *_listening(frame), velocities=frame.listening.velocities)
     is_chosen = np.isin(np.arange(count), chosen)
     pairs = np.sort(pairs[is_chosen[pairs].any(axis=1)], axis=1)
     ones, others = np.divmod(np.unique(pairs[:, 0] * count + pairs[:, 1]), count)  # every pair once
@@ -141,10 +134,6 @@ def _listening(frame: FlockFrame) -> tuple[FloatArray, FloatArray]:
     """Return the positions and ranges that define the neighbor graph."""
     listening = frame.listening
     return listening.positions, np.broadcast_to(listening.interaction_range, len(listening.positions))
-
-
-def _rule(frame: FlockFrame) -> _Rule:
-    return {"scenario": frame.scenario, "velocities": frame.listening.velocities}
 
 
 def _trails(canvas: Canvas, eye: Camera, frame: FlockFrame, options: RenderOptions) -> None:

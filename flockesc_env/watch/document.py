@@ -103,9 +103,9 @@ def _labels(trajectory: Trajectory, step: int, ranges: NDArray[np.float64]) -> N
     if not caught.all():
         at = 0 if trajectory.scenario.frozen_graph else step
         labels[~caught] = component_labels(
+            trajectory.scenario,
             trajectory.positions[at][~caught],
             np.broadcast_to(ranges, caught.shape)[~caught],
-            scenario=trajectory.scenario,
             velocities=trajectory.velocities[at][~caught],
         )
     return labels

@@ -183,9 +183,9 @@ pub fn episode(u: &mut Unstructured<'_>) -> Result<Value> {
     let rewards = [
         "running_minimum",
         "distance",
-        "own_distance",
-        "own_distance_change",
-        "own_running_minimum",
+        "individual_distance",
+        "individual_distance_change",
+        "individual_running_minimum",
         "neighborhood_distance_change",
         "difference",
         "terminal",

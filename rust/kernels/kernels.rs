@@ -14,19 +14,19 @@ const EPISODE: usize = 240;
 
 fn main() -> Result<()> {
     let mut criterion = Criterion::default().sample_size(20).configure_from_args();
-    shared_range(&mut criterion)?;
-    range_per_agent(&mut criterion)?;
-    three_dimensions(&mut criterion)?;
+    shared_range(&mut criterion);
+    range_per_agent(&mut criterion);
+    three_dimensions(&mut criterion);
     line(&mut criterion)?;
     batch(&mut criterion)?;
     criterion.final_summary();
     Ok(())
 }
 
-fn shared_range(criterion: &mut Criterion) -> Result<()> {
+fn shared_range(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("flock step, shared range");
     for (num_agents, steps) in [(300, EPISODE), (10_000, 24)] {
-        let start = world::<2>(num_agents)?;
+        let start = world::<2>(num_agents);
         group.throughput(Throughput::Elements((num_agents * steps) as u64));
         for range in [0.0, 10.0, 30.0, 100.0] {
             let id = BenchmarkId::new(format!("n = {num_agents}, {steps} steps"), range);
@@ -39,11 +39,10 @@ fn shared_range(criterion: &mut Criterion) -> Result<()> {
             });
         }
     }
-    Ok(())
 }
 
-fn range_per_agent(criterion: &mut Criterion) -> Result<()> {
-    let start = world::<2>(300)?;
+fn range_per_agent(criterion: &mut Criterion) {
+    let start = world::<2>(300);
     let ranges: Vec<f64> = (0..300).map(|agent| f64::from(agent % 21)).collect();
     let mut group = criterion.benchmark_group("flock step, range per agent");
     group.throughput(Throughput::Elements((ranges.len() * EPISODE) as u64));
@@ -54,11 +53,10 @@ fn range_per_agent(criterion: &mut Criterion) -> Result<()> {
             BatchSize::LargeInput,
         );
     });
-    Ok(())
 }
 
-fn three_dimensions(criterion: &mut Criterion) -> Result<()> {
-    let start = world::<3>(300)?;
+fn three_dimensions(criterion: &mut Criterion) {
+    let start = world::<3>(300);
     let mut group = criterion.benchmark_group("flock step, D = 3");
     group.throughput(Throughput::Elements((300 * EPISODE) as u64));
     for range in [0.0, 10.0, 30.0, 100.0] {
@@ -70,15 +68,11 @@ fn three_dimensions(criterion: &mut Criterion) -> Result<()> {
             );
         });
     }
-    Ok(())
 }
 
 /// Until the line stands still; throughput counts its steps.
 fn line(criterion: &mut Criterion) -> Result<()> {
-    let config = Arc::new(LineConfig::from_json(
-        r#"{"num_agents": 100, "predator_position": 0.6, "predator_range": 0.2,
-            "repulsion_strength": 2.0, "escape_force": "linear", "tolerance": 1e-12, "max_steps": 1000}"#,
-    )?);
+    let config = Arc::new(LineConfig::default());
     let start = Line::new(config, 7, None)?;
     let mut group = criterion.benchmark_group("line until it stands still, n = 100");
     for range in [0.05, 0.1, 0.5] {
@@ -97,11 +91,8 @@ fn line(criterion: &mut Criterion) -> Result<()> {
 
 fn batch(criterion: &mut Criterion) -> Result<()> {
     const FLOCKS: usize = 64;
-    let episode = EpisodeConfig::from_json(
-        r#"{"view": "flock", "objective": "mean", "reward": "running_minimum", "max_range": 100.0,
-            "predator_sensing_range": 30.0, "steps_per_action": 1}"#,
-    )?;
-    let mut start = Batch::<2>::new(flock(300, 2)?, episode, FLOCKS, Some(1))?;
+    let episode = EpisodeConfig::default();
+    let mut start = Batch::<2>::new(flock(300, 2), episode, FLOCKS, Some(1))?;
     for slot in 0..FLOCKS {
         start.reset(slot, &InitialState::seeded(slot as u64))?;
     }
@@ -140,26 +131,17 @@ fn settle(mut line: Line, range: f64) -> Result<u64> {
     Ok(1000)
 }
 
-fn world<const D: usize>(num_agents: usize) -> Result<World<D>> {
-    Ok(World::new(
-        Arc::new(flock(num_agents, D)?),
-        &InitialState::seeded(7),
-    ))
+fn world<const D: usize>(num_agents: usize) -> World<D> {
+    World::new(Arc::new(flock(num_agents, D)), &InitialState::seeded(7))
 }
 
-/// The paper's flock at its density in the plane, whatever its size.
-fn flock(num_agents: usize, dimension: usize) -> Result<FlockConfig> {
-    let side = (num_agents as f64 / DENSITY).sqrt();
-    FlockConfig::from_json(&format!(
-        r#"{{"num_agents": {num_agents}, "dimension": {dimension}, "num_steps": {EPISODE},
-            "time_step": 0.05, "mass": 0.1, "speed": 10.0, "initial_side": {side:?},
-            "initial_positions": {{"square": {{}}}}, "initial_headings": {{"random": {{}}}},
-            "initial_plane": false, "predator_range": 30.0, "repulsion_strength": 10.0,
-            "alignment_strength": 1.0, "motion": {{"inertial": {{}}}}, "angular_noise": 0.0,
-            "sensing_noise": 0.0, "sensing_delay": 0,
-            "constant_speed": true, "capture_radius": null, "neighbor_rule": {{"metric": {{}}}},
-            "blind_angle": 0.0, "mutual": false, "frozen_graph": false, "periodic_side": null,
-            "randomization": [],
-            "predators": [{{"constant_velocity": {{"position": [-30.0, -30.0], "velocity": [10.0, 10.0]}}}}]}}"#
-    ))
+/// The paper's flock at its density in the plane, of any size.
+fn flock(num_agents: usize, dimension: usize) -> FlockConfig {
+    FlockConfig {
+        num_agents,
+        dimension,
+        num_steps: EPISODE,
+        initial_side: (num_agents as f64 / DENSITY).sqrt(),
+        ..FlockConfig::default()
+    }
 }

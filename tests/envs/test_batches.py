@@ -70,9 +70,9 @@ def test_rollout(dimension: int, per_agent: bool) -> None:
     results = [
         columns(
             rollout(
+                scenario,
                 policy,
                 SEEDS,
-                scenario=scenario,
                 per_agent=per_agent,
                 batch_size=size,
                 num_threads=count,
@@ -132,7 +132,7 @@ def flock_played(scenario: FlockScenario, num_threads: int | None) -> list[Any]:
 
 
 def agents_played(scenario: FlockScenario, num_threads: int | None) -> list[Any]:
-    env = parallel_env(scenario, num_threads=num_threads, reward="own_distance")
+    env = parallel_env(scenario, num_threads=num_threads, reward="individual_distance")
     rng = np.random.default_rng(0)
     steps: list[Any] = [env.reset_array(seed=2)]
     return steps + [env.step_array(rng.uniform(-1, 1, (5000, 1)).astype(np.float32)) for _ in range(8)]

@@ -12,7 +12,7 @@ from captured_flocks import SEEDS, doomed, hunted
 from gymnasium.utils.env_checker import check_env as check_gymnasium
 from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
-from option_table import ACTION_MODES, DIMENSIONS, FLOCK_REWARDS, OBJECTIVES, OWN_REWARDS
+from option_table import ACTION_MODES, DIMENSIONS, FLOCK_REWARDS, INDIVIDUAL_REWARDS, OBJECTIVES
 from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, seed_test
 from stable_baselines3.common.env_checker import check_env as check_sb3
 
@@ -21,9 +21,12 @@ from flockesc_env import (
     FlockEscapeEnv,
     FlockScenario,
     FlockVectorEnv,
+    load_run,
     parallel_env,
-    records,
+    replay_run,
     rollout,
+    run_differences,
+    save_run,
     simulate,
     sweep,
 )
@@ -48,7 +51,7 @@ def play_array(scenario: FlockScenario, seed: int, **options: Any) -> list[tuple
 
 @dimensions
 @pytest.mark.parametrize("objective", OBJECTIVES)
-@pytest.mark.parametrize("reward", ["running_minimum", *OWN_REWARDS])
+@pytest.mark.parametrize("reward", ["running_minimum", *INDIVIDUAL_REWARDS])
 def test_dicts_and_arrays_play_one_episode(dimension: int, objective: str, reward: str) -> None:
     scenario = hunted(dimension)
     options = {"objective": objective, "reward": reward, "steps_per_action": 2}
@@ -108,18 +111,18 @@ def test_arrays_ignore_actions_of_agents_that_were_caught() -> None:
     assert caught.any()
 
 
-def test_own_distances_end_at_zero() -> None:
+def test_individual_distances_end_at_zero() -> None:
     """The distance of an agent that was caught is 0: so its changes sum to minus the first one."""
     scenario = hunted()
     run = simulate(scenario, 3.0, seed=4)
     start = reference.predator_distances(run.positions[0], run.predator_positions[0])
     end = reference.predator_distances(run.positions[-1], run.predator_positions[-1])
     end[run.caught_at >= 0] = 0.0
-    paid = sum(step[1] for step in play_array(scenario, 4, reward="own_distance_change"))
+    paid = sum(step[1] for step in play_array(scenario, 4, reward="individual_distance_change"))
     np.testing.assert_allclose(paid, end - start)
 
 
-def test_own_running_minimum_pays_who_was_caught_no_more() -> None:
+def test_individual_running_minimum_pays_who_was_caught_no_more() -> None:
     """Not even for the way until it was caught, where the minimum did not fall in that very step."""
     late = 0
     for seed in SEEDS:
@@ -135,7 +138,9 @@ def test_own_running_minimum_pays_who_was_caught_no_more() -> None:
         )
         is_caught = (run.caught_at >= 0) & (run.caught_at <= np.arange(len(own))[:, None])
         own[is_caught] = 0.0
-        for t, step in zip(steps, play_array(scenario, seed, reward="own_running_minimum"), strict=False):
+        for t, step in zip(
+            steps, play_array(scenario, seed, reward="individual_running_minimum"), strict=False
+        ):
             before = max((fall for fall in falls if fall < t), default=0)
             expected = (
                 np.where(is_caught[t - 1], 0.0, own[t] - own[before]) if t in falls else np.zeros(len(own[t]))
@@ -213,7 +218,7 @@ def test_sb3_slots_of_flocks() -> None:
 
 def test_sb3_slots_of_agents_stay_until_the_flock_ends() -> None:
     scenario = doomed(num_agents=4)
-    env = AgentVecEnv(5, scenario, action_mode="range", reward="own_distance")
+    env = AgentVecEnv(5, scenario, action_mode="range", reward="individual_distance")
     env.seed(0)
     env.reset()
     alive = np.ones((5, 4), bool)
@@ -265,9 +270,9 @@ def test_sweeps_rollouts_and_records_agree(dimension: int, per_agent: bool, tmp_
         np.testing.assert_array_equal(result.min_mean_distance[i], [run.mean_distance.min() for run in runs])
         for batch_size in (1, 5, 64):
             episodes = rollout(
+                scenario,
                 FixedRange(rho),
                 SEEDS,
-                scenario=scenario,
                 per_agent=per_agent,
                 batch_size=batch_size,
                 action_mode="range",
@@ -278,17 +283,17 @@ def test_sweeps_rollouts_and_records_agree(dimension: int, per_agent: bool, tmp_
                 episodes.min_mean_distance, [run.mean_distance.min() for run in runs]
             )
         for run in runs:
-            records.save(run, tmp_path / "run.npz")
-            loaded = records.load(tmp_path / "run.npz").trajectory
-            assert records.differences(run, loaded) == []
-            assert records.differences(loaded, records.replay(loaded)) == []
+            save_run(run, tmp_path / "run.npz")
+            loaded = load_run(tmp_path / "run.npz").trajectory
+            assert run_differences(run, loaded) == []
+            assert run_differences(loaded, replay_run(loaded)) == []
     assert result.best_range("survival") in ranges
     assert len({0.0, *result.fraction_surviving.ravel()}) > 1
 
 
 def test_a_policy_is_recorded_beyond_the_end_of_its_flock() -> None:
     scenario = doomed(capture_radius=1e6)
-    run = record(RandomRange(seed=1), 0, scenario=scenario, per_agent=True)
+    run = record(scenario, RandomRange(seed=1), 0, per_agent=True)
     assert run.interaction_ranges.shape == (scenario.num_steps, scenario.num_agents)
     np.testing.assert_array_equal(run.caught_at, 1)
 

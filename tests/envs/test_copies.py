@@ -19,7 +19,7 @@ MAKERS = {
     "gymnasium": lambda: FlockEscapeEnv(small_flock()),
     "unlike agents that err and lag": lambda: FlockEscapeEnv(small_flock(**UNLIKE)),
     "line": lambda: LineEscapeEnv(LineScenario(num_agents=30, escape_force="linear_as_printed")),
-    "parallel": lambda: parallel_env(small_flock(3), reward="own_distance"),
+    "parallel": lambda: parallel_env(small_flock(3), reward="individual_distance"),
     "gymnasium in a window": lambda: FlockEscapeEnv(small_flock(), render_mode="human"),
     "line in pictures": lambda: LineEscapeEnv(LineScenario(num_agents=30), render_mode="rgb_array"),
 }

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import reference
+from flock_states import state
 from option_table import DIMENSIONS, OBJECTIVES, small_flock
 
 from flockesc_env import (
@@ -96,16 +97,16 @@ def test_difference_follows_the_equations(dimension: int) -> None:
     rng = np.random.default_rng(1)
 
     def value(before: dict[str, Any], ranges: np.ndarray) -> float:
-        state = reference.flock_start(scenario, before["positions"], before["velocities"])
-        state.predator_positions = before["predator_positions"]
+        now = reference.flock_start(scenario, before["positions"], before["velocities"])
+        now.predator_positions = before["predator_positions"]
         for _ in range(5):
-            state = reference.flock_step(scenario, state, ranges)
-        return reference.predator_distances(state.positions, state.predator_positions).mean()
+            now = reference.flock_step(scenario, now, ranges)
+        return reference.predator_distances(now.positions, now.predator_positions).mean()
 
     paid = []
     for _ in range(3):
         ranges = some_ranges(scenario, rng)
-        before = env._batch.state(0)
+        before = state(env.flock)
         together = value(before, ranges.ravel())
         gains = [
             together - value(before, np.where(np.arange(8) == agent, 0.0, ranges.ravel()))
@@ -163,7 +164,7 @@ def test_learned_predators_are_steered_alike(objective: str) -> None:
 
 def near(scenario: FlockScenario, state: dict[str, Any]) -> np.ndarray:
     """Return who is a neighbor of whom under the largest range, shape (n, n)."""
-    pairs = neighbor_pairs(state["positions"], MAX_RANGE, scenario=scenario, velocities=state["velocities"])
+    pairs = neighbor_pairs(scenario, state["positions"], MAX_RANGE, velocities=state["velocities"])
     graph = np.eye(scenario.num_agents, dtype=bool)
     graph[tuple(pairs.T)] = True
     return graph
@@ -181,9 +182,9 @@ def assert_neighborhoods(scenario: FlockScenario, graph: Any, steps_per_action: 
         ranges = some_ranges(scenario, rng)
         expected = np.zeros(scenario.num_agents)
         for _ in range(steps_per_action):
-            before = steps._batch.state(0)
+            before = state(steps.flock)
             terminations = steps.step_array(ranges)[2]
-            after = steps._batch.state(0)
+            after = state(steps.flock)
             change = after["distances"] - before["distances"]
             neighbors = graph(after) & ~terminations
             for agent in np.flatnonzero(~terminations):
@@ -234,7 +235,7 @@ def test_neighborhood_follows_the_neighbor_rule(flock: str, dimension: int) -> N
 
 def test_a_frozen_graph_is_the_neighborhood() -> None:
     scenario = small_flock(num_agents=30, frozen_graph=True)
-    start = played(scenario, "distance")._batch.state(0)
+    start = state(played(scenario, "distance").flock)
     first = some_ranges(scenario, np.random.default_rng(3)).ravel()
     graph = reference.directed_graph(start["positions"], first)
     assert len(assert_neighborhoods(scenario, lambda _: graph)) > 3

@@ -12,7 +12,7 @@ import pytest
 import reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from option_table import AGENT_REWARDS, DIMENSIONS, OBJECTIVES, OWN_REWARDS, small_flock
+from option_table import AGENT_REWARDS, DIMENSIONS, INDIVIDUAL_REWARDS, OBJECTIVES, small_flock
 from reference import FlockState
 
 from flockesc_env import ConstantVelocity, EnvOptions, FlockScenario, Learned, parallel_env, simulate
@@ -55,7 +55,7 @@ def test_law_and_observations(dimension: int, seed: int, hold: int) -> None:
             np.testing.assert_allclose(row, expected, rtol=0, atol=3e-6)
         assert all(spec.layout.space().contains(row) for row in seen)
         actions = rng.uniform(-1, 1, (2, dimension))
-        batch.step(np.array([[8.0]]), controls=spec.plain(actions, 2))
+        batch.step(np.array([[8.0]]), predator_actions=spec.plain(actions, 2))
         for _ in range(hold):
             state = learned_reference.step(scenario, state, np.full(12, 8.0), actions)
             distances = reference.predator_distances(state.positions, state.predator_positions)
@@ -145,7 +145,7 @@ def test_turning_shifting_and_renumbering_change_nothing(dimension: int, is_rest
         batch.reset([0], [0], batch.start(given))
         rows = [batch.observe_predators([0])]
         for action in actions:
-            batch.step(np.array([[8.0]]), controls=action)
+            batch.step(np.array([[8.0]]), predator_actions=action)
             rows.append(batch.observe_predators([0]))
         return rows
 
@@ -168,9 +168,9 @@ def test_predators_are_paid_the_opposite(reward: str, objective: str, steps_per_
     while environment.agents:
         _, rewards, _, _, infos = environment.step(sample(environment))
         flock = [paid for agent, paid in rewards.items() if agent.startswith("agent")]
-        mean = math.fsum(flock) / len(flock) if reward in OWN_REWARDS else flock[0]
+        mean = math.fsum(flock) / len(flock) if reward in INDIVIDUAL_REWARDS else flock[0]
         assert rewards["predator_0"] == rewards["predator_1"] == -mean
-        assert reward in OWN_REWARDS or set(flock) == {mean}
+        assert reward in INDIVIDUAL_REWARDS or set(flock) == {mean}
         total += rewards["predator_0"]
     if reward in {"running_minimum", "terminal"}:
         start = environment.reset(seed=0)[1]["agent_00"]
@@ -190,7 +190,7 @@ def test_places_and_threads_do_not_matter(dimension: int) -> None:
         batch.reset(range(len(slots)), [50 + slot for slot in slots])
         rows = [batch.observe_predators(range(len(slots)))]
         for action in actions[:, slots]:
-            batch.step(np.full((len(slots), 1), 9.0), controls=action.reshape(-1, dimension))
+            batch.step(np.full((len(slots), 1), 9.0), predator_actions=action.reshape(-1, dimension))
             rows.append(batch.observe_predators(range(len(slots))))
         return np.array(rows).reshape(11, len(slots), 2, -1)
 

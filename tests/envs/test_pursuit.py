@@ -26,7 +26,7 @@ from flockesc_env import (
     parallel_env,
     simulate,
 )
-from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError, ScenarioError
+from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError, OptionError, ScenarioError
 from flockesc_env.policies import FixedRange, StubbornLeaders, bind
 from flockesc_env.policies.predators import FlyStraight, Pursue
 
@@ -77,7 +77,7 @@ def test_pettingzoo(dimension: int, mode: str, count: int, steps_per_action: int
 @dimensions
 @counts
 def test_agents_and_predators(dimension: int, count: int) -> None:
-    environment = parallel_env(hunted(dimension, count), predator="learned")
+    environment = parallel_env(hunted(dimension, count).with_learned_predators())
     predators = [f"predator_{index}" for index in range(count)]
     assert environment.possible_agents == [*(f"agent_{i}" for i in range(5)), *predators]
     for name in predators:
@@ -101,7 +101,7 @@ def test_agents_and_predators(dimension: int, count: int) -> None:
 def test_learned_predators_are_taken_as_they_are() -> None:
     swift = Learned(max_speed=40.0)
     mixed = small_flock(predators=(ConstantVelocity(), swift))
-    as_given, all_learned = parallel_env(mixed), parallel_env(mixed, predator="learned")
+    as_given, all_learned = parallel_env(mixed), parallel_env(mixed.with_learned_predators())
     assert as_given.scenario == mixed
     assert as_given.possible_agents[-1] == "predator_0"
     assert all_learned.scenario.predators == small_flock(predators=(Learned(), swift)).predators
@@ -114,7 +114,7 @@ def sample(environment: Any) -> dict[str, Any]:
 
 @counts
 def test_arrays_hold_what_the_dicts_hold(count: int) -> None:
-    dicts, arrays = (parallel_env(hunted(2, count), predator="learned") for _ in range(2))
+    dicts, arrays = (parallel_env(hunted(2, count).with_learned_predators()) for _ in range(2))
     observations, _ = dicts.reset(seed=2)
     _, info = arrays.reset_array(seed=2)
     while dicts.agents:
@@ -147,7 +147,7 @@ BAD: dict[str, Any] = {
 
 @pytest.mark.parametrize("bad", BAD.values(), ids=BAD)
 def test_bad_actions_change_nothing(bad: Any) -> None:
-    environment = parallel_env(hunted(2, 2), predator="learned")
+    environment = parallel_env(hunted(2, 2).with_learned_predators())
     environment.reset(seed=0)
     actions = sample(environment)
     twin = copy.deepcopy(environment)
@@ -167,7 +167,7 @@ def test_bad_actions_change_nothing(bad: Any) -> None:
 
 
 def test_missing_and_unknown_predators() -> None:
-    environment = parallel_env(hunted(), predator="learned")
+    environment = parallel_env(hunted().with_learned_predators())
     environment.reset(seed=0)
     actions = sample(environment)
     for changed, field in (
@@ -191,17 +191,20 @@ def test_missing_and_unknown_predators() -> None:
 @pytest.mark.parametrize(
     ("make", "error", "field"),
     [
-        (lambda: parallel_env(predator="smart"), ArgumentError, "predator"),
         (lambda: Pursue("farthest"), ArgumentError, "target"),
         (lambda: FlockPursuitEnv(hunted(2, 2)), ScenarioError, "predators"),
         (lambda: FlockPursuitEnv(small_flock(predators=())), ScenarioError, "predators"),
         (
-            lambda: FlockEscapeEnv(small_flock(predators=()), predator_policy=FlyStraight()),
-            ScenarioError,
-            "predators",
+            lambda: FlockEscapeEnv(small_flock(), predator_policy=FlyStraight()),
+            ArgumentError,
+            "predator_policy",
         ),
-        (lambda: FlockPursuitEnv(reward="own_distance"), ScenarioError, "reward"),
-        (lambda: FlockPursuitEnv().step(np.zeros(2)), EpisodeError, "step"),
+        (
+            lambda: FlockPursuitEnv(predator_policy=FlyStraight()),
+            OptionError,
+            "predator_policy",
+        ),
+        (lambda: FlockPursuitEnv(reward="individual_distance"), OptionError, "reward"),
         (
             lambda: simulate(hunted(), 9.0, predator_actions=np.zeros((10, 1, 2))),
             ArgumentError,
@@ -222,7 +225,7 @@ def test_refusals(make: Callable[[], Any], error: type[Exception], field: str) -
 
 @dimensions
 @pytest.mark.parametrize(
-    "options", [{}, {"per_agent": True, "reward": "own_distance", "steps_per_action": 3}]
+    "options", [{}, {"per_agent": True, "reward": "individual_distance", "steps_per_action": 3}]
 )
 def test_pursuit_suites(dimension: int, options: dict[str, Any]) -> None:
     scenario = hunted(dimension)
@@ -248,7 +251,7 @@ def test_pursuit_is_the_parallel_environment_with_a_fixed_flock(dimension: int, 
     scenario = hunted(dimension)
     policy = StubbornLeaders() if per_agent else FixedRange(10.0)
     pursuit = FlockPursuitEnv(scenario, flock_policy=policy, per_agent=per_agent)
-    parallel = parallel_env(scenario, predator="learned")
+    parallel = parallel_env(scenario.with_learned_predators())
     observation, _ = pursuit.reset(seed=5)
     observations, _ = parallel.reset(seed=5)
     while parallel.agents:
@@ -292,7 +295,7 @@ def test_predators_stay_while_agents_are_caught(dimension: int, radius: float) -
     scenario = captured(dimension, capture_radius=radius)
     parallel_api_test(parallel_env(scenario), num_cycles=30)
     api_test(flockesc_env.env(scenario), num_cycles=30)
-    for reward in ("running_minimum", "distance", "own_distance"):
+    for reward in ("running_minimum", "distance", "individual_distance"):
         environment, arrays = (parallel_env(scenario, reward=reward) for _ in range(2))
         environment.reset(seed=1)
         arrays.reset_array(seed=1)
@@ -307,7 +310,7 @@ def test_predators_stay_while_agents_are_caught(dimension: int, radius: float) -
             _, together, *_ = arrays.step_array(flock, hunters)
             observations, rewards, terminations, truncations, _ = environment.step(actions)
             paid = [rewards[agent] for agent in before[:-2]]
-            mean = np.mean(together) if reward.startswith("own_") else paid[0]
+            mean = np.mean(together) if reward.startswith("individual_") else paid[0]
             assert rewards["predator_0"] == rewards["predator_1"] == pytest.approx(-mean, abs=1e-12)
             for name in before[-2:]:
                 assert environment.observation_space(name).contains(observations[name])

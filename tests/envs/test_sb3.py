@@ -94,7 +94,7 @@ def test_flock_slots_equal_single_environments() -> None:
             np.testing.assert_array_equal(observations[slot], observation)
 
 
-@pytest.mark.parametrize("reward", ["running_minimum", "own_distance"])
+@pytest.mark.parametrize("reward", ["running_minimum", "individual_distance"])
 def test_agent_slots_equal_parallel_environments(reward: str) -> None:
     scenario = small_flock()
     n = scenario.num_agents

@@ -115,7 +115,7 @@ def test_sweep_and_rollout_play_the_simulated_flock(seed: int, dimension: int) -
     swept = sweep(scenario, [RHO], [seed])
     assert (swept.min_mean_distance, swept.min_min_distance, swept.num_components) == expected
     for per_agent in (False, True):
-        episodes = rollout(FixedRange(RHO), [seed], scenario=scenario, per_agent=per_agent)
+        episodes = rollout(scenario, FixedRange(RHO), [seed], per_agent=per_agent)
         assert (episodes.min_mean_distance, episodes.min_min_distance, episodes.num_components) == expected
         assert episodes.seeds.tolist() == [seed]
 

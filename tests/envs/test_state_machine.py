@@ -59,7 +59,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "vector without autoreset": lambda: FlockVectorEnv(
         2, small_flock(**RANDOM), autoreset_mode="Disabled", num_threads=2
     ),
-    "parallel": lambda: parallel_env(small_flock(**RANDOM), reward="own_running_minimum"),
+    "parallel": lambda: parallel_env(small_flock(**RANDOM), reward="individual_running_minimum"),
     "line": lambda: LineEscapeEnv(LINE, **PICTURES),
 }
 

@@ -15,7 +15,7 @@ from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
 from option_table import ACTION_MODES, FLOCK_REWARDS, small_flock
 
 from flockesc_env import FlockEscapeEnv, FlockVectorEnv, episode_seed, simulate
-from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError, ScenarioError
+from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError, OptionError, ScenarioError
 
 NAME = "flockesc_env:flockesc/FlockEscape-v0"
 SLOTS = 4
@@ -288,7 +288,7 @@ def test_ended_slots_are_not_stepped_without_autoreset() -> None:
     twins.step(4)
     twins.reset(mask=MASK)
     twins.step(6)
-    with pytest.raises(EpisodeError, match="slot 1"):
+    with pytest.raises(EpisodeError, match="flock 1"):
         twins.native.step(twins.sync.action_space.sample())
     twins.step(20)
 
@@ -341,8 +341,8 @@ def test_refused_resets_leave_no_trace(seed: Any, options: dict[str, Any], field
         ({"num_threads": 0}, ArgumentError, "num_threads"),
         ({"autoreset_mode": "Never"}, ArgumentError, "autoreset_mode"),
         ({"autoreset_mode": None}, ArgumentError, "autoreset_mode"),
-        ({"max_range": -1.0}, ScenarioError, "max_range"),
-        ({"reward": "own_distance"}, ScenarioError, "reward"),
+        ({"max_range": -1.0}, OptionError, "max_range"),
+        ({"reward": "individual_distance"}, OptionError, "reward"),
         ({"scenario": small_flock(predators=())}, ScenarioError, "predators"),
     ],
 )

@@ -68,11 +68,9 @@ def test_flock(flock: Case, run: Case) -> None:
     scenario = FlockScenario(
         num_agents=flock["n"], dimension=dimension, num_steps=flock["steps"], predators=(predator,)
     )
-    # One range per agent is written as a row: one of the flocks has as many steps as agents.
-    rho = np.atleast_2d(run["rho"])
     trajectory = simulate(
         scenario,
-        rho,
+        run["rho"],
         initial_positions=flock["positions"],
         initial_velocities=flock["velocities"],
     )

@@ -160,7 +160,7 @@ def test_observations_know_no_place_and_no_direction(sensing: Any, seed: int, di
     elsewhere = moved(scenario, turn, shift)
     options = {"predator_sensing_range": sensing}
     assert_close(flock_episode(scenario, start, **options), flock_episode(elsewhere, turned, **options))
-    options["reward"] = "own_distance"
+    options["reward"] = "individual_distance"
     assert_close(
         agent_episode(scenario, start, OWN_RHO, **options),
         agent_episode(elsewhere, turned, OWN_RHO, **options),
@@ -177,8 +177,8 @@ def test_observations_follow_the_names(seed: int, dimension: int) -> None:
     other = renamed(scenario, order)
     elsewhere = {"initial_positions": positions[order], "initial_velocities": velocities[order]}
     assert_close(flock_episode(scenario, start), flock_episode(other, elsewhere))
-    first = agent_episode(scenario, start, OWN_RHO, reward="own_distance")
-    second = agent_episode(other, elsewhere, OWN_RHO[order], reward="own_distance")
+    first = agent_episode(scenario, start, OWN_RHO, reward="individual_distance")
+    second = agent_episode(other, elsewhere, OWN_RHO[order], reward="individual_distance")
     assert_close([part[order] for part in first], second)
 
 
@@ -198,8 +198,9 @@ def test_speed_is_constant(seed: int, dimension: int, rho: float) -> None:
 def test_equal_ranges_per_agent_are_one_shared_range(seed: int, dimension: int, rho: float) -> None:
     scenario, _, _ = random_flock(dimension, np.random.default_rng(seed))
     shared = simulate(scenario, rho, seed=seed)
-    for shape in ((N,), (STEPS,), (STEPS, N), (1, N), (STEPS, 1)):
-        other = simulate(scenario, np.full(shape, rho), seed=seed)
+    others = [simulate(scenario, np.full(N, rho), seed=seed)]
+    others += [simulate(scenario, schedule=np.full((STEPS, k), rho), seed=seed) for k in (1, N)]
+    for other in others:
         for name in ("positions", "velocities", "mean_distance", "min_distance", "num_components"):
             np.testing.assert_array_equal(getattr(other, name), getattr(shared, name))
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from option_table import OWN_REWARDS, small_flock
+from option_table import INDIVIDUAL_REWARDS, small_flock
 
 from flockesc_env import (
     AlignedHeadings,
@@ -203,19 +203,19 @@ def test_replaced_options_are_checked(options: Any) -> None:
 FLOCK_VIEWS = {
     "gymnasium": lambda scenario, **options: FlockEscapeEnv(scenario, **options),
     "flock slots": lambda scenario, **options: FlockVecEnv(2, scenario, **options),
-    "rollout": lambda scenario, **options: rollout(FixedRange(1.0), [0], scenario=scenario, **options),
+    "rollout": lambda scenario, **options: rollout(scenario, FixedRange(1.0), [0], **options),
 }
 AGENT_VIEWS = {
     "parallel": lambda scenario, **options: parallel_env(scenario, **options),
     "agent slots": lambda scenario, **options: AgentVecEnv(2, scenario, **options),
     "agent rollout": lambda scenario, **options: rollout(
-        FixedRange(1.0), [0], scenario=scenario, per_agent=True, **options
+        scenario, FixedRange(1.0), [0], per_agent=True, **options
     ),
 }
 
 
 @pytest.mark.parametrize("interface", FLOCK_VIEWS)
-@pytest.mark.parametrize("reward", OWN_REWARDS)
+@pytest.mark.parametrize("reward", INDIVIDUAL_REWARDS)
 def test_own_rewards_need_a_range_per_agent(interface: str, reward: str) -> None:
     with pytest.raises(ScenarioError) as caught:
         FLOCK_VIEWS[interface](small_flock(), reward=reward)

@@ -19,8 +19,11 @@ from flockesc_env import (
     RandomHeadings,
     RecordError,
     ScenarioError,
+    load_run,
     read_initial_state,
-    records,
+    replay_run,
+    run_differences,
+    save_run,
     simulate,
     sweep,
 )
@@ -81,9 +84,9 @@ def test_given_starts_travel_in_documents(tmp_path: Path) -> None:
     assert FlockScenario.from_json(scenario.to_json()) == scenario
     assert FlockScenario.from_toml(scenario.to_toml()) == scenario
     run = simulate(scenario, 10.0, seed=1)
-    records.save(run, tmp_path / "run.npz")
-    loaded = records.load(tmp_path / "run.npz").trajectory
-    assert not records.differences(loaded, records.replay(loaded))
+    save_run(run, tmp_path / "run.npz")
+    loaded = load_run(tmp_path / "run.npz").trajectory
+    assert not run_differences(loaded, replay_run(loaded))
     env = FlockEscapeEnv(scenario=scenario)
     for seed in (None, 3):
         _, info = env.reset(seed=seed)

@@ -76,7 +76,7 @@ FLOCK_ENVIRONMENTS: dict[str, Callable[[Any], Any]] = {
     "raw aec": lambda scenario: raw_env(scenario).unwrapped,
     "sb3 flocks": lambda scenario: FlockVecEnv(2, scenario),
     "sb3 agents": lambda scenario: AgentVecEnv(1, scenario),
-    "record": lambda scenario: record(FixedRange(1.0), 0, scenario=scenario),
+    "record": lambda scenario: record(scenario, FixedRange(1.0), 0),
 }
 
 
@@ -93,11 +93,9 @@ def test_flock_environments_take_names(interface: str) -> None:
 
 
 def test_rollouts_take_names() -> None:
-    named, given = (
-        rollout(FixedRange(5.0), [3], scenario=scenario) for scenario in ("pursuit", preset("pursuit"))
-    )
+    named, given = (rollout(scenario, FixedRange(5.0), [3]) for scenario in ("pursuit", preset("pursuit")))
     assert named.min_mean_distance == given.min_mean_distance
-    assert named.min_mean_distance != rollout(FixedRange(5.0), [3]).min_mean_distance
+    assert named.min_mean_distance != rollout("paper-flock", FixedRange(5.0), [3]).min_mean_distance
 
 
 def test_line_environments_take_names() -> None:

@@ -27,11 +27,14 @@ from flockesc_env import (
     Uniform,
     _core,
     episode_seed,
+    load_run,
     parallel_env,
     policies,
     record,
-    records,
+    replay_run,
     rollout,
+    run_differences,
+    save_run,
     simulate,
     sweep,
 )
@@ -58,7 +61,7 @@ def randomized(**changes: Any) -> FlockScenario:
 
 
 def assert_equal(first: Trajectory, second: Trajectory) -> None:
-    assert not records.differences(first, second)
+    assert not run_differences(first, second)
     assert first.scenario == second.scenario
 
 
@@ -105,9 +108,9 @@ def test_everything_runs_the_drawn_scenario(seed: int) -> None:
     assert run.scenario == drawn
     for each in (scenario, drawn):
         assert sweep(each, [10.0], [seed]).min_mean_distance[0, 0] == run.mean_distance.min()
-        episodes = rollout(policies.FixedRange(10.0), [seed], scenario=each, action_mode="range")
+        episodes = rollout(each, policies.FixedRange(10.0), [seed], action_mode="range")
         assert episodes.min_mean_distance[0] == run.mean_distance.min()
-        assert_equal(record(policies.FixedRange(10.0), seed, scenario=each, action_mode="range"), run)
+        assert_equal(record(each, policies.FixedRange(10.0), seed, action_mode="range"), run)
 
 
 def observations(env: Any, reset: Any) -> list[Any]:
@@ -159,10 +162,10 @@ def test_every_episode_of_a_schedule_draws_anew() -> None:
 
 def test_records_hold_the_drawn_scenario(tmp_path: Path) -> None:
     run = simulate(randomized(), 10.0, seed=4)
-    records.save(run, tmp_path / "run.npz")
-    loaded = records.load(tmp_path / "run.npz").trajectory
+    save_run(run, tmp_path / "run.npz")
+    loaded = load_run(tmp_path / "run.npz").trajectory
     assert loaded.scenario == randomized().drawn(4)
-    assert not records.differences(loaded, records.replay(loaded))
+    assert not run_differences(loaded, replay_run(loaded))
 
 
 def test_pictures_show_the_drawn_range() -> None:

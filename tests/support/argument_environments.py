@@ -28,7 +28,6 @@ from argument_table import (
 import flockesc_env as fe
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
-PREDATOR = {"predator": Choice("learned")}
 PURSUIT = {key: kind for key, kind in ENV.items() if key != "predator_policy"}
 SLOTS = {"num_flocks": Count(2)}
 VECTOR = {
@@ -45,12 +44,10 @@ CONSTRUCTORS = {
         after=play,
         others=ENV_OPTIONS,
     ),
-    "FlockParallelEnv": Row(fe.FlockParallelEnv, ENV | PREDATOR, after=play, others=ENV_OPTIONS),
-    "parallel_env": Row(
-        fe.parallel_env, {"scenario": SCENARIO}, after=play, others=ENV | PREDATOR | ENV_OPTIONS
-    ),
-    "env": Row(fe.env, {"scenario": SCENARIO}, after=play, others=ENV | PREDATOR | ENV_OPTIONS),
-    "raw_env": Row(fe.raw_env, {"scenario": SCENARIO}, after=play, others=ENV | PREDATOR | ENV_OPTIONS),
+    "FlockParallelEnv": Row(fe.FlockParallelEnv, ENV, after=play, others=ENV_OPTIONS),
+    "parallel_env": Row(fe.parallel_env, {"scenario": SCENARIO}, after=play, others=ENV | ENV_OPTIONS),
+    "env": Row(fe.env, {"scenario": SCENARIO}, after=play, others=ENV | ENV_OPTIONS),
+    "raw_env": Row(fe.raw_env, {"scenario": SCENARIO}, after=play, others=ENV | ENV_OPTIONS),
     "FlockVectorEnv": Row(fe.FlockVectorEnv, ENV | VECTOR, after=play, others=ENV_OPTIONS),
     "LineEscapeEnv": Row(
         fe.LineEscapeEnv,

@@ -1,4 +1,4 @@
-"""How tests run ``flockesc``: in this process, or as one of its own."""
+"""How tests run ``flockesc`` and ``python -m studies``: in this process, or as one of its own."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ TIMEOUT = 60  # seconds; reached only by a command that does not end
 class Ran:
     """What a command left: its code, stdout and stderr."""
 
-    def __init__(self, capsys: pytest.CaptureFixture[str], *argv: object) -> None:
-        self.code = main([str(word) for word in argv])
+    def __init__(self, capsys: pytest.CaptureFixture[str], *argv: object, run: Any = main) -> None:
+        self.code = run([str(word) for word in argv])
         self.out, self.err = capsys.readouterr()
 
     def json(self) -> dict[str, Any]:

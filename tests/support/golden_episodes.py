@@ -68,7 +68,7 @@ def flock(scenario: FlockScenario, **options: Any) -> Case:
 def team(scenario: FlockScenario, **options: Any) -> Case:
     def play(num_threads: int, seed: int) -> Iterator[Any]:
         env = parallel_env(scenario, action_mode="range", num_threads=num_threads, **options)
-        learned = env.predator_policy_spec.count if options.get("predator") == "learned" else 0
+        learned = env.predator_policy_spec.count
         yield env.reset_array(seed=seed)
         for t in range(scenario.num_steps):
             if env.agents:
@@ -118,18 +118,18 @@ def cases() -> dict[str, Case]:
         if isinstance(scenario, LineScenario):
             found[name] = line(scenario)
         else:
-            found[name] = flock(scenario, count_components=True)
+            found[name] = flock(scenario, count_components=True, max_range=100.0)
         if name in TEAM:
             found[f"{name}, an action per agent"] = team(
-                scenario, reward="own_distance_change", steps_per_action=8
+                scenario, reward="individual_distance_change", steps_per_action=8, max_range=100.0
             )
     for dimension in (2, 3):
         small = small_flock(dimension, num_steps=40, **RANDOM)
         found |= {
             f"unlike agents, {dimension}D": flock(small, steps_per_action=3),
             f"difference reward, {dimension}D": team(small, reward="difference", steps_per_action=4),
-            f"learned predators, {dimension}D": team(small, predator="learned"),
-            f"a chase, {dimension}D": flock(small, predator_policy=Pursue()),
+            f"learned predators, {dimension}D": team(small.with_learned_predators()),
+            f"a chase, {dimension}D": flock(small.with_learned_predators(), predator_policy=Pursue()),
             f"a large flock, {dimension}D": flock(
                 small_flock(
                     dimension,

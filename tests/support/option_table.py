@@ -8,15 +8,15 @@ import pytest
 from covertable import make
 
 from flockesc_env import FlockScenario
-from flockesc_env.episodes.options import ActionMode, LineReward, Objective, OwnReward, TeamReward
+from flockesc_env.episodes.options import ActionMode, IndividualReward, LineReward, Objective, TeamReward
 from flockesc_env.scenario.predators import Start
 
 # Taken from the schema, so that a new variant is tested without a change here.
 ACTION_MODES = get_args(ActionMode)
 OBJECTIVES = get_args(Objective)
 FLOCK_REWARDS = get_args(TeamReward)
-OWN_REWARDS = get_args(OwnReward)
-AGENT_REWARDS = FLOCK_REWARDS + OWN_REWARDS
+INDIVIDUAL_REWARDS = get_args(IndividualReward)
+AGENT_REWARDS = FLOCK_REWARDS + INDIVIDUAL_REWARDS
 SENSING_RANGES = ("predator_range", None, 5.0)
 STEPS_PER_ACTION = (1, 4, 7)
 DIMENSIONS = (2, 3)

@@ -30,5 +30,5 @@ def small_run(folder: Path, learner: str = "per-agent PPO", **changes: Any) -> A
         few = {"learning_starts": 10, "gradient_steps": 2, "batch_size": 16, "buffer_size": 60}
         return TQCArgs(**{**common, **few, **changes})
     batch_size = 24 if learner == "per-agent PPO" else 6
-    reward = "own_distance_change" if learner == "per-agent PPO" else "running_minimum"
+    reward = "individual_distance_change" if learner == "per-agent PPO" else "running_minimum"
     return PPOArgs(**{**common, "batch_size": batch_size, "reward": reward, **changes})

@@ -29,8 +29,7 @@ MODULES: dict[str, ModuleType] = {"sb3": sb3, "stats": stats, "video": video, "w
 # What is called by this package alone, with what it has made.
 MADE_HERE = {
     *("Trajectory", "LineTrajectory", "SweepResult", "FlockSweepResult", "LineSweepResult"),
-    *("Episodes", "LineEpisodes", "records.Record", "stats.Estimate", "predator_policies.PredatorPolicySpec"),
-    *("predator_policies.opposite", "network.mirrored"),
+    *("Episodes", "LineEpisodes", "RecordedRun", "stats.Estimate", "PredatorPolicySpec"),
 }
 # Methods that are other libraries' protocols, or that this package alone calls.
 PROTOCOLS = {

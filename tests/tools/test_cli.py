@@ -27,7 +27,7 @@ from flockesc_env import (
     sweep,
 )
 from flockesc_env.cli.exits import Exit
-from flockesc_env.models.records import load, save
+from flockesc_env.models.records import load_run, save_run
 from flockesc_env.policies.registry import built_in
 
 
@@ -43,7 +43,7 @@ def test_a_simulation_is_the_librarys(capsys: pytest.CaptureFixture[str], tmp_pa
     assert document["num_components"] == run.num_components[-1]
     assert document["polarization"] == run.polarization[-1]
     assert FlockScenario.from_json(json.dumps(document["scenario"])) == SMALL
-    np.testing.assert_array_equal(load(path).trajectory.positions, run.positions)
+    np.testing.assert_array_equal(load_run(path).trajectory.positions, run.positions)
 
     for_people = Ran(capsys, "simulate", *flags).out
     assert f"{run.mean_distance.min():.3f}" in for_people
@@ -56,8 +56,8 @@ def test_a_policy_in_a_file_is_simulated(capsys: pytest.CaptureFixture[str], tmp
     document = Ran(capsys, "simulate", *flags).json()
     run = load_policy(spec).record(7, SMALL)
     assert (document["policy"], document["min_mean_distance"]) == (spec, run.mean_distance.min())
-    np.testing.assert_array_equal(load(path).trajectory.positions, run.positions)
-    assert load(path).name == spec
+    np.testing.assert_array_equal(load_run(path).trajectory.positions, run.positions)
+    assert load_run(path).name == spec
     assert Ran(capsys, "replay", path).code == Exit.DONE
 
 
@@ -80,8 +80,8 @@ def test_a_policy_is_simulated(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     run = built_in("stubborn-leaders").record(7, SMALL)
     assert (document["policy"], document["interaction_range"]) == ("stubborn-leaders", None)
     assert document["min_mean_distance"] == run.mean_distance.min()
-    assert load(path).name == "stubborn-leaders"
-    np.testing.assert_array_equal(load(path).trajectory.interaction_ranges, run.interaction_ranges)
+    assert load_run(path).name == "stubborn-leaders"
+    np.testing.assert_array_equal(load_run(path).trajectory.interaction_ranges, run.interaction_ranges)
     assert Ran(capsys, "replay", path).code == Exit.DONE
 
 
@@ -296,10 +296,10 @@ def test_a_sweep_of_a_line_and_of_one_without_a_predator(capsys: pytest.CaptureF
 def test_replay_tells_whether_runs_match(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     run = simulate(SMALL, 10.0, seed=7)
     same, other, broken = tmp_path / "same.npz", tmp_path / "other.npz", tmp_path / "broken.npz"
-    save(run, same)
+    save_run(run, same)
     velocities = run.velocities.copy()
     velocities[2, 3, 1] = np.nextafter(velocities[2, 3, 1], np.inf)
-    save(dataclasses.replace(run, velocities=velocities), other)
+    save_run(dataclasses.replace(run, velocities=velocities), other)
     broken.write_bytes(same.read_bytes()[:100])
 
     matches = Ran(capsys, "replay", same)
@@ -321,7 +321,7 @@ def test_replay_notes_other_versions(
 ) -> None:
     with monkeypatch.context() as patch:
         patch.setattr("flockesc_env.models.records.versions", lambda: {"numpy": "0.9"})
-        save(simulate(SMALL, 10.0, seed=7), tmp_path / "old.npz")
+        save_run(simulate(SMALL, 10.0, seed=7), tmp_path / "old.npz")
     ran = Ran(capsys, "replay", tmp_path / "old.npz")
     assert ran.code == Exit.DONE
     assert "recorded with numpy 0.9; now python" in ran.err

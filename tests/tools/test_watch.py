@@ -53,8 +53,8 @@ TIMEOUT = 60  # seconds; reached only by a server that does not answer or stop
 
 RUNS = {
     "one range": lambda: simulate(FLOCK, 10.0, seed=3),
-    "schedule": lambda: simulate(FLOCK, np.linspace(0, 30, 9), seed=2**64 - 1),
-    "range per agent": lambda: record(StubbornLeaders(), 5, scenario=FLOCK, per_agent=True),
+    "schedule": lambda: simulate(FLOCK, schedule=np.linspace(0, 30, 9)[:, None], seed=2**64 - 1),
+    "range per agent": lambda: record(FLOCK, StubbornLeaders(), 5, per_agent=True),
     "in space, two predators": lambda: simulate(FLOCK.replace(dimension=3, predators=TWO), 20.0, seed=1),
     "no predator": lambda: simulate(FLOCK.replace(predators=()), 20.0, seed=1),
     "given start": lambda: simulate(
@@ -92,7 +92,7 @@ def assert_shows(shown: Any, run: Trajectory) -> None:
     np.testing.assert_array_equal(columns["numComponents"], run.num_components)
     per_agent = np.broadcast_to(in_force, run.positions.shape[:2])
     for t, positions in enumerate(run.positions):
-        np.testing.assert_array_equal(columns["labels"][t], component_labels(positions, per_agent[t]))
+        np.testing.assert_array_equal(columns["labels"][t], component_labels(None, positions, per_agent[t]))
         assert len(np.unique(columns["labels"][t])) == run.num_components[t]
     speed = np.linalg.norm(run.velocities, axis=-1, keepdims=True)
     units = np.where(speed > 0, run.velocities / np.where(speed > 0, speed, 1), 0)
@@ -116,7 +116,7 @@ def test_the_page_holds_the_run(name: str, tmp_path: Path) -> None:
 
 
 def test_ranges_spread_by_a_standard_deviation() -> None:
-    run = record(StubbornLeaders(), 5, scenario=FLOCK, per_agent=True, predator_sensing_range=None)
+    run = record(FLOCK, StubbornLeaders(), 5, per_agent=True, predator_sensing_range=None)
     columns = run_document("", run)["columns"]
     row = run.interaction_ranges[4]
     assert 0 < row.std() < 10
@@ -251,11 +251,11 @@ def test_contenders_record_what_their_parts_do(spec: str) -> None:
     first, again = (built_in(spec).record(5, FLOCK) for _ in range(2))
     np.testing.assert_array_equal(first.interaction_ranges, again.interaction_ranges)
     if spec == "stubborn-witnesses":
-        mine = record(StubbornWitnesses(), 5, scenario=FLOCK, per_agent=True)
+        mine = record(FLOCK, StubbornWitnesses(), 5, per_agent=True)
         np.testing.assert_array_equal(first.positions, mine.positions)
     elif spec.startswith("stubborn"):
         sensing = None if spec == "stubborn-leaders" else "predator_range"
-        mine = record(StubbornLeaders(), 5, scenario=FLOCK, per_agent=True, predator_sensing_range=sensing)
+        mine = record(FLOCK, StubbornLeaders(), 5, per_agent=True, predator_sensing_range=sensing)
         np.testing.assert_array_equal(first.positions, mine.positions)
     assert first.interaction_ranges.shape[1] == (1 if spec.startswith("fixed") else 12)
 
@@ -344,7 +344,7 @@ def test_the_server_runs_what_is_recorded_here(address: str, policy: str, seed: 
 def test_a_fixed_range_from_the_server_is_a_simulation(address: str) -> None:
     answer = json.loads(get(f"{address}run?seed=4&policy=fixed:100"))
     assert_shows(answer, simulate(FLOCK, 100.0, seed=4))
-    assert_shows(answer, record(FixedRange(100.0), 4, scenario=FLOCK))
+    assert_shows(answer, record(FLOCK, FixedRange(100.0), 4))
 
 
 @pytest.mark.parametrize(

@@ -316,7 +316,7 @@ def test_nothing_is_wider_than_the_window(tab: Page, tmp_path: Path, width: int,
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
     script = f"""
-        from flockesc_env import ConstantVelocity, FlockScenario
+        from flockesc_env import FlockScenario
         from flockesc_env.policies.registry import built_in
         from flockesc_env.watch import serve
 

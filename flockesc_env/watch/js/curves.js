@@ -5,7 +5,7 @@
 const CHART_HEIGHT = 190; // px
 const AXIS_FONT = "11px system-ui, sans-serif";
 
-// A chart's series per run: column, and how it is drawn. `steps` holds a value from its time to the next.
+// The charts, and what each draws per run. With `steps`, a value holds until the next time.
 const CHARTS = [
   {
     title: "Distance to the predator (m)",
@@ -44,7 +44,7 @@ class Curves {
     new ResizeObserver(() => this.resize()).observe(container);
   }
 
-  /** Draws as many other runs. */
+  /** Replaces the runs by the same number of other runs. */
   setRuns(runs) {
     this.runs = runs;
     this.charts.forEach((chart, at) => chart.setData(this.dataOf(CHARTS[at])));
@@ -141,7 +141,7 @@ class Curves {
       context.arc(x, y, 4.5 * density, 0, 2 * Math.PI);
       context.stroke();
       context.fill();
-      const label = [objective.toFixed(1), x, y + (at % 2 ? -9 : 17) * density]; // neighbors do not meet
+      const label = [objective.toFixed(1), x, y + (at % 2 ? -9 : 17) * density]; // labels of neighboring runs do not overlap
       context.strokeText(...label);
       context.fillText(...label);
     });

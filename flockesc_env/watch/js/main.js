@@ -1,6 +1,6 @@
 "use strict";
 
-// Puts the page together.
+// The page: builds its parts and connects them.
 
 class Page {
   constructor(runs, { versions, live }) {
@@ -38,7 +38,7 @@ class Page {
 
   showRuns() {
     const { runs } = this;
-    this.box = boxAround(runs, this.box); // only grows, so that the view is calm while a slider is dragged
+    this.box = boxAround(runs, this.box); // only grows, so that the view is steady while the slider moves
     this.camera.fit(this.box);
     this.look.largestRange = runs.reduce((largest, run) => Math.max(largest, run.largestRange), 0);
     this.showKey();
@@ -77,7 +77,7 @@ class Page {
     });
   }
 
-  /** What the colors mean. */
+  /** Shows the key of the colors. */
   showKey() {
     const { theme, color, largestRange } = this.look;
     const dot = (background) => {

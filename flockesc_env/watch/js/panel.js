@@ -68,7 +68,7 @@ function quantity(value, unit = "m") {
   return [value, element("small", {}, ` ${unit}`)];
 }
 
-/** Drag, pinch or ctrl and wheel, double click. */
+/** Connects the camera to dragging, pinching or ctrl + wheel, and double click. */
 function bindCamera(canvas, camera, redraw) {
   let last;
   canvas.addEventListener("pointerdown", (event) => {
@@ -84,7 +84,7 @@ function bindCamera(canvas, camera, redraw) {
   canvas.addEventListener(
     "wheel",
     (event) => {
-      if (!event.ctrlKey && !event.metaKey) return; // the page scrolls
+      if (!event.ctrlKey && !event.metaKey) return; // scrolls the page
       event.preventDefault();
       camera.zoom(Math.exp(-event.deltaY / 300), event.offsetX, event.offsetY);
       redraw();

@@ -22,7 +22,7 @@ function readTheme() {
 
 const FIRST_COLORS = { fixed: 0, learned: 1, rule: 2 }; // places in a theme's `runs`
 
-/** Gives every run a color: that of its kind of policy or, if another run has it, the next of the others. */
+/** Gives every run the color of its kind of policy or, if that is taken, the next of the other colors. */
 function chooseColors(runs) {
   const taken = new Set();
   for (const run of runs) {

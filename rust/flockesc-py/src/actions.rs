@@ -2,9 +2,7 @@
 
 use std::sync::Arc;
 
-use numpy::{
-    Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods,
-};
+use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::conversion::FromPyObjectOwned;
 use pyo3::exceptions::PyValueError;
 use pyo3::intern;
@@ -45,7 +43,12 @@ impl RangeMap {
     /// Arguments from which copies and pickles are made.
     fn __getnewargs__(&self) -> (f64, f64, bool, Option<Vec<f64>>) {
         let map = &self.0;
-        (map.min_range, map.max_range, map.is_normalized, map.grid.clone())
+        (
+            map.min_range,
+            map.max_range,
+            map.is_normalized,
+            map.grid.clone(),
+        )
     }
 
     /// Ranges of `count` stacked actions; `label` names an action in an error.
@@ -193,7 +196,10 @@ impl Map {
             let given = format!("dtype {}", dtype.str()?);
             return Err(action_error(py, label, expected, given));
         }
-        let (shape, given) = (PyTuple::new(py, shape)?, array.getattr(intern!(py, "shape"))?);
+        let (shape, given) = (
+            PyTuple::new(py, shape)?,
+            array.getattr(intern!(py, "shape"))?,
+        );
         if !given.eq(&shape)? {
             let (expected, given) = (format!("shape {shape}"), format!("shape {given}"));
             return Err(action_error(py, label, &expected, given));
@@ -225,7 +231,8 @@ impl Map {
         known: &Bound<'py, PyAny>,
         read: fn(&Bound<'_, PyAny>) -> Option<T>,
     ) -> PyResult<Vec<T>> {
-        let named = |agent: &Bound<'_, PyAny>| Ok::<_, PyErr>(format!("action of {}", agent.repr()?));
+        let named =
+            |agent: &Bound<'_, PyAny>| Ok::<_, PyErr>(format!("action of {}", agent.repr()?));
         if actions.len()? != agents.len() || !actions.is_instance_of::<PyDict>() {
             for agent in actions.try_iter()? {
                 let agent = agent?;
@@ -248,7 +255,12 @@ impl Map {
                 Err(_) => None,
             };
             let Some(action) = action else {
-                return Err(action_error(actions.py(), &named(&agent)?, "an action", "none"));
+                return Err(action_error(
+                    actions.py(),
+                    &named(&agent)?,
+                    "an action",
+                    "none",
+                ));
             };
             values.push(match read(&action) {
                 Some(value) => value,

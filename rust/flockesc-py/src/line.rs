@@ -144,7 +144,11 @@ impl LineEpisode {
 
     #[getter]
     fn states<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyArray1<f64>>, CoreError> {
-        Ok(try_borrow(slf)?.inner.line().states().into_pyarray(slf.py()))
+        Ok(try_borrow(slf)?
+            .inner
+            .line()
+            .states()
+            .into_pyarray(slf.py()))
     }
 
     #[getter]

@@ -22,7 +22,7 @@ pub(crate) const LONG: usize = 1 << 18;
 const SHORT: usize = 1 << 8;
 
 /// Runs `work`, which visits so many agents; other threads run Python meanwhile, if it takes long enough.
-pub(crate) fn beside<T: Ungil>(
+pub(crate) fn maybe_detach<T: Ungil>(
     py: Python<'_>,
     visits: usize,
     work: impl FnOnce() -> T + Ungil,

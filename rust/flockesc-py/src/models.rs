@@ -1,5 +1,6 @@
 //! The two models as functions: checks, whole runs, sweeps, neighbor graphs.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use flockesc_core::{FlockConfig, InitialState, LineConfig, Schedule};
@@ -29,8 +30,29 @@ pub(crate) fn check_line_scenario(scenario: &str) -> Result<(), CoreError> {
     Ok(())
 }
 
+/// The document of the core's default flock, the paper's.
 #[pyfunction]
-#[pyo3(signature = (scenario, ranges, seed, positions, velocities, num_threads, controls=None))]
+pub(crate) fn default_flock_scenario() -> String {
+    FlockConfig::default().to_json()
+}
+
+/// The document of the core's default line, the paper's.
+#[pyfunction]
+pub(crate) fn default_line_scenario() -> String {
+    LineConfig::default().to_json()
+}
+
+/// Every family of parts, with the names of its kinds in documents.
+#[pyfunction]
+pub(crate) fn kinds() -> BTreeMap<&'static str, Vec<&'static str>> {
+    let families = flockesc_core::kinds().iter();
+    families
+        .map(|(family, kinds)| (*family, kinds.to_vec()))
+        .collect()
+}
+
+#[pyfunction]
+#[pyo3(signature = (scenario, ranges, seed, positions, velocities, num_threads, predator_actions=None))]
 #[expect(clippy::too_many_arguments, reason = "what a run is made from")]
 pub(crate) fn simulate_flock<'py>(
     py: Python<'py>,
@@ -40,7 +62,7 @@ pub(crate) fn simulate_flock<'py>(
     positions: Option<PyReadonlyArrayDyn<'py, f64>>,
     velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
     num_threads: Option<usize>,
-    controls: Option<PyReadonlyArrayDyn<'py, f64>>,
+    predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let config = Arc::new(FlockConfig::from_json(scenario).map_err(CoreError::from)?);
     let (rows, columns) = rows_and_columns(&ranges)?;
@@ -48,7 +70,7 @@ pub(crate) fn simulate_flock<'py>(
         values: vector(&ranges)?,
         rows,
         columns,
-        controls: flat(controls)?.unwrap_or_default(),
+        controls: flat(predator_actions)?.unwrap_or_default(),
     };
     let start = InitialState {
         seed,

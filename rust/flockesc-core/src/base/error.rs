@@ -24,14 +24,10 @@ pub enum Error {
         given: String,
     },
     /// A call came at the wrong moment of an episode.
-    #[error("{field}: expected {expected}, got {given}")]
+    #[error("{message}")]
     Episode {
-        /// The call that was refused.
-        field: String,
-        /// What would have been accepted.
-        expected: String,
-        /// What came.
-        given: String,
+        /// The situation, as a sentence.
+        message: String,
     },
     /// A long call was told to stop before it had finished.
     #[error("interrupted")]
@@ -67,15 +63,9 @@ impl Error {
         }
     }
 
-    pub(crate) fn episode(
-        field: impl Into<String>,
-        expected: impl Into<String>,
-        given: impl ToString,
-    ) -> Self {
+    pub(crate) fn episode(message: impl Into<String>) -> Self {
         Self::Episode {
-            field: field.into(),
-            expected: expected.into(),
-            given: given.to_string(),
+            message: message.into(),
         }
     }
 }

@@ -26,13 +26,29 @@ use crate::snapshot::Fingerprint;
 pub enum AtEnd {
     /// It is an error.
     Refuse,
-    /// The slot starts its next episode in place of moving, and is paid nothing.
+    /// The slot starts its next episode instead of a step, and earns nothing.
     Restart,
-    /// The slot stays as it is, and is paid nothing.
+    /// The slot stays unchanged, and earns nothing.
     Stay,
 }
 
 /// A batch of episodes of one scenario, a slot per flock.
+///
+/// ```
+/// use flockesc_core::{Batch, EpisodeConfig, FlockConfig, InitialState};
+///
+/// let scenario = FlockConfig { num_agents: 20, num_steps: 30, ..FlockConfig::default() };
+/// let mut batch = Batch::<2>::new(scenario, EpisodeConfig::default(), 1, None)?;
+/// batch.reset(0, &InitialState::seeded(7))?;
+/// let (mut reward, mut seen, mut total) = ([0.0], vec![0.0; batch.row_length()], 0.0);
+/// while !batch.episode(0)?.has_ended() {
+///     batch.step(&[10.0], &mut reward, &mut seen)?;
+///     total += reward[0];
+/// }
+/// let objective = batch.episode(0)?.objective();
+/// assert!((total - (objective.minimum - objective.start)).abs() < 1e-9);
+/// # Ok::<(), flockesc_core::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Batch<const D: usize> {
     scenario: Arc<FlockConfig>,
@@ -49,7 +65,8 @@ impl<const D: usize> Batch<D> {
     /// A batch of `num_flocks` empty slots for a scenario of dimension D.
     ///
     /// # Errors
-    /// [`Error::Config`] if the scenario has no predator; [`Error::Argument`] if `num_flocks` is 0 or
+    /// [`Error::Config`] if the scenario or `config` is out of bounds, or has no predator or another dimension;
+    /// [`Error::Argument`] if `num_flocks` is 0 or
     /// `num_threads` out of bounds.
     pub fn new(
         scenario: FlockConfig,
@@ -57,8 +74,17 @@ impl<const D: usize> Batch<D> {
         num_flocks: usize,
         num_threads: Option<usize>,
     ) -> Result<Self> {
+        scenario.check()?;
+        config.check()?;
+        if scenario.dimension != D {
+            return Err(Error::config(
+                "dimension",
+                D.to_string(),
+                scenario.dimension,
+            ));
+        }
         if scenario.predators.is_empty() {
-            let why = "at least one predator: an environment pays for the distance to it";
+            let why = "at least one predator: an environment rewards the distance to it";
             return Err(Error::config("predators", why, "none"));
         }
         if num_flocks == 0 {
@@ -68,7 +94,7 @@ impl<const D: usize> Batch<D> {
             parallel::pool(num_threads)?; // refused now rather than in the first step
         }
         Ok(Self {
-            fingerprint: Fingerprint::of(&(&scenario, &config)),
+            fingerprint: Fingerprint::of(&(&*scenario, &config)),
             row_length: observation::entries(config.view, scenario.dimension).len(),
             work_each: work_each(&scenario, &config),
             scenario: Arc::new(scenario),
@@ -190,6 +216,7 @@ impl<const D: usize> Batch<D> {
     ///
     /// # Errors
     /// As [`Self::step`]; [`Error::Interrupted`] if `progress` was cancelled, and all episodes are worth nothing then.
+    #[doc(hidden)]
     pub fn step_measured<T: Send>(
         &mut self,
         (ranges, controls): (&[f64], &[f64]),
@@ -328,12 +355,14 @@ impl<const D: usize> Batch<D> {
         check_length("rewards", rewards, rows)?;
         check_length("observations", observations, rows * self.row_length)?;
         for slot in 0..self.num_flocks() {
-            if self.episode(slot)?.has_ended() && at_end == AtEnd::Refuse {
-                return Err(Error::episode(
-                    "step",
-                    format!("a reset: the episode in slot {slot} has ended"),
-                    "a step",
-                ));
+            let Some(episode) = self.slots[slot].episode() else {
+                let message = format!("step() called before reset(): flock {slot} has no episode");
+                return Err(Error::episode(message));
+            };
+            if episode.has_ended() && at_end == AtEnd::Refuse {
+                let message =
+                    format!("step() called after the end of flock {slot}'s episode; call reset()");
+                return Err(Error::episode(message));
             }
         }
         check_ranges("interaction_range", ranges)
@@ -351,11 +380,9 @@ fn work_each(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
 }
 
 fn never_reset(slot: usize) -> Error {
-    Error::episode(
-        "step",
-        "a reset before anything else",
-        format!("slot {slot} without an episode"),
-    )
+    Error::episode(format!(
+        "reset() was never called: flock {slot} has no episode"
+    ))
 }
 
 fn check_length(field: &str, given: usize, expected: usize) -> Result<()> {

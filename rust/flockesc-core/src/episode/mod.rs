@@ -18,7 +18,7 @@ pub(crate) use state::EpisodeState;
 use crate::base::error::Result;
 use crate::flock::{FlockConfig, InitialState, Summary, World};
 use crate::neighbor::Ranges;
-use crate::observation::{self, View};
+use crate::observation::{Scene, View};
 use crate::parallel::Progress;
 use crate::reward::{Action, Moment, Objective, Term};
 
@@ -156,15 +156,25 @@ impl<const D: usize> Episode<D> {
 
     /// Writes the observation: one row for the flock, or one per agent.
     pub fn observe(&self, out: &mut [f32]) {
-        match self.config.view {
-            View::Flock => observation::flock::write(self, out),
-            View::Agent => observation::agent::write(self, out),
-        }
+        self.scene().observe(self.config.view, out);
     }
 
     /// Writes what learned predators see, one row for each.
     pub fn observe_predators(&self, out: &mut [f32]) {
-        observation::predator::write(self, out);
+        self.scene().observe_predators(out);
+    }
+
+    fn scene(&self) -> Scene<'_, D> {
+        Scene {
+            world: &self.world,
+            summary: &self.summary,
+            objective: self.config.objective,
+            minimum: self.objective().minimum,
+            ranges: &self.ranges,
+            max_range: self.config.max_range,
+            sensing_range: self.config.predator_sensing_range,
+            step: self.step,
+        }
     }
 
     /// What the team earned by the last action; 0 where the reward differs between agents.
@@ -228,10 +238,6 @@ impl<const D: usize> Episode<D> {
     #[must_use]
     pub fn polarization(&self) -> f64 {
         self.summary.polarization
-    }
-
-    pub(crate) fn summary(&self) -> &Summary<D> {
-        &self.summary
     }
 
     /// Ranges of the last action: one entry, or one per agent.

@@ -27,11 +27,11 @@ pub(crate) struct Slot<const D: usize> {
 
 /// A slot as plain data.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct SlotState {
+pub(crate) struct SlotState<const D: usize> {
     seed: u64,
     next: u64,
     playing: u64,
-    episode: Option<EpisodeState>,
+    episode: Option<EpisodeState<D>>,
 }
 
 impl<const D: usize> Slot<D> {
@@ -45,7 +45,7 @@ impl<const D: usize> Slot<D> {
         }
     }
 
-    pub(crate) fn save(&self) -> SlotState {
+    pub(crate) fn save(&self) -> SlotState<D> {
         SlotState {
             seed: self.seed,
             next: self.next,
@@ -55,7 +55,7 @@ impl<const D: usize> Slot<D> {
     }
 
     pub(crate) fn restore(
-        state: SlotState,
+        state: SlotState<D>,
         scenario: &Arc<FlockConfig>,
         config: &Arc<EpisodeConfig>,
     ) -> Result<Self> {

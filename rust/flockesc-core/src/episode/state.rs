@@ -12,8 +12,8 @@ use crate::snapshot::{check, check_numbers, is_range};
 
 /// See the fields of [`Episode`].
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct EpisodeState {
-    world: WorldState,
+pub(crate) struct EpisodeState<const D: usize> {
+    world: WorldState<D>,
     step: usize,
     agent_distances: Vec<f64>,
     agent_distances_before: Vec<f64>,
@@ -25,7 +25,7 @@ pub(crate) struct EpisodeState {
 }
 
 impl<const D: usize> Episode<D> {
-    pub(crate) fn save(&self) -> EpisodeState {
+    pub(crate) fn save(&self) -> EpisodeState<D> {
         EpisodeState {
             world: self.world.save(),
             step: self.step,
@@ -41,7 +41,7 @@ impl<const D: usize> Episode<D> {
 
     /// The episode that was started with `seed`.
     pub(crate) fn restore(
-        state: EpisodeState,
+        state: EpisodeState<D>,
         scenario: &Arc<FlockConfig>,
         config: &Arc<EpisodeConfig>,
         seed: u64,

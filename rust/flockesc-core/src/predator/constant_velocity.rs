@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use super::strategy::{Flight, Scene, Strategy};
+use super::strategy::{Flight, Strategy, Surroundings};
 use crate::base::error::Result;
 
 /// v_p(t + dt) = v_p(t) (paper, Section V).
@@ -27,7 +27,7 @@ impl Strategy for ConstantVelocity {
         &self,
         (): &mut (),
         flight: &Flight<D>,
-        _scene: &mut Scene<'_, D>,
+        _scene: &mut Surroundings<'_, D>,
     ) -> (SVector<f64, D>, f64) {
         (flight.velocity, flight.speed)
     }

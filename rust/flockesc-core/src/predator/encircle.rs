@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::Predator;
 use super::shared::flight::steering;
 use super::shared::prey::Prey;
-use super::strategy::{Flight, Listed, Recall, Scene, Strategy};
+use super::strategy::{Flight, Listed, Recall, Strategy, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::Result;
 use crate::snapshot::check_vector;
@@ -89,9 +89,9 @@ impl Strategy for Encircle {
         &self,
         station: &mut Station<D>,
         flight: &Flight<D>,
-        scene: &mut Scene<'_, D>,
+        surroundings: &mut Surroundings<'_, D>,
     ) -> (SVector<f64, D>, f64) {
         let limits = self.limits();
-        limits.toward(station.position, flight, scene.time_step)
+        limits.toward(station.position, flight, surroundings.time_step)
     }
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::Predator;
 use super::shared::flight::steering;
 use super::shared::prey::Prey;
-use super::strategy::{Flight, Listed, Recall, Scene, Strategy};
+use super::strategy::{Flight, Listed, Recall, Strategy, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::{Error, Result};
 use crate::base::vector::unit;
@@ -73,8 +73,8 @@ impl Strategy for Herd {
         &self,
         post: &mut Post<D>,
         flight: &Flight<D>,
-        scene: &mut Scene<'_, D>,
+        surroundings: &mut Surroundings<'_, D>,
     ) -> (SVector<f64, D>, f64) {
-        self.limits().toward(post.0, flight, scene.time_step)
+        self.limits().toward(post.0, flight, surroundings.time_step)
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use super::shared::flight::steering;
 use super::shared::prey::Prey;
-use super::strategy::{Flight, Scene, Strategy};
+use super::strategy::{Flight, Strategy, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::Result;
 use crate::base::vector::{side_of, turn, unit};
@@ -57,10 +57,11 @@ impl Strategy for Intercept {
         &self,
         (): &mut (),
         flight: &Flight<D>,
-        scene: &mut Scene<'_, D>,
+        surroundings: &mut Surroundings<'_, D>,
     ) -> (SVector<f64, D>, f64) {
-        let (position, velocity, time_step) = (&flight.position, &flight.velocity, scene.time_step);
-        let heading = self.heading(position, velocity, time_step, scene.prey);
+        let (position, velocity, time_step) =
+            (&flight.position, &flight.velocity, surroundings.time_step);
+        let heading = self.heading(position, velocity, time_step, surroundings.prey);
         self.limits()
             .next(velocity, flight.speed, heading, time_step)
     }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::Predator;
 use super::shared::prey::Prey;
 use super::shared::sighting::Sighting;
-use super::strategy::{Flight, Listed, Recall, Scene, Steered, Strategy};
+use super::strategy::{Flight, Listed, Recall, Steered, Strategy, Surroundings};
 use crate::base::check::{positive_quantity, quantity};
 use crate::base::error::Result;
 use crate::snapshot::check_vector;
@@ -109,7 +109,7 @@ impl Strategy for Learned {
         &self,
         steering: &mut Steering<D>,
         flight: &Flight<D>,
-        _scene: &mut Scene<'_, D>,
+        _scene: &mut Surroundings<'_, D>,
     ) -> (SVector<f64, D>, f64) {
         let velocity = self.pushed(&flight.velocity, &steering.push);
         (velocity, velocity.norm())

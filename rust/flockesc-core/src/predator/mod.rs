@@ -19,7 +19,7 @@ pub(crate) use shared::prey::Prey;
 pub(crate) use shared::sighting::Sighting;
 pub(crate) use state::PredatorState;
 
-use strategy::{Flight, Listed, Member, Recall, Scene, Steered, Strategy, strategies};
+use strategy::{Flight, Listed, Member, Recall, Steered, Strategy, Surroundings, strategies};
 
 use crate::base::check;
 use crate::base::error::Result;
@@ -127,7 +127,7 @@ pub(crate) fn steer<const D: usize>(
     rng: &mut ChaCha8Rng,
 ) {
     agree(predators, time_step, prey);
-    let mut scene = Scene {
+    let mut surroundings = Surroundings {
         time_step,
         prey,
         rng,
@@ -138,7 +138,7 @@ pub(crate) fn steer<const D: usize>(
             velocity: predator.velocity,
             speed: predator.speed,
         };
-        (predator.velocity, predator.speed) = predator.mind.steer(&flight, &mut scene);
+        (predator.velocity, predator.speed) = predator.mind.steer(&flight, &mut surroundings);
     }
 }
 

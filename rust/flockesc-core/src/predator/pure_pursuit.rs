@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::shared::assignment::{MAX_ASSIGNED, assign};
 use super::shared::flight::steering;
 use super::shared::prey::{Prey, Quarry};
-use super::strategy::{Flight, Listed, Recall, Scene, Strategy};
+use super::strategy::{Flight, Listed, Recall, Strategy, Surroundings};
 use super::{Predator, PredatorConfig};
 use crate::base::check::{not_negative, quantity};
 use crate::base::error::{Error, Result};
@@ -26,8 +26,9 @@ steering! {
 }
 
 /// What a predator pursues; among equal agents the one with the lowest index.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, strum::VariantNames)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Target {
     /// The agent nearest to the predator.
     Nearest,
@@ -37,6 +38,11 @@ pub enum Target {
     MostIsolated,
     /// Its own agent: predators with this target pursue distinct agents.
     Assigned,
+}
+
+impl Target {
+    /// The names of all kinds in documents.
+    pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
 }
 
 /// The agents that a predator keeps to.
@@ -105,10 +111,10 @@ impl Strategy for PurePursuit {
         &self,
         quarries: &mut Quarries<D>,
         flight: &Flight<D>,
-        scene: &mut Scene<'_, D>,
+        surroundings: &mut Surroundings<'_, D>,
     ) -> (SVector<f64, D>, f64) {
-        let aim = self.aim(&flight.position, quarries, scene);
-        self.limits().toward(aim, flight, scene.time_step)
+        let aim = self.aim(&flight.position, quarries, surroundings);
+        self.limits().toward(aim, flight, surroundings.time_step)
     }
 }
 
@@ -122,12 +128,12 @@ impl PurePursuit {
         &self,
         position: &SVector<f64, D>,
         quarries: &mut Quarries<D>,
-        scene: &mut Scene<'_, D>,
+        surroundings: &mut Surroundings<'_, D>,
     ) -> Option<SVector<f64, D>> {
-        let prey = scene.prey;
+        let prey = surroundings.prey;
         match self.target {
             Target::Nearest if self.can_be_confused() => {
-                let quarry = self.choose(position, quarries.kept, scene);
+                let quarry = self.choose(position, quarries.kept, surroundings);
                 quarries.kept = quarry.map(|quarry| quarry.name);
                 quarry.map(|quarry| quarry.position)
             }
@@ -143,14 +149,15 @@ impl PurePursuit {
         &self,
         position: &SVector<f64, D>,
         kept: Option<usize>,
-        scene: &mut Scene<'_, D>,
+        surroundings: &mut Surroundings<'_, D>,
     ) -> Option<Quarry<D>> {
-        let prey = scene.prey;
+        let prey = surroundings.prey;
         let count = prey.within(position, self.sight).count();
         let others = count.saturating_sub(1);
-        let probability = -libm::expm1(-self.confusion_rate * others as f64 * scene.time_step);
-        if rng::uniform(scene.rng, 1.0) < probability {
-            let rank = (rng::uniform(scene.rng, count as f64) as usize).min(others);
+        let probability =
+            -libm::expm1(-self.confusion_rate * others as f64 * surroundings.time_step);
+        if rng::uniform(surroundings.rng, 1.0) < probability {
+            let rank = (rng::uniform(surroundings.rng, count as f64) as usize).min(others);
             return prey.at_rank(position, self.sight, rank);
         }
         prey.within(position, self.sight)
@@ -184,12 +191,16 @@ mod tests {
             agents: &agents,
             neighborhood: &Neighborhood::silent(NeighborOptions::METRIC, &agents),
         };
-        let mut scene = Scene {
+        let mut surroundings = Surroundings {
             time_step: 0.05,
             prey,
             rng: &mut rng::stream(0, rng::Stream::Predators),
         };
-        let aim = hunter.aim(&vector![0.0, 0.0], &mut Quarries::default(), &mut scene);
+        let aim = hunter.aim(
+            &vector![0.0, 0.0],
+            &mut Quarries::default(),
+            &mut surroundings,
+        );
         assert_eq!(aim, Some(positions[1]));
     }
 }

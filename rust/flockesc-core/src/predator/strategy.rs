@@ -48,7 +48,7 @@ pub(crate) trait Strategy: Listed {
         &self,
         memory: &mut Self::Memory<D>,
         flight: &Flight<D>,
-        scene: &mut Scene<'_, D>,
+        surroundings: &mut Surroundings<'_, D>,
     ) -> (SVector<f64, D>, f64);
 }
 
@@ -65,7 +65,7 @@ pub(crate) struct Flight<const D: usize> {
 
 /// What a predator turns in: the agents at the end of a step, and the stream of what is random about predators.
 #[derive(Debug)]
-pub(crate) struct Scene<'a, const D: usize> {
+pub(crate) struct Surroundings<'a, const D: usize> {
     /// dt in s.
     pub(crate) time_step: f64,
     pub(crate) prey: Prey<'a, D>,
@@ -217,9 +217,9 @@ macro_rules! strategies {
                 }
             }
 
-            fn steer(&mut self, flight: &Flight<D>, scene: &mut Scene<'_, D>) -> (SVector<f64, D>, f64) {
+            fn steer(&mut self, flight: &Flight<D>, surroundings: &mut Surroundings<'_, D>) -> (SVector<f64, D>, f64) {
                 match self {
-                    $(Self::$Strategy(strategy, memory) => strategy.steer(memory, flight, scene),)*
+                    $(Self::$Strategy(strategy, memory) => strategy.steer(memory, flight, surroundings),)*
                 }
             }
         }

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::strategy::{Flight, Scene, Strategy};
+use super::strategy::{Flight, Strategy, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::Result;
 use crate::base::rng;
@@ -57,10 +57,10 @@ impl Strategy for Wandering {
         &self,
         (): &mut (),
         flight: &Flight<D>,
-        scene: &mut Scene<'_, D>,
+        surroundings: &mut Surroundings<'_, D>,
     ) -> (SVector<f64, D>, f64) {
         let (velocity, speed) = (&flight.velocity, flight.speed);
-        let turned = self.turned(velocity, speed, scene.time_step, scene.rng);
+        let turned = self.turned(velocity, speed, surroundings.time_step, surroundings.rng);
         (turned, speed)
     }
 }

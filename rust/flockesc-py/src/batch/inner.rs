@@ -2,13 +2,14 @@
 
 use std::time::Duration;
 
-use flockesc_core::{AtEnd, Batch, Episode, InitialState, Progress};
+use flockesc_core::bindings::AtEnd;
+use flockesc_core::{Batch, Episode, InitialState, Progress};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::errors::CoreError;
 use crate::info::Measured;
-use crate::long_call::{LONG, LongCall, maybe_detach, long_call};
+use crate::long_call::{LONG, LongCall, long_call, maybe_detach};
 
 /// The batch of either dimension.
 #[derive(Clone)]

@@ -1,12 +1,7 @@
 use super::*;
-use crate::agents::PerAgent;
-use crate::flock::{
-    Inertial, InitialHeadings, InitialPositions, Motion, RandomHeadings, Randomization, Square,
-};
-use crate::neighbor::NeighborRule;
 use crate::observation::View;
 use crate::predator::{ConstantVelocity, PredatorConfig};
-use crate::reward::{Objective, Reward};
+use crate::reward::Reward;
 
 const FLOCKS: usize = 5;
 const AGENTS: usize = 30;
@@ -34,39 +29,18 @@ fn documents() -> (FlockConfig, EpisodeConfig) {
     };
     let scenario = FlockConfig {
         num_agents: AGENTS,
-        dimension: 2,
         num_steps: 20,
-        time_step: 0.05,
-        mass: PerAgent::Shared(0.1),
-        speed: PerAgent::Shared(10.0),
         initial_side: 30.0,
-        initial_positions: InitialPositions::Square(Square {}),
-        initial_headings: InitialHeadings::Random(RandomHeadings {}),
-        initial_plane: false,
         predator_range: 20.0,
-        repulsion_strength: PerAgent::Shared(10.0),
-        alignment_strength: PerAgent::Shared(1.0),
-        motion: Motion::Inertial(Inertial {}),
-        angular_noise: 0.0,
-        sensing_noise: 0.0,
-        sensing_delay: 0,
-        constant_speed: true,
         predators: vec![PredatorConfig::ConstantVelocity(predator)],
-        capture_radius: None,
-        neighbor_rule: NeighborRule::Metric {},
-        blind_angle: 0.0,
-        mutual: false,
-        frozen_graph: false,
-        periodic_side: None,
-        randomization: Randomization::default(),
+        ..FlockConfig::default()
     };
     let config = EpisodeConfig {
         view: View::Agent,
-        objective: Objective::Mean,
-        reward: Reward::RunningMinimum,
         max_range: 10.0,
         predator_sensing_range: None,
         steps_per_action: 3,
+        ..EpisodeConfig::default()
     };
     (scenario, config)
 }

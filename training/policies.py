@@ -1,4 +1,4 @@
-"""What can be compared: built-in policies by name, files, folders of runs, one's own code."""
+"""Policies by name, by file, by the folder of a run, or from a user's own code."""
 
 from __future__ import annotations
 
@@ -6,25 +6,23 @@ import importlib
 from collections.abc import Iterable
 from pathlib import Path
 
-from flockesc_env import FlockScenario
-from flockesc_env.common.errors import ArgumentError
-from flockesc_env.policies.files import find_policy
-from flockesc_env.policies.registry import NAMES, NamedPolicy
+from flockesc_env import ArgumentError, FlockScenario, NamedPolicy
+from flockesc_env.policies import NAMES, find_policy
 from training.config import POLICY_FILE
 
 EXPECTED = f"{', '.join(NAMES)}, a policy's file, the folder of a finished run or module:function"
 
 
-def contender(spec: str) -> NamedPolicy:
-    """Make a contender of its name.
+def named_policy(spec: str) -> NamedPolicy:
+    """Return the policy that a command line names.
 
     Args:
-        spec: a built-in policy (``flockesc_env.policies.registry.NAMES``), a file that ``save_policy`` wrote,
+        spec: a built-in policy (``flockesc_env.policies.NAMES``), a file that ``save_policy`` wrote,
             the folder of a finished run, or ``module:function``, a function that returns a ``NamedPolicy``.
 
     Raises:
-        ArgumentError: if there is nothing of that name.
-        RecordError: if the file is no policy.
+        ArgumentError: if nothing has that name.
+        RecordError: if the file does not hold a policy.
     """
     file = Path(spec) / POLICY_FILE
     if file.is_file():
@@ -39,7 +37,7 @@ def contender(spec: str) -> NamedPolicy:
 
 
 def scenario_of(entries: Iterable[NamedPolicy]) -> FlockScenario:
-    """Return the flock that contenders were trained in; the paper's where none was.
+    """Return the flock that the policies were trained in; the paper's if none was trained.
 
     Raises:
         ArgumentError: if they were trained in several, or in a line.

@@ -1,0 +1,95 @@
+"""Read access to what environments step: ``env.flock``, ``env.flocks`` and ``env.line``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from flock_states import NAMES, state
+from gymnasium.error import ResetNeeded
+from option_table import DIMENSIONS, small_flock
+
+from flockesc_env import (
+    FlockEscapeEnv,
+    FlockPursuitEnv,
+    FlockVectorEnv,
+    LineEscapeEnv,
+    LineScenario,
+    PurePursuit,
+    parallel_env,
+    simulate,
+)
+from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+
+PREDATORS = (PurePursuit((0.0, 0.0), (8.0, 8.0)), PurePursuit((30.0, 0.0), (0.0, 9.0)))
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+def test_a_flock_is_that_of_the_simulation(dimension: int) -> None:
+    scenario = small_flock(dimension, predators=PREDATORS, capture_radius=4.0)
+    env = FlockEscapeEnv(scenario, action_mode="range", max_range=9.0)
+    with pytest.raises(ResetNeeded):
+        _ = env.flock.positions
+    env.reset(seed=5)
+    run = simulate(scenario, 9.0, seed=5)
+    speed = np.hypot(8.0, 8.0)  # of a predator that only turns
+    for step in range(scenario.num_steps + 1):
+        flock = env.flock
+        assert flock.step == step
+        np.testing.assert_array_equal(flock.positions, run.positions[step])
+        np.testing.assert_array_equal(flock.velocities, run.velocities[step])
+        np.testing.assert_array_equal(flock.predator_positions, run.predator_positions[step])
+        assert np.linalg.norm(flock.predator_velocities, axis=1) == pytest.approx([speed, 9.0])
+        np.testing.assert_array_equal(flock.interaction_range, [9.0 if step else 0.0])
+        assert flock.caught.mean() == pytest.approx(1 - run.fraction_surviving[step], abs=1e-12)
+        assert not flock.distances[flock.caught].any()
+        if step < scenario.num_steps:
+            env.step(np.float32([9.0]))
+
+
+def test_shapes_and_read_only_arrays() -> None:
+    scenario = small_flock(3, predators=PREDATORS)
+    for env, rows in ((parallel_env(scenario), 5), (FlockPursuitEnv(small_flock(3)), 1)):
+        env.reset(seed=0)
+        now = state(env.flock)
+        shapes = {name: value.shape for name, value in now.items() if isinstance(value, np.ndarray)}
+        count = len(env.scenario.predators)
+        assert shapes == {
+            **dict.fromkeys(("positions", "velocities"), (5, 3)),
+            **dict.fromkeys(("distances", "caught"), (5,)),
+            "interaction_range": (rows,),
+            **dict.fromkeys(("predator_positions", "predator_velocities"), (count, 3)),
+        }
+        with pytest.raises(ValueError, match="read-only"):
+            env.flock.positions[:] = 0.0
+        with pytest.raises(AttributeError):
+            env.flock.positions = now["positions"]
+
+
+@pytest.mark.parametrize("make", [FlockVectorEnv, FlockVecEnv, AgentVecEnv])
+def test_flocks_of_a_batch_are_those_of_single_environments(make: Any) -> None:
+    env = make(3, small_flock())
+    if hasattr(env, "single_action_space"):
+        env.reset(seed=7)
+    else:
+        env.seed(7)
+        env.reset()
+    assert len(env.flocks) == 3
+    for slot, flock in enumerate(env.flocks):
+        single = FlockEscapeEnv(small_flock())
+        single.reset(seed=7 + slot)
+        for name in set(NAMES) - {"interaction_range"}:
+            np.testing.assert_array_equal(getattr(flock, name), getattr(single.flock, name))
+
+
+def test_a_line() -> None:
+    env = LineEscapeEnv(LineScenario(num_agents=5, max_steps=10))
+    with pytest.raises(ResetNeeded):
+        _ = env.line
+    start = [0.0, 0.25, 0.5, 0.75, 1.0]
+    env.reset(options={"initial_state": start})
+    assert (env.line.step, env.line.states.tolist(), env.line.interaction_range) == (0, start, 0.0)
+    assert not env.line.states.flags.writeable
+    env.step(np.ones(1, np.float32))
+    assert (env.line.step, env.line.interaction_range) == (1, 1.0)
