@@ -263,7 +263,7 @@ def test_dragging_turns_space_and_double_click_resets(tab: Page, tmp_path: Path)
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("width", [400, 1280])
 def test_all_that_happens_is_in_the_window(tab: Page, tmp_path: Path, dimension: int, width: int) -> None:
-    flock = FLOCK.replace(dimension=dimension)
+    flock = FLOCK.replace(dimension=dimension, predators=(ConstantVelocity(),))
     write_page([(spec, built_in(spec).record(3, flock)) for spec in SPECS], tmp_path / "page.html")
     open_page(tab, (tmp_path / "page.html").as_uri(), width=width)
     seen = tab.evaluate("""page.runs.flatMap(({ positions, predators, dimension }) =>
