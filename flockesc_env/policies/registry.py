@@ -14,8 +14,9 @@ from flockesc_env.policies.base import Policy
 from flockesc_env.policies.playing import record_flock
 from flockesc_env.policies.ranges import FixedRange, RandomRange
 from flockesc_env.policies.rules import StubbornLeaders, StubbornWitnesses
-from flockesc_env.scenario.flock import FlockScenario, LineScenario, as_model
-from flockesc_env.scenario.presets import as_scenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import as_model, as_scenario
 
 NAMES = ("fixed:RHO", "random", "stubborn-leaders", "stubborn-leaders-local", "stubborn-witnesses")
 """Names that ``built_in`` knows: one range RHO in m for all agents; random ranges; the rule of thumb with the

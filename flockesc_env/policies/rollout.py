@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any, overload
+from typing import Any, Unpack, overload
 
 from flockesc_env.common.checks import as_callback, as_count, as_flag, as_policy, as_seed, as_seeds
 from flockesc_env.common.errors import ArgumentError, shown
-from flockesc_env.episodes.options import EnvOptions, LineOptions
+from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptions
 from flockesc_env.episodes.predators import PredatorPolicy
-from flockesc_env.models.simulate import Trajectory, named_scenario
+from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.base import Policy, is_per_agent
 from flockesc_env.policies.files import find_policy
 from flockesc_env.policies.playing import Episodes, play_flocks, record_flock
 from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.policies.rollout_line import LineEpisodes, play_lines
-from flockesc_env.scenario.flock import FlockScenario, LineScenario
-from flockesc_env.scenario.presets import as_scenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import as_model, as_scenario
 
 AnyPolicy = Policy | NamedPolicy | str
 """A policy, one with its options, the name of a built-in one, or a file of ``save_policy``."""
@@ -166,4 +167,4 @@ def _scenario(
 ) -> FlockScenario | LineScenario:
     if scenario is None:
         return entry.scenario or FlockScenario()
-    return named_scenario(scenario)
+    return as_model(scenario)

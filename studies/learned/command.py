@@ -8,7 +8,8 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.output import note, require, show
+from flockesc_env.cli.output import note, show
+from flockesc_env.common.extras import require
 
 RESULTS, PAGE = Path("results/learned"), Path("docs/results.md")
 
@@ -39,7 +40,7 @@ def run(
 
     Example: python -m studies learned shared
     """
-    _require("learned")
+    _require()
     from studies.learned.study import StudyArgs, study
 
     args = StudyArgs(setting, output, runs, learners, held_out_flocks, tuning_flocks, jobs)
@@ -52,7 +53,7 @@ def page(*, results: Results = RESULTS, page: Page = PAGE) -> Exit:
 
     Example: python -m studies learned-page
     """
-    _require("learned-page")
+    _require()
     from studies.learned.page import write_page
 
     show(write_page(results, page))
@@ -75,7 +76,7 @@ def submit(
 
     Example: python -m studies learned-submit per-agent-visible my_module:my_policy "my policy"
     """
-    _require("learned-submit")
+    _require()
     from studies.learned.submit import submit as run_submission
 
     show(run_submission(setting, policy, name, results, page))
@@ -83,6 +84,5 @@ def submit(
     return Exit.DONE
 
 
-def _require(command: str) -> None:
-    for module in ("matplotlib", "polars", "rliable", "jinja2"):
-        require(module, "train", command)
+def _require() -> None:
+    require("train", ["matplotlib", "polars", "rliable", "jinja2"])

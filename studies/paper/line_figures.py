@@ -10,7 +10,7 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.jobs import Arrays
 from flockesc_env.models.simulate import simulate_line
 from flockesc_env.models.sweep import LineSweepResult
-from flockesc_env.scenario.flock import EscapeForce, LineScenario
+from flockesc_env.scenario.line import EscapeForce, LineScenario
 from studies.paper.plan import COARSE, FORCES, FREE_LINE, LINE, LINE_GRID, SHOWN_RANGES
 from studies.style import BAND, INK, PREDATOR, cluster_colors, letter
 

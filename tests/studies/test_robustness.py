@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from studies_runs import StudiesRan
+from cli_runs import Ran
 
 from flockesc_env import (
     PRESETS,
