@@ -1,1 +1,1 @@
-"""Errors, argument checks, files, progress bars, statistics: helpers that know no model."""
+"""Helpers that know no model: errors, argument checks, files, extras, progress bars, statistics."""

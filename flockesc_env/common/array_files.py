@@ -1,4 +1,4 @@
-"""Arrays in files that anybody may have written: numbers and texts, nothing that is executed, no bombs."""
+"""Array files (npz, npy) from untrusted sources: nothing is executed, sizes are checked before reading."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
@@ -20,13 +21,13 @@ from flockesc_env.common.files import atomic_write
 _HEADER = "header"
 _LARGEST = 2**26
 _LARGEST_RATIO = 256
-"""An archive holds at most 64 MiB and 256 times its own size: floats of a run shrink to a half, if at all."""
+"""Limits of an archive's unpacked size: 64 MiB plus 256 times its packed size."""
 
 _HEADER_READERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 
 
 def write_document(path: Path, header: dict[str, Any], arrays: Mapping[str, Any]) -> None:
-    """Write a JSON object and arrays to an npz file; an older one stays whole until this is complete."""
+    """Write a JSON object and arrays to an npz file; replace an older file only when complete."""
     with atomic_write(path) as file:
         np.savez_compressed(file, header=np.array(json.dumps(header)), **arrays)
 
@@ -36,21 +37,18 @@ def read_document(path: Path, expected: str) -> tuple[dict[str, Any], dict[str, 
 
     Args:
         path: the file.
-        expected: what an error says that it should be.
+        expected: the expected kind of file, for errors.
 
     Raises:
         FileNotFoundError: if there is no such file.
-        RecordError: naming the file or, if only that is amiss, ``header``.
+        RecordError: naming the file or, if only that is damaged, ``header``.
     """
     arrays = read_npz(path, expected)
-    text = arrays.pop(_HEADER, np.array(""))
+    text = str(arrays.pop(_HEADER, np.array(""))[()])
     try:
-        header = json.loads(str(text[()]))
+        return msgspec.json.decode(text, type=dict[str, Any]), arrays
     except (ValueError, RecursionError) as error:
         raise RecordError(_HEADER, "a JSON object", error) from None
-    if not isinstance(header, dict):
-        raise RecordError(_HEADER, "a JSON object", type(header).__name__)
-    return header, arrays
 
 
 def read_npz(path: Path, expected: str) -> dict[str, NDArray[Any]]:
@@ -58,7 +56,7 @@ def read_npz(path: Path, expected: str) -> dict[str, NDArray[Any]]:
 
     Raises:
         FileNotFoundError: if there is no such file.
-        RecordError: if it is cut off, damaged, something else or unpacks to far more than its size.
+        RecordError: if it is damaged, of another kind or unpacks to far more than its size.
     """
     raw = path.read_bytes()
     try:
@@ -70,7 +68,7 @@ def read_npz(path: Path, expected: str) -> dict[str, NDArray[Any]]:
             return {_name(member): _array(_unpacked(archive, member)) for member in members}
     except RecordError:
         raise
-    except Exception as error:  # whatever zipfile, its decompressors and NumPy's parser make of foreign bytes
+    except Exception as error:  # zipfile, its decompressors and NumPy raise many kinds
         raise RecordError(str(path), expected, repr(error)) from None
 
 
@@ -79,7 +77,7 @@ def read_npy(path: Path, expected: str) -> NDArray[Any]:
 
     Raises:
         FileNotFoundError: if there is no such file.
-        RecordError: if it is cut off, damaged or something else.
+        RecordError: if it is damaged or of another kind.
     """
     raw = path.read_bytes()
     try:
@@ -100,11 +98,11 @@ def _name(member: zipfile.ZipInfo) -> str:
 
 def _unpacked(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
     with archive.open(member) as file:
-        return file.read(member.file_size)  # without a number it would unpack whatever is there
+        return file.read(member.file_size)  # without a size it would unpack everything
 
 
 def _array(raw: bytes) -> NDArray[Any]:
-    """Read an array whose header says as much as there is; memory is taken for nothing else."""
+    """Return the array of an npy file; its size must be the one in its header."""
     stream = BytesIO(raw)
     version = npy.read_magic(stream)
     if version not in _HEADER_READERS:

@@ -1,7 +1,7 @@
-"""Checks shared by everything that takes arguments: what passes is a plain, contiguous, finite value.
+"""Argument checks: each returns the value as a plain Python value or a finite, contiguous array.
 
-Each takes the value and the name that an error gives it, and raises ``error``, an ``InputError``, for
-anything but what it returns.
+Each takes a value and the name of its argument, and raises ``error``, an ``InputError``, for a value of
+another kind.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.errors import ArgumentError, InputError, shown
+from flockesc_env.common.errors import ArgumentError, InputError, shown, shown_name
 
 FloatArray = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ _Error = type[InputError]
 
 
 def as_integer(value: Any, field: str, error: _Error = ArgumentError) -> int:
-    """Return an integer, which a bool is not, as a plain one."""
+    """Return an int; a bool is refused."""
     try:
         if not isinstance(value, bool):
             return operator.index(value)
@@ -36,7 +36,7 @@ def as_integer(value: Any, field: str, error: _Error = ArgumentError) -> int:
 
 
 def as_seed(value: Any, field: str = "seed") -> int:
-    """Return a seed as a plain integer in [0, 2^64)."""
+    """Return a seed, an int in [0, 2^64)."""
     seed = as_integer(value, field)
     if not 0 <= seed <= MAX_SEED:
         raise ArgumentError(field, f"an integer from 0 to {MAX_SEED}", seed)
@@ -44,11 +44,11 @@ def as_seed(value: Any, field: str = "seed") -> int:
 
 
 def as_seeds(values: Any, field: str = "seeds") -> list[int]:
-    """Return seeds, of which there is at least one, as plain integers."""
+    """Return a list of at least one seed."""
     if isinstance(values, str | bytes) or not isinstance(values, Iterable):
-        raise ArgumentError(field, "seeds, one after the other", shown(values))
+        raise ArgumentError(field, "a list of seeds", shown(values))
     if isinstance(values, np.ndarray) and values.ndim == 0:
-        raise ArgumentError(field, "seeds, one after the other", "a single number")
+        raise ArgumentError(field, "a list of seeds", "a single number")
     seeds = [as_seed(value, f"{field}[{i}]") for i, value in enumerate(values)]
     if not seeds:
         raise ArgumentError(field, "at least one seed", "none")
@@ -58,7 +58,7 @@ def as_seeds(values: Any, field: str = "seeds") -> list[int]:
 def as_count(
     value: Any, field: str, error: _Error = ArgumentError, *, least: int = 1, most: int | None = None
 ) -> int:
-    """Return a whole number from ``least`` to ``most`` or, without one, of 63 bits as a plain integer."""
+    """Return an int in [least, most]; ``most`` defaults to 2^63 - 1."""
     count = as_integer(value, field, error)
     largest, told = (2**63 - 1, "63 bits") if most is None else (most, most)
     if not least <= count <= largest:
@@ -67,28 +67,28 @@ def as_count(
 
 
 def as_threads(value: Any) -> int | None:
-    """Return ``num_threads`` as a plain integer of at least 1, or ``None``."""
+    """Return ``num_threads``, an int of at least 1 or ``None``."""
     return None if value is None else as_count(value, "num_threads")
 
 
 def as_bytes(value: Any, field: str) -> bytes:
-    """Return a copy of what is bytes or shows its memory as bytes."""
+    """Return a copy of bytes, a bytearray or a memoryview."""
     if not isinstance(value, bytes | bytearray | memoryview):
         raise ArgumentError(field, "bytes", shown(value))
     return bytes(value)
 
 
 def as_flag(value: Any, field: str, error: _Error = ArgumentError) -> bool:
-    """Return a plain bool."""
+    """Return a bool."""
     if not isinstance(value, bool | np.bool):
         raise error(field, "True or False", shown(value))
     return bool(value)
 
 
 def as_choice(value: Any, field: str, known: Iterable[str], error: _Error = ArgumentError) -> Any:
-    """Return one of the words that are known."""
+    """Return one of the known words."""
     if not isinstance(value, str) or value not in known:
-        raise error(field, f"one of {', '.join(known)}", shown(value))
+        raise error(field, f"one of {', '.join(known)}", shown_name(value, known))
     return str(value)
 
 
@@ -115,22 +115,22 @@ def as_instance(value: Any, field: str, kind: type[_T]) -> _T:
 
 
 def as_policy(value: Any, field: str = "policy") -> Any:
-    """Return a policy: anything that has a method ``act``."""
+    """Return a policy: an object with a method ``act``."""
     if isinstance(value, type) or not callable(getattr(value, "act", None)):
-        raise ArgumentError(field, "a policy, which has a method act", shown(value))
+        raise ArgumentError(field, "a policy, an object with a method act", shown(value))
     return value
 
 
 def as_callback(value: Any, field: str = "progress") -> Callable[..., Any] | None:
-    """Return something to call, or ``None``."""
+    """Return a callable, or ``None``."""
     if value is not None and not callable(value):
-        raise ArgumentError(field, "something to call, or None", shown(value))
+        raise ArgumentError(field, "a callable or None", shown(value))
     callback: Callable[..., Any] | None = value
     return callback
 
 
 def as_mapping(value: Any, field: str = "options") -> Mapping[str, Any]:
-    """Return a mapping, an empty one for ``None``."""
+    """Return a mapping; an empty one for ``None``."""
     if value is None:
         return {}
     if not isinstance(value, Mapping):
@@ -139,17 +139,17 @@ def as_mapping(value: Any, field: str = "options") -> Mapping[str, Any]:
 
 
 def as_options(value: Any, known: Collection[str]) -> Mapping[str, Any]:
-    """Return the options of a reset, all of which are ``known``."""
+    """Return the options of a reset after a check that all are known."""
     options = as_mapping(value)
     for name in options:
         if name not in known:
             expected = f"one of {', '.join(known)}"
-            raise ArgumentError(f"options[{shown(name)}]", expected, "an unknown option")
+            raise ArgumentError(f"options[{shown(name)}]", expected, shown_name(name, known))
     return options
 
 
 def as_array(value: Any, field: str, error: _Error = ArgumentError) -> NDArray[Any]:
-    """Return an array, whatever is in it."""
+    """Return an array of any dtype and shape."""
     try:
         return np.asarray(value)
     except ValueError:
@@ -164,7 +164,7 @@ def as_floats(
     *,
     least: float = -np.inf,
 ) -> FloatArray:
-    """Return a contiguous array of finite float64 of at least ``least``, of a shape if one is given."""
+    """Return a contiguous array of finite float64 that are at least ``least``; ``shape=None``: any shape."""
     array = as_array(value, field, error)
     if array.dtype.kind not in "fiu":
         raise error(field, "real numbers", f"dtype {array.dtype}")

@@ -1,4 +1,4 @@
-"""A progress bar on stderr for the calls that report (finished, all)."""
+"""Progress bars on stderr for calls that report (finished, all)."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ def progress_bar(title: str, total: int, *, always: bool = False) -> Iterator[Ca
     """Show a progress bar; yields the callback that ``sweep`` and ``rollout`` take as ``progress``.
 
     Args:
-        title: what is under way.
-        total: how much there is to do.
-        always: whether to show it even where stderr is no terminal.
+        title: text before the bar.
+        total: number of steps.
+        always: whether to show it even if stderr is not a terminal.
     """
-    hidden = False if always else None  # None: tqdm looks whether there is a terminal
+    hidden = False if always else None  # None: tqdm hides it without a terminal
     with tqdm(total=total, desc=title, file=sys.stderr, disable=hidden) as shown:
         yield lambda done, _: shown.update(done - shown.n)
         shown.update(total - shown.n)  # the last call may come before the end

@@ -41,7 +41,7 @@ def mean(values: FloatArray) -> Estimate:
     """Return the mean of one value per flock, shape (flocks,), with its percentile bootstrap interval.
 
     Raises:
-        ArgumentError: for anything but finite numbers of that shape; and likewise below.
+        ArgumentError: if the values are not finite numbers of that shape, also in the functions below.
     """
     values = _per_flock(values, "values")
     if np.ptp(values) == 0:  # nothing to resample
@@ -51,14 +51,14 @@ def mean(values: FloatArray) -> Estimate:
 
 
 def improvement(values: FloatArray, baseline: FloatArray) -> Estimate:
-    """Return the probability that a flock fares better than under the baseline, paired; ties count half."""
+    """Return the share of flocks, paired, with a larger value than the baseline's; ties count half."""
     values = _per_flock(values, "values")
     baseline = as_floats(baseline, "baseline", values.shape)
     return mean((values > baseline) + 0.5 * (values == baseline))
 
 
 def share(is_so: NDArray[np.bool]) -> Estimate:
-    """Return the share of flocks of which something is true, shape (flocks,), with its Wilson interval."""
+    """Return the share of true values, one per flock, shape (flocks,), with its Wilson interval."""
     marks = as_array(is_so, "is_so")
     if marks.dtype != np.bool or marks.ndim != 1 or not marks.size:
         raise ArgumentError("is_so", "bools of shape (flocks,)", f"{marks.dtype} of shape {marks.shape}")
@@ -68,7 +68,7 @@ def share(is_so: NDArray[np.bool]) -> Estimate:
 
 
 def argmax(positions: FloatArray, values: FloatArray) -> Estimate:
-    """Return where the mean over flocks is largest, with the bootstrap interval of that place.
+    """Return the position of the largest mean over flocks, with its bootstrap interval.
 
     Args:
         positions: shape (k,), for example ranges.

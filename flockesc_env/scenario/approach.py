@@ -44,7 +44,8 @@ def approach(
     target = None if isinstance(aim, str) else as_floats(aim, "aim")
     if dimension is None:
         dimension = target.size if target is not None and target.ndim else 2
-    if as_integer(dimension, "dimension") not in {2, 3}:
+    dimension = as_integer(dimension, "dimension")
+    if dimension not in {2, 3}:
         raise ArgumentError("dimension", "2 or 3", dimension)
     heading = [1.0] * dimension
     if direction is not None:

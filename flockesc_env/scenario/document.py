@@ -12,8 +12,7 @@ import json
 import math
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any, Final, Literal, Self, get_args, get_origin, get_type_hints
 
@@ -22,7 +21,7 @@ import numpy as np
 import tomli_w
 
 from flockesc_env.common.checks import as_text
-from flockesc_env.common.errors import FlockescError, ScenarioError, shown, shown_name
+from flockesc_env.common.errors import ScenarioError, shown, shown_name
 from flockesc_env.scenario.initial import InitialHeadings, InitialPositions
 from flockesc_env.scenario.motion import Motion
 from flockesc_env.scenario.neighbors import NeighborRule
@@ -51,9 +50,8 @@ _WORDS = {
     "float": "a number",
     "int": "an integer",
     "null": "None",
-    "str": "a text",
 }
-"""What msgspec calls types, and what errors call them."""
+"""msgspec's names of types in the words of errors."""
 
 
 class Document:
@@ -78,9 +76,7 @@ class Document:
         Raises:
             ScenarioError: naming a field that is unknown, of a wrong type or out of bounds.
         """
-        text = as_text(document, "document", ScenarioError)
-        with _reading("JSON"):
-            return cls(**_named(cls, json.loads(text, object_pairs_hook=_object), ""))
+        return cls(**_loaded(cls, document, "JSON", lambda text: json.loads(text, object_pairs_hook=_once)))
 
     def to_toml(self) -> str:
         """Return the scenario as TOML; numbers keep every bit, and ``None`` is the text "None"."""
@@ -93,9 +89,9 @@ class Document:
         Raises:
             ScenarioError: naming a field that is unknown, of a wrong type or out of bounds.
         """
-        text = as_text(document, "document", ScenarioError)
-        with _reading("TOML"):
-            return cls(**_named(cls, _replaced(tomllib.loads(text), "None", None), ""))
+        return cls(
+            **_loaded(cls, document, "TOML", lambda text: _replaced(tomllib.loads(text), "None", None))
+        )
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some fields changed.
@@ -107,24 +103,20 @@ class Document:
         return dataclasses.replace(self, **changes)  # type: ignore[type-var]
 
 
-@contextmanager
-def _reading(form: str) -> Iterator[None]:
-    """Turn the errors of a parser, also for too long numbers and too deep nesting, into a ScenarioError."""
+def _loaded(cls: Any, document: str, form: str, parse: Callable[[str], Any]) -> Mapping[str, Any]:
+    """Return the fields in a text; also too long numbers and too deep nesting are a ScenarioError."""
+    text = as_text(document, "document", ScenarioError)
     try:
-        yield
-    except FlockescError:
-        raise
+        fields = parse(text)
     except (ValueError, RecursionError) as error:
         raise ScenarioError("document", f"valid {form}", error) from None
+    return _named(cls, fields, "")
 
 
-def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return a JSON object; refuse a field that is given twice."""
-    fields: dict[str, Any] = {}
-    for name, value in pairs:
-        if name in fields:
-            raise ScenarioError("document", "every field once", f"{name!r} twice")
-        fields[name] = value
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return a JSON object; refuse fields that are given twice."""
+    if len(fields := dict(pairs)) < len(pairs):
+        raise json.JSONDecodeError("a field is given twice", ", ".join(name for name, _ in pairs), 0)
     return fields
 
 
@@ -143,9 +135,7 @@ def _written(value: Any) -> dict[str, Any]:
     return fields if isinstance(value, Document) else {value.kind: fields}
 
 
-@cache
-def _hints(cls: Any) -> dict[str, Any]:
-    return get_type_hints(cls)
+_hints: Callable[[Any], dict[str, Any]] = cache(get_type_hints)
 
 
 def _named(cls: Any, fields: Any, prefix: str) -> Mapping[str, Any]:
@@ -164,28 +154,22 @@ def _named(cls: Any, fields: Any, prefix: str) -> Mapping[str, Any]:
 
 def _read(value: Any, hint: Any, path: str) -> Any:
     """Return a value as a field of type ``hint`` stores it: a part, a tuple of parts, or plain data."""
-    if hint in _FAMILIES:
-        return _read_part(value, {part.kind: part for part in get_args(hint)}, path)
-    family, *_ = get_args(hint) or (None,)
-    if family not in _FAMILIES:
+    family = next(iter(get_args(hint)), None)
+    if family in _FAMILIES:
+        if not isinstance(value, list | tuple):
+            raise ScenarioError(path, f"a tuple of {_FAMILIES[family]}", type(value).__name__)
+        return tuple(_read(entry, family, f"{path}[{index}]") for index, entry in enumerate(value))
+    if hint not in _FAMILIES:
         return _read_plain(value, hint, path)
-    if not isinstance(value, list | tuple):
-        raise ScenarioError(path, f"a tuple of {_FAMILIES[family]}", type(value).__name__)
-    return tuple(_read(entry, family, f"{path}[{index}]") for index, entry in enumerate(value))
-
-
-def _read_part(value: Any, kinds: dict[str, Any], path: str) -> Any:
-    """Return a part of one of some kinds, given as itself or as ``{kind: fields}``."""
-    if isinstance(value, tuple(kinds.values())):
+    kinds = {part.kind: part for part in get_args(hint)}
+    if isinstance(value, get_args(hint)):
         value = _written(value)
-    if not isinstance(value, Mapping) or len(value) != 1 or not value.keys() <= kinds.keys():
-        given = next(iter(value)) if isinstance(value, Mapping) and len(value) == 1 else value
-        raise ScenarioError(path, f"one of {', '.join(kinds)}", shown_name(given, kinds))
-    [(kind, fields)] = value.items()
+    kind = next(iter(value)) if isinstance(value, Mapping) and len(value) == 1 else value
+    if not isinstance(kind, str) or kind is value or kind not in kinds:
+        raise ScenarioError(path, f"one of {', '.join(kinds)}", shown_name(kind, kinds))
     cls, prefix = kinds[kind], f"{path}.{kind}."
-    hints = _hints(cls)
-    named = _named(cls, fields, prefix)
-    return cls(**{name: _read(entry, hints[name], prefix + name) for name, entry in named.items()})
+    fields = _named(cls, value[kind], prefix)
+    return cls(**{name: _read(entry, _hints(cls)[name], prefix + name) for name, entry in fields.items()})
 
 
 def _read_plain(value: Any, hint: Any, path: str) -> Any:
@@ -199,17 +183,11 @@ def _read_plain(value: Any, hint: Any, path: str) -> Any:
         problem, _, where = str(error).removesuffix("`").partition(" - at `$")
         for index in re.findall(r"\d+", where):
             plain = plain[int(index)]
-        types = re.match(r"Expected `(.*)`, got", problem)
-        choices = [
-            choice
-            for part in (hint, *get_args(hint))
-            if get_origin(part) is Literal
-            for choice in get_args(part)
-        ]
-        expected = " or ".join(_WORDS[name] for name in types[1].split(" | ")) if types else "a number"
-        if choices:
-            expected = f"one of {', '.join(choices)}"
-        raise ScenarioError(path + where, expected, shown_name(plain, choices)) from None
+        if get_origin(hint) is Literal:
+            words = get_args(hint)
+            raise ScenarioError(path, f"one of {', '.join(words)}", shown_name(plain, words)) from None
+        types = (_WORDS.get(name, "a text") for name in problem.split("`")[1].split(" | "))
+        raise ScenarioError(path + where, " or ".join(types), shown(plain)) from None
 
 
 def _plain(value: Any, path: str) -> Any:
@@ -218,14 +196,15 @@ def _plain(value: Any, path: str) -> Any:
         value = np.asarray(value)
     if isinstance(value, np.generic | np.ndarray) and value.dtype.kind in "biufU":
         value = np.float64(value).tolist() if value.dtype.kind == "f" else value.tolist()
-    if isinstance(value, list | tuple):
-        return [_plain(entry, f"{path}[{index}]") for index, entry in enumerate(value)]
-    if isinstance(value, float) and not math.isfinite(value):
-        raise ScenarioError(path, "a finite number", value)
-    if isinstance(value, int) and abs(value) >= _INTEGER_LIMIT:
-        raise ScenarioError(path, "an integer of at most 63 bits", value)
-    if value is not None and not isinstance(value, bool | int | float | str):
-        raise ScenarioError(path, "a number, a text or a part of a scenario", shown(value))
-    if isinstance(value, str) and not value.isascii():
-        raise ScenarioError(path, "a text of ASCII letters", shown(value))
-    return value
+    match value:
+        case list() | tuple():
+            return [_plain(entry, f"{path}[{index}]") for index, entry in enumerate(value)]
+        case float() if not math.isfinite(value):
+            raise ScenarioError(path, "a finite number", value)
+        case int() if abs(value) >= _INTEGER_LIMIT:
+            raise ScenarioError(path, "an integer of at most 63 bits", value)
+        case str() if not value.isascii():
+            raise ScenarioError(path, "a text of ASCII letters", shown(value))
+        case None | int() | float() | str():  # a bool is an int
+            return value
+    raise ScenarioError(path, "a number, a text or a part of a scenario", shown(value))

@@ -84,7 +84,8 @@ def test_agents_and_predators(dimension: int, count: int) -> None:
         assert environment.action_space(name) == gymnasium.spaces.Box(-1, 1, (dimension,), np.float32)
         assert environment.action_space(name) is environment.action_space(name)
         assert environment.observation_space(name).shape == (10 + 5 * dimension,)
-    for before, after in zip(TWO, environment.scenario.predators, strict=False):
+    given = hunted(dimension, count).predators
+    for before, after in zip(given, environment.scenario.predators, strict=True):
         assert after == Learned(before.position, before.velocity)
     environment.reset(seed=0)
     while environment.agents:

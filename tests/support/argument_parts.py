@@ -112,20 +112,20 @@ LINE_FIELDS: dict[str, Kind] = {
     "tolerance": Number(0.25, low=0.0),
     "max_steps": Count(24),
 }
-FROM: dict[str, Kind] = {"position": POINT, "velocity": POINT}
-STEERING: dict[str, Kind] = FROM | {
+START: dict[str, Kind] = {"position": Floats([1.0, 2.0], True), "velocity": Floats([1.0, 2.0], True)}
+STEERING: dict[str, Kind] = START | {
     "max_turn_rate": LEAST_0,
     "max_speed": Number(40.0, True, low=np.hypot(1.0, 2.0)),
     "acceleration": LEAST_0,
 }
 PREDATORS: dict[type[Any], dict[str, Kind]] = {
-    fe.ConstantVelocity: FROM,
+    fe.ConstantVelocity: START,
     fe.PurePursuit: STEERING | {"target": Choice("nearest"), "confusion_rate": LEAST_0, "sight": LEAST_0},
     fe.Intercept: STEERING | {"navigation_constant": LEAST_0},
     fe.Encircle: STEERING | {"radius": LEAST_0, "closing_speed": LEAST_0},
     fe.Herd: STEERING | {"distance": LEAST_0, "partner": Count(0, low=0)},
-    fe.Wandering: FROM | {"angular_diffusion": LEAST_0},
-    fe.Learned: FROM | {"max_acceleration": LEAST_0, "max_speed": Number(15.0, low=0.0, is_above=True)},
+    fe.Wandering: START | {"angular_diffusion": LEAST_0},
+    fe.Learned: START | {"max_acceleration": LEAST_0, "max_speed": Number(15.0, low=0.0, is_above=True)},
 }
 LENGTH = Number(8.0, low=0.0, is_above=True)
 POSITIONS: dict[type[Any], dict[str, Kind]] = {
