@@ -30,6 +30,9 @@ LINE_ID = "flockesc_env:flockesc/LineEscape-v0"
 
 Options = dict[str, Any]
 
+# PettingZoo's suites pass options={"options": 1}.
+pytestmark = pytest.mark.filterwarnings("ignore:reset ignores the unknown options:UserWarning")
+
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS, ids="{}D".format)
 flock_options = pytest.mark.parametrize("options", FLOCK_OPTIONS, ids=label)
 agent_options = pytest.mark.parametrize("options", AGENT_OPTIONS, ids=label)
