@@ -109,9 +109,3 @@ def test_a_predator_policy_never_replaces_predators(interface: str) -> None:
         FLOCKS[interface](scenario, predator_policy=Pursue())
     assert caught.value.field == "predator_policy"
     FLOCKS[interface](scenario.with_learned_predators(), predator_policy=Pursue())
-
-
-def test_unknown_reset_options_of_the_parallel_environment_warn() -> None:
-    environment = parallel_env(small_flock())
-    with pytest.warns(UserWarning, match="'initial_position'"):
-        environment.reset(seed=0, options={"initial_position": np.zeros((5, 2))})

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flockesc_env import LineEscapeEnv, LineScenario, rollout_line, sweep
-from flockesc_env.common.errors import ArgumentError, ScenarioError
+from flockesc_env.common.errors import ArgumentError, OptionError, ScenarioError
 from flockesc_env.policies import FixedRange, Policy, StubbornLeaders, bind
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 
@@ -104,8 +104,8 @@ def test_presets_are_known_by_name() -> None:
         ({"batch_size": 1.5}, ArgumentError, "batch_size: expected an integer"),
         ({"scenario": "paper-flock"}, ScenarioError, "scenario: expected"),
         ({"scenario": LineScenario(predator_position=None)}, ScenarioError, "predator_position: expected"),
-        ({"max_range": 0.0}, ScenarioError, "max_range: expected"),
-        ({"reward": "individual_distance"}, ScenarioError, "reward: expected one of difference, terminal"),
+        ({"max_range": 0.0}, OptionError, "max_range: expected"),
+        ({"reward": "individual_distance"}, OptionError, "reward: expected one of change, terminal"),
         ({"policy": FixedRange(2.0)}, ArgumentError, "interaction_range: expected a number from 0"),
         ({"policy": StubbornLeaders()}, ArgumentError, "observation: expected an entry"),
     ],
