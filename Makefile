@@ -4,7 +4,8 @@ SHELL := bash -o pipefail
 PYTHON ?= python3.11
 VENV := .venv
 BIN := $(VENV)/bin
-PIP := $(BIN)/python -m pip --disable-pip-version-check
+UV := $(BIN)/uv
+INSTALL := $(UV) pip install --quiet --constraint constraints.txt --requirement pyproject.toml
 DEMO := runs/demo
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
@@ -13,17 +14,18 @@ export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 help: ## list the commands
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
 
-# Dependencies, from the constraints file; again only if what they are made from changes. What builds the package is
-# installed before it, and so is rliable, which comes as source that builds only apart from what is here.
-$(VENV)/installed: constraints.txt pyproject.toml
-	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(PIP) install --quiet --constraint constraints.txt maturin rliable
-	$(PIP) install --constraint constraints.txt --no-build-isolation --editable ".[dev]"
-	touch $@
+# The one thing that pip installs; uv installs the rest.
+$(UV):
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt uv
 
+# Cargo's `dev` compiles in seconds after an edit and shares its crates with the tests; `release` is what users get, and
+# some per cent faster. Results are the same bits.
+PROFILE := dev
 .PHONY: build
-build: $(VENV)/installed ## make the virtual environment .venv and build the package into it
-	$(BIN)/maturin develop --release --locked --quiet --skip-install
+build: $(UV) ## make the virtual environment .venv and build the package into it
+	$(INSTALL) --extra dev
+	$(BIN)/maturin develop --uv --profile $(PROFILE) --locked --quiet
 
 .PHONY: demo
 demo: build ## train a range policy and compare it with the grid search (about 4 minutes on 2 cores)
@@ -31,12 +33,11 @@ demo: build ## train a range policy and compare it with the grid search (about 4
 	$(BIN)/python -m training train demo-ppo --run $(DEMO)
 	$(BIN)/python -m training compare --policies stubborn-leaders $(DEMO) --output $(DEMO)/comparison
 
-$(VENV)/bench-installed: $(VENV)/installed
-	$(PIP) install --constraint constraints.txt --no-build-isolation --editable ".[bench]"
-	touch $@
+bench paper worlds: PROFILE := release
 
 .PHONY: bench
-bench: $(VENV)/bench-installed build ## measure speed beside peers (about 15 minutes; the core alone: cargo bench)
+bench: build ## measure speed beside peers (about 15 minutes; the core alone: cargo bench --package flockesc-kernels)
+	$(INSTALL) --extra bench
 	$(BIN)/python -m benchmarks run
 
 .PHONY: paper
@@ -48,7 +49,13 @@ worlds: build ## the best fixed range in every flock preset (about 35 minutes)
 	$(BIN)/flockesc worlds --output results/worlds --page docs/worlds.md
 
 .PHONY: test
-test: lint test-rust test-python ## everything that must pass before a change lands
+test: lint test-rust test-python ## what must pass before a change lands
+
+.PHONY: test-all
+test-all: test ## the tests that take minutes, too: long runs, forks, interrupts, lifecycles, corrupted documents
+	$(BIN)/python -m pytest --numprocesses auto $(wildcard soak tests/slow)
+	@type -p chromium chromium-browser google-chrome > /dev/null || \
+	  echo "No Chromium on the path: its tests were left out. Debian has it: apt install chromium."
 
 .PHONY: lint
 lint: build ## formatters, linters, types, stubs
@@ -59,20 +66,17 @@ lint: build ## formatters, linters, types, stubs
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest flockesc_env._core
 
+# The bindings have no Rust tests; naming them lets the tests use the crates that `make build` has compiled.
 .PHONY: test-rust
-test-rust: ## tests of the core crate
-	cargo test --locked
+test-rust: $(UV) ## tests of the core crate
+	cargo test --locked --package flockesc-core --package flockesc-py
 
 .PHONY: test-python
 test-python: build ## tests of the Python package
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto
 
-# What takes minutes. Fuzzing wants a nightly compiler and cargo-fuzz; with no unsafe code there is nothing to sanitize.
+# Fuzzing wants a nightly compiler and cargo-fuzz; with no unsafe code there is nothing to sanitize.
 FUZZ_SECONDS := 60
-.PHONY: soak
-soak: build ## tests that take minutes: long runs, forks, interrupts, lifecycles, corrupted documents
-	$(BIN)/python -m pytest soak
-
 .PHONY: fuzz
 fuzz: ## fuzz documents, steps and states of the core, a minute each
 	for target in config state step; do \
@@ -84,45 +88,39 @@ fuzz: ## fuzz documents, steps and states of the core, a minute each
 # The package as users get it: a wheel, put into environments that hold other versions or other libraries than .venv
 # does. What is in each stands in compat/NAME.in, its pins in compat/NAME.txt; the newest takes NEWEST_PYTHON.
 COMPAT := .compat
-TOOLS := $(COMPAT)/tools/bin
-UV := $(TOOLS)/uv
 RELEASES := oldest newest
 PEERS := bare rllib supersuit torchrl
+ENVIRONMENTS := $(RELEASES) $(PEERS)
 NEWEST_PYTHON ?= $(PYTHON)
 CONTRACT := conformance copies golden gymnasium_envs parallel_env policy_files readme records sb3 state_files vector_env
 WITHOUT_RUST := env -i HOME=$(HOME) PATH=/usr/bin:/bin
 
-$(TOOLS)/installed: compat/tools.txt
-	$(PYTHON) -m venv --clear $(COMPAT)/tools
-	$(TOOLS)/python -m pip --disable-pip-version-check install --quiet --requirement $<
-	touch $@
-
-.PRECIOUS: $(COMPAT)/%/installed
-$(COMPAT)/%/installed: compat/%.txt $(TOOLS)/installed
-	$(UV) venv --quiet --clear --no-python-downloads --python $(if $(filter newest,$*),$(NEWEST_PYTHON),$(PYTHON)) $(COMPAT)/$*
-	$(UV) pip install --quiet --python $(@D)/bin/python --requirement $<
-	touch $@
-
 .PHONY: wheel
-wheel: $(TOOLS)/installed ## a portable wheel, made from the source distribution beside it, in dist
+wheel: $(UV) ## a portable wheel, made from the source distribution beside it, in dist
 	rm -rf dist
-	PATH=$(CURDIR)/$(TOOLS):$(PATH) $(TOOLS)/maturin build --release --locked --zig --compatibility manylinux2014 --sdist --out dist
+	$(INSTALL) --extra release
+	$(BIN)/maturin build --release --locked --zig --compatibility manylinux2014 --sdist --out dist
 
 .PHONY: compat
-compat: $(RELEASES:%=compat-%) $(PEERS:%=compat-%) ## the wheel with oldest and newest dependencies, RLlib, TorchRL, SuperSuit
+compat: $(ENVIRONMENTS:%=compat-%) ## the wheel with oldest and newest dependencies, RLlib, TorchRL, SuperSuit
 
-.PHONY: $(RELEASES:%=compat-%) $(PEERS:%=compat-%)
+.PHONY: $(ENVIRONMENTS:%=compat-%)
 $(RELEASES:%=compat-%): TESTS = $(CONTRACT:%=tests/test_%.py)
 $(PEERS:%=compat-%): TESTS = compat/test_$*.py
-$(RELEASES:%=compat-%) $(PEERS:%=compat-%): compat-%: $(COMPAT)/%/installed wheel
-	$(UV) pip install --quiet --python $(COMPAT)/$*/bin/python --reinstall --no-deps dist/*.whl
-	$(UV) pip check --quiet --python $(COMPAT)/$*/bin/python
+$(ENVIRONMENTS:%=compat-%): compat-%: wheel
+	$(UV) venv --quiet --clear --no-python-downloads --python $(if $(filter newest,$*),$(NEWEST_PYTHON),$(PYTHON)) $(COMPAT)/$*
+	$(UV) pip install --quiet --python $(COMPAT)/$* --requirement compat/$*.txt
+	$(UV) pip install --quiet --python $(COMPAT)/$* --no-deps dist/*.whl
+	$(UV) pip check --quiet --python $(COMPAT)/$*
 	$(WITHOUT_RUST) $(COMPAT)/$*/bin/python -P -m pytest compat/test_wheel.py $(TESTS)
 
-.PHONY: compat-pins
-compat-pins: $(TOOLS)/installed ## resolve the pins of `make compat` anew
-	$(foreach name,oldest newest bare rllib supersuit torchrl,$(UV) pip compile --quiet --no-header --no-annotate --upgrade \
-	  --python-version 3.11 pyproject.toml compat/$(name).in $(if $(filter $(name),$(RELEASES)),--extra train --extra video) \
+# The pins of .venv and of `make compat`; UPGRADE= keeps what is pinned and still fits.
+UPGRADE := --upgrade
+COMPILE = $(UV) pip compile --quiet --no-header --no-annotate $(UPGRADE) --python-version 3.11 pyproject.toml
+.PHONY: pins
+pins: $(UV) ## resolve all pins from pyproject.toml and compat/*.in
+	$(COMPILE) --all-extras --output-file constraints.txt
+	$(foreach name,$(ENVIRONMENTS),$(COMPILE) compat/$(name).in $(if $(filter $(name),$(RELEASES)),--extra train --extra video) \
 	  $(if $(filter $(name),oldest),--resolution lowest-direct) --output-file compat/$(name).txt &&) true
 
 # cargo-deny is compiled by the first call (some minutes).
@@ -135,9 +133,10 @@ audit: $(CARGO_DENY) ## licenses, sources and versions of all crates
 	$(CARGO_DENY) --locked check licenses bans sources
 
 .PHONY: advisories
-advisories: $(CARGO_DENY) $(TOOLS)/installed ## known faults of crates and Python packages (asks RustSec and PyPI)
+advisories: $(CARGO_DENY) $(UV) ## known faults of crates and Python packages (asks RustSec and PyPI)
 	$(CARGO_DENY) --locked check advisories
-	$(TOOLS)/pip-audit --requirement constraints.txt --no-deps --disable-pip
+	$(INSTALL) --extra release
+	$(BIN)/pip-audit --requirement constraints.txt --no-deps --disable-pip
 
 .PHONY: format
 format: build ## format all code

@@ -12,7 +12,6 @@ from threadpoolctl import threadpool_limits
 
 from benchmarks import environments, grid, kernel, line, machine, peers, plots, report, rules, size, threads
 from benchmarks.measure import Record
-from benchmarks.targets import TARGETS, Medians
 
 Section = Literal["kernel", "size", "environments", "line", "grid", "rules", "threads"]
 _FILE = "benchmarks.json"
@@ -84,12 +83,7 @@ def _plot(args: Annotated[PlotArgs, tyro.conf.arg(name="")]) -> None:
 
 
 def _save(surroundings: dict[str, Any], records: list[Record], folder: Path) -> None:
-    medians = Medians(records)
-    document = {
-        "machine": surroundings,
-        "records": [record.document() for record in records],
-        "targets": [target.document(medians) for target in TARGETS],
-    }
+    document = {"machine": surroundings, "records": [record.document() for record in records]}
     folder.mkdir(parents=True, exist_ok=True)
     (folder / _FILE).write_text(json.dumps(document, indent=1) + "\n")
 

@@ -12,7 +12,6 @@ from rich.table import Table
 
 from benchmarks import PROJECT
 from benchmarks.measure import Record
-from benchmarks.targets import TARGETS, Medians
 
 
 @dataclass(frozen=True)
@@ -109,7 +108,7 @@ LAYOUTS = (
 
 
 def show(records: list[Record]) -> None:
-    """Print a table per section that was measured, and the targets."""
+    """Print a table per section that was measured."""
     console = Console(width=132)
     for layout in LAYOUTS:
         chosen = [record for record in records if layout.has(record)]
@@ -118,7 +117,6 @@ def show(records: list[Record]) -> None:
     environments = [record for record in records if record.section == "environments"]
     if environments:
         console.print("\nEnvironments (one core)", _environments(environments))
-    console.print("\nTargets", _targets(Medians(records)))
 
 
 def _table(layout: Layout, records: list[Record]) -> Table:
@@ -140,16 +138,6 @@ def _environments(records: list[Record]) -> Table:
         figures = [agents, flocks, micros, micros / flocks, agents * flocks / micros]
         style = "bold" if record.contender.startswith(PROJECT) else ""
         table.add_row(record.contender, *map(_figure, figures), style=style)
-    return table
-
-
-def _targets(medians: Medians) -> Table:
-    table = _empty("unit", "target", "stretch", "reached", "")
-    for target in TARGETS:
-        bounds = [target.bound(target.target), target.bound(target.stretch)]
-        table.add_row(
-            target.what, target.unit, *bounds, _figure(target.value(medians)), target.verdict(medians)
-        )
     return table
 
 

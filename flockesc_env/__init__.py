@@ -1,14 +1,16 @@
-"""Environments whose action is the interaction range of a flock under attack.
+"""Flocks under attack, and environments whose action is the interaction range.
 
-``simulate``, ``simulate_line`` and ``sweep`` run the paper's models; ``parallel_env`` (PettingZoo),
-``flockesc/FlockEscape-v0`` and ``flockesc/LineEscape-v0`` (Gymnasium) and ``flockesc_env.sb3``
-(stable-baselines3) make the range an action; ``flockesc_env.policies`` and ``flockesc_env.network`` hold
-policies, ``rollout`` and ``rollout_line`` compare them.
+- Models: ``simulate``, ``simulate_line``, ``sweep``; neighbor graphs by ``component_labels``,
+  ``neighbor_pairs``, ``laplacian`` and ``perron_matrix``.
+- Environments: ``flockesc/FlockEscape-v0``, ``flockesc/FlockPursuit-v0`` and ``flockesc/LineEscape-v0``
+  (Gymnasium), ``parallel_env`` and ``env`` (PettingZoo), ``flockesc_env.sb3`` (stable-baselines3).
+- Policies: ``FixedRange``, ``StubbornLeaders`` and others (``flockesc_env.policies``); ``rollout`` and
+  ``record`` run them, ``bind`` puts one into an environment's loop.
+- Files: ``save_run`` and ``load_run`` for runs, ``save_policy`` and ``load_policy`` for policies.
 """
 
 import gymnasium as _gymnasium
 
-from flockesc_env import policies
 from flockesc_env._core import __version__
 from flockesc_env.common.errors import (
     ActionError,
@@ -28,18 +30,25 @@ from flockesc_env.envs.pursuit import FlockPursuitEnv
 from flockesc_env.envs.vector import FlockVectorEnv
 from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.episodes.seeds import episode_seed
-from flockesc_env.models import graph, records
+from flockesc_env.episodes.spaces import PolicySpec
+from flockesc_env.models.graph import component_labels, laplacian, neighbor_pairs, perron_matrix
+from flockesc_env.models.records import RecordedRun, load_run, replay_run, run_differences, save_run
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate, simulate_line
 from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
-from flockesc_env.policies import network
-from flockesc_env.policies import predators as predator_policies
-from flockesc_env.policies import registry as contenders
+from flockesc_env.policies.base import Policy, bind
 from flockesc_env.policies.files import load_policy, save_policy
-from flockesc_env.policies.rollout import Episodes, record, rollout
-from flockesc_env.policies.rollout_line import LineEpisodes, rollout_line
+from flockesc_env.policies.network import Architecture, NetworkPolicy
+from flockesc_env.policies.playing import Episodes
+from flockesc_env.policies.predators import FlyStraight, Pursue
+from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
+from flockesc_env.policies.registry import NamedPolicy, built_in
+from flockesc_env.policies.rollout import record, rollout
+from flockesc_env.policies.rollout_line import LineEpisodes
+from flockesc_env.policies.rules import StubbornLeaders, StubbornWitnesses
+from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.render import RenderOptions
 from flockesc_env.scenario.approach import approach
-from flockesc_env.scenario.flock import FlockScenario, LineScenario
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.initial import (
     AlignedHeadings,
     Clusters,
@@ -53,6 +62,7 @@ from flockesc_env.scenario.initial import (
     Square,
 )
 from flockesc_env.scenario.initial_files import read_initial_state
+from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.motion import Inertial, Reynolds, Vicsek
 from flockesc_env.scenario.neighbors import Metric, NeighborRule, Topological, Voronoi
 from flockesc_env.scenario.predators import (
@@ -71,6 +81,7 @@ __all__ = [
     "PRESETS",
     "ActionError",
     "AlignedHeadings",
+    "Architecture",
     "ArgumentError",
     "Choice",
     "Clusters",
@@ -80,6 +91,7 @@ __all__ = [
     "EnvOptions",
     "EpisodeError",
     "Episodes",
+    "FixedRange",
     "FlockEscapeEnv",
     "FlockParallelEnv",
     "FlockPursuitEnv",
@@ -87,6 +99,7 @@ __all__ = [
     "FlockSweepResult",
     "FlockVectorEnv",
     "FlockescError",
+    "FlyStraight",
     "Gaussian",
     "GivenHeadings",
     "GivenPositions",
@@ -103,18 +116,29 @@ __all__ = [
     "LineTrajectory",
     "LogUniform",
     "Metric",
+    "NamedPolicy",
     "NeighborRule",
+    "NetworkPolicy",
     "OptionError",
+    "Policy",
+    "PolicySpec",
     "PurePursuit",
+    "Pursue",
     "RandomHeadings",
+    "RandomRange",
     "RecordError",
+    "RecordedRun",
     "RenderOptions",
     "ResetNeededError",
     "Reynolds",
     "Ring",
+    "SB3Policy",
     "ScenarioError",
+    "ScheduledRange",
     "Segment",
     "Square",
+    "StubbornLeaders",
+    "StubbornWitnesses",
     "SweepResult",
     "Topological",
     "Trajectory",
@@ -124,23 +148,26 @@ __all__ = [
     "Wandering",
     "__version__",
     "approach",
-    "contenders",
+    "bind",
+    "built_in",
+    "component_labels",
     "env",
     "episode_seed",
-    "graph",
+    "laplacian",
     "load_policy",
-    "network",
+    "load_run",
+    "neighbor_pairs",
     "parallel_env",
-    "policies",
-    "predator_policies",
+    "perron_matrix",
     "preset",
     "raw_env",
     "read_initial_state",
     "record",
-    "records",
+    "replay_run",
     "rollout",
-    "rollout_line",
+    "run_differences",
     "save_policy",
+    "save_run",
     "simulate",
     "simulate_line",
     "sweep",

@@ -5,10 +5,17 @@ from collections.abc import Callable
 
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.exits import Exit
+from studies.learned import command as learned
 from studies.paper import command as paper
 from studies.robustness import command as robustness
 
-COMMANDS: dict[str, Callable[..., Exit]] = {"paper": paper.run, "robustness": robustness.run}
+COMMANDS: dict[str, Callable[..., Exit]] = {
+    "paper": paper.run,
+    "robustness": robustness.run,
+    "learned": learned.run,
+    "learned-page": learned.page,
+    "learned-submit": learned.submit,
+}
 
 STUDIES = Application("python -m studies", "What was found with flockesc_env.", COMMANDS)
 

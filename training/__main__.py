@@ -1,15 +1,12 @@
 """Command line: ``python -m training --help``."""
 
-from pathlib import Path
+import sys
 from typing import Annotated
 
 import tyro
-from tyro.conf import Positional
 
-from training.arguments import CompareArgs, EvaluateArgs, StudyArgs, TuneArgs
+from training.arguments import CompareArgs, EvaluateArgs, TuneArgs
 from training.config import train_presets
-
-RESULTS, PAGE = Path("results/learned"), Path("docs/results.md")
 
 Preset = tyro.extras.subcommand_type_from_defaults(train_presets(), prefix_names=False)
 
@@ -49,48 +46,22 @@ def _tune(args: Annotated[TuneArgs, tyro.conf.arg(name="")]) -> None:
     print("Best:", found.best_value, found.best_params)
 
 
-@app.command(name="study")
-def _study(args: Annotated[StudyArgs, tyro.conf.arg(name="")]) -> None:
-    """Rerun one row of the comparison from nothing: training, evaluation, files for the page."""
-    from studies.learned.study import study
-
-    print("Results:", study(args))
-
-
-@app.command(name="page")
-def _page(results: Path = RESULTS, page: Path = PAGE) -> None:
-    """Write the page of results and its figures from the studies' files; print the README's table.
-
-    Args:
-        results: folder of the studies.
-        page: the page's file.
-    """
-    from studies.learned.page import write_page
-
-    print(write_page(results, page))
-
-
-@app.command(name="submit")
-def _submit(
-    setting: Positional[str],
-    policy: Positional[str],
-    name: Positional[str],
-    results: Path = RESULTS,
-    page: Path = PAGE,
-) -> None:
-    """Run your own policy on the held-out flocks of a setting, and add it to the page.
-
-    Args:
-        setting: name of the preset.
-        policy: built-in policy, policy file, folder of a run, or module:function.
-        name: what tables and figures call it.
-        results: folder of the studies.
-        page: the page's file.
-    """
-    from studies.learned.submit import submit
-
-    submit(setting, policy, name, results, page)
+def main() -> int:
+    """Run one command and return its exit code: 0, 2 for refused input, 130 after Ctrl-C."""
+    try:
+        app.cli(
+            prog="python -m training",
+            description="Train range policies and compare them with the grid search over fixed ranges.",
+        )
+    except KeyboardInterrupt:
+        print("training: interrupted; run the same command again to go on", file=sys.stderr)
+        return 130
+    except (OSError, RuntimeError, ValueError) as error:
+        print(f"training: error: {error}", file=sys.stderr)
+        return 2
+    return 0
 
 
 if __name__ == "__main__":
-    app.cli(description="Train range policies and compare them with the grid search over fixed ranges.")
+    if code := main():
+        sys.exit(code)

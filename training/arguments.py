@@ -54,29 +54,6 @@ class CompareArgs:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StudyArgs:
-    """Arguments of ``study``.
-
-    Attributes:
-        setting: name of a preset.
-        output: folder of the results; the setting's go into a folder of its name.
-        runs: folder of the training runs; finished ones are used, unfinished ones continued.
-        learners: which of the preset's learners; none: all that have training seeds.
-        held_out_flocks: flocks that results are reported on.
-        tuning_flocks: other flocks, on which the best fixed range is chosen.
-        jobs: training runs at a time, each on one core.
-    """
-
-    setting: Positional[str]
-    output: Path = Path("results/learned")
-    runs: Path = Path("runs/study")
-    learners: tuple[str, ...] = ()
-    held_out_flocks: int = 1000
-    tuning_flocks: int = 1000
-    jobs: int = 2
-
-
-@dataclass(frozen=True, kw_only=True)
 class TuneArgs:
     """Arguments of ``tune``.
 

@@ -10,15 +10,15 @@ import sys
 import numpy as np
 import polars as pl
 
-from flockesc_env import FlockScenario, FlockSweepResult, records, sweep
+from flockesc_env import FlockScenario, FlockSweepResult, save_run, sweep
 from flockesc_env.common import stats
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
 from training import plots, seeds
 from training.arguments import CompareArgs
 from training.config import versions
-from training.contenders import contender, scenario_of
-from training.evaluation import outcome, run_contender
+from training.evaluation import outcome, run_policy
+from training.policies import named_policy, scenario_of
 
 RECORDS = ("best_fixed_range.npz", "last_policy.npz")
 """One flock under each, for ``flockesc watch``."""
@@ -30,8 +30,8 @@ def compare(args: CompareArgs) -> pl.DataFrame:
     Raises:
         ValueError: for an argument out of bounds or an unknown policy.
     """
-    contenders = [contender(spec) for spec in args.policies]
-    scenario = scenario_of(contenders)
+    entries = [named_policy(spec) for spec in args.policies]
+    scenario = scenario_of(entries)
     held_out = seeds.first_seeds(seeds.HELD_OUT, args.flocks)
     tuning = seeds.first_seeds(seeds.TUNING, args.tuning_flocks)
     grid = np.linspace(0.0, args.max_range, args.grid_size)
@@ -42,26 +42,26 @@ def compare(args: CompareArgs) -> pl.DataFrame:
     search.to_parquet(args.output / "grid_search.parquet")
     at_best = int(np.flatnonzero(search.interaction_ranges == best)[0])
     fixed = search.values(args.objective)[at_best]
-    baseline = dataclasses.replace(contender(f"fixed:{best}"), name=f"best fixed range ({best:g} m)")
+    baseline = dataclasses.replace(named_policy(f"fixed:{best}"), name=f"best fixed range ({best:g} m)")
     outcomes = {
         baseline.name: fixed,
         "hindsight oracle over fixed ranges": search.hindsight_oracle(args.objective),
     }
-    for entry in contenders:
-        episodes = run_contender(entry, held_out, scenario=scenario, num_threads=args.num_threads)
+    for entry in entries:
+        episodes = run_policy(entry, held_out, scenario=scenario, num_threads=args.num_threads)
         outcomes[entry.name] = outcome(episodes, args.objective)
 
     table = _table(outcomes, fixed)
     _write(args, table, outcomes, held_out)
     figures = [plots.objective_against_range(search, args.objective, outcomes, args.output)]
-    if contenders:
-        last = contenders[-1]
+    if entries:
+        last = entries[-1]
         # A flock of the middle, found by a rule: the lower median of the last policy's paired differences.
         order = np.argsort(outcomes[last.name] - fixed, kind="stable")
         flock = held_out[int(order[(len(order) - 1) // 2])]
         runs = plots.record_both(baseline, last, scenario, flock)
         for file, (name, run) in zip(RECORDS, runs, strict=True):
-            records.save(run, args.output / file, name=name)
+            save_run(run, args.output / file, name=name)
         figures += [plots.flock_over_time(runs, args.output), plots.flock_under_attack(runs, args.output)]
     print(_markdown(table, args))
     print("\nFigures:", *figures, sep="\n  ")

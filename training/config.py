@@ -98,7 +98,7 @@ class SearchArgs(TrainArgs):
     """CMA-ES over the parameters of a small network or of a rule, on the objective itself.
 
     Attributes:
-        rule: whether it is about the rule ``StubbornWitnesses`` in place of a network.
+        rule: whether it searches for parameters of the rule ``StubbornWitnesses`` instead of a network.
         inputs: entries of the observation that the network sees; none: all. With ``time`` alone the network
             is an open-loop schedule.
         hidden: hidden layers of the network.

@@ -7,8 +7,8 @@ import polars as pl
 from flockesc_env.common import stats
 from training import seeds
 from training.arguments import EvaluateArgs
-from training.contenders import contender, scenario_of
-from training.evaluation import run_contender
+from training.evaluation import run_policy
+from training.policies import named_policy, scenario_of
 
 
 def evaluate(args: EvaluateArgs) -> pl.DataFrame:
@@ -17,9 +17,9 @@ def evaluate(args: EvaluateArgs) -> pl.DataFrame:
     Raises:
         ValueError: for an argument out of bounds or an unknown policy.
     """
-    entry = contender(args.policy)
+    entry = named_policy(args.policy)
     flocks = seeds.first_seeds(seeds.HELD_OUT, args.flocks)
-    episodes = run_contender(entry, flocks, scenario=scenario_of([entry]), num_threads=args.num_threads)
+    episodes = run_policy(entry, flocks, scenario=scenario_of([entry]), num_threads=args.num_threads)
     record = pl.DataFrame(
         {
             "seed": episodes.seeds,

@@ -10,19 +10,18 @@ from flockesc_env import (
     FlockScenario,
     LineEscapeEnv,
     LineScenario,
+    NamedPolicy,
+    Policy,
+    PolicySpec,
     parallel_env,
     rollout,
 )
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies import Policy
-from flockesc_env.policies.registry import NamedPolicy
-from flockesc_env.policies.rollout_line import rollout_line
 from training.config import Setting
 
 OUTCOMES = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
-"""What sweeps and rollouts call the outcome that an objective is about."""
+"""The attribute of sweeps and rollouts that holds each objective."""
 
 
 def objective(
@@ -36,7 +35,7 @@ def objective(
     """Run a policy that was made for a setting; return the objective in m, shape (seeds,).
 
     Args:
-        setting: what is played, and what counts.
+        setting: the scenario, the options and the objective.
         policy: sets the ranges.
         seeds: of the flocks.
         batch_size: flocks stepped together.
@@ -44,11 +43,11 @@ def objective(
     """
     model, options = setting.model, setting.env_options()
     if isinstance(model, LineScenario):
-        return rollout_line(policy, seeds, scenario=model, batch_size=batch_size, **options).escape_distance
+        return rollout(model, policy, seeds, batch_size=batch_size, **options).escape_distance
     episodes = rollout(
+        model,
         policy,
         seeds,
-        scenario=model,
         per_agent=setting.per_agent,
         batch_size=batch_size,
         num_threads=num_threads,
@@ -58,7 +57,7 @@ def objective(
 
 
 def policy_spec(setting: Setting) -> PolicySpec:
-    """Return what a policy of a setting needs to know."""
+    """Return the policy spec of a setting's environment."""
     model, options = setting.model, setting.env_options()
     if isinstance(model, LineScenario):
         return LineEscapeEnv(model, **options).policy_spec
@@ -66,25 +65,17 @@ def policy_spec(setting: Setting) -> PolicySpec:
 
 
 def outcome(episodes: Episodes, objective: str) -> FloatArray:
-    """Return what an objective is about, in m, shape (seeds,)."""
+    """Return the objective in m, shape (seeds,)."""
     values: FloatArray = getattr(episodes, OUTCOMES[objective])
     return values
 
 
-def run_contender(
+def run_policy(
     entry: NamedPolicy, flocks: range, *, scenario: FlockScenario, num_threads: int | None = None
 ) -> Episodes:
     """Run one policy with the options that it was made for, with a progress bar."""
     with progress_bar(f"Policy {entry.name}", len(flocks)) as report:
-        return rollout(
-            entry.policy,
-            flocks,
-            scenario=scenario,
-            per_agent=entry.per_agent,
-            num_threads=num_threads,
-            progress=report,
-            **entry.options,
-        )
+        return rollout(scenario, entry, flocks, num_threads=num_threads, progress=report)
 
 
 def play(
@@ -93,5 +84,5 @@ def play(
     """Run one policy, with the options that it was made for, on a setting's flocks; return the objective."""
     model = setting.model
     if isinstance(model, LineScenario):
-        return rollout_line(entry.policy, flocks, scenario=model, **entry.options).escape_distance
-    return outcome(run_contender(entry, flocks, scenario=model, num_threads=num_threads), setting.objective)
+        return rollout(model, entry, flocks).escape_distance
+    return outcome(run_policy(entry, flocks, scenario=model, num_threads=num_threads), setting.objective)

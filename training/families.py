@@ -1,30 +1,32 @@
-"""What a search looks among: networks of one architecture, or rules of one kind."""
+"""The policies that a search chooses among: networks of one architecture, or rules of one kind."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
+from flockesc_env import Architecture, NetworkPolicy, Policy, StubbornWitnesses
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.policies import StubbornWitnesses
-from flockesc_env.policies.files import Stored
-from flockesc_env.policies.network import Architecture, NetworkPolicy
+from flockesc_env.episodes.memory import reset_policy
+from flockesc_env.episodes.spaces import PolicySpec
 from training.config import SearchArgs
 from training.evaluation import policy_spec
 
 
 class Family(Protocol):
-    """Policies that differ by a vector of numbers, each of which is 0 at first and varies by about 1."""
+    """Policies that differ by a vector of numbers, each of which starts at 0 and varies by about 1."""
 
     @property
     def size(self) -> int:
         """Numbers per policy."""
         ...
 
-    def policies(self, vectors: FloatArray) -> Stored:
-        """Return one policy, of shape (size,), or several, (k, size), which share rows in equal parts."""
+    def policy(self, vector: FloatArray) -> NetworkPolicy | StubbornWitnesses:
+        """Return the policy of a vector, shape (size,)."""
         ...
 
 
@@ -39,9 +41,9 @@ class Networks:
         """Number of parameters."""
         return self.architecture.size
 
-    def policies(self, vectors: FloatArray) -> NetworkPolicy:
-        """Return the networks of these parameters."""
-        return NetworkPolicy(self.architecture, vectors)
+    def policy(self, vector: FloatArray) -> NetworkPolicy:
+        """Return the network of these parameters."""
+        return NetworkPolicy(self.architecture, vector)
 
 
 @dataclass(frozen=True)
@@ -55,9 +57,9 @@ class Witnesses:
     max_range: float
     size: int = 3
 
-    def policies(self, vectors: FloatArray) -> StubbornWitnesses:
-        """Return the rules: a wait of about a tenth of the episode, a range of about 40 m, then 20 m."""
-        patience, first_range, interaction_range = vectors.T
+    def policy(self, vector: FloatArray) -> StubbornWitnesses:
+        """Return the rule: a wait of about a tenth of the episode, a range of about 40 m, then of 20 m."""
+        patience, first_range, interaction_range = vector
         return StubbornWitnesses(
             np.clip(0.1 + 0.05 * patience, 0, 1),
             np.clip(40 + 20 * first_range, 0, self.max_range),
@@ -65,8 +67,32 @@ class Witnesses:
         )
 
 
+class Population:
+    """Policies that share the rows of an observation in equal, consecutive parts.
+
+    Attributes:
+        actions: actions chosen so far, one per row.
+    """
+
+    def __init__(self, policies: Sequence[Policy]) -> None:
+        self.policies = policies
+        self.actions = 0
+
+    def reset(self, rows: NDArray[np.bool]) -> None:
+        """Reset the rows of every policy."""
+        for policy, part in zip(self.policies, np.split(rows, len(self.policies)), strict=True):
+            reset_policy(policy, part)
+
+    def act(self, observations: NDArray[np.float32], spec: PolicySpec) -> NDArray[Any]:
+        """Let every policy choose the actions of its part."""
+        self.actions += len(observations)
+        parts = np.split(observations, len(self.policies))
+        chosen = [policy.act(part, spec) for policy, part in zip(self.policies, parts, strict=True)]
+        return np.concatenate(chosen)
+
+
 def family_of(args: SearchArgs) -> Family:
-    """Return what a run searches among."""
+    """Return the family that a run searches."""
     if args.rule:
         return Witnesses(args.max_range)
     inputs = args.inputs or policy_spec(args).layout.names

@@ -10,9 +10,9 @@ from typing import Any
 
 import polars as pl
 
+from flockesc_env import NamedPolicy, save_policy
 from flockesc_env.common.files import atomic_write
-from flockesc_env.policies.files import Stored, save_policy
-from flockesc_env.policies.registry import NamedPolicy
+from flockesc_env.policies.files import Stored
 from training.config import CONFIG_FILE, CURVE_FILE, POLICY_FILE, RUN_FILE, Args, RunRecord
 from training.evaluation import objective, policy_spec
 from training.seeds import TUNING, first_seeds
@@ -93,8 +93,8 @@ def finish(args: Args, policy: Stored, measured: Measured) -> Path:
     with atomic_write(args.run / RUN_FILE) as file:
         file.write(json.dumps(speed, indent=2).encode() + b"\n")
     per_agent, options = policy_spec(args).per_agent, args.env_options()
-    contender = NamedPolicy(args.run.name, policy, per_agent=per_agent, options=options, scenario=args.model)
+    entry = NamedPolicy(args.run.name, policy, per_agent=per_agent, options=options, scenario=args.model)
     # Last, since it marks the run as finished.
-    save_policy(contender, args.run / POLICY_FILE)
+    save_policy(entry, args.run / POLICY_FILE)
     (args.run / CHECKPOINT).unlink()
     return args.run / POLICY_FILE

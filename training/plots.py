@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from flockesc_env import FlockScenario, FlockSweepResult, Trajectory
+from flockesc_env import FlockScenario, FlockSweepResult, NamedPolicy, Trajectory
 from flockesc_env.common import stats
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.policies.registry import NamedPolicy
+from flockesc_env.render.palette import LIGHT
 
 Run = tuple[str, Trajectory]
 """Name of a policy, and what the flock did under it."""
 
 _DPI = 150
-_COLORS = mpl.color_sequences["tab10"]
+_COLORS = (LIGHT.learned, *LIGHT.others)
+_RANGES = LinearSegmentedColormap.from_list("ranges", LIGHT.ranges)
 _LABELS = {"mean": "min. over time of mean predator distance (m)", "minimum": "min. predator distance (m)"}
 
 
@@ -34,7 +36,7 @@ def objective_against_range(
     ranges = search.interaction_ranges
     axes.fill_between(ranges, low, high, color="0.85", lw=0)
     axes.plot(ranges, center, color="0.3", label="fixed range, same for all agents")
-    for (name, values), color in zip(outcomes.items(), _COLORS, strict=False):
+    for (name, values), color in zip(outcomes.items(), cycle(_COLORS), strict=False):
         level = stats.mean(values)
         axes.axhspan(level.low, level.high, color=color, alpha=0.2, lw=0)
         axes.axhline(level.mean, color=color, label=f"{name}: {level.mean:.1f}")
@@ -55,7 +57,7 @@ def flock_over_time(runs: list[Run], folder: Path) -> Path:
     """Draw distances and ranges against time for one flock under each policy; return the file."""
     figure = Figure(figsize=(8, 6), layout="constrained")
     above, below = figure.subplots(2, sharex=True)
-    for (name, trajectory), color in zip(runs, _COLORS, strict=False):
+    for (name, trajectory), color in zip(runs, cycle(_COLORS), strict=False):
         times, ranges = trajectory.times, trajectory.interaction_ranges
         above.plot(times, trajectory.mean_distance, color=color, label=name)
         at = int(np.argmin(trajectory.mean_distance))
@@ -111,13 +113,13 @@ def _snapshot(axes: Axes, trajectory: Trajectory, step: int, top: float) -> Any:
     positions, velocities = trajectory.positions[step, :, :2], trajectory.velocities[step, :, :2]
     colors = np.broadcast_to(trajectory.interaction_ranges[step], len(positions))
     arrows = axes.quiver(
-        *positions.T, *velocities.T, colors, cmap="viridis", clim=(0, top), scale=250, width=0.007
+        *positions.T, *velocities.T, colors, cmap=_RANGES, clim=(0, top), scale=250, width=0.007
     )
     for path in trajectory.predator_positions[: step + 1, :, :2].transpose(1, 2, 0):
-        axes.plot(*path, color="tab:red", lw=0.8, alpha=0.6)
+        axes.plot(*path, color=LIGHT.predator, lw=0.8, alpha=0.6)
         here = (path[0, -1], path[1, -1])
-        axes.plot(*here, "o", color="tab:red", markersize=5)
-        axes.add_patch(Circle(here, trajectory.scenario.predator_range, color="tab:red", alpha=0.12))
+        axes.plot(*here, "o", color=LIGHT.predator, markersize=5)
+        axes.add_patch(Circle(here, trajectory.scenario.predator_range, color=LIGHT.predator, alpha=0.12))
     axes.set_aspect("equal")
     mean = trajectory.mean_distance[step]
     axes.set_title(f"t = {trajectory.times[step]:.0f} s, mean distance {mean:.0f} m", fontsize=9)

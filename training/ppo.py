@@ -7,7 +7,7 @@ from pathlib import Path
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnv
 
-from flockesc_env.policies.network import NetworkPolicy
+from flockesc_env import NetworkPolicy
 from training.config import PPOArgs
 from training.rounds import Rounds, network
 

@@ -23,9 +23,8 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecEnvWrapper,
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 from torch import nn
 
-from flockesc_env import FlockScenario, LineEscapeEnv, LineScenario
+from flockesc_env import Architecture, FlockScenario, LineEscapeEnv, LineScenario, NetworkPolicy
 from flockesc_env.common.progress import progress_bar
-from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 from training.config import PPOArgs, SB3Args, TQCArgs
 from training.evaluation import policy_spec
@@ -39,7 +38,7 @@ A = TypeVar("A", PPOArgs, TQCArgs)
 
 
 @dataclass
-class State:
+class RoundsState:
     """All that the next round depends on, and what was measured so far.
 
     Attributes:
@@ -132,11 +131,11 @@ class Rounds(ABC, Generic[A]):
         measured.samples = model.num_timesteps
         measured.episodes += timed.take_episodes()
 
-    def _state(self) -> State:
-        return State(self.done, self.learned(), self._env.ret_rms, self._measured)
+    def _state(self) -> RoundsState:
+        return RoundsState(self.done, self.learned(), self._env.ret_rms, self._measured)
 
     def _load(self) -> None:
-        state: State | None = load_checkpoint(self.args.run)
+        state: RoundsState | None = load_checkpoint(self.args.run)
         if state is not None:
             self.done, self._measured, self._env.ret_rms = state.round, state.measured, state.reward_scale
             self.relearn(state.learned)

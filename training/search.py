@@ -1,4 +1,4 @@
-"""CMA-ES over the parameters of a small network or of a rule: no gradients, no reward, the objective itself.
+"""CMA-ES on the objective itself, over the parameters of a small network or of a rule.
 
 Hansen, "The CMA Evolution Strategy: A Tutorial" (2016), as the library cmaes implements it.
 """
@@ -9,32 +9,28 @@ import time
 from copy import deepcopy
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from cmaes import CMA
-from numpy.typing import NDArray
 
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies.ranges import Observations, Policy
 from training.config import SearchArgs
 from training.evaluation import objective
-from training.families import Family, family_of
+from training.families import Family, Population, family_of
 from training.outputs import Measured, begin, finish, load_checkpoint, save_checkpoint
 from training.seeds import training_seeds
 
 
 @dataclass
-class State:
-    """All that the next generation depends on, and what was measured so far.
+class SearchState:
+    """State of a search between generations, which a checkpoint holds.
 
     Attributes:
-        optimizer: of cmaes; it is seeded anew for every generation, so its own random state does not count.
-        generation: number of the next one.
+        optimizer: of cmaes; it is seeded again for every generation, so its own random state does not matter.
+        generation: number of the next generation.
         best: parameters of the checkpoint that was best on tuning flocks.
-        measured: so far.
+        measured: measurements so far.
     """
 
     optimizer: CMA
@@ -43,32 +39,15 @@ class State:
     measured: Measured = field(default_factory=Measured)
 
 
-class Counting:
-    """A policy that counts its actions.
-
-    Attributes:
-        actions: so far.
-    """
-
-    def __init__(self, policy: Policy) -> None:
-        self.policy = policy
-        self.actions = 0
-
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Let the policy choose."""
-        self.actions += len(observations)
-        return self.policy.act(observations, spec)
-
-
 def search(args: SearchArgs) -> Path:
-    """Search, or go on with an unfinished search, and return the policy's file.
+    """Search, or continue an unfinished search, and return the policy's file.
 
     Raises:
         FileExistsError: as ``begin``.
     """
     family = family_of(args)
     begin(args)
-    state: State = load_checkpoint(args.run) or State(
+    state: SearchState = load_checkpoint(args.run) or SearchState(
         CMA(np.zeros(family.size), args.step_size, population_size=args.population, seed=args.seed)
     )
     with progress_bar(f"Search {args.run.name}", args.generations, always=args.progress) as report:
@@ -78,20 +57,20 @@ def search(args: SearchArgs) -> Path:
             if state.generation % args.checkpoint_every == 0 or state.generation == args.generations:
                 _measure(state, args, family)
                 save_checkpoint(state, args.run)
-    return finish(args, family.policies(state.best), state.measured)
+    return finish(args, family.policy(state.best), state.measured)
 
 
-def _generation(state: State, args: SearchArgs, family: Family) -> None:
-    """Let the policies of one generation play the same flocks, and tell the optimizer how they fared."""
+def _generation(state: SearchState, args: SearchArgs, family: Family) -> None:
+    """Let the policies of one generation play the same flocks, and tell the optimizer their objectives."""
     begun = time.process_time()
     optimizer, number, measured = state.optimizer, state.generation, state.measured
     optimizer.reseed_rng(int(np.random.SeedSequence([args.seed, number]).generate_state(1)[0]))
     vectors = np.array([optimizer.ask() for _ in range(args.population)])
-    # Few flocks find the way, many tell good policies from lucky ones.
+    # Early generations need few flocks; later ones need many to tell good policies from lucky ones.
     growth = (args.final_flocks / args.flocks) ** (number / args.generations)
     flocks = training_seeds(args.seed, measured.episodes // args.population, round(args.flocks * growth))
     seeds = list(flocks) * args.population
-    played = Counting(family.policies(vectors))
+    played = Population([family.policy(vector) for vector in vectors])
     values = objective(args, played, seeds, batch_size=len(seeds))
     fitness = values.reshape(args.population, -1).mean(axis=1)
     # cmaes minimizes.
@@ -104,10 +83,10 @@ def _generation(state: State, args: SearchArgs, family: Family) -> None:
     measured.seconds += time.process_time() - begun
 
 
-def _measure(state: State, args: SearchArgs, family: Family) -> None:
+def _measure(state: SearchState, args: SearchArgs, family: Family) -> None:
     """Add the mean of the search distribution to the learning curve; keep it if it is the best so far."""
     center = state.optimizer.mean
     curve = state.measured.curve
-    state.measured.add_point(args, family.policies(center))
+    state.measured.add_point(args, family.policy(center))
     if all(curve[-1]["objective"] > point["objective"] for point in curve[:-1]):
         state.best = center.copy()

@@ -10,7 +10,7 @@ from sb3_contrib import TQC
 from stable_baselines3.common.vec_env import VecEnv
 from torch import nn
 
-from flockesc_env.policies.network import NetworkPolicy
+from flockesc_env import NetworkPolicy
 from training.config import TQCArgs
 from training.rounds import Rounds, network
 

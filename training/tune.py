@@ -12,8 +12,8 @@ from optuna.storages.journal import JournalFileBackend
 from training import seeds
 from training.arguments import TuneArgs
 from training.config import POLICY_FILE, Args, PPOArgs, SearchArgs, TQCArgs, train_presets
-from training.contenders import contender
 from training.evaluation import objective
+from training.policies import named_policy
 from training.processes import train_apart
 
 _NAMES = {
@@ -61,7 +61,7 @@ def _value(trial: optuna.Trial, preset: Args, args: TuneArgs) -> float:
     )
     if not (folder / POLICY_FILE).is_file():
         train_apart(args.run, short)
-    policy = contender(str(folder)).policy
+    policy = named_policy(str(folder)).policy
     return float(objective(short, policy, seeds.first_seeds(seeds.TUNING, args.flocks)).mean())
 
 

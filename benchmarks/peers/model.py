@@ -41,14 +41,15 @@ class Flocks:
         """Return the flocks that ``sweep`` starts from."""
         runs = [simulate(scenario.replace(num_steps=1), 0.0, seed=seed) for seed in seeds]
         (predator,) = scenario.predators
+        (x, y), (vx, vy) = np.array([predator.position, predator.velocity]).tolist()
         model = Model(
             scenario.time_step,
             _shared(scenario.mass),
             _shared(scenario.speed),
             scenario.predator_range,
             _shared(scenario.repulsion_strength),
-            (predator.position[0], predator.position[1]),
-            (predator.velocity[0], predator.velocity[1]),
+            (x, y),
+            (vx, vy),
         )
         positions = np.stack([run.positions[0] for run in runs])
         velocities = np.stack([run.velocities[0] for run in runs])

@@ -1,13 +1,13 @@
 """The command line ``flockesc``: one command per file of this folder, listed in ``COMMANDS``.
 
-A command imports heavy libraries inside of functions, after ``output.require`` has looked for them.
+A command imports heavy libraries inside functions, after ``require`` has found them installed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from flockesc_env.cli import bench, presets, replay, simulate, sweep, watch
+from flockesc_env.cli import presets, replay, simulate, sweep, watch
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.exits import Exit
 
@@ -17,7 +17,6 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "presets": presets.run,
     "watch": watch.run,
     "replay": replay.run,
-    "bench": bench.run,
 }
 
 

@@ -1,4 +1,4 @@
-"""Command-line applications: commands by name, one set of exit codes, one-line errors.
+"""Command-line applications: named commands, exit codes, errors in one line.
 
 Commands print results with ``output.show`` or ``output.show_json`` and everything else with ``output.note``.
 They raise the package's errors; ``Application.main`` turns errors into messages and exit codes.
@@ -14,7 +14,6 @@ import tyro
 
 from flockesc_env._core import __version__
 from flockesc_env.cli.exits import MEANINGS, Exit
-from flockesc_env.cli.flags import registry
 from flockesc_env.cli.output import flush, note, prepare_streams, show
 from flockesc_env.common.errors import FlockescError
 
@@ -23,13 +22,13 @@ from flockesc_env.common.errors import FlockescError
 class Application:
     """Commands under one program name.
 
-    A command is a function whose keyword arguments are the flags, whose docstring is the help (paragraphs of
-    one line, as tyro does not wrap them), and that returns an ``Exit``.
+    A command is a function that returns an ``Exit``. Its keyword arguments are the flags. Its docstring is
+    the help; each paragraph is one line, as tyro does not wrap lines.
 
     Attributes:
-        program: how the program is called.
-        summary: the first line of its help.
-        commands: by name.
+        program: the program's name in help and errors.
+        summary: first line of the program's help.
+        commands: functions by the name of their command.
     """
 
     program: str
@@ -78,9 +77,7 @@ class Application:
             app = tyro.extras.SubcommandApp()
             for command, run in self.commands.items():
                 app.command(name=command, help=(run.__doc__ or "").partition("\n")[0])(run)
-            app.cli(
-                prog=self.program, description=self.description, args=argv or [name], registry=registry([])
-            )
+            app.cli(prog=self.program, description=self.description, args=argv or [name])
         except SystemExit as stop:  # tyro has shown help or refused a flag
             flush()
             return stop.code if isinstance(stop.code, int) else Exit.REFUSED
@@ -91,6 +88,5 @@ class Application:
             self.commands[name],
             prog=f"{self.program} {name}",
             args=flags,
-            registry=registry(flags),
             config=(tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes),
         )

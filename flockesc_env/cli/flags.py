@@ -1,35 +1,27 @@
-"""Flags that commands share: model and scenario, seeds, JSON, progress, threads."""
+"""Flags that commands share: the scenario, seeds, JSON, progress, threads."""
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
+import json
+import re
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_type_hints
+from typing import Annotated, Any
 
-from tyro.conf import DisallowNone, arg
-from tyro.constructors import (
-    ConstructorRegistry,
-    PrimitiveConstructorSpec,
-    PrimitiveTypeInfo,
-    StructConstructorSpec,
-    StructFieldSpec,
-    StructTypeInfo,
-)
+from tyro.conf import DisallowNone, UseAppendAction, arg
+from tyro.constructors import PrimitiveConstructorSpec
 
-from flockesc_env.cli.parts import part_rule
-from flockesc_env.common.errors import ArgumentError, ScenarioError
-from flockesc_env.scenario.flock import FlockScenario, LineScenario, Scenario
+from flockesc_env.common.errors import ArgumentError, ScenarioError, shown, shown_name
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.initial_files import read_initial_state
-from flockesc_env.scenario.presets import PRESETS, as_scenario, preset
-
-MODELS: dict[str, type[Scenario]] = {"flock": FlockScenario, "line": LineScenario}
-_DEFAULT_MODEL = "flock"
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import MODELS, PRESETS, Scenario, preset
 
 
 def optional(help_: str, default: str, metavar: str | None = None) -> tuple[Any, ...]:
-    """Return the annotations of a flag that may be left out: its help and what then happens."""
+    """Return the annotations of an optional flag: its help and its default in words."""
     return DisallowNone, arg(help=help_, help_behavior_hint=f"(default: {default})", metavar=metavar)
 
 
@@ -38,156 +30,145 @@ def switch(help_: str) -> Any:
     return arg(help=help_, help_behavior_hint="(default: off)")
 
 
+def _range(words: list[str]) -> range:
+    try:
+        start, stop = map(int, words[0].split(":"))
+    except ValueError:
+        raise ValueError(f"expected START:STOP, two integers, got {words[0]!r}") from None  # tyro shows it
+    return range(start, stop)
+
+
 Json = Annotated[bool, switch("print one JSON document on stdout, and nothing else there")]
-Progress = Annotated[bool, switch("show the progress bar even where stderr is no terminal")]
+Progress = Annotated[bool, switch("show the progress bar even if stderr is not a terminal")]
 Threads = Annotated[
     int | None, *optional("threads of the engine; results do not depend on it", "one per core")
+]
+Seeds = Annotated[
+    range,
+    PrimitiveConstructorSpec(
+        nargs=1,
+        metavar="START:STOP",
+        instance_from_str=_range,
+        is_instance=lambda value: isinstance(value, range),
+        str_from_instance=lambda value: [f"{value.start}:{value.stop}"],
+    ),
 ]
 
 
 @dataclasses.dataclass(frozen=True)
 class ScenarioFlags:
-    """The model and the fields of its scenario as they were given; ``build`` has them checked."""
+    """The scenario: a preset or a file, with changes."""
 
-    model: str
-    fields: dict[str, Any]
+    scenario: Annotated[
+        str | None,
+        *optional(
+            "a preset, as flockesc presets lists them, or a file (.toml, .json) with fields of a scenario",
+            "paper-flock",
+            metavar="NAME|FILE",
+        ),
+    ] = None
+    changes: Annotated[
+        UseAppendAction[tuple[str, ...]],
+        arg(
+            name="set",
+            help="change a field, for example num_agents=100, predators.0.max_turn_rate=3 or motion=vicsek;"
+            " the value is JSON or a text; can be repeated",
+            metavar="PATH=VALUE",
+            help_behavior_hint="(default: no changes)",
+        ),
+    ] = ()
+    initial_state: Annotated[
+        Path | None,
+        *optional(
+            "initial positions and, if given, headings of a flock: a .csv, .npy or .npz file",
+            "the scenario's",
+            metavar="FILE",
+        ),
+    ] = None
 
     def build(self) -> Scenario:
         """Return the scenario.
 
         Raises:
-            ScenarioError: naming a field that is out of bounds.
+            OSError: if a file cannot be read.
+            RecordError: if the file of the initial state is damaged.
+            ScenarioError: for an unknown preset, or naming a field that is unknown or out of bounds.
         """
-        return MODELS[self.model](**self.fields)
+        scenario: Scenario = FlockScenario() if self.scenario is None else _named(self.scenario)
+        if self.initial_state is not None:
+            if isinstance(scenario, LineScenario):
+                raise ArgumentError("initial_state", "no file for a line", repr(str(self.initial_state)))
+            scenario = scenario.replace(**read_initial_state(self.initial_state))
+        return _changed(scenario, self.changes) if self.changes else scenario
 
 
-def registry(argv: Sequence[str]) -> ConstructorRegistry:
-    """Return how tyro makes scenarios, their parts and seeds from flags.
-
-    Model, scenario and initial state are looked up beforehand: they decide which flags there are, and their
-    defaults.
-
-    Raises:
-        OSError: if the scenario's or the initial state's file cannot be read.
-        RecordError: if the file of the initial state does not hold one.
-        ScenarioError: for a name that is no preset's, or naming a field of the file that is unknown, of a
-            wrong type or out of bounds.
-    """
-    first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    first.add_argument("--model", nargs="?")
-    first.add_argument("--scenario", nargs="?")
-    first.add_argument("--initial-state", nargs="?")
-    known, _ = first.parse_known_args(argv)
-    default = _default(known.model, known.scenario)
-    if known.initial_state is not None:
-        default = _started(default, Path(known.initial_state))
-
-    rules = ConstructorRegistry()
-    rules.primitive_rule(part_rule)
-    rules.primitive_rule(_seeds_rule)
-
-    @rules.struct_rule
-    def scenario_rule(info: StructTypeInfo) -> StructConstructorSpec | None:
-        return _scenario_spec(default) if info.type is ScenarioFlags else None
-
-    return rules
+def model_of(scenario: Scenario) -> str:
+    """Return ``"flock"`` or ``"line"``."""
+    return next(name for name, model in MODELS.items() if isinstance(scenario, model))
 
 
-def _default(model: str | None, name: str | None) -> Scenario:
-    """Return the scenario that flags change; a preset brings its own model."""
-    # tyro refuses an unknown model with its own words.
-    cls = MODELS.get(model or _DEFAULT_MODEL, MODELS[_DEFAULT_MODEL])
-    if name is None:
-        return cls()
-    if name in PRESETS:
-        return as_scenario(name, cls) if model in MODELS else preset(name)
+def _named(name: str) -> Scenario:
+    """Return a preset, or the scenario in a file."""
     path = Path(name)
+    if name in PRESETS:
+        return preset(name)
     if not path.suffix and not path.exists():
-        raise ScenarioError("scenario", f"a file or one of {', '.join(PRESETS)}", repr(name))
-    return _read(cls, path)
-
-
-def _read(cls: type[Scenario], path: Path) -> Scenario:
+        raise ScenarioError("scenario", f"a file or one of {', '.join(PRESETS)}", shown_name(name, PRESETS))
     try:
         text = path.read_text(encoding="utf-8")
-        return cls.from_toml(text) if path.suffix == ".toml" else cls.from_json(text)
+        return _read(text, is_toml=path.suffix == ".toml")
     except UnicodeDecodeError as error:
         raise ScenarioError(str(path), "TOML or JSON", error) from None
     except ScenarioError as error:
         raise ScenarioError(f"{path}: {error.field}", error.expected, error.given) from None
 
 
-def _started(scenario: Scenario, path: Path) -> Scenario:
-    """Return a flock that starts as a file says."""
-    if isinstance(scenario, LineScenario):
-        raise ArgumentError("initial_state", "none for a line", repr(str(path)))
-    return scenario.replace(**read_initial_state(path))
+def _read(text: str, *, is_toml: bool) -> Scenario:
+    """Return the scenario of a document, a line's if it has a field that only lines have."""
+    own = {field.name for field in dataclasses.fields(LineScenario)} - set(vars(FlockScenario()))
+    is_line = re.search(rf'(^|[\s{{,"])({"|".join(own)})"?\s*[:=]', text)
+    model = LineScenario if is_line else FlockScenario
+    return model.from_toml(text) if is_toml else model.from_json(text)
 
 
-def _scenario_spec(default: Scenario) -> StructConstructorSpec:
-    """Return the flags of one model; the scenario's own class would check the fields one call too early."""
-    cls = type(default)
-    model = next(name for name, known in MODELS.items() if known is cls)
-    hints = get_type_hints(cls)
-    given = dataclasses.make_dataclass(
-        cls.__name__,
-        [
-            (f.name, hints[f.name], dataclasses.field(default=getattr(default, f.name)))
-            for f in dataclasses.fields(cls)
-        ],
-        namespace={"__doc__": (cls.__doc__ or "").replace("``", "")},
-        frozen=True,
-    )
-    models: Any = Annotated[
-        Literal["flock", "line"],
-        arg(help="the flock in the plane or in space, or the line, whose flags --model line --help lists"),
-    ]
-    origin: Any = Annotated[
-        str | None,
-        *optional(
-            "a preset (flockesc presets lists them), or a TOML or JSON file with fields; flags override it",
-            "the paper's scenario",
-            metavar="NAME|FILE",
-        ),
-    ]
-    state: Any = Annotated[
-        str | None,
-        *optional(
-            "initial positions and, if given, headings of a flock: a .csv, .npy or .npz file",
-            "the scenario's",
-            metavar="FILE",
-        ),
-    ]
-    fields: Any = Annotated[given, arg(name="")]
-    return StructConstructorSpec(
-        instantiate=lambda model, scenario, initial_state, fields: ScenarioFlags(  # noqa: ARG005
-            model, dict(vars(fields))
-        ),
-        fields=(
-            StructFieldSpec("model", models, model),
-            StructFieldSpec("scenario", origin, None),
-            StructFieldSpec("initial_state", state, None),
-            StructFieldSpec("fields", fields, given()),
-        ),
-    )
+def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:
+    """Return a scenario after some changes ``PATH=VALUE``; the schema refuses unknown names in paths."""
+    document = json.loads(scenario.to_json())
+    for change in changes:
+        path, is_given, text = change.partition("=")
+        if not is_given:
+            raise ScenarioError("set", "PATH=VALUE", shown(change))
+        *outer, last = path.split(".")
+        node = document
+        for name in outer:
+            parent, key = _place(node, name, path)
+            node = parent[key]
+        parent, key = _place(node, last, path)
+        value = _value(text)
+        is_kind = isinstance(value, str) and isinstance(parent[key], dict)
+        parent[key] = {value: {}} if is_kind else value
+        with suppress(ScenarioError):  # later changes may complete this one
+            document = json.loads(type(scenario).from_json(json.dumps(document)).to_json())
+    return type(scenario).from_json(json.dumps(document))
 
 
-def _seeds_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
-    """Spell a range of seeds as ``START:STOP``."""
-    if info.type is not range:
-        return None
+def _place(node: Any, name: str, path: str) -> tuple[Any, Any]:
+    """Return the object or list that a name in a path belongs to, and its key; kinds may be left out."""
+    if isinstance(node, dict):
+        if len(node) == 1 and name not in node:
+            [node] = node.values()
+        node.setdefault(name, None)
+        return node, name
+    if not isinstance(node, list):
+        raise ScenarioError(path, "a path that ends before", shown(name))
+    if not name.isdecimal() or int(name) >= len(node):
+        raise ScenarioError(path, f"an index below {len(node)}", shown(name))
+    return node, int(name)
 
-    def parse(words: list[str]) -> range:
-        try:
-            start, stop = map(int, words[0].split(":"))
-        except ValueError:
-            raise ValueError(f"expected START:STOP, two integers, got {words[0]!r}") from None
-        return range(start, stop)
 
-    return PrimitiveConstructorSpec(
-        nargs=1,
-        metavar="START:STOP",
-        instance_from_str=parse,
-        is_instance=lambda value: isinstance(value, range),
-        str_from_instance=lambda value: [f"{value.start}:{value.stop}"],
-    )
+def _value(text: str) -> Any:
+    """Return the value of a change: JSON, None or else a text."""
+    try:
+        return None if text == "None" else json.loads(text)
+    except (ValueError, RecursionError):
+        return text

@@ -1,4 +1,4 @@
-"""What commands print: results on stdout, notes and errors on stderr; and checks before any work."""
+"""Output of commands: results on stdout, notes and errors on stderr; checks of output files."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,7 @@ from flockesc_env.common.errors import ArgumentError
 
 
 def prepare_streams() -> None:
-    """Let stdout and stderr take everything: where they are closed, and letters that they cannot show."""
+    """Open closed streams to the null device; replace characters that a stream cannot encode."""
     sys.stdout = sys.stdout or Path(os.devnull).open("w")  # noqa: SIM115, open until the end
     sys.stderr = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
@@ -29,17 +28,17 @@ def show(text: str) -> None:
     """Print a result for people on stdout.
 
     Raises:
-        OSError: if it cannot be written, for example because the reader has gone.
+        OSError: if it cannot be written, for example to a closed pipe.
     """
     print(text)
     flush()
 
 
 def flush() -> None:
-    """Flush stdout; what cannot be written is dropped, or the interpreter would fail on it again at its end.
+    """Flush stdout. Output that cannot be written is dropped; the interpreter would fail on it again at exit.
 
     Raises:
-        OSError: if something was dropped.
+        OSError: if output was dropped.
     """
     try:
         sys.stdout.flush()
@@ -49,12 +48,12 @@ def flush() -> None:
 
 
 def show_json(document: Mapping[str, Any]) -> None:
-    """Print a result as one JSON document on stdout; numbers keep every bit, infinite ones become null."""
+    """Print a result as one JSON document on stdout; numbers keep every bit, infinities become null."""
     show(json.dumps(_finite(document), allow_nan=False, indent=2))
 
 
 def note(text: str) -> None:
-    """Print on stderr what is no result; nothing hangs on whether somebody reads it."""
+    """Print a note on stderr; a closed stream is not an error."""
     with suppress(OSError):
         print(f"flockesc: {text}", file=sys.stderr, flush=True)
 
@@ -67,7 +66,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def check_output(path: Path | None, suffixes: Sequence[str], field: str = "output") -> None:
-    """Refuse a file that could not be written, before any work.
+    """Check before any work that a file can be written.
 
     Raises:
         ArgumentError: for another suffix, or a folder that does not exist.
@@ -78,17 +77,6 @@ def check_output(path: Path | None, suffixes: Sequence[str], field: str = "outpu
         raise ArgumentError(field, f"a file that ends in {' or '.join(suffixes)}", repr(str(path)))
     if not path.parent.is_dir() or path.is_dir():
         raise ArgumentError(field, "a file in a folder that exists", repr(str(path)))
-
-
-def require(module: str, extra: str, field: str) -> None:
-    """Refuse an option that needs a library which is not installed.
-
-    Raises:
-        ArgumentError: naming the option and the extra that brings the library.
-    """
-    if find_spec(module) is None:
-        expected = f"the {extra} extra (pip install 'flockesc-env[{extra}]')"
-        raise ArgumentError(field, expected, f"no {module}")
 
 
 def _finite(value: Any) -> Any:

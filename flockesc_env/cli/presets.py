@@ -8,9 +8,8 @@ from typing import Annotated, Any
 from tyro.conf import Positional, arg
 
 from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.flags import Json
+from flockesc_env.cli.flags import Json, model_of
 from flockesc_env.cli.output import show, show_json
-from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import PRESETS, preset
 
 
@@ -26,9 +25,9 @@ def run(
     *,
     json: Json = False,
 ) -> Exit:
-    """List the scenarios that have a name, or print one as a file to start from.
+    """List the preset scenarios, or print one as a file to start from.
 
-    Other commands take a name or such a file as --scenario.
+    The flag --scenario of other commands takes a name or such a file.
 
     Example: flockesc presets pursuit > mine.toml
     """
@@ -42,7 +41,7 @@ def run(
         show("\n".join(f"{known:<{width}}  {PRESETS[known].description}" for known in PRESETS))
     else:
         entry = _entry(name)
-        show(f"# --model {entry['model']}: {entry['description']}\n{preset(name).to_toml()}".rstrip())
+        show(f"# {entry['description']}\n{preset(name).to_toml()}".rstrip())
     return Exit.DONE
 
 
@@ -50,7 +49,7 @@ def _entry(name: str) -> dict[str, Any]:
     description, scenario = PRESETS[name]
     return {
         "name": name,
-        "model": "flock" if isinstance(scenario, FlockScenario) else "line",
+        "model": model_of(scenario),
         "description": description,
         "scenario": json_.loads(scenario.to_json()),
     }

@@ -63,8 +63,8 @@ def _report(path: Path) -> dict[str, Any]:
         "recorded_with": None,
     }
     try:
-        record = records.load(path)
-        found = records.differences(record.trajectory, records.replay(record.trajectory))
+        record = records.load_run(path)
+        found = records.run_differences(record.trajectory, records.replay_run(record.trajectory))
     except (FlockescError, OSError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error).removeprefix(f"{path}: ")
         note(f"error: {path}: {reason}")

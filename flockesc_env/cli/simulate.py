@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.flags import Json, ScenarioFlags, optional
+from flockesc_env.cli.flags import Json, ScenarioFlags, model_of, optional
 from flockesc_env.cli.output import check_output, note, show, show_json
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.seeds import fresh_seed
@@ -15,7 +15,8 @@ from flockesc_env.models import records
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate, simulate_line
 from flockesc_env.policies.files import find_policy
 from flockesc_env.policies.registry import NAMES
-from flockesc_env.scenario.flock import FlockScenario, LineScenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
 
 _MEANINGS = {
     "min_mean_distance": "m, J_mean: minimum over time of the mean distance to the predator (Eq. 12)",
@@ -23,9 +24,9 @@ _MEANINGS = {
     "escape_distance": "distance of the nearest agent to the predator at the end",
     "num_components": "connected components of the neighbor graph at the end",
     "polarization": "norm of the mean heading at the end, from 0 to 1",
-    "fraction_surviving": "share of the agents that were not caught",
-    "converged": "whether the line has come to rest",
-    "steps": "steps made",
+    "fraction_surviving": "share of agents that were not caught",
+    "converged": "whether the line reached a steady state",
+    "steps": "number of steps",
 }
 
 
@@ -50,11 +51,11 @@ def run(
     ] = None,
     json: Json = False,
 ) -> Exit:
-    """Run the model once, under a fixed interaction range or a policy.
+    """Run the model once, with a fixed interaction range or a policy.
 
-    Prints how far the flock stayed from its predator, and what became of it.
+    Prints how far the flock stayed from its predator, and its state at the end.
 
-    The defaults are the paper's flock of 300 agents.
+    The default scenario is the paper's flock of 300 agents.
 
     Example: flockesc simulate --interaction-range 10 --seed 7 --output run.npz
     """
@@ -66,13 +67,13 @@ def run(
     made = _run(chosen, interaction_range, policy, seed)
     name = policy or f"range {interaction_range:g}"
     if output is not None:
-        records.save(made, output, name=name)
+        records.save_run(made, output, name=name)
     outcome = _outcome(made)
     if json:
         show_json(
             {
                 "command": "simulate",
-                "model": scenario.model,
+                "model": model_of(chosen),
                 "scenario": json_.loads(chosen.to_json()),
                 "interaction_range": interaction_range,
                 "policy": policy,

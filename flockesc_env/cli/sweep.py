@@ -6,7 +6,6 @@ import dataclasses
 import json as json_
 import os
 import time
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -14,16 +13,18 @@ import numpy as np
 from tyro.conf import arg
 
 from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.flags import Json, Progress, ScenarioFlags, Threads, optional
-from flockesc_env.cli.output import check_output, note, require, show, show_json, table
+from flockesc_env.cli.flags import Json, Progress, ScenarioFlags, Seeds, Threads, model_of, optional
+from flockesc_env.cli.output import check_output, note, show, show_json, table
 from flockesc_env.common.checks import FloatArray, as_count, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.extras import MissingExtraError, require
 from flockesc_env.common.files import atomic_write
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.episodes.options import GRID_SIZE, EnvOptions, LineOptions
 from flockesc_env.models import records
 from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
-from flockesc_env.scenario.flock import FlockScenario, Scenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.presets import Scenario
 
 _CHUNK_SECONDS = 0.5
 """Chunks of seeds grow until they take this long: about so much work is lost on Ctrl-C."""
@@ -35,7 +36,7 @@ def run(
     interaction_ranges: Annotated[
         tuple[float, ...] | None,
         *optional(
-            "ranges to try in place of a grid, in m (the line has no unit)",
+            "ranges to try instead of a grid, in m (the line has no unit)",
             "the grid of the next two",
             metavar="FLOAT ..",
         ),
@@ -51,12 +52,12 @@ def run(
         int | None, *optional("number of ranges in the grid, both ends included", str(GRID_SIZE))
     ] = None,
     seeds: Annotated[
-        range, arg(help="seeds of the initial states, STOP left out; every range sees the same ones")
+        Seeds, arg(help="seeds of the initial states, STOP excluded; every range gets the same ones")
     ] = range(40),
     objective: Annotated[
         Literal["mean", "minimum", "survival", "escape_distance"] | None,
         *optional(
-            "what is to be large: the minimum over time of the mean or the minimum predator distance, in m,"
+            "what to maximize: the minimum over time of the mean or the minimum predator distance, in m,"
             " or the share of agents that are not caught; on the line the escape distance",
             "mean, on the line escape_distance",
         ),
@@ -79,7 +80,7 @@ def run(
     """
     check_output(output, [".parquet", ".csv"])
     if output is not None:
-        require("polars", "analysis", "output")
+        require("analysis", ["polars"])
     chosen = scenario.build()
     ranges = _ranges(chosen, interaction_ranges, max_range, grid_size)
     objective_ = _objective(chosen, objective)
@@ -105,7 +106,7 @@ def run(
             code = Exit.INTERRUPTED
     document = {
         "command": "sweep",
-        "model": scenario.model,
+        "model": model_of(chosen),
         "scenario": json_.loads(chosen.to_json()),
         "seeds": {"start": seeds.start, "stop": seeds.start + finished},
         "interrupted": code is Exit.INTERRUPTED,
@@ -204,10 +205,11 @@ def _intervals(result: SweepResult, objective: str) -> tuple[FloatArray, FloatAr
     """Return both ends of the 95 % interval of the mean per range, where there can be one."""
     if len(result.seeds) < 2 or not _has_predator(result, objective):
         return None
-    if find_spec("scipy") is None:
-        note("no intervals: they need the analysis extra (pip install 'flockesc-env[analysis]')")
+    try:
+        _, low, high = result.mean_with_interval(objective)
+    except MissingExtraError as error:
+        note(f"no intervals: {error}")
         return None
-    _, low, high = result.mean_with_interval(objective)
     return low, high
 
 

@@ -9,8 +9,9 @@ from tyro.conf import Positional, arg
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Progress, ScenarioFlags, optional, switch
-from flockesc_env.cli.output import check_output, note, require
+from flockesc_env.cli.output import check_output, note
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.extras import require
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.models import records
 from flockesc_env.models.simulate import Trajectory
@@ -27,7 +28,7 @@ def run(
     files: Annotated[
         Positional[tuple[Path, ...]],
         arg(
-            help="recorded runs (.npz) of a flock, to be shown side by side",
+            help="recorded runs (.npz) of a flock, shown side by side",
             metavar="[FILE ..]",
             help_behavior_hint="(default: none, the policies are run)",
         ),
@@ -37,7 +38,7 @@ def run(
     policies: Annotated[
         tuple[str, ...],
         arg(
-            help=f"policies to run where no recorded runs are given: {', '.join(NAMES)}, or "
+            help=f"policies to run if no recorded runs are given: {', '.join(NAMES)}, or "
             "files of policies (.npz)"
         ),
     ] = ("fixed:15", "stubborn-leaders"),
@@ -55,14 +56,14 @@ def run(
 ) -> Exit:
     """Watch flocks in the browser: recorded runs, or policies on one flock.
 
-    The served page runs the flock anew as its range slider moves; Ctrl-C stops it.
+    The range slider of the page runs the flock again; Ctrl-C stops the server.
 
     Example: flockesc watch --policies fixed:10 stubborn-leaders --seed 7
     """
     check_output(output, [_PAGE, *_VIDEOS])
     chosen = scenario.build()
     if not isinstance(chosen, FlockScenario):
-        raise ArgumentError("model", "flock", "line")
+        raise ArgumentError("scenario", "a flock", "a line")
     runs = _recorded(files) if files else _played(policies, seed, chosen)
     if not runs:
         raise ArgumentError("policies", "at least one", "none")
@@ -81,8 +82,7 @@ def run(
 
 
 def _write_video(runs: _Runs, path: Path, *, always: bool) -> None:
-    for module in ("pygame", "imageio_ffmpeg"):
-        require(module, "video", "output")
+    require("video", ["pygame", "imageio_ffmpeg"])
     from flockesc_env.render.video import write_video
 
     frames = max(run.scenario.num_steps for _, run in runs) + 1
@@ -98,7 +98,7 @@ def _played(policies: tuple[str, ...], seed: int, scenario: FlockScenario) -> _R
 def _recorded(files: tuple[Path, ...]) -> _Runs:
     runs = []
     for path in files:
-        record = records.load(path)
+        record = records.load_run(path)
         run = record.trajectory
         if not isinstance(run, Trajectory):
             raise ArgumentError("files", "runs of a flock", f"a line in {path}")

@@ -1,17 +1,28 @@
-"""Errors of the package: inputs that were refused, and calls at the wrong moment."""
+"""The package's exceptions: each names a field, what was expected and what was given."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
 
 from gymnasium.error import ResetNeeded
 
 _LONGEST = 300
-"""Characters of what came that an error shows."""
+"""Characters of a value that an error shows."""
 
 
 def shown(value: object) -> str:
-    """Return what came as an error shows it: its ``repr``, cut off where it is long."""
+    """Return the ``repr`` of a value, cut after 300 characters."""
     try:
         return _cut(repr(value))
     except (ValueError, RecursionError):  # an integer of thousands of digits, lists in lists
         return f"something too long to show, of type {type(value).__name__}"
+
+
+def shown_name(name: object, known: Iterable[str]) -> str:
+    """Return an unknown name as an error shows it, with the nearest known name if one is similar."""
+    nearest = get_close_matches(name, known, n=1) if isinstance(name, str) else []
+    return f"{shown(name)} (did you mean {nearest[0]}?)" if nearest else shown(name)
 
 
 def _cut(text: str) -> str:
@@ -19,16 +30,16 @@ def _cut(text: str) -> str:
 
 
 class FlockescError(Exception):
-    """Base class of the errors that this package raises."""
+    """Base class of the package's exceptions. The call that raises one has changed nothing."""
 
 
 class InputError(FlockescError, ValueError):
-    """An input that was refused; nothing has changed.
+    """An input that was refused.
 
     Attributes:
-        field: name or path of what was refused, for example ``predators[0].pure_pursuit.max_turn_rate``.
+        field: name or path of the rejected value, for example ``predators[0].pure_pursuit.max_turn_rate``.
         expected: what would have been accepted.
-        given: what came, as text.
+        given: the rejected value, as text.
     """
 
     def __init__(self, field: str, expected: str, given: object) -> None:
@@ -45,11 +56,11 @@ class InputError(FlockescError, ValueError):
 
 
 class ScenarioError(InputError):
-    """A scenario does not fit its schema or bounds."""
+    """A field of a scenario is unknown, has the wrong type or is out of bounds."""
 
 
 class OptionError(InputError):
-    """An option of an environment is unknown or out of bounds."""
+    """An option of an environment is unknown, has the wrong type or is out of bounds."""
 
 
 class ArgumentError(InputError):
@@ -57,11 +68,11 @@ class ArgumentError(InputError):
 
 
 class ActionError(ArgumentError):
-    """An action is outside of the action space or addresses an unknown agent."""
+    """An action is outside the action space, or belongs to an unknown agent."""
 
 
 class RecordError(InputError):
-    """A file does not hold what was expected of it."""
+    """A file is damaged or does not contain what the call reads."""
 
 
 class EpisodeError(FlockescError, RuntimeError):

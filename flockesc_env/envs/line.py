@@ -18,7 +18,7 @@ from flockesc_env.episodes.seeds import Schedule, fresh_seed
 from flockesc_env.episodes.views import LineView
 from flockesc_env.policies.rollout_line import line_policy_spec
 from flockesc_env.render import line_viewer
-from flockesc_env.scenario.flock import LineScenario
+from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_scenario
 
 if TYPE_CHECKING:

@@ -12,7 +12,9 @@ from flockesc_env.common.checks import as_policy, as_seed
 from flockesc_env.common.errors import ResetNeededError, ScenarioError
 from flockesc_env.envs._base import CommonArguments, OneFlock
 from flockesc_env.episodes.batch import Observations, infos, is_over
-from flockesc_env.policies.ranges import FixedRange, Policy
+from flockesc_env.episodes.memory import reset_policy
+from flockesc_env.policies.base import Policy
+from flockesc_env.policies.ranges import FixedRange
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.predators import Learned
 from flockesc_env.scenario.presets import as_scenario
@@ -75,6 +77,7 @@ class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.fl
             seed = as_seed(seed)
             super().reset(seed=seed)
         self._flock_observations, columns = self._batch.reset([0], [seed], start)
+        reset_policy(self.flock_policy, np.ones(len(self._flock_observations), bool))
         self._show()
         return self._batch.observe_predators([0])[0], infos(columns)[0]
 

@@ -22,6 +22,7 @@ from flockesc_env.common.checks import (
     as_threads,
 )
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
 from flockesc_env.episodes.seeds import fresh_seed
@@ -96,6 +97,7 @@ class FlockBatch:
                 kinds = ", ".join(type(predator).__name__ for predator in scenario.predators)
                 raise ArgumentError("predator_policy", expected, kinds or "no predator")
         self._predator_policy = predator_policy
+        self._begun: list[int] = []  # slots whose episode began since the predator policy's last action
         self.options = options
         self.num_flocks = as_count(num_flocks, "num_flocks", most=MAX_FLOCKS)
         self.rows = scenario.num_agents if per_agent else 1
@@ -158,7 +160,9 @@ class FlockBatch:
         Returns:
             Observations (len(slots) * rows, entries) and columns of ``info``, of ``slots`` only.
         """
-        return self._core.reset(slots, seeds or [None] * len(slots), **start)
+        began = self._core.reset(slots, seeds or [None] * len(slots), **start)
+        self._begun += slots
+        return began
 
     def step(
         self,
@@ -191,7 +195,10 @@ class FlockBatch:
         """
         if predator_actions is None:
             predator_actions = self._predator_actions()
-        return self._core.step(actions, label, at_end, out, predator_actions)
+        step = self._core.step(actions, label, at_end, out, predator_actions)
+        if at_end == "restart":
+            self._begun += np.flatnonzero(step[2]).tolist()
+        return step
 
     def step_one(self, action: Any) -> tuple[Observations, float, bool, dict[str, Any]]:
         """Step a batch of one row, as ``step``.
@@ -274,6 +281,7 @@ class FlockBatch:
         for other in set(range(self.num_flocks)).difference(chosen):
             self._core.has_ended(other)  # raises if it was never reset
         self._core.set_state(chosen, as_bytes(state, "state"))
+        self._begun += chosen  # a predator policy's memory is not part of a state
         return chosen
 
     def _slots(self, slots: Any) -> list[int]:
@@ -293,6 +301,10 @@ class FlockBatch:
         if self._predator_policy is None:
             return None
         observations = self._core.observe_predators(range(self.num_flocks))
+        if self._begun:
+            begins = np.isin(np.arange(self.num_flocks), self._begun)
+            reset_policy(self._predator_policy, np.repeat(begins, self.predator_policy_spec.count))
+            self._begun = []
         actions = self._predator_policy.act(observations, self.predator_policy_spec)
         return self.predator_policy_spec.plain(actions, len(observations), "actions of the predator policy")
 

@@ -92,7 +92,7 @@ class PredatorPolicySpec:
 class PredatorPolicy(Protocol):
     """Anything that turns observation rows of learned predators into their actions.
 
-    ``SB3Policy`` follows it, too.
+    ``SB3Policy`` follows it, too. A policy with a memory also has ``reset(rows)``.
     """
 
     def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:

@@ -1,4 +1,4 @@
-"""Recorded runs in files: columns of numbers (npz) with the scenario, the seed and the versions."""
+"""Record files: runs as arrays (npz) with the scenario, the seed and the versions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from flockesc_env.common.array_files import read_document, write_document
 from flockesc_env.common.checks import as_instance, as_path, as_text
 from flockesc_env.common.errors import RecordError, shown
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run, simulate, simulate_line
-from flockesc_env.scenario.flock import FlockScenario, LineScenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.predators import Learned
 
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
@@ -25,12 +26,12 @@ _ORIGIN = ("seed", "is_start_given")
 
 
 @dataclass(frozen=True, eq=False)
-class Record:
+class RecordedRun:
     """A run as read from a file.
 
     Attributes:
         trajectory: the run.
-        name: what it was saved under, for example that of its policy; may be empty.
+        name: the name given to ``save_run``, for example that of a policy; may be empty.
         versions: of Python and of the packages that it was recorded with.
     """
 
@@ -44,15 +45,15 @@ def versions() -> dict[str, str]:
     return {"python": python_version(), **{name: version(name) for name in _PACKAGES}}
 
 
-def save(trajectory: Trajectory | LineTrajectory, path: str | Path, *, name: str = "") -> None:
+def save_run(trajectory: Trajectory | LineTrajectory, path: str | Path, *, name: str = "") -> None:
     """Write a run to a file, one array per attribute.
 
     An older file stays whole until the new one is complete.
 
     Args:
         trajectory: the run.
-        path: where to.
-        name: what to call it, for example after its policy.
+        path: path of the file.
+        name: a name for the run, for example that of its policy.
 
     Raises:
         ArgumentError: naming the argument of a wrong type.
@@ -71,14 +72,14 @@ def save(trajectory: Trajectory | LineTrajectory, path: str | Path, *, name: str
     write_document(file_path, header, columns)
 
 
-def load(path: str | Path) -> Record:
-    """Read a run that ``save`` wrote; nothing in the file is executed.
+def load_run(path: str | Path) -> RecordedRun:
+    """Read a run that ``save_run`` wrote; nothing in the file is executed.
 
     Raises:
-        ArgumentError: for what is no path.
+        ArgumentError: if ``path`` is not a path.
         FileNotFoundError: if there is no such file.
-        RecordError: naming what is missing or of a wrong form; the file may be cut off or be something else.
-        ScenarioError: if the scenario is none of this version's.
+        RecordError: naming the part that is missing or of a wrong form.
+        ScenarioError: if this version does not know the scenario.
     """
     path = as_path(path)
     header, columns = read_document(path, "a recorded run (npz)")
@@ -89,11 +90,11 @@ def load(path: str | Path) -> Record:
     except (ValueError, KeyError, TypeError) as error:
         expected = "model, scenario, seed, is_start_given, name and versions"
         raise RecordError("header", expected, repr(error)) from None
-    return Record(_trajectory(model.from_json(scenario), origin, columns), name, recorded_with)
+    return RecordedRun(_trajectory(model.from_json(scenario), origin, columns), name, recorded_with)
 
 
-def replay(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTrajectory:
-    """Run the model again: from the seed and, where the start was given, from the recorded one."""
+def replay_run(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTrajectory:
+    """Run the model again from the recorded seed and, if the start was given, from the recorded start."""
     as_run(trajectory, "trajectory")
     seed, is_given = trajectory.seed, trajectory.is_start_given
     if isinstance(trajectory, LineTrajectory):
@@ -102,7 +103,7 @@ def replay(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTrajecto
         return simulate_line(line, trajectory.interaction_range, seed=seed, initial_state=start)
     return simulate(
         trajectory.scenario,
-        trajectory.interaction_ranges,
+        schedule=trajectory.interaction_ranges,
         seed=seed,
         initial_positions=trajectory.positions[0] if is_given else None,
         initial_velocities=trajectory.velocities[0] if is_given else None,
@@ -110,8 +111,8 @@ def replay(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTrajecto
     )
 
 
-def differences(recorded: Trajectory | LineTrajectory, again: Trajectory | LineTrajectory) -> list[str]:
-    """Return a line per column in which two runs of one scenario differ; none if all bits are equal."""
+def run_differences(recorded: Trajectory | LineTrajectory, again: Trajectory | LineTrajectory) -> list[str]:
+    """Return one line per column in which two runs of a scenario differ; an empty list if none does."""
     as_instance(again, "again", type(as_run(recorded, "recorded")))
     found = []
     for name in _columns(type(recorded)):

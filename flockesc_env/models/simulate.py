@@ -1,20 +1,21 @@
-"""The two models as functions: one run, everything recorded."""
+"""Simulate the flock or the line once and return the whole run."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_floats, as_instance, as_seed, as_threads
+from flockesc_env.common.checks import FloatArray, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.episodes.seeds import fresh_seed
-from flockesc_env.scenario.flock import FlockScenario, LineScenario
+from flockesc_env.scenario.flock import FlockScenario, LineScenario, as_model
 from flockesc_env.scenario.predators import Learned
+from flockesc_env.scenario.presets import as_scenario, preset
 
 IntArray = NDArray[np.int64]
 
@@ -24,9 +25,9 @@ class Trajectory:
     """A run of the flock: T steps, one entry per time 0..T. Lengths in m, speeds in m/s, times in s.
 
     Attributes:
-        scenario: the flock model's parameters, as drawn where it draws any.
-        seed: the seed of everything random: of what of the start was not given, and of the predators.
-        is_start_given: whether any of r(0) and v(0) was given; otherwise all of the run came from the seed.
+        scenario: the flock model's parameters, with the drawn values of those that are randomized.
+        seed: the seed of everything random: the initial state as far as it was not given, and the predators.
+        is_start_given: whether r(0) or v(0) was given; otherwise the whole run follows from the seed.
         times: shape (T + 1,).
         interaction_ranges: rho in every step, shape (T, 1) or, with one range per agent, (T, n).
         predator_actions: of the L learned predators in every step, shape (T, L, D).
@@ -40,8 +41,8 @@ class Trajectory:
             that begins at each time, at T of the step that has ended, shape (T + 1,).
         polarization: norm of the mean heading in [0, 1], shape (T + 1,).
         fraction_surviving: share of the agents that were not caught, shape (T + 1,).
-        caught_at: the step, 1..T, that caught each agent, or -1, shape (n,). From that time on it rests where
-            it was caught, with velocity 0, and no mean, minimum or count takes it in.
+        caught_at: the step, 1..T, that caught each agent, or -1, shape (n,). From then on the agent rests
+            where it was caught, with velocity 0, and means, minima and counts leave it out.
     """
 
     scenario: FlockScenario
@@ -100,7 +101,7 @@ def as_run(value: Any, field: str) -> Trajectory | LineTrajectory:
 
 
 def as_runs(value: Any) -> list[tuple[str, Trajectory]]:
-    """Return named runs of flocks, of which there is at least one.
+    """Return a list of at least one named run of a flock.
 
     Raises:
         ArgumentError: for anything else.
@@ -118,27 +119,68 @@ def as_runs(value: Any) -> list[tuple[str, Trajectory]]:
     return list(value)
 
 
+def named_scenario(value: Any) -> FlockScenario | LineScenario:
+    """Return a scenario: ``value`` itself, or the preset of that name.
+
+    Raises:
+        ArgumentError: if it is neither a scenario nor a name.
+        ScenarioError: if no preset has that name.
+    """
+    return preset(value) if isinstance(value, str) else as_model(value)
+
+
+@overload
 def simulate(
     scenario: FlockScenario,
-    interaction_range: ArrayLike,
+    interaction_range: ArrayLike | None = None,
     *,
+    schedule: ArrayLike | None = None,
     seed: int | None = None,
     initial_positions: ArrayLike | None = None,
     initial_velocities: ArrayLike | None = None,
     predator_actions: ArrayLike | None = None,
     num_threads: int | None = None,
-) -> Trajectory:
-    """Run a flock for ``scenario.num_steps`` steps.
+) -> Trajectory: ...
+@overload
+def simulate(
+    scenario: LineScenario, interaction_range: float, *, seed: int | None = None
+) -> LineTrajectory: ...
+@overload
+def simulate(
+    scenario: str,
+    interaction_range: ArrayLike | None = None,
+    *,
+    schedule: ArrayLike | None = None,
+    seed: int | None = None,
+    initial_positions: ArrayLike | None = None,
+    initial_velocities: ArrayLike | None = None,
+    predator_actions: ArrayLike | None = None,
+    num_threads: int | None = None,
+) -> Any: ...  # the model is known once the name is looked up
+def simulate(
+    scenario: FlockScenario | LineScenario | str,
+    interaction_range: ArrayLike | None = None,
+    *,
+    schedule: ArrayLike | None = None,
+    seed: int | None = None,
+    initial_positions: ArrayLike | None = None,
+    initial_velocities: ArrayLike | None = None,
+    predator_actions: ArrayLike | None = None,
+    num_threads: int | None = None,
+) -> Trajectory | LineTrajectory:
+    """Run a flock for ``scenario.num_steps`` steps, or a line until its steady state.
+
+    A line takes ``interaction_range`` and ``seed`` alone; ``simulate_line`` also takes its initial state.
 
     Args:
-        scenario: the flock model's parameters.
-        interaction_range: rho in m: a scalar; (n,), one per agent; or a schedule with a row per step, (T,)
-            or (T, n). Where n = T, write one range per agent as (1, n) and a schedule as (T, 1).
+        scenario: the model's parameters, or a preset's name; its class decides which model runs.
+        interaction_range: rho in m: a scalar, or (n,), one per agent. Either this or ``schedule``.
+        schedule: rho in m for every step, shape (T, 1), the same for all agents, or (T, n), one per agent.
         seed: seed of the initial state, of the predators and of what the scenario draws, the same flock as
-            ``env.reset(seed=seed)``; ``None``: a new one.
-        initial_positions: r(0) in m, shape (n, D), in place of those of the seed.
-        initial_velocities: v(0) in m/s, shape (n, D), likewise. With constant speed an agent is brought to
-            speed v0 by its first step.
+            ``env.reset(seed=seed)``; ``None``: a seed from the operating system.
+        initial_positions: r(0) in m, shape (n, D), instead of those of the seed.
+        initial_velocities: v(0) in m/s, shape (n, D), instead of those of the seed. With constant speed an
+            agent reaches speed v0 in its first step.
         predator_actions: of the L learned predators in every step, shape (T, L, D), in [-1, 1]; ``None``: 0,
             they fly straight on.
         num_threads: threads over which a large flock is spread; ``None``: one per core. The results do not
@@ -146,9 +188,22 @@ def simulate(
 
     Raises:
         ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
+        ScenarioError: if no preset has the name.
     """
-    as_instance(scenario, "scenario", FlockScenario)
-    shape = (scenario.num_agents, scenario.dimension)
+    model = named_scenario(scenario)
+    if isinstance(model, LineScenario):
+        given = {
+            "schedule": schedule,
+            "initial_positions": initial_positions,
+            "initial_velocities": initial_velocities,
+            "predator_actions": predator_actions,
+            "num_threads": num_threads,
+        }
+        for name, value in given.items():
+            if value is not None:
+                raise ArgumentError(name, "None for a line", shown(value))
+        return simulate_line(model, interaction_range, seed=seed)  # type: ignore[arg-type]  # checked there
+    shape = (model.num_agents, model.dimension)
     positions = (
         None if initial_positions is None else as_floats(initial_positions, "initial_positions", shape)
     )
@@ -156,58 +211,58 @@ def simulate(
         None if initial_velocities is None else as_floats(initial_velocities, "initial_velocities", shape)
     )
     start = _seed(seed)
-    ranges = _schedule(interaction_range, scenario)
+    ranges = _ranges(interaction_range, schedule, model)
     threads = as_threads(num_threads)
-    learned = sum(isinstance(predator, Learned) for predator in scenario.predators)
-    steered = (scenario.num_steps, learned, scenario.dimension)
-    controls = (
+    learned = sum(isinstance(predator, Learned) for predator in model.predators)
+    steered = (model.num_steps, learned, model.dimension)
+    accelerations = (
         np.zeros(steered)
         if predator_actions is None
         else as_floats(predator_actions, "predator_actions", steered)
     )
-    document = scenario.to_json()
-    run = _core.simulate_flock(document, ranges, start, positions, velocities, threads, controls)
+    document = model.to_json()
+    run = _core.simulate_flock(document, ranges, start, positions, velocities, threads, accelerations)
     with np.errstate(over="ignore"):
-        times: FloatArray = np.arange(scenario.num_steps + 1) * np.float64(scenario.time_step)
-    in_force = np.broadcast_to(ranges, (scenario.num_steps, ranges.shape[1])).copy()
+        times: FloatArray = np.arange(model.num_steps + 1) * np.float64(model.time_step)
+    in_force = np.broadcast_to(ranges, (model.num_steps, ranges.shape[1])).copy()
     return Trajectory(
-        scenario=scenario.drawn(start),
+        scenario=model.drawn(start),
         seed=start,
         is_start_given=positions is not None or velocities is not None,
         times=times,
         interaction_ranges=in_force,
-        predator_actions=controls,
+        predator_actions=accelerations,
         **run,
     )
 
 
 def simulate_line(
-    scenario: LineScenario,
+    scenario: LineScenario | str,
     interaction_range: float,
     *,
     seed: int | None = None,
     initial_state: ArrayLike | None = None,
 ) -> LineTrajectory:
-    """Run a line under one range until it stands still, or for ``scenario.max_steps`` steps.
+    """Run a line under one range until its steady state, or for ``scenario.max_steps`` steps.
 
     Args:
-        scenario: the line model's parameters.
+        scenario: the line model's parameters, or a preset's name.
         interaction_range: rho.
-        seed: seed of x(0) ~ U[0, 1]^n; ``None``: a new one.
-        initial_state: x(0), shape (n,), in place of that of the seed.
+        seed: seed of x(0) ~ U[0, 1]^n; ``None``: a seed from the operating system.
+        initial_state: x(0), shape (n,), instead of that of the seed.
 
     Raises:
         ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
+        ScenarioError: if no preset of a line has the name.
     """
-    as_instance(scenario, "scenario", LineScenario)
-    states = (
-        None if initial_state is None else as_floats(initial_state, "initial_state", (scenario.num_agents,))
-    )
+    model = as_scenario(scenario, LineScenario) if isinstance(scenario, str) else scenario
+    as_instance(model, "scenario", LineScenario)
+    states = None if initial_state is None else as_floats(initial_state, "initial_state", (model.num_agents,))
     start = _seed(seed)
     rho = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
-    run: dict[str, Any] = _core.simulate_line(scenario.to_json(), rho, start, states)
+    run: dict[str, Any] = _core.simulate_line(model.to_json(), rho, start, states)
     return LineTrajectory(
-        scenario=scenario, seed=start, is_start_given=states is not None, interaction_range=rho, **run
+        scenario=model, seed=start, is_start_given=states is not None, interaction_range=rho, **run
     )
 
 
@@ -215,21 +270,21 @@ def _seed(seed: int | None) -> int:
     return fresh_seed() if seed is None else as_seed(seed)
 
 
-def _schedule(interaction_range: ArrayLike, scenario: FlockScenario) -> FloatArray:
-    """Bring a range of any accepted shape to (1 or T, 1 or n)."""
-    ranges = as_floats(interaction_range, "interaction_range", least=0.0)
+def _ranges(
+    interaction_range: ArrayLike | None, schedule: ArrayLike | None, scenario: FlockScenario
+) -> FloatArray:
+    """Return the ranges as the core takes them, of shape (1 or T, 1 or n)."""
+    if (interaction_range is None) == (schedule is None):
+        given = "neither" if schedule is None else "both"
+        raise ArgumentError("interaction_range", "either interaction_range or schedule", given)
     agents, steps = scenario.num_agents, scenario.num_steps
-    if ranges.ndim == 0:
-        return ranges.reshape(1, 1)
-    if ranges.ndim == 1:
-        if agents == steps and len(ranges) == agents > 1:
-            expected = f"shape (1, {agents}) or ({steps}, 1), as there are as many agents as steps"
+    if schedule is None:
+        ranges = as_floats(interaction_range, "interaction_range", least=0.0)
+        if ranges.shape not in {(), (agents,)}:
+            expected = f"a scalar or shape ({agents},)"
             raise ArgumentError("interaction_range", expected, f"shape {ranges.shape}")
-        if len(ranges) == agents:
-            return ranges.reshape(1, -1)
-        if len(ranges) == steps:
-            return ranges.reshape(-1, 1)
-    if ranges.ndim == 2 and ranges.shape[0] in {1, steps} and ranges.shape[1] in {1, agents}:
-        return ranges
-    expected = f"a scalar or shape ({agents},), ({steps},) or ({steps}, {agents})"
-    raise ArgumentError("interaction_range", expected, f"shape {ranges.shape}")
+        return np.atleast_2d(ranges)
+    ranges = as_floats(schedule, "schedule", least=0.0)
+    if ranges.shape not in {(steps, 1), (steps, agents)}:
+        raise ArgumentError("schedule", f"shape ({steps}, 1) or ({steps}, {agents})", f"shape {ranges.shape}")
+    return ranges

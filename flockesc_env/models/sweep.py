@@ -1,11 +1,11 @@
-"""The paper's grid search: every range on every initial state, the same states for every range."""
+"""Grid search over fixed ranges: every range on the same initial states."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, overload
+from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,9 +21,10 @@ from flockesc_env.common.checks import (
     as_threads,
 )
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.extras import require
 from flockesc_env.common.files import atomic_write
-from flockesc_env.models.simulate import IntArray
-from flockesc_env.scenario.flock import FlockScenario, LineScenario, as_model
+from flockesc_env.models.simulate import IntArray, named_scenario
+from flockesc_env.scenario.flock import FlockScenario, LineScenario
 
 if TYPE_CHECKING:
     import polars as pl
@@ -88,6 +89,7 @@ class SweepResult:
         Raises:
             ArgumentError: for a single seed, or a confidence that is not between 0 and 1.
         """
+        require("analysis", ["scipy"])
         from scipy.stats import bootstrap  # heavy and optional: not imported with the package
 
         values = self.values(objective)
@@ -110,6 +112,7 @@ class SweepResult:
 
     def table(self) -> pl.DataFrame:
         """Return one row per run: range, seed, outcomes. Needs the ``analysis`` extra."""
+        require("analysis", ["polars"])
         import polars as pl
 
         columns = [*self.objectives.values(), "num_components"]
@@ -188,8 +191,17 @@ def sweep(
     num_threads: int | None = None,
     progress: Progress | None = None,
 ) -> LineSweepResult: ...
+@overload
 def sweep(
-    scenario: FlockScenario | LineScenario,
+    scenario: str,
+    interaction_ranges: ArrayLike,
+    seeds: Iterable[int],
+    *,
+    num_threads: int | None = None,
+    progress: Progress | None = None,
+) -> Any: ...  # the model is known once the name is looked up
+def sweep(
+    scenario: FlockScenario | LineScenario | str,
     interaction_ranges: ArrayLike,
     seeds: Iterable[int],
     *,
@@ -199,7 +211,7 @@ def sweep(
     """Run every range on the initial state of every seed.
 
     Args:
-        scenario: the model's parameters; its class decides which model runs.
+        scenario: the model's parameters, or a preset's name; its class decides which model runs.
         interaction_ranges: shape (ranges,), in m for the flock.
         seeds: seed k is the initial state of ``simulate(seed=k)`` and ``env.reset(seed=k)``.
         num_threads: threads to use; ``None``: one per core. The results do not depend on it.
@@ -208,8 +220,9 @@ def sweep(
 
     Raises:
         ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
+        ScenarioError: if no preset has the name.
     """
-    as_model(scenario)
+    model = named_scenario(scenario)
     ranges = as_floats(interaction_ranges, "interaction_ranges", least=0.0)
     if ranges.ndim != 1 or not ranges.size:
         raise ArgumentError("interaction_ranges", "shape (k,) with k >= 1", f"shape {ranges.shape}")
@@ -217,9 +230,9 @@ def sweep(
     threads, progress = as_threads(num_threads), as_callback(progress)
     total = ranges.size * checked.size
     report = None if progress is None else lambda done: progress(done, total)
-    document = scenario.to_json()
-    if isinstance(scenario, FlockScenario):
+    document = model.to_json()
+    if isinstance(model, FlockScenario):
         flocks = _core.sweep_flock(document, ranges, checked, threads, report)
-        return FlockSweepResult(scenario, ranges, checked, **flocks)
+        return FlockSweepResult(model, ranges, checked, **flocks)
     lines = _core.sweep_line(document, ranges, checked, threads, report)
-    return LineSweepResult(scenario, ranges, checked, **lines)
+    return LineSweepResult(model, ranges, checked, **lines)

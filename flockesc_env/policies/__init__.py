@@ -1,26 +1,34 @@
 """Policies that set interaction ranges or steer predators, by name and in files, and rollouts of them."""
 
+from flockesc_env.episodes.spaces import PolicySpec
+from flockesc_env.policies.base import Policy, RowMemory, bind
+from flockesc_env.policies.files import find_policy, load_policy, save_policy
+from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.predators import FlyStraight, Pursue
-from flockesc_env.policies.ranges import (
-    FixedRange,
-    Policy,
-    RandomRange,
-    SB3Policy,
-    ScheduledRange,
-    StubbornLeaders,
-    StubbornWitnesses,
-    bind,
-)
+from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
+from flockesc_env.policies.registry import NAMES, NamedPolicy, built_in
+from flockesc_env.policies.rules import StubbornLeaders, StubbornWitnesses
+from flockesc_env.policies.sb3 import SB3Policy
 
 __all__ = [
+    "NAMES",
+    "Architecture",
     "FixedRange",
     "FlyStraight",
+    "NamedPolicy",
+    "NetworkPolicy",
     "Policy",
+    "PolicySpec",
     "Pursue",
     "RandomRange",
+    "RowMemory",
     "SB3Policy",
     "ScheduledRange",
     "StubbornLeaders",
     "StubbornWitnesses",
     "bind",
+    "built_in",
+    "find_policy",
+    "load_policy",
+    "save_policy",
 ]

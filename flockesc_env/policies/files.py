@@ -1,4 +1,4 @@
-"""Policies in files: the numbers of a network or of a rule, with the options that it was made for."""
+"""Policy files: the parameters of a network or a rule, with the options that it was made for."""
 
 from __future__ import annotations
 
@@ -13,63 +13,63 @@ from flockesc_env.common.errors import ArgumentError, RecordError, ScenarioError
 from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.models.records import versions
 from flockesc_env.policies.network import Architecture, NetworkPolicy
-from flockesc_env.policies.ranges import StubbornWitnesses
 from flockesc_env.policies.registry import NAMES, NamedPolicy, built_in
+from flockesc_env.policies.rules import StubbornWitnesses
 from flockesc_env.scenario.flock import FlockScenario, LineScenario
 
 SUFFIX = ".npz"
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
 
-
 Stored = NetworkPolicy | StubbornWitnesses
-"""Policies that are numbers: those that can be in a file."""
+"""Policies that are arrays of parameters, which files can hold."""
 
 
-def save_policy(contender: NamedPolicy, path: str | Path) -> None:
-    """Write a policy and what it was made for to a file; an older one stays whole until this is complete.
+def save_policy(policy: NamedPolicy, path: str | Path) -> None:
+    """Write a policy and what it was made for to a file; an older file stays whole until this is complete.
 
     Args:
-        contender: one network or rule (``Stored``), with the scenario that it was trained in.
-        path: where to.
+        policy: a ``NetworkPolicy`` or ``StubbornWitnesses``, with the scenario that it was trained in.
+        path: path of the file.
 
     Raises:
-        ArgumentError: for what is no contender or no path.
-        RecordError: if it is another policy, or its scenario or an option is not known.
+        ArgumentError: if an argument has a wrong type.
+        RecordError: if the policy is of another class, or its scenario or an option is unknown.
     """
     file_path = as_path(path)
-    as_instance(contender, "contender", NamedPolicy)
-    policy, scenario = contender.policy, contender.scenario
-    if not isinstance(policy, Stored) or policy.parameters.ndim != 1 or scenario is None:
-        raise RecordError("contender", "one network or rule and its scenario", type(policy).__name__)
+    as_instance(policy, "policy", NamedPolicy)
+    inner, scenario = policy.policy, policy.scenario
+    if not isinstance(inner, Stored) or scenario is None:
+        expected = "a NetworkPolicy or StubbornWitnesses with its scenario"
+        raise RecordError("policy", expected, type(inner).__name__)
     header = {
-        "name": contender.name,
+        "name": policy.name,
         "model": "flock" if isinstance(scenario, FlockScenario) else "line",
         "scenario": json.loads(scenario.to_json()),
-        "per_agent": contender.per_agent,
-        "options": contender.options,
+        "per_agent": policy.per_agent,
+        "options": policy.options,
         "architecture": (
-            dataclasses.asdict(policy.architecture) if isinstance(policy, NetworkPolicy) else None
+            dataclasses.asdict(inner.architecture) if isinstance(inner, NetworkPolicy) else None
         ),
         "versions": versions(),
     }
     try:
-        write_document(file_path, header, {"parameters": policy.parameters})
+        write_document(file_path, header, {"parameters": inner.parameters})
     except TypeError as error:
-        raise RecordError("contender.options", "plain numbers and texts", error) from None
+        raise RecordError("policy.options", "plain numbers and texts", error) from None
 
 
 def load_policy(path: str | Path) -> NamedPolicy:
     """Read a policy that ``save_policy`` wrote; nothing in the file is executed.
 
     Raises:
-        ArgumentError: for what is no path.
+        ArgumentError: if ``path`` is not a path.
         FileNotFoundError: if there is no such file.
-        RecordError: if the file is cut off or something else.
-        ScenarioError: if the scenario or the options are none of this version's.
+        RecordError: if the file is not a complete policy.
+        ScenarioError: if this version does not know the scenario or an option.
     """
     header, arrays = read_document(as_path(path), "a policy")
     try:
-        return _contender(header, arrays["parameters"])
+        return _named_policy(header, arrays["parameters"])
     except ScenarioError:
         raise
     except (AttributeError, KeyError, TypeError, ValueError) as error:
@@ -77,11 +77,11 @@ def load_policy(path: str | Path) -> NamedPolicy:
 
 
 def find_policy(spec: str, argument: str = "policies") -> NamedPolicy:
-    """Return a policy by the name of a built-in one, or by its file.
+    """Return a built-in policy by its name, or the policy in a file.
 
     Args:
         spec: one of ``flockesc_env.policies.registry.NAMES``, or a path of a ``save_policy`` file.
-        argument: what an error calls the argument that the name came in.
+        argument: name of the argument in an error.
 
     Raises:
         ArgumentError: if there is neither such a policy nor such a file.
@@ -94,12 +94,12 @@ def find_policy(spec: str, argument: str = "policies") -> NamedPolicy:
     return load_policy(spec)
 
 
-def _contender(header: dict[str, Any], parameters: Any) -> NamedPolicy:
+def _named_policy(header: dict[str, Any], parameters: Any) -> NamedPolicy:
     name, per_agent, options = header["name"], header["per_agent"], header["options"]
     if not isinstance(name, str) or not isinstance(per_agent, bool):
         raise RecordError("header", "a text as name, true or false as per_agent", f"{name!r}, {per_agent!r}")
     scenario = _MODELS[header["model"]].from_json(json.dumps(header["scenario"]))
-    (EnvOptions if isinstance(scenario, FlockScenario) else LineOptions)(**options)  # refuses what is none
+    (EnvOptions if isinstance(scenario, FlockScenario) else LineOptions)(**options)  # refuses unknown options
     policy = _policy(header["architecture"], parameters)
     return NamedPolicy(name, policy, per_agent=per_agent, options=options, scenario=scenario)
 

@@ -1,8 +1,8 @@
-"""Small neural networks as policies, in NumPy alone: one, or a whole population stepped at once."""
+"""Small neural networks as policies, in NumPy alone."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Literal, get_args
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats, as_instance, as_text
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec
-from flockesc_env.policies.ranges import Observations
+from flockesc_env.policies.base import Observations, RowMemory
 
 Parameters = NDArray[np.float32]
 Squash = Literal["clip", "tanh"]
@@ -28,8 +28,8 @@ class Architecture:
         hidden: width of every hidden layer.
         memory: numbers in [-1, 1] that the network writes after every action and reads before the next;
             zeros where an episode begins.
-        mirror: whether agents see the world such that the predator is on their left (``mirrored``).
-        squash: how the action is brought into [-1, 1]: cut off, or by tanh.
+        mirror: whether agents see the world reflected such that the predator is on their left (``mirrored``).
+        squash: how the action is brought into [-1, 1]: clipped, or by tanh.
 
     Raises:
         ArgumentError: naming the attribute that is out of bounds.
@@ -64,38 +64,30 @@ class Architecture:
         return sum((rows + 1) * columns for rows, columns in self.shapes)
 
 
-class NetworkPolicy:
-    """Networks of one architecture; needs ``action_mode="normalized"``.
+class NetworkPolicy(RowMemory):
+    """A network that sets ranges; needs ``action_mode="normalized"``.
 
     Args:
-        architecture: what the networks see and how they are built.
-        parameters: of one network, shape (size,), or of several, (networks, size). Several share the rows of
-            an observation in equal, consecutive parts.
+        architecture: what the network sees and how it is built.
+        parameters: shape (architecture.size,).
     """
 
     def __init__(self, architecture: Architecture, parameters: ArrayLike) -> None:
         as_instance(architecture, "architecture", Architecture)
-        with np.errstate(over="ignore"):  # what is too large for a float32 is infinite, and refused as that
-            narrow = as_floats(parameters, "parameters").astype(np.float32)
-        given = as_floats(narrow, "parameters")
-        if given.ndim not in {1, 2} or given.shape[-1] != architecture.size or not given.size:
-            expected = f"shape ({architecture.size},) or (networks, {architecture.size})"
-            raise ArgumentError("parameters", expected, f"shape {given.shape}")
+        with np.errstate(over="ignore"):  # too large for a float32: infinite, and refused below
+            narrow = as_floats(parameters, "parameters", (architecture.size,)).astype(np.float32)
         self.architecture = architecture
-        self.parameters: Parameters = given.astype(np.float32)
-        self._layers = list(_layers(architecture, np.atleast_2d(self.parameters)))
-        self._memory: Parameters | None = None
+        self.parameters: Parameters = as_floats(narrow, "parameters").astype(np.float32)
+        self._layers = list(_layers(architecture, self.parameters))
+        self._memory: Parameters = np.zeros((0, architecture.memory), np.float32)
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Let the networks choose.
+        """Choose an action per row.
 
         Raises:
             ArgumentError: if the actions are not normalized ones, an input is not observed or, with a memory,
-                rows appear or vanish within an episode, or if several networks cannot share the rows.
+                rows appear or vanish within an episode.
         """
-        networks = len(self._layers[0][0])
-        if len(observations) % networks:
-            raise ArgumentError("observations", f"rows for {networks} networks", len(observations))
         if spec.actions.mode != "normalized":
             raise ArgumentError("action_mode", "'normalized'", repr(spec.actions.mode))
         columns = [spec.layout.index(name) for name in self.architecture.inputs]
@@ -103,26 +95,19 @@ class NetworkPolicy:
         if self.architecture.mirror:
             _reflect(values, self.architecture.inputs, _sides(observations, spec.layout))
         if self.architecture.memory:
-            values = np.concatenate([values, self._recall(observations, spec)], axis=1)
-        values = values.reshape(networks, -1, values.shape[1])
+            values = np.concatenate([values, self._recall(len(observations))], axis=1)
         for weights, biases in self._layers[:-1]:
             values = np.tanh(values @ weights + biases)
         weights, biases = self._layers[-1]
-        values = (values @ weights + biases).reshape(len(observations), -1)
+        values = values @ weights + biases
         self._memory = np.tanh(values[:, 1:])
         action: NDArray[Any] = values[:, :1]
         return np.tanh(action) if self.architecture.squash == "tanh" else action.clip(-1, 1)
 
-    def forget(self) -> None:
-        """Empty the memory: the next rows begin with zeros."""
-        self._memory = None
-
-    def _recall(self, observations: Observations, spec: PolicySpec) -> Parameters:
-        begins = observations[:, spec.layout.index("time")] == 0
-        if self._memory is None or begins.all():
-            return np.zeros((len(observations), self.architecture.memory), np.float32)
-        if len(self._memory) != len(observations):
-            raise ArgumentError("observations", f"{len(self._memory)} rows as before", len(observations))
+    def _recall(self, count: int) -> Parameters:
+        begins = self._take_begins(count)
+        if begins.all():
+            return np.zeros((count, self.architecture.memory), np.float32)
         return np.where(begins[:, None], 0, self._memory)
 
 
@@ -150,11 +135,11 @@ def _reflect(values: Parameters, names: Sequence[str], sides: Parameters) -> Non
             values[:, column] *= sides
 
 
-def _layers(architecture: Architecture, parameters: Parameters) -> Any:
-    """Yield weights (networks, rows, columns) and biases (networks, 1, columns) of every layer."""
+def _layers(architecture: Architecture, parameters: Parameters) -> Iterator[tuple[Parameters, Parameters]]:
+    """Yield weights (rows, columns) and biases (columns,) of every layer."""
     at = 0
     for rows, columns in architecture.shapes:
-        weights = parameters[:, at : at + rows * columns].reshape(-1, rows, columns)
+        weights = parameters[at : at + rows * columns].reshape(rows, columns)
         at += rows * columns
-        yield weights, parameters[:, None, at : at + columns]
+        yield weights, parameters[at : at + columns]
         at += columns

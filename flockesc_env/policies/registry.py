@@ -1,4 +1,4 @@
-"""Built-in policies by name, each with the view and the options that it is made for."""
+"""Policies with a name: what they were made for, and the built-in ones."""
 
 from __future__ import annotations
 
@@ -6,29 +6,32 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from flockesc_env.common.checks import as_flag, as_instance, as_policy, as_text
+from flockesc_env.common.checks import as_flag, as_instance, as_policy, as_seed, as_text
 from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.models.simulate import Trajectory
-from flockesc_env.policies.ranges import FixedRange, Policy, RandomRange, StubbornLeaders, StubbornWitnesses
-from flockesc_env.policies.rollout import record
+from flockesc_env.policies.base import Policy
+from flockesc_env.policies.playing import record_flock
+from flockesc_env.policies.ranges import FixedRange, RandomRange
+from flockesc_env.policies.rules import StubbornLeaders, StubbornWitnesses
 from flockesc_env.scenario.flock import FlockScenario, LineScenario, as_model
+from flockesc_env.scenario.presets import as_scenario
 
 NAMES = ("fixed:RHO", "random", "stubborn-leaders", "stubborn-leaders-local", "stubborn-witnesses")
-"""What ``built_in`` knows: the same range rho in m for all, ranges at random, the rule of thumb with the
-predator visible at any distance, or only within its range, and the rule made for the latter."""
+"""Names that ``built_in`` knows: one range RHO in m for all agents; random ranges; the rule of thumb with the
+predator visible at any distance, or only within its range; and the rule made for the latter."""
 
 
 @dataclass(frozen=True)
 class NamedPolicy:
-    """A policy with the view and the options that it was made for.
+    """A policy with its name, and the view and options that it was made for.
 
     Attributes:
         name: how tables and figures call it.
         policy: the policy.
         per_agent: whether it sets one range per agent.
         options: environment options (``EnvOptions`` or, for a line, ``LineOptions``).
-        scenario: what it was trained in; ``None``: nothing in particular.
+        scenario: the scenario that it was trained in; ``None``: no particular one.
 
     Raises:
         ArgumentError: naming the attribute of a wrong type.
@@ -48,23 +51,28 @@ class NamedPolicy:
         if self.scenario is not None:
             as_model(self.scenario)
 
-    def record(self, seed: int, scenario: FlockScenario | None = None) -> Trajectory:
-        """Run the policy on one flock and record all of it; see ``flockesc_env.record``.
+    def record(self, seed: int, scenario: FlockScenario | str | None = None) -> Trajectory:
+        """Run the policy on one flock and return all of it; see ``flockesc_env.record``.
+
+        Args:
+            seed: seed of the flock.
+            scenario: the flock model's parameters, or a preset's name; default: the paper's.
 
         Raises:
             ArgumentError: if it was trained on a line.
         """
         if isinstance(self.scenario, LineScenario):
             raise ArgumentError("policy", "one for a flock", f"one for a line, {self.name}")
-        return record(self.policy, seed, scenario=scenario, per_agent=self.per_agent, **self.options)
+        flock, options = as_scenario(scenario, FlockScenario), EnvOptions(**self.options)
+        return record_flock(self.policy, as_seed(seed), flock, options, per_agent=self.per_agent)
 
 
 def built_in(name: str, argument: str = "policies") -> NamedPolicy:
-    """Make a contender of a built-in policy's name.
+    """Return a built-in policy by its name.
 
     Args:
         name: one of ``NAMES``, with a number for RHO.
-        argument: what an error calls the argument that the name came in.
+        argument: name of the argument in an error.
 
     Raises:
         ArgumentError: if there is no such policy.
@@ -86,7 +94,7 @@ def built_in(name: str, argument: str = "policies") -> NamedPolicy:
 
 
 def _range(text: str) -> float | None:
-    """Return a range in m, or ``None`` if the text is none."""
+    """Return a range in m, or ``None`` if the text is not a finite number >= 0."""
     try:
         rho = float(text)
     except ValueError:

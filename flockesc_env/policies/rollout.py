@@ -1,171 +1,169 @@
-"""Whole episodes under a policy, one per seed."""
+"""Run a policy, given as an object, a name or a file: episodes of many seeds, or one recorded run."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any, Unpack
+from collections.abc import Callable, Iterable
+from typing import Any, overload
 
-import numpy as np
-from numpy.typing import NDArray
-
-from flockesc_env.common.checks import FloatArray, as_callback, as_count, as_policy, as_seed, as_seeds
-from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import EnvOptionsDict, env_options
-from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
-from flockesc_env.models.simulate import IntArray, Trajectory, simulate
-from flockesc_env.policies.ranges import Observations, Policy
-from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.common.checks import as_callback, as_count, as_flag, as_policy, as_seed, as_seeds
+from flockesc_env.common.errors import ArgumentError, shown
+from flockesc_env.episodes.options import EnvOptions, LineOptions
+from flockesc_env.episodes.predators import PredatorPolicy
+from flockesc_env.models.simulate import Trajectory, named_scenario
+from flockesc_env.policies.base import Policy, is_per_agent
+from flockesc_env.policies.files import find_policy
+from flockesc_env.policies.playing import Episodes, play_flocks, record_flock
+from flockesc_env.policies.registry import NamedPolicy
+from flockesc_env.policies.rollout_line import LineEpisodes, play_lines
+from flockesc_env.scenario.flock import FlockScenario, LineScenario
 from flockesc_env.scenario.presets import as_scenario
 
+AnyPolicy = Policy | NamedPolicy | str
+"""A policy, one with its options, the name of a built-in one, or a file of ``save_policy``."""
 
-@dataclass(frozen=True, eq=False)
-class Episodes:
-    """Outcomes of one policy, one entry per seed.
-
-    Attributes:
-        seeds: shape (seeds,).
-        min_mean_distance: J_mean in m (Eq. 12), shape (seeds,).
-        min_min_distance: J_min in m (Eq. 13), shape (seeds,).
-        fraction_surviving: share of the agents that were not caught by the end, shape (seeds,).
-        num_components: connected components at the end, shape (seeds,).
-        mean_return: sum of the rewards, averaged over agents, shape (seeds,); who was caught is paid no more.
-    """
-
-    seeds: NDArray[np.uint64]
-    min_mean_distance: FloatArray
-    min_min_distance: FloatArray
-    fraction_surviving: FloatArray
-    num_components: IntArray
-    mean_return: FloatArray
+_BATCH_SIZE, _LINE_BATCH_SIZE = 64, 256
 
 
+@overload
 def rollout(
-    policy: Policy,
+    scenario: FlockScenario,
+    policy: AnyPolicy,
     seeds: Iterable[int],
     *,
-    scenario: FlockScenario | str | None = None,
-    per_agent: bool = False,
-    batch_size: int = 64,
+    per_agent: bool | None = None,
+    batch_size: int | None = None,
     num_threads: int | None = None,
     predator_policy: PredatorPolicy | None = None,
     progress: Callable[[int, int], None] | None = None,
-    **options: Unpack[EnvOptionsDict],
-) -> Episodes:
-    """Run a policy on the flock of every seed, to the horizon.
+    **options: Any,
+) -> Episodes: ...
+@overload
+def rollout(
+    scenario: LineScenario,
+    policy: AnyPolicy,
+    seeds: Iterable[int],
+    *,
+    batch_size: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    **options: Any,
+) -> LineEpisodes: ...
+@overload
+def rollout(
+    scenario: str | None, policy: AnyPolicy, seeds: Iterable[int], **arguments: Any
+) -> Any: ...  # the model is known once the name is looked up
+def rollout(
+    scenario: FlockScenario | LineScenario | str | None,
+    policy: AnyPolicy,
+    seeds: Iterable[int],
+    *,
+    per_agent: bool | None = None,
+    batch_size: int | None = None,
+    num_threads: int | None = None,
+    predator_policy: PredatorPolicy | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    **options: Any,
+) -> Episodes | LineEpisodes:
+    """Run a policy on the flock or line of every seed, to the end of the episode.
 
     Args:
-        policy: sets the ranges.
+        scenario: the model's parameters, or a preset's name; its class decides which model runs. ``None``:
+            the scenario that a policy from a file was trained in, otherwise the paper's flock.
+        policy: sets the ranges. The options of a named policy or a policy file are used unless given here.
         seeds: seed k is the flock of ``env.reset(seed=k)``.
-        scenario: the flock model's parameters, or a preset's name; default: the paper's.
-        per_agent: whether the policy sets one range per agent, or one per flock.
-        batch_size: flocks stepped together; only a policy that draws at random can tell the difference.
-        num_threads: threads over which flocks are spread; ``None``: one per core.
+        per_agent: whether the policy sets one range per agent, or one per flock; ``None``: what the policy
+            says, for example True for ``StubbornLeaders``.
+        batch_size: flocks stepped together, default 64, or lines, default 256. Only a policy that draws at
+            random depends on it.
+        num_threads: threads over which flocks are spread; ``None``: one per core. Lines take one.
+        predator_policy: controls the learned predators, for example ``Pursue()`` or a trained ``SB3Policy``;
+            in a scenario without any, all predators become ``Learned``. ``None``: they fly straight on.
         progress: called with (finished episodes, all episodes).
-        predator_policy: controls the ``Learned`` predators, for example ``Pursue()`` or a trained
-            ``SB3Policy``. ``None``: they fly straight on.
-        **options: see ``EnvOptions``.
+        **options: see ``EnvOptions`` or, for a line, ``LineOptions``.
+
+    Returns:
+        ``Episodes`` or, for a line, ``LineEpisodes``.
 
     Raises:
         ArgumentError: naming the argument of a wrong type or value.
-        OptionError: for an option that is unknown, missing or out of bounds.
+        ScenarioError: for an option out of bounds, or a line without predator.
     """
-    as_policy(policy)
-    checked = as_seeds(seeds)
-    scenario = as_scenario(scenario, FlockScenario)
-    chosen = env_options(scenario, options)
-    batch_size, progress = as_count(batch_size, "batch_size"), as_callback(progress)
-    parts: list[dict[str, NDArray[Any]]] = []
-    finished = 0
-    for start in range(0, len(checked), batch_size):
-        chunk = checked[start : start + batch_size]
-        batch = FlockBatch(
-            scenario,
-            chosen,
-            num_flocks=len(chunk),
-            per_agent=per_agent,
-            num_threads=num_threads,
-            predator_policy=predator_policy,
-        )
-        total = np.zeros(len(chunk))
-        for _, rewards in episode_steps(batch, policy, chunk):
-            total += rewards.reshape(len(chunk), -1).mean(axis=1)
-        components = batch.num_components()
-        parts.append({**batch.metrics(), "num_components": components, "mean_return": total})
-        finished += len(chunk)
-        if progress is not None:
-            progress(finished, len(checked))
-    names = ("min_mean_distance", "min_min_distance", "fraction_surviving", "num_components", "mean_return")
-    columns = {name: np.concatenate([part[name] for part in parts]) for name in names}
-    return Episodes(seeds=np.array(checked, np.uint64), **columns)
+    entry = _named(policy, per_agent)
+    model = _scenario(scenario, entry)
+    checked, progress = as_seeds(seeds), as_callback(progress)
+    size = _LINE_BATCH_SIZE if isinstance(model, LineScenario) else _BATCH_SIZE
+    size = size if batch_size is None else as_count(batch_size, "batch_size")
+    chosen = {**entry.options, **options}
+    if isinstance(model, LineScenario):
+        for name, value in (("per_agent", per_agent or None), ("predator_policy", predator_policy)):
+            if value is not None:
+                raise ArgumentError(name, "None for a line", shown(value))
+        line_options = LineOptions(**chosen)
+        return play_lines(entry.policy, checked, model, line_options, batch_size=size, progress=progress)
+    return play_flocks(
+        entry.policy,
+        checked,
+        model,
+        EnvOptions(**chosen),
+        per_agent=entry.per_agent,
+        batch_size=size,
+        num_threads=num_threads,
+        predator_policy=predator_policy,
+        progress=progress,
+    )
 
 
 def record(
-    policy: Policy,
+    scenario: FlockScenario | str | None,
+    policy: AnyPolicy,
     seed: int,
     *,
-    scenario: FlockScenario | str | None = None,
-    per_agent: bool = False,
+    per_agent: bool | None = None,
     predator_policy: PredatorPolicy | None = None,
     **options: Unpack[EnvOptionsDict],
 ) -> Trajectory:
-    """Run a policy on one flock and record all of it, as ``simulate`` does under the ranges it chose.
+    """Run a policy on one flock and return all of it, as ``simulate`` does under the ranges it chose.
 
     Args:
-        policy: sets the ranges.
+        scenario: as in ``rollout``, but no line.
+        policy: as in ``rollout``.
         seed: seed of the flock.
-        scenario: the flock model's parameters, or a preset's name; default: the paper's.
-        per_agent: whether the policy sets one range per agent, or one for the flock.
-        predator_policy: controls the ``Learned`` predators, for example ``Pursue()`` or a trained
-            ``SB3Policy``. ``None``: they fly straight on.
+        per_agent: as in ``rollout``.
+        predator_policy: as in ``rollout``.
         **options: see ``EnvOptions``.
 
     Raises:
         ArgumentError: naming the argument of a wrong type or value.
         OptionError: for an option that is unknown, missing or out of bounds.
     """
-    as_policy(policy)
-    seed = as_seed(seed)
-    scenario = as_scenario(scenario, FlockScenario)
-    chosen = env_options(scenario, options)
-    hunter = None if predator_policy is None else _Noting(as_policy(predator_policy, "predator_policy"))
-    batch = FlockBatch(scenario, chosen, per_agent=per_agent, predator_policy=hunter)
-    ranges = np.array([ranges for ranges, _ in episode_steps(batch, policy, [seed])])
-
-    def schedule(actions: FloatArray) -> FloatArray:
-        held = np.repeat(actions, chosen.steps_per_action, axis=0)[: scenario.num_steps]
-        rest = scenario.num_steps - len(held)  # nobody is left to listen or to be hunted
-        return np.concatenate([held, np.repeat(held[-1:], rest, axis=0)])
-
-    predator_actions = None if hunter is None else schedule(np.array(hunter.actions))
-    return simulate(batch.scenario, schedule(ranges), seed=seed, predator_actions=predator_actions)
+    entry = _named(policy, per_agent)
+    chosen: Any = entry.scenario if scenario is None else scenario
+    model = as_scenario(chosen, FlockScenario)
+    flock_options = EnvOptions(**{**entry.options, **options})
+    return record_flock(
+        entry.policy,
+        as_seed(seed),
+        model,
+        flock_options,
+        per_agent=entry.per_agent,
+        predator_policy=predator_policy,
+    )
 
 
-class _Noting:
-    """A predator policy that keeps the actions of another one."""
+def _named(policy: AnyPolicy, per_agent: bool | None) -> NamedPolicy:
+    """Return the policy with the view that it acts on."""
+    found = find_policy(policy, "policy") if isinstance(policy, str) else policy
+    if not isinstance(found, NamedPolicy):
+        as_policy(found)
+        found = NamedPolicy(type(found).__name__, found, per_agent=is_per_agent(found))
+    if per_agent is None:
+        return found
+    view = as_flag(per_agent, "per_agent")
+    return NamedPolicy(found.name, found.policy, view, found.options, found.scenario)
 
-    def __init__(self, policy: PredatorPolicy) -> None:
-        self.policy = policy
-        self.actions: list[FloatArray] = []
 
-    def act(self, observations: Observations, spec: PredatorPolicySpec) -> FloatArray:
-        actions = self.policy.act(observations, spec)
-        self.actions.append(spec.plain(actions, len(observations)))
-        return self.actions[-1]
-
-
-def episode_steps(
-    batch: FlockBatch, policy: Policy, seeds: Sequence[int]
-) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Step the flocks of ``seeds``, one per slot, under a policy to the horizon, or until nobody is left.
-
-    Yields:
-        After every action: ranges in m and rewards, both of shape (num_flocks * rows,).
-    """
-    observations, _ = batch.reset(range(batch.num_flocks), seeds)
-    has_ended = False
-    while not has_ended:
-        actions = policy.act(observations, batch.policy_spec)
-        observations, rewards, ended, ranges, _ = batch.step(actions, at_end="stay")
-        has_ended = bool(ended.all())
-        yield ranges, rewards
+def _scenario(
+    scenario: FlockScenario | LineScenario | str | None, entry: NamedPolicy
+) -> FlockScenario | LineScenario:
+    if scenario is None:
+        return entry.scenario or FlockScenario()
+    return named_scenario(scenario)

@@ -1,4 +1,4 @@
-"""Where the world is seen in the picture: from above in the plane, in perspective in space."""
+"""Cameras: from points of the world to pixels. The plane is seen from above, space in perspective."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import numpy as np
 from flockesc_env.common.checks import FloatArray
 
 VIEW_ASPECT = 1.4
-"""Width over height of the part of a picture that shows the flock."""
+"""Width over height of the upper part of a picture, which shows the flock."""
 
 _AZIMUTH, _ELEVATION = np.deg2rad([-62.0, 24.0])
 _DISTANCE = 1.5
-"""From the camera to the middle of the box, over the box's diagonal."""
+"""Distance from the camera to the center of the box, over the diagonal of the box."""
 
 _BORDER = 0.03
-"""Free space around the box, over the height of the picture."""
+"""Margin around the box, over the height of the picture."""
 
 
 class Rect(NamedTuple):
-    """A part of a picture in px; y points down."""
+    """A part of a picture, in px; y points down."""
 
     left: float
     top: float
@@ -30,12 +30,12 @@ class Rect(NamedTuple):
 
     @property
     def right(self) -> float:
-        """Return the first column to the right of it."""
+        """Return the x coordinate of the right edge."""
         return self.left + self.width
 
     @property
     def bottom(self) -> float:
-        """Return the first row below it."""
+        """Return the y coordinate of the bottom edge."""
         return self.top + self.height
 
 
@@ -43,18 +43,25 @@ class Camera(Protocol):
     """Maps points of the world to the picture."""
 
     def project(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return where points, shape (k, D) in m, are seen in px, shape (k, 2), and px per m there, (k,)."""
+        """Return the pixels of points and the scale there.
+
+        Args:
+            points: shape (k, D), in m.
+
+        Returns:
+            x and y in px, shape (k, 2), and px per m, shape (k,).
+        """
 
 
 def camera(view: FloatArray, rect: Rect) -> Camera:
-    """Return the camera that shows a box, lowest and highest corner of shape (2, D) in m, in ``rect``."""
+    """Return a camera that shows the box from corner ``view[0]`` to corner ``view[1]``, in m, in ``rect``."""
     return FlatCamera(view, rect) if view.shape[1] == 2 else PerspectiveCamera(view, rect)
 
 
 def grow(view: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Return the smallest box that holds ``view`` and all from ``low`` to ``high``, shape (2, D) in m.
+    """Return the smallest box around ``view`` and the box from ``low`` to ``high``, shape (2, D), in m.
 
-    In the plane it has the aspect of a picture, so that what was seen once stays in sight.
+    In the plane it has the aspect of a picture, so that a growing view always includes the last one.
     """
     low, high = np.minimum(view[0], low), np.maximum(view[1], high)
     if len(low) == 2:
@@ -67,19 +74,19 @@ def grow(view: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class FlatCamera:
-    """The plane from above, y up, with one scale."""
+    """The plane from above: y points up, and the scale is the same everywhere."""
 
     view: FloatArray
     rect: Rect
 
     @property
     def pixels_per_meter(self) -> float:
-        """Return the scale, the same everywhere."""
+        """Return the scale."""
         width, height = self.view[1] - self.view[0]
         return float(min(self.rect.width / width, self.rect.height / height))
 
     def project(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return where points are seen, as ``Camera`` says."""
+        """Return the pixels of points and the scale there, as ``Camera.project``."""
         scale = self.pixels_per_meter
         center = np.array([self.rect.left + self.rect.width / 2, self.rect.top + self.rect.height / 2])
         pixels = center + (points - self.view.mean(axis=0)) * (scale, -scale)
@@ -87,7 +94,7 @@ class FlatCamera:
 
 
 class PerspectiveCamera:
-    """Space from one side and above, z up; the box fills the picture."""
+    """Space in perspective, from the side and above, z up; the box fills the picture."""
 
     def __init__(self, view: FloatArray, rect: Rect) -> None:
         cos, sin = np.cos(_ELEVATION), np.sin(_ELEVATION)
@@ -105,7 +112,7 @@ class PerspectiveCamera:
         self._shift = np.array([rect.left + rect.width / 2, rect.top + rect.height / 2])
 
     def project(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return where points are seen, as ``Camera`` says."""
+        """Return the pixels of points and the scale there, as ``Camera.project``."""
         x, y, z = self._axes @ (points - self._target).T
         depth = self._distance - z
         seen = np.stack([x, -y], axis=1) / depth[:, np.newaxis]
@@ -113,7 +120,7 @@ class PerspectiveCamera:
 
 
 def box_corners(view: FloatArray) -> FloatArray:
-    """Return the eight corners of a box, shape (8, 3): the four of its floor, around, then those above."""
+    """Return the corners of a box, shape (8, 3): the four of the floor in order, then the four above them."""
     (x0, y0, z0), (x1, y1, z1) = view
     floor = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
     return np.array([(x, y, z) for z in (z0, z1) for x, y in floor])

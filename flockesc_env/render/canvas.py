@@ -1,4 +1,4 @@
-"""A picture in the making. Only this file and ``window.py`` know pygame, which needs no display for it."""
+"""Drawing with pygame, without a display. Only this file and ``window.py`` import pygame."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ Anchor = Literal[
 ]
 
 _FINE = 2
-"""Pixels drawn along one pixel of the picture; their mean smooths all edges."""
+"""Oversampling per axis: every pixel is the mean of this many drawn ones, squared, which smooths edges."""
 
 _SPARE: dict[int, pygame.Surface] = {}
-"""A used surface per size, taken by one canvas at a time: new memory costs a sixth of a picture."""
+"""Surfaces to use again, by size: allocating one takes a sixth of the time of a picture."""
 
 
 class Canvas:
-    """A square picture; all points and lengths are in its px, y down, and need not be whole.
+    """A square picture. Points and lengths are in px and can be fractions; y points down.
 
     Args:
         size: width and height.
@@ -44,7 +44,7 @@ class Canvas:
         self._texts: list[tuple[pygame.Surface, pygame.Rect]] = []
 
     def clip(self, rect: Rect | None) -> None:
-        """Keep what is drawn from now on inside of ``rect``; ``None``: of the picture."""
+        """Restrict later drawing to ``rect``; ``None`` lifts the restriction."""
         self._fine.set_clip(None if rect is None else pygame.Rect(*(round(_FINE * x) for x in rect)))
 
     def fill(self, rect: Rect, color: Color) -> None:
@@ -52,7 +52,7 @@ class Canvas:
         self._fine.fill(color, pygame.Rect(*(round(_FINE * x) for x in rect)))
 
     def polygons(self, points: FloatArray, colors: Iterable[Any]) -> None:
-        """Fill polygons, shape (k, corners, 2), each in its color, with a rim that parts them from others."""
+        """Fill polygons, shape (k, corners, 2), each in its color, with a rim in the color of the paper."""
         draw, fine = pygame.draw.polygon, self._fine
         for corners, color in zip(_plain(points), colors, strict=True):
             draw(fine, color, corners)
@@ -90,20 +90,20 @@ class Canvas:
         self._fine.blit(layer, around)
 
     def ring(self, center: ArrayLike, radius: float, color: Color, width: float = 1.0) -> None:
-        """Draw a circle's outline."""
+        """Draw the outline of a circle."""
         thickness = max(1, round(_FINE * width))
         pygame.draw.circle(self._fine, color, _plain(center), _FINE * radius, thickness)
 
     def text(
         self, text: str, at: Sequence[float], size: int, color: Color, anchor: Anchor = "topleft"
     ) -> int:
-        """Write text above all that is drawn, with ``anchor`` at a point, and return its width."""
+        """Write text on top of everything, with its ``anchor`` at a point, and return its width."""
         written = _written(text, size, color)
         self._texts.append((written, written.get_rect(**{anchor: at})))
         return written.get_width()
 
     def image(self) -> Image:
-        """Return the picture, shape (size, size, 3), and end the drawing."""
+        """Return the picture, shape (size, size, 3). Nothing can be drawn afterwards."""
         surface = pygame.transform.smoothscale(self._fine, (self.size, self.size))
         _SPARE[self.size] = self._fine
         surface.blits(self._texts, doreturn=False)
@@ -115,7 +115,7 @@ class Canvas:
 def _written(text: str, size: int, color: Color) -> pygame.Surface:
     try:
         return _font(size).render(text, True, color)
-    except pygame.error:  # fonts end with a `pygame.quit`, which others may call
+    except pygame.error:  # a `pygame.quit` by other code invalidates fonts
         _font.cache_clear()
         return _font(size).render(text, True, color)
 
@@ -123,7 +123,7 @@ def _written(text: str, size: int, color: Color) -> pygame.Surface:
 @lru_cache(maxsize=32)
 def _font(size: int) -> pygame.font.Font:
     pygame.font.init()
-    return pygame.font.Font(None, size)  # the one that comes with pygame
+    return pygame.font.Font(None, size)  # pygame's own font
 
 
 def _plain(points: ArrayLike) -> Any:

@@ -1,4 +1,4 @@
-"""Colors as rows (red, green, blue) of uint8."""
+"""The colors of pygame's pictures, as rows (red, green, blue) of uint8."""
 
 from __future__ import annotations
 
@@ -9,26 +9,34 @@ from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.models.simulate import IntArray
+from flockesc_env.render.palette import LIGHT
 
 Colors = NDArray[np.uint8]
 Color = tuple[int, int, int]
 
-PAPER: Color = (252, 252, 250)
-GRID: Color = (232, 233, 235)
-FRAME: Color = (190, 193, 198)
-TEXT: Color = (52, 58, 66)
-FAINT_TEXT: Color = (128, 134, 142)
-PREDATOR: Color = (200, 24, 40)
-MEAN: Color = (38, 92, 168)
-MINIMUM: Color = (214, 118, 20)
-ALONE: Color = (158, 162, 168)
 
-_LIGHTNESS, _CHROMA = (0.62, 0.53, 0.7), 0.155  # OKLCH
-_FIRST_HUE, _HUES = 255.0, (55.0, 350.0)  # in degrees: blue first, and none of the predator's red
+def rgb(color: str) -> Color:
+    """Return a color ``"#rrggbb"`` as (red, green, blue)."""
+    red, green, blue = bytes.fromhex(color.removeprefix("#"))
+    return red, green, blue
+
+
+PAPER = rgb(LIGHT.ground)
+GRID = rgb(LIGHT.grid)
+FRAME = rgb(LIGHT.frame)
+TEXT = rgb(LIGHT.ink)
+FAINT_TEXT = rgb(LIGHT.muted)
+PREDATOR = rgb(LIGHT.predator)
+MEAN = rgb(LIGHT.accent)
+MINIMUM = rgb(LIGHT.others[0])
+ALONE = rgb(LIGHT.alone)
+
+_LIGHTNESS, _CHROMA = (0.74, 0.62, 0.5), 0.11  # OKLCH
+_HUES = (85.0, 372.0)  # degrees; vermilion is at 48
 
 
 def component_colors(labels: IntArray) -> Colors:
-    """Return a color per agent, shape (n, 3): that of its component's label, gray where it is alone."""
+    """Return a color per agent, shape (n, 3): the color of its component's label, gray if it is alone."""
     colors = label_colors(len(labels))[labels]
     colors[np.bincount(labels, minlength=len(labels))[labels] == 1] = ALONE
     return colors
@@ -36,24 +44,27 @@ def component_colors(labels: IntArray) -> Colors:
 
 @cache
 def label_colors(count: int) -> Colors:
-    """Return the colors of the labels 0..count - 1, shape (count, 3); those of near labels lie far apart."""
-    low, high = _HUES
-    # Halving what is left of the hues again and again (van der Corput): 1/2, 1/4, 3/4, 1/8, ..
-    share = np.array([int(f"{label:032b}"[::-1], 2) / 2**32 for label in range(count)])
-    hue = np.deg2rad(low + (high - low) * (((_FIRST_HUE - low) / (high - low) + share) % 1.0))
-    lightness = np.array(_LIGHTNESS)[np.arange(count) // 8 % len(_LIGHTNESS)]
-    return _from_oklab(lightness, _CHROMA * np.cos(hue), _CHROMA * np.sin(hue))
+    """Return the colors of the labels 0..count - 1, shape (count, 3): the palette's, then muted hues."""
+    named = np.array([rgb(color) for color in LIGHT.components], np.uint8)
+    more = np.arange(max(count - len(named), 0))
+    # The van der Corput sequence halves the gaps between hues: 0, 1/2, 1/4, 3/4, 1/8, ..
+    share = np.array([int(f"{index:032b}"[::-1], 2) / 2**32 for index in more])
+    hue = np.deg2rad(_HUES[0] + (_HUES[1] - _HUES[0]) * share)
+    lightness = np.array(_LIGHTNESS)[more // 8 % len(_LIGHTNESS)]
+    return np.concatenate([named, _from_oklab(lightness, _CHROMA * np.cos(hue), _CHROMA * np.sin(hue))])[
+        :count
+    ]
 
 
 def faded(colors: ArrayLike, amount: ArrayLike) -> Colors:
-    """Return colors moved toward the paper by a share from 0 to 1, a scalar or shape (k, 1)."""
+    """Return colors mixed with the paper's; ``amount`` from 0 to 1, a scalar or shape (k, 1)."""
     solid = np.asarray(colors, np.float64)
     mixed: Colors = np.round(solid + (np.array(PAPER) - solid) * np.asarray(amount)).astype(np.uint8)
     return mixed
 
 
 def _from_oklab(lightness: FloatArray, a: FloatArray, b: FloatArray) -> Colors:
-    """Convert from OKLab, where equal steps look equal (B. Ottosson, 2020), to sRGB."""
+    """Convert from OKLab, a perceptually uniform color space (B. Ottosson, 2020), to sRGB."""
     to_cones = np.array(
         [[0.3963377774, 0.2158037573], [-0.1055613458, -0.0638541728], [-0.0894841775, -1.2914855480]]
     )

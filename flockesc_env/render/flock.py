@@ -1,9 +1,8 @@
-"""The picture of a flock: agents and predators, colored by component, above the distances so far."""
+"""The picture of a flock: agents in the color of their component, predators, and the distances so far."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TypedDict
 
 import numpy as np
 
@@ -17,28 +16,22 @@ from flockesc_env.render.frame import FlockFrame, FlockMoment
 from flockesc_env.render.ground import draw_ground
 from flockesc_env.render.options import RenderOptions
 from flockesc_env.render.strip import draw_strip
-from flockesc_env.scenario.flock import FlockScenario
 
 _DART = np.array([(1.0, 0.0), (-0.8, 0.66), (-0.42, 0.0), (-0.8, -0.66)])
-"""Corners of a mark, ahead and left, over its length ahead."""
+"""Corners of a mark (ahead, left) in units of its length ahead."""
 
 _HAZE = 0.55
-"""How far the color of the farthest agent in space is on its way to the paper's."""
-
-
-class _Rule(TypedDict):
-    scenario: FlockScenario
-    velocities: FloatArray
+"""Share of the paper in the color of the farthest agent in space."""
 
 
 def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Image:
-    """Return the picture of a moment, shape (size, size, 3); equal frames give equal pictures."""
+    """Return the picture of a frame, shape (size, size, 3). Equal frames give equal pictures."""
     size = options.size
     canvas, rect = Canvas(size), Rect(0, 0, size, size / VIEW_ASPECT)
     eye = camera(frame.view, rect)
     chosen = _chosen(frame, options)
     lost, frame = frame.moment.positions[frame.moment.caught], _survivors(frame)
-    labels = component_labels(*_listening(frame), **_rule(frame))
+    labels = component_labels(frame.scenario, *_listening(frame), velocities=frame.listening.velocities)
     colors = component_colors(labels)
     canvas.clip(rect)
     draw_ground(canvas, eye, frame.view, rect)
@@ -60,13 +53,13 @@ def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Im
 
 
 def _chosen(frame: FlockFrame, options: RenderOptions) -> IntArray:
-    """Return whose discs or edges are drawn, as indices into what `_survivors` leaves."""
+    """Return the agents whose discs or edges are drawn, as indices into the agents of `_survivors`."""
     caught = frame.moment.caught
     return np.flatnonzero(np.isin(np.flatnonzero(~caught), options.selected(len(caught))))
 
 
 def _survivors(frame: FlockFrame) -> FlockFrame:
-    """Return the frame with the rows of the agents that have not been caught."""
+    """Return the frame without the agents that have been caught."""
     alive = ~frame.moment.caught
 
     def left(moment: FlockMoment) -> FlockMoment:
@@ -82,7 +75,7 @@ def _survivors(frame: FlockFrame) -> FlockFrame:
 
 
 def _crosses(canvas: Canvas, eye: Camera, places: FloatArray) -> None:
-    """Draw where agents were caught."""
+    """Draw a cross where each agent was caught."""
     centers, _ = eye.project(places)
     arm = 0.005 * canvas.size * np.array([[(-1.0, -1.0), (1.0, 1.0)], [(-1.0, 1.0), (1.0, -1.0)]])
     strokes = (centers[:, np.newaxis, np.newaxis] + arm).reshape(-1, 2, 2)
@@ -90,7 +83,7 @@ def _crosses(canvas: Canvas, eye: Camera, places: FloatArray) -> None:
 
 
 def _shadows(canvas: Canvas, eye: Camera, frame: FlockFrame) -> None:
-    """Draw where agents and predators are above the floor, and how high predators are."""
+    """Draw the shadows of agents and predators on the floor, and a line from each predator down to it."""
     moment, floor = frame.moment, frame.view[0, 2]
     agents, _ = eye.project(_on_floor(moment.positions, floor))
     canvas.dots(agents, 0.0022 * canvas.size, [FRAME] * len(agents))
@@ -116,7 +109,7 @@ def _predator_ranges(canvas: Canvas, eye: Camera, frame: FlockFrame) -> None:
 def _interaction_discs(
     canvas: Canvas, eye: Camera, frame: FlockFrame, chosen: IntArray, colors: Colors
 ) -> None:
-    """Draw the ranges of the last step; whoever is inside of an agent's disc is heard by it."""
+    """Draw the interaction ranges of the last step as discs: an agent's neighbors are inside its disc."""
     count = len(frame.moment.positions)
     centers, scale = eye.project(frame.moment.positions[chosen])
     ranges = np.broadcast_to(frame.moment.interaction_range, count)[chosen]
@@ -126,9 +119,9 @@ def _interaction_discs(
 
 
 def _edges(canvas: Canvas, eye: Camera, frame: FlockFrame, chosen: IntArray, colors: Colors) -> None:
-    """Draw a line between two agents of whom one has heard the other in the last step, or both."""
+    """Draw a line between two agents if at least one of them was a neighbor of the other in the last step."""
     count = len(frame.moment.positions)
-    pairs = neighbor_pairs(*_listening(frame), **_rule(frame))
+    pairs = neighbor_pairs(frame.scenario, *_listening(frame), velocities=frame.listening.velocities)
     is_chosen = np.isin(np.arange(count), chosen)
     pairs = np.sort(pairs[is_chosen[pairs].any(axis=1)], axis=1)
     ones, others = np.divmod(np.unique(pairs[:, 0] * count + pairs[:, 1]), count)  # every pair once
@@ -138,17 +131,13 @@ def _edges(canvas: Canvas, eye: Camera, frame: FlockFrame, chosen: IntArray, col
 
 
 def _listening(frame: FlockFrame) -> tuple[FloatArray, FloatArray]:
-    """Return where agents are as their neighbor graph is made, and the ranges of it."""
+    """Return the positions and ranges that define the neighbor graph."""
     listening = frame.listening
     return listening.positions, np.broadcast_to(listening.interaction_range, len(listening.positions))
 
 
-def _rule(frame: FlockFrame) -> _Rule:
-    return {"scenario": frame.scenario, "velocities": frame.listening.velocities}
-
-
 def _trails(canvas: Canvas, eye: Camera, frame: FlockFrame, options: RenderOptions) -> None:
-    """Draw where predators have been, fading with age."""
+    """Draw the past positions of the predators, fading with age."""
     recent = frame.times >= frame.times[-1] - options.trail
     for predator in range(frame.trails.shape[1]):
         points, _ = eye.project(frame.trails[recent, predator])
@@ -159,7 +148,7 @@ def _trails(canvas: Canvas, eye: Camera, frame: FlockFrame, options: RenderOptio
 
 
 def _marks(canvas: Canvas, eye: Camera, frame: FlockFrame, colors: Colors) -> None:
-    """Draw agents and predators as darts along their velocities; in space far ones are small and pale."""
+    """Draw agents and predators as darts along their velocities; in space distant ones are small and pale."""
     moment = frame.moment
     count, predators = len(moment.positions), len(moment.predator_positions)
     points = np.concatenate([moment.positions, moment.predator_positions])
@@ -177,10 +166,10 @@ def _marks(canvas: Canvas, eye: Camera, frame: FlockFrame, colors: Colors) -> No
 
 
 def _darts(eye: Camera, points: FloatArray, velocities: FloatArray, lengths: FloatArray) -> FloatArray:
-    """Return the corners of marks of some lengths in px, shape (k, 4, 2), foreshortened toward the eye."""
+    """Return the corners of marks, shape (k, 4, 2) in px, foreshortened in the direction of the view."""
     ahead = velocities / np.maximum(np.linalg.norm(velocities, axis=1, keepdims=True), 1e-300)
     centers, scale = eye.project(points)
-    short = 1e-3  # m: the tangent of the projection
+    short = 1e-3  # m; a step for the derivative of the projection
     seen = (eye.project(points + short * ahead)[0] - centers) / (short * scale[:, np.newaxis])
     share = np.linalg.norm(seen, axis=1, keepdims=True)
     along = np.where(share > 1e-6, seen / np.maximum(share, 1e-6), (1.0, 0.0))

@@ -1,4 +1,4 @@
-"""What a picture of a flock is drawn from: a moment and what led to it, in an episode or a recorded run."""
+"""The data of a picture of a flock: its state and the episode so far, live or from a recorded run."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from flockesc_env.render.camera import grow
 from flockesc_env.scenario.flock import FlockScenario
 
 _MARGIN = 0.06
-"""Free space around all agents and predators, over the side of the initial region."""
+"""Margin around all agents and predators, over the side of the initial region."""
 
 
 @dataclass(frozen=True, eq=False)
 class FlockMoment:
-    """A flock at one time. Lengths in m, speeds in m/s.
+    """The state of a flock at one time. Lengths in m, speeds in m/s.
 
     Attributes:
         step: number of steps made.
@@ -27,11 +27,11 @@ class FlockMoment:
         velocities: v_i, shape (n, D).
         predator_positions: r_p, shape (P, D).
         predator_velocities: v_p, shape (P, D).
-        caught: who has been caught, shape (n,); their positions say where.
+        caught: True for caught agents, shape (n,); their positions are where they were caught.
         interaction_range: rho of the last step, shape (1,) or (n,); 0 before the first.
         mean_distance: mean over agents of the distance to the nearest predator; infinite without predators.
         min_distance: the minimum over agents.
-        objective: J so far: the running minimum of the objective's distance, or of the mean one.
+        objective: J so far: the running minimum of the distance that the objective is about.
     """
 
     step: int
@@ -48,15 +48,14 @@ class FlockMoment:
 
 @dataclass(frozen=True, eq=False)
 class FlockFrame:
-    """A moment and the episode up to it: all that a picture of a flock needs. Lengths in m, times in s.
+    """The last moment and the episode up to it. Lengths in m, times in s.
 
     Attributes:
         scenario: the flock model's parameters, as drawn.
         moment: the last moment.
-        listening: the moment of whose positions and velocities, under the ranges of the last step, the
-            neighbor graph is made: the last one, and with a frozen graph the first.
-        view: lowest and highest corner of a box around all agents and predators of all moments, which never
-            shrinks, shape (2, D).
+        listening: the moment whose positions and velocities define the neighbor graph, with the ranges of the
+            last step: the last moment or, with a frozen graph, the first.
+        view: lowest and highest corner of a box around all positions so far, shape (2, D); it never shrinks.
         times: shape (k,), one entry per moment.
         mean_distance: shape (k,).
         min_distance: shape (k,).
@@ -79,7 +78,7 @@ class FlockHistory:
     """Collects the moments of one episode into frames.
 
     Args:
-        scenario: that of the episode, as drawn.
+        scenario: the scenario of the episode, as drawn.
     """
 
     def __init__(self, scenario: FlockScenario) -> None:
@@ -95,7 +94,7 @@ class FlockHistory:
         self._frozen: FlockMoment | None = None
 
     def add(self, moment: FlockMoment) -> None:
-        """Take the next moment; a second time it changes nothing."""
+        """Add the next moment. Adding a moment again changes nothing."""
         if self._last is not None and moment.step == self._last.step:
             return
         points = np.concatenate([moment.positions, moment.predator_positions])
@@ -109,7 +108,7 @@ class FlockHistory:
         self._last = moment
 
     def frame(self) -> FlockFrame | None:
-        """Return the frame that ends with the last moment; ``None`` before the first."""
+        """Return the frame of the last moment; ``None`` before the first."""
         if self._last is None:
             return None
         times, mean_distance, min_distance, objective = np.array(self._rows).T
@@ -127,9 +126,9 @@ class FlockHistory:
 
 
 def recorded_frames(trajectory: Trajectory) -> Iterator[FlockFrame]:
-    """Yield the frames of a recorded run, for its times 0..T; J is that of the mean distance."""
+    """Yield the frames of a recorded run at its times 0..T; J is the running minimum of the mean distance."""
     history = FlockHistory(trajectory.scenario)
-    # Forward differences, as the model moves predators: r_p(t + dt) = r_p(t) + dt v_p(t).
+    # The model moves predators by r_p(t + dt) = r_p(t) + dt v_p(t), which gives v_p by forward differences.
     moves = np.diff(trajectory.predator_positions, axis=0) / trajectory.scenario.time_step
     objective = np.minimum.accumulate(trajectory.mean_distance)
     for step, positions in enumerate(trajectory.positions):
@@ -148,5 +147,5 @@ def recorded_frames(trajectory: Trajectory) -> Iterator[FlockFrame]:
             )
         )
         frame = history.frame()
-        assert frame is not None  # noqa: S101, a moment has just come
+        assert frame is not None  # noqa: S101, a moment was just added
         yield frame

@@ -1,4 +1,4 @@
-"""What stands still: a grid with its scale and, in space, the box around everything."""
+"""The background of a flock: a grid, its scale and, in space, the box around the flock."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _BOX_EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 5), (2, 6), (3, 7), (4
 
 
 def draw_ground(canvas: Canvas, eye: Camera, view: FloatArray, rect: Rect) -> None:
-    """Draw a grid in the plane, or on the floor of the box ``view``, and how many m are between its lines."""
+    """Draw a grid in the plane or on the floor of the box ``view``, and the distance between its lines."""
     size = canvas.size
     _, (scale,) = eye.project(view.mean(axis=0, keepdims=True))
     in_space = view.shape[1] == 3
@@ -36,13 +36,13 @@ def draw_ground(canvas: Canvas, eye: Camera, view: FloatArray, rect: Rect) -> No
 
 
 def nice(least: float) -> float:
-    """Return the smallest of 1, 2, 5, 10, 20, .. (and 0.5, 0.2, ..) that is at least ``least``, above 0."""
+    """Return the smallest of .., 0.2, 0.5, 1, 2, 5, 10, 20, .. that is at least ``least`` > 0."""
     power = 10.0 ** np.floor(np.log10(least))
     return float(next(power * digit for digit in (1, 2, 5, 10) if power * digit >= least))
 
 
 def _grid(view: FloatArray, spacing: float) -> FloatArray:
-    """Return the lines of a grid through the origin on the lowest plane of a box, shape (k, 2, D)."""
+    """Return the lines of a grid on the floor of a box, shape (k, 2, D), through multiples of ``spacing``."""
     low, high = view
     lines = []
     for across in (0, 1):

@@ -14,21 +14,21 @@ from flockesc_env.render.canvas import Canvas, Image
 from flockesc_env.render.colors import FAINT_TEXT, GRID, PREDATOR, TEXT, Color, component_colors, faded
 from flockesc_env.render.ground import nice
 from flockesc_env.render.options import RenderOptions
-from flockesc_env.scenario.flock import LineScenario
+from flockesc_env.scenario.line import LineScenario
 
 _FIRST_STEPS = 10
-"""Least number of steps on the axis of time, which grows with the episode."""
+"""Length of the time axis at the start; it grows with the episode."""
 
 
 @dataclass(frozen=True, eq=False)
 class LineFrame:
-    """A line at the times of its actions so far: all that its picture needs.
+    """The data of a picture of a line: its states at the times of its actions so far.
 
     Attributes:
         scenario: the line model's parameters.
         steps: numbers of steps made, shape (k,).
         states: x at these times, shape (k, n).
-        interaction_ranges: rho of the step before each of these times, 0 for none, shape (k,).
+        interaction_ranges: rho of the step before each of these times, shape (k,); 0 at the start.
     """
 
     scenario: LineScenario
@@ -38,14 +38,14 @@ class LineFrame:
 
 
 def recorded_line(trajectory: LineTrajectory, step: int) -> LineFrame:
-    """Return the frame of a recorded run at one of its times 0..``steps``."""
+    """Return the frame of a recorded run after ``step`` steps."""
     ranges = np.full(step + 1, trajectory.interaction_range)
     ranges[0] = 0.0
     return LineFrame(trajectory.scenario, np.arange(step + 1), trajectory.states[: step + 1], ranges)
 
 
 def line_labels(states: FloatArray, interaction_range: float) -> IntArray:
-    """Return the component of every agent of a line, named by the lowest index in it, shape (n,)."""
+    """Return the component of every agent of a line, shape (n,), labeled by the lowest index in it."""
     order = np.argsort(states, kind="stable")
     component = np.concatenate([[0], np.cumsum(np.diff(states[order]) > interaction_range)])
     lowest = np.full(len(states), len(states))
@@ -56,7 +56,7 @@ def line_labels(states: FloatArray, interaction_range: float) -> IntArray:
 
 
 def draw_line(frame: LineFrame, options: RenderOptions, title: str = "") -> Image:
-    """Return the picture of a line, shape (size, size, 3); equal frames give equal pictures."""
+    """Return the picture of a line, shape (size, size, 3). Equal frames give equal pictures."""
     canvas = Canvas(options.size)
     labels = [line_labels(*each) for each in zip(frame.states, frame.interaction_ranges, strict=True)]
     axes = _Axes(canvas, frame)
@@ -64,7 +64,7 @@ def draw_line(frame: LineFrame, options: RenderOptions, title: str = "") -> Imag
     colors = [component_colors(each) for each in labels]
     for t in range(1, len(labels)):
         ends = np.stack([axes.at(frame.steps[t - 1 + k], frame.states[t - 1 + k]) for k in (0, 1)], axis=1)
-        # Agents with equal states stay together: one line for all of them.
+        # Agents with equal states stay together, so one line stands for all of them.
         _, kept = np.unique(np.round(ends.reshape(-1, 4), 1), axis=0, return_index=True)
         canvas.segments(ends[kept], colors[t][kept].tolist(), 0.0025 * canvas.size)
     canvas.dots(axes.at(frame.steps[-1], frame.states[-1]), 0.006 * canvas.size, colors[-1].tolist())
@@ -73,7 +73,7 @@ def draw_line(frame: LineFrame, options: RenderOptions, title: str = "") -> Imag
 
 
 class _Axes:
-    """Time to the right, state up; both axes hold all there was and never shrink."""
+    """Axes of time (right) and state (up). They include all states so far and never shrink."""
 
     def __init__(self, canvas: Canvas, frame: LineFrame) -> None:
         self._canvas, self._scenario = canvas, frame.scenario
@@ -83,13 +83,13 @@ class _Axes:
         self._low, self._high = min(0.0, frame.states.min()) - 0.04, max(1.0, frame.states.max()) + 0.04
 
     def at(self, steps: ArrayLike, states: ArrayLike) -> FloatArray:
-        """Return where states at times are in px, shape (.., 2)."""
+        """Return the pixels of states at times, shape (.., 2)."""
         x = self._plot.left + self._plot.width * np.asarray(steps) / self._end
         share = (np.asarray(states) - self._low) / (self._high - self._low)
         return np.stack(np.broadcast_arrays(x, self._plot.bottom - self._plot.height * share), axis=-1)
 
     def draw(self) -> None:
-        """Draw the predator's place and range at all times, and the axes with their numbers."""
+        """Draw the axes with their numbers, and the position and range of the predator."""
         canvas, size, place = self._canvas, self._canvas.size, self._scenario.predator_position
         if place is not None:
             reach = self._scenario.predator_range

@@ -1,4 +1,4 @@
-"""What a picture shows and how large it is."""
+"""Options of pictures."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ _MIN_SIZE, _MAX_SIZE = 160, 16_384
 
 @dataclass(frozen=True, kw_only=True)
 class RenderOptions:
-    """Options of the pictures; of a line, ``size`` alone matters.
+    """Options of pictures. Pictures of a line use ``size`` only.
 
     Attributes:
         size: width and height in pixels, an even number from 160 to 16384.
-        show: ``"edges"``: the edges of the neighbor graph, from whoever listens to whoever is heard;
-            ``"discs"``: the interaction range of agents as a disc, or edges where it is no length.
-        agents: indices of the agents whose discs or edges are drawn; ``None``: all.
+        show: ``"edges"`` draws the edges of the neighbor graph, ``"discs"`` the interaction ranges as discs,
+            or edges if a range is a number of neighbors; ``"none"`` draws neither.
+        agents: indices of the agents whose discs or edges are drawn; ``None`` means all.
         trail: length of a predator's trail in s.
 
     Raises:
-        ScenarioError: naming an option of a wrong type or out of bounds.
+        ScenarioError: if an option has a wrong type or is out of bounds; it names the option.
     """
 
     size: int = 512
@@ -57,7 +57,7 @@ class RenderOptions:
         """Return the indices of the agents whose discs or edges are drawn.
 
         Raises:
-            ScenarioError: if one of them is no agent of a flock of that size.
+            ScenarioError: if an index is ``num_agents`` or more.
         """
         if self.agents is None:
             return np.arange(num_agents)
@@ -67,10 +67,10 @@ class RenderOptions:
 
 
 def as_render_mode(value: Any) -> RenderMode | None:
-    """Return a render mode, or ``None``.
+    """Return a render mode or ``None``, checked.
 
     Raises:
-        ScenarioError: for anything else.
+        ScenarioError: if the value is neither a render mode nor ``None``.
     """
     if value is None:
         return None
@@ -80,10 +80,10 @@ def as_render_mode(value: Any) -> RenderMode | None:
 
 
 def as_render_options(value: Any) -> RenderOptions:
-    """Return options, the defaults for ``None``.
+    """Return render options; ``None`` gives the defaults.
 
     Raises:
-        ScenarioError: for anything else.
+        ScenarioError: if the value is neither ``RenderOptions`` nor ``None``.
     """
     if value is None:
         return RenderOptions()

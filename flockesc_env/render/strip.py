@@ -1,4 +1,4 @@
-"""Below the flock: what time it is, the range, and the distances to the predator so far."""
+"""The strip below a flock: time, range, components, J, and the predator distances so far."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from flockesc_env.render.ground import nice
 
 
 def draw_strip(canvas: Canvas, frame: FlockFrame, rect: Rect, *, num_components: int) -> None:
-    """Draw text, and the mean and the minimum distance over the whole horizon, with J so far."""
+    """Draw the text, and the mean and minimum distance over the time of the episode."""
     size, moment = canvas.size, frame.moment
     canvas.fill(Rect(rect.left, rect.top, rect.width, max(1.0, 0.002 * size)), FRAME)
     one = "" if num_components == 1 else "s"
@@ -47,16 +47,16 @@ def draw_strip(canvas: Canvas, frame: FlockFrame, rect: Rect, *, num_components:
 
 
 def range_text(ranges: FloatArray) -> str:
-    """Return the range of all agents or, where they differ, mean and standard deviation."""
+    """Return the common range or, if ranges differ, their mean and standard deviation."""
     if not len(ranges):
-        return "-"  # nobody is left
+        return "-"  # all agents have been caught
     return f"{ranges[0]:.1f}" if np.ptp(ranges) == 0 else f"{ranges.mean():.1f} ± {ranges.std():.1f}"
 
 
 def _plot(canvas: Canvas, frame: FlockFrame, plot: Rect) -> None:
     highest = frame.mean_distance.max()
     if not np.isfinite(highest):
-        return  # no predator, no distance
+        return  # without predators
     size, small = canvas.size, round(0.032 * canvas.size)
     horizon = frame.scenario.num_steps * frame.scenario.time_step
     step, tick = nice(highest / 2.6), nice(horizon / 8)

@@ -13,8 +13,8 @@ from flockesc_env.common.checks import as_callback, as_count, as_floats, as_path
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.models.sweep import Progress
-from flockesc_env.render import require
 from flockesc_env.render.colors import FRAME
+from flockesc_env.render.dependencies import require
 from flockesc_env.render.frame import FlockFrame, recorded_frames
 from flockesc_env.render.options import RenderOptions, as_render_options
 
@@ -23,18 +23,17 @@ _FORMATS: dict[str, dict[str, Any]] = {
     ".gif": {
         "codec": "gif",
         "pix_fmt_out": "pal8",
-        # One palette from all frames, and only what has changed in each: small files without flicker.
+        # One palette for all frames, and only the changes of each frame: small files without flicker.
         "output_params": ["-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none", "-loop", "0"],
     },
 }
-"""What ffmpeg is told, by the file's suffix."""
-
+"""Options of ffmpeg by the suffix of the file."""
 
 _MAX_FRAMES = 10_000_000
 
 
 def write_video(
-    runs: Sequence[tuple[str, Trajectory]],
+    runs: Trajectory | Sequence[tuple[str, Trajectory]],
     path: str | Path,
     *,
     fps: int = 20,
@@ -42,22 +41,23 @@ def write_video(
     options: RenderOptions | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Write a video of runs side by side; an older file stays whole until the new one is complete.
+    """Write a video of runs side by side.
 
-    A run that is over waits for the longest.
+    The last picture of a run stays until the longest run ends. The new file replaces an older one when it is
+    complete.
 
     Args:
-        runs: a name to write above, and the run, for each.
+        runs: one run, shown under the name of the file, or a list of names and runs.
         path: a file that ends in ``.mp4`` or ``.gif``.
         fps: frames per second.
         speed: seconds of the model per second of the video.
         options: what the pictures show; ``size`` is the width of one run.
-        progress: called with (written frames, all frames); an exception that it raises stops the video.
+        progress: called with (frames written, all frames). If it raises an exception, no file is written.
 
     Raises:
-        ArgumentError: naming the argument that is of a wrong type or value.
-        ScenarioError: for options that do not fit a flock.
-        DependencyNotInstalled: without pygame or imageio-ffmpeg.
+        ArgumentError: if an argument has a wrong type or value; it names the argument.
+        ScenarioError: if the options do not fit a flock.
+        DependencyNotInstalled: if pygame or imageio-ffmpeg is missing.
     """
     path, options = as_path(path), as_render_options(options)
     if path.suffix not in _FORMATS:
@@ -68,7 +68,8 @@ def write_video(
     pace = float(as_floats(speed, "speed", ()))
     if pace <= 0:
         raise ArgumentError("speed", "a number above 0", pace)
-    runs, progress = as_runs(runs), as_callback(progress)
+    runs = as_runs([(path.stem, runs)] if isinstance(runs, Trajectory) else runs)
+    progress = as_callback(progress)
     for _, run in runs:
         options.selected(run.scenario.num_agents)
     require("pygame", "imageio_ffmpeg")
@@ -85,7 +86,7 @@ def write_video(
         size,
         fps=fps,
         macro_block_size=1,
-        ffmpeg_log_level="error",  # GIFs have colors twice, which is no news
+        ffmpeg_log_level="error",  # ffmpeg warns of every GIF that it has colors twice
         **_FORMATS[path.suffix],
     )
     try:
@@ -116,7 +117,7 @@ def _count_frames(runs: Sequence[tuple[str, Trajectory]], pace: float, fps: int)
 
 
 def _frames(run: Trajectory, times: Iterable[float]) -> Iterator[FlockFrame]:
-    """Yield the frame of a run at each of some rising times in s, the last one from its end on."""
+    """Yield the frames of a run at ascending times in s; from its end on, the last frame."""
     frames = enumerate(recorded_frames(run))
     step, frame = next(frames)
     for time in times:

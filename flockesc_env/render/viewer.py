@@ -1,4 +1,4 @@
-"""What an environment shows: it hands over its state after each reset and step, and asks for pictures."""
+"""Viewers of environments. An environment updates its viewer after each reset and step."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from flockesc_env.render.frame import FlockHistory, FlockMoment
 from flockesc_env.render.line import LineFrame, draw_line
 from flockesc_env.render.options import RenderMode, RenderOptions
 from flockesc_env.render.window import Window
-from flockesc_env.scenario.flock import LineScenario
+from flockesc_env.scenario.line import LineScenario
 
 
 class Viewer(ABC):
-    """Pictures of what an environment holds, as arrays or in a window.
+    """Pictures of an environment, as arrays or in a window.
 
     Args:
         mode: ``"rgb_array"`` or ``"human"``.
@@ -52,12 +52,12 @@ class Viewer(ABC):
         return None
 
     def close(self) -> None:
-        """Close the window, if there is one; twice is fine."""
+        """Close the window, if there is one. It can be called again."""
         if self._window is not None:
             self._window.close()
 
     def _show(self) -> None:
-        """Show what has just come, where it is shown without being asked for."""
+        """Show the new state in mode ``"human"``."""
         if self._window is not None:
             self.render()
 
@@ -71,7 +71,7 @@ class FlockViewer(Viewer):
         self._histories = [FlockHistory(batch.scenario) for _ in range(batch.num_flocks)]
 
     def update(self) -> None:
-        """Take the state of every flock, after a reset or a step."""
+        """Read the state of every flock, after a reset or a step."""
         metrics = self._batch.metrics()
         caught = self._batch.caught()
         objective = metrics[
@@ -98,7 +98,7 @@ class FlockViewer(Viewer):
         self._show()
 
     def forget(self, slots: Sequence[int]) -> None:
-        """Forget what some flocks have been."""
+        """Drop the history of some flocks."""
         for slot in slots:
             self._histories[slot] = FlockHistory(self._batch.drawn(slot))
 
@@ -124,14 +124,20 @@ class LineViewer(Viewer):
         self._moments: list[tuple[int, FloatArray, float]] = []
 
     def update(self, steps: int, states: FloatArray, interaction_range: float) -> None:
-        """Take the number of steps made, x, shape (n,), and rho of the last step, after a reset or a step."""
+        """Add a moment, after a reset or a step.
+
+        Args:
+            steps: number of steps made.
+            states: x, shape (n,).
+            interaction_range: rho of the last step.
+        """
         if steps == 0:
             self.forget()
         self._moments.append((steps, states, interaction_range))
         self._show()
 
     def forget(self) -> None:
-        """Forget what the line has been."""
+        """Drop the history of the line."""
         self._moments = []
 
     def images(self) -> list[Image]:
@@ -147,7 +153,7 @@ class LineViewer(Viewer):
 
 
 def _tiled(images: list[Image]) -> Image:
-    """Put pictures of one size side by side, in about as many rows as columns."""
+    """Arrange pictures of one size in a grid with about as many rows as columns."""
     columns = int(np.ceil(np.sqrt(len(images))))
     rows = -(-len(images) // columns)
     blank = np.full_like(images[0], 255)

@@ -10,10 +10,10 @@ from flockesc_env.render.canvas import Image
 
 
 class Window:
-    """Shows pictures at a steady rate. A process has one window, which the last picture shown owns.
+    """Shows pictures at a steady rate. All windows of a process share one, which shows the last picture.
 
     Args:
-        fps: pictures per second at most.
+        fps: largest number of pictures per second.
     """
 
     def __init__(self, fps: int) -> None:
@@ -21,7 +21,7 @@ class Window:
         self._clock = pygame.time.Clock()
 
     def show(self, image: Image) -> None:
-        """Show a picture; the window opens with the first."""
+        """Show a picture. The first one opens the window."""
         height, width, _ = image.shape
         screen = pygame.display.get_surface()
         if screen is None or screen.get_size() != (width, height):
@@ -34,8 +34,8 @@ class Window:
         pygame.display.flip()
 
     def close(self) -> None:
-        """Close the window; the next picture opens another."""
+        """Close the window. The next picture opens it again."""
         pygame.display.quit()
 
     def __reduce__(self) -> tuple[type[Self], tuple[int]]:
-        return type(self), (self._fps,)  # a copy has a clock of its own
+        return type(self), (self._fps,)  # a copy has its own clock

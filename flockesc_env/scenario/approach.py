@@ -1,58 +1,80 @@
-"""Where a predator comes from, said by what it aims at."""
+"""Where a predator starts, given what it aims at."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Literal
 
-from flockesc_env.common.checks import as_floats
+from flockesc_env.common.checks import as_floats, as_integer
 from flockesc_env.common.errors import ArgumentError, shown
 
-Pair = tuple[float, float]
+Vector = tuple[float, ...]
 
 
 def approach(
-    aim: Literal["center", "edge"] | float = "center",
+    aim: Literal["center", "edge"] | float | Sequence[float] = "center",
     *,
-    distance: float = 80 * math.sqrt(2),
-    speed: float = 10 * math.sqrt(2),
-    direction: Pair = (1.0, 1.0),
+    distance: float | None = None,
+    speed: float | None = None,
+    direction: Sequence[float] | None = None,
     initial_side: float = 100.0,
-) -> tuple[Pair, Pair]:
-    """Return position in m and velocity in m/s of a predator in the plane that flies at the initial region.
+    dimension: int | None = None,
+) -> tuple[Vector, Vector]:
+    """Return the position in m and the velocity in m/s of a predator that flies at the initial region.
 
-    The defaults are the paper's predator: ``ConstantVelocity(*approach())``. In space the predator is in the
-    plane z = 0.
+    The defaults are the paper's predator: ``ConstantVelocity(*approach())``. In space it flies along the
+    cube's diagonal: ``ConstantVelocity(*approach(dimension=3))``.
 
     Args:
         aim: ``"center"`` of the initial region; its ``"edge"``, which the straight path touches on the left;
-            or how far to the left of the center the path passes, in m (negative: to the right).
-        distance: how far before its nearest point to the center the predator starts, in m.
-        speed: its speed in m/s.
-        direction: where it heads, a vector of any length other than 0.
+            by how many m the path passes the center on the left (negative: on the right); or a point through
+            which the path leads, D numbers. In space "left" is horizontal.
+        distance: distance in m from the start to the point of the path nearest to the center, or to the
+            point given as ``aim``; ``None``: 80 sqrt(D).
+        speed: speed in m/s; ``None``: 10 sqrt(D).
+        direction: direction of flight, a vector of any length except 0; ``None``: 1 on every axis.
         initial_side: side of the initial region in m, as in the scenario.
+        dimension: D, 2 or 3; ``None``: the length of ``aim`` if that is a point, otherwise 2.
 
     Raises:
         ArgumentError: naming the argument of a wrong type or shape, not finite or negative, or a
             direction of length 0.
     """
-    x, y = map(float, as_floats(direction, "direction", (2,)))
-    norm = math.hypot(x, y)
+    target = None if isinstance(aim, str) else as_floats(aim, "aim")
+    if dimension is None:
+        dimension = target.size if target is not None and target.ndim else 2
+    if as_integer(dimension, "dimension") not in {2, 3}:
+        raise ArgumentError("dimension", "2 or 3", dimension)
+    heading = [1.0] * dimension
+    if direction is not None:
+        heading = as_floats(direction, "direction", (dimension,)).tolist()
+    norm, flat = math.hypot(*heading), math.hypot(*heading[:2])
     if norm == 0:
         raise ArgumentError("direction", "a vector of a length other than 0", direction)
-    distance = float(as_floats(distance, "distance", (), least=0.0))
-    speed = float(as_floats(speed, "speed", (), least=0.0))
-    half = float(as_floats(initial_side, "initial_side", (), least=0.0)) / 2
-    if not isinstance(aim, str):
-        offset = float(as_floats(aim, "aim", ()))
-    elif aim == "center":
-        offset = 0.0
+    distance = 80 * math.sqrt(dimension) if distance is None else _length(distance, "distance")
+    speed = 10 * math.sqrt(dimension) if speed is None else _length(speed, "speed")
+    half = _length(initial_side, "initial_side") / 2
+    point, offset = [half] * dimension, 0.0
+    if target is not None and target.ndim:
+        point = as_floats(target, "aim", (dimension,)).tolist()
+    elif target is not None:
+        offset = float(target)
     elif aim == "edge":
-        offset = half * (abs(x) + abs(y)) / norm
-    else:
-        raise ArgumentError("aim", "center, edge or a number", shown(aim))
-    position = (
-        half - distance * x / norm - offset * y / norm,
-        half - distance * y / norm + offset * x / norm,
+        offset = half * (abs(heading[0]) + abs(heading[1])) / (flat or 1.0)
+    elif aim != "center":
+        raise ArgumentError("aim", "center, edge, a number or a point", shown(aim))
+    left = [-heading[1], heading[0], 0.0][:dimension]
+    if flat == 0 and (offset != 0 or aim == "edge"):
+        raise ArgumentError(
+            "direction", "a direction that is not vertical, for an aim to its left", direction
+        )
+    position = tuple(
+        middle - distance * ahead / norm + offset * aside / (flat or 1.0)
+        for middle, ahead, aside in zip(point, heading, left, strict=True)
     )
-    return position, (speed * x / norm, speed * y / norm)
+    return position, tuple(speed * ahead / norm for ahead in heading)
+
+
+def _length(value: float, field: str) -> float:
+    return float(as_floats(value, field, (), least=0.0))

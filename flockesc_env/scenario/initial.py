@@ -71,12 +71,12 @@ class Clusters:
 
     Attributes:
         num_clusters: number of centers, at least 1; agent i belongs to center i modulo this number.
-        spread: standard deviation of every coordinate around its center in m, at least 0.
+        standard_deviation: of every coordinate around its center in m, at least 0.
     """
 
     kind: ClassVar[str] = "clusters"
     num_clusters: int = 5
-    spread: float = 5.0
+    standard_deviation: float = 5.0
 
 
 @dataclass(frozen=True)
@@ -92,12 +92,12 @@ class AlignedHeadings:
 
     Attributes:
         direction: of any length but 0, 2 numbers or as many as the scenario's dimension (a missing z is 0).
-        spread: largest angle off it in rad, from 0 to pi.
+        max_angle: largest angle between a heading and ``direction`` in rad, from 0 to pi.
     """
 
     kind: ClassVar[str] = "aligned"
     direction: tuple[float, ...] = (1.0, 0.0)
-    spread: float = 0.0
+    max_angle: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Scenarios by name: the paper's, and variations of it that differ in one thing each."""
+"""Presets: named scenarios, the paper's and variations that differ from it in one thing each."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple, TypeVar
 
-from flockesc_env.common.errors import ScenarioError, shown
+from flockesc_env.common.errors import ScenarioError, shown, shown_name
 from flockesc_env.scenario.approach import approach
-from flockesc_env.scenario.flock import FlockScenario, LineScenario, Scenario
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.initial import AlignedHeadings, Clusters, Disc
+from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.motion import Reynolds, Vicsek
 from flockesc_env.scenario.neighbors import Topological, Voronoi
 from flockesc_env.scenario.predators import (
@@ -24,11 +25,15 @@ from flockesc_env.scenario.predators import (
 )
 from flockesc_env.scenario.randomization import LogUniform, Uniform
 
+Scenario = FlockScenario | LineScenario
+
+MODELS: Final[Mapping[str, type[Scenario]]] = MappingProxyType({"flock": FlockScenario, "line": LineScenario})
+
 _T = TypeVar("_T", bound=Scenario)
 
 
 class Preset(NamedTuple):
-    """A scenario and what it is, in one line."""
+    """A scenario and its description in one line."""
 
     description: str
     scenario: Scenario
@@ -79,10 +84,10 @@ _PREDATORS = {
     "encircled": _flock(
         "four predators on a circle around the flock",
         predators=(
-            Encircle((-30.0, -30.0), (10.0, 10.0), 2.0),
-            Encircle((130.0, -30.0), (-10.0, 10.0), 2.0),
-            Encircle((130.0, 130.0), (-10.0, -10.0), 2.0),
-            Encircle((-30.0, 130.0), (10.0, -10.0), 2.0),
+            Encircle((-30.0, -30.0), (10.0, 10.0), max_turn_rate=2.0),
+            Encircle((130.0, -30.0), (-10.0, 10.0), max_turn_rate=2.0),
+            Encircle((130.0, 130.0), (-10.0, -10.0), max_turn_rate=2.0),
+            Encircle((-30.0, 130.0), (10.0, -10.0), max_turn_rate=2.0),
         ),
     ),
     "herded": _flock(
@@ -126,7 +131,6 @@ _STARTS = {
     "space": _flock(
         "a flock in a cube, attacked along its diagonal",
         dimension=3,
-        predators=(ConstantVelocity((-30.0, -30.0, -30.0), (10.0, 10.0, 10.0)),),
     ),
     "clusters": _flock("five groups, each denser than the paper's flock", initial_positions=Clusters()),
     "head-on": _flock(
@@ -135,7 +139,7 @@ _STARTS = {
         initial_headings=AlignedHeadings(direction=(-1.0, -1.0)),
     ),
     "randomized": _flock(
-        "aim, speed and range of the predator, drawn anew each episode",
+        "aim, speed and range of the predator, random in each episode",
         predators=(ConstantVelocity(*approach(direction=(1.0, 0.0))),),
         randomization=(
             Uniform("predators[0].constant_velocity.position[1]", 0.0, 100.0),
@@ -155,8 +159,20 @@ def preset(name: str) -> Scenario:
         ScenarioError: for an unknown name.
     """
     if not isinstance(name, str) or name not in PRESETS:
-        raise ScenarioError("scenario", f"one of {', '.join(PRESETS)}", shown(name))
+        raise ScenarioError("scenario", f"one of {', '.join(PRESETS)}", shown_name(name, PRESETS))
     return PRESETS[name].scenario
+
+
+def as_model(value: Any) -> Scenario:
+    """Return a scenario of either model: ``value`` itself, or the preset of that name.
+
+    Raises:
+        ScenarioError: for an unknown name, or a value of another type.
+    """
+    scenario = preset(value) if isinstance(value, str) else value
+    if not isinstance(scenario, FlockScenario | LineScenario):
+        raise ScenarioError("scenario", "a FlockScenario, a LineScenario or a preset's name", shown(value))
+    return scenario
 
 
 def as_scenario(value: _T | str | None, model: type[_T]) -> _T:

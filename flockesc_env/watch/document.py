@@ -1,4 +1,4 @@
-"""A run as the page takes it: JSON, with columns of numbers as compressed typed arrays in base64."""
+"""A run as a JSON document for the page; numbers are compressed typed arrays in base64."""
 
 from __future__ import annotations
 
@@ -15,19 +15,20 @@ from flockesc_env.common.checks import as_instance, as_text
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.models.graph import component_labels
 from flockesc_env.models.simulate import Trajectory, as_runs
+from flockesc_env.policies.registry import NAMES
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.neighbors import Metric
 
 Run = tuple[str, Trajectory]
-"""Name, and what the flock did."""
+"""A name and a run."""
 
 
 def check_runs(runs: Sequence[Run]) -> None:
-    """Refuse what cannot be shown side by side.
+    """Refuse runs that cannot be shown side by side.
 
     Raises:
-        ArgumentError: for no runs, a run that is no named run of a flock, or runs in the plane beside runs in
-            space.
+        ArgumentError: if there are no runs, an entry is not a name and a run of a flock, or some runs are in
+            the plane and others in space.
     """
     dimensions = {trajectory.scenario.dimension for _, trajectory in as_runs(runs)}
     if len(dimensions) > 1:
@@ -35,11 +36,12 @@ def check_runs(runs: Sequence[Run]) -> None:
 
 
 def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
-    """Return a run of T steps as an object for ``json.dumps``.
+    """Return the document of a run of T steps, for ``json.dumps``.
 
-    ``ranges`` and ``labels`` have an entry per time 0..T: of the step that begins then, at T of the step that
-    has ended, as ``Trajectory.num_components`` counts. ``lowRange`` and ``highRange`` are a standard
-    deviation away from the mean over agents, within the ranges that occur.
+    Columns have an entry for each of the times 0..T. ``ranges`` and ``labels`` are those of the step that
+    begins at a time; their last entry is that of the step that ends at T, as in
+    ``Trajectory.num_components``. ``lowRange`` and ``highRange`` are the mean over agents minus and plus one
+    standard deviation, within the ranges that occur.
     """
     as_text(name, "name")
     as_instance(trajectory, "trajectory", Trajectory)
@@ -64,12 +66,13 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
         "highRange": _column(np.minimum(mean + deviation, ranges.max(axis=1))),
         "numComponents": _column(trajectory.num_components, "<u4"),
         "survivors": _column(np.rint(trajectory.fraction_surviving * trajectory.scenario.num_agents), "<u4"),
-        # Who is not caught is so at a time that does not come.
+        # An agent that is never caught gets a step that never comes.
         "caughtAt": _column(np.where(trajectory.caught_at < 0, 2**32 - 1, trajectory.caught_at), "<u4"),
     }
     return {
         "name": name,
-        # The seed of a flock that can be drawn again; 64 bits do not fit into a JS number.
+        "kind": _kind(name, ranges),
+        # None if no seed gives this start. A string, because 64 bits do not fit into a number of JavaScript.
         "seed": None if trajectory.is_start_given else str(trajectory.seed),
         "scenario": json.loads(trajectory.scenario.to_json()),
         "rangeUnit": trajectory.scenario.neighbor_rule.unit,
@@ -78,8 +81,15 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     }
 
 
+def _kind(name: str, ranges: NDArray[np.float64]) -> str:
+    """Return the kind of a run's policy, which gives the run its color."""
+    if np.ptp(ranges) == 0:
+        return "fixed"
+    return "rule" if name in NAMES else "learned"
+
+
 def _is_metric(scenario: FlockScenario) -> bool:
-    """Whether ranges alone tell who is whose neighbor."""
+    """Return whether positions and ranges alone determine the neighbors."""
     is_plain = not (
         scenario.blind_angle or scenario.mutual or scenario.frozen_graph or scenario.periodic_side
     )
@@ -87,22 +97,22 @@ def _is_metric(scenario: FlockScenario) -> bool:
 
 
 def _labels(trajectory: Trajectory, step: int, ranges: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the component of every agent, one of its own for each that was caught."""
+    """Return the component of every agent; a caught agent is a component by itself."""
     caught = (trajectory.caught_at >= 0) & (trajectory.caught_at <= step)
     labels = len(caught) + np.arange(len(caught))
     if not caught.all():
         at = 0 if trajectory.scenario.frozen_graph else step
         labels[~caught] = component_labels(
+            trajectory.scenario,
             trajectory.positions[at][~caught],
             np.broadcast_to(ranges, caught.shape)[~caught],
-            scenario=trajectory.scenario,
             velocities=trajectory.velocities[at][~caught],
         )
     return labels
 
 
 def _headings(velocities: NDArray[np.float64]) -> dict[str, Any]:
-    """Pack unit vectors into signed bytes, 127 for 1; an agent at rest has none."""
+    """Return the headings as signed bytes, where 127 is 1; the heading of an agent at rest is 0."""
     speed = np.linalg.norm(velocities, axis=-1, keepdims=True)
     unit = np.divide(velocities, speed, out=np.zeros_like(velocities), where=speed > 0)
     return _column(np.rint(unit * 127), "|i1")

@@ -1,10 +1,11 @@
-"""The page as one self-contained HTML file: nothing is loaded from anywhere."""
+"""The watch page as one HTML file that loads nothing else."""
 
 from __future__ import annotations
 
 import html
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from importlib.resources import files
 from pathlib import Path
 from string import Template
@@ -13,6 +14,8 @@ from typing import Any
 from flockesc_env.common.checks import as_path
 from flockesc_env.common.files import atomic_write
 from flockesc_env.models.records import versions
+from flockesc_env.models.simulate import Trajectory
+from flockesc_env.render.palette import DARK, LIGHT
 from flockesc_env.watch.document import Run, check_runs, run_document
 
 _SCRIPTS = (
@@ -29,21 +32,22 @@ _SCRIPTS = (
     "live",
     "main",
 )
-"""Modules under ``js/``, each after those that it uses."""
+"""Scripts under ``js/``, in order of dependence."""
 
 
-def write_page(runs: Sequence[Run], path: str | Path) -> None:
-    """Write a page that replays runs side by side; it opens from the file, without server or network.
+def write_page(runs: Trajectory | Sequence[Run], path: str | Path) -> None:
+    """Write a page that replays runs side by side. It opens from the file, without a server or a network.
 
     Args:
-        runs: names and trajectories, at best of the same flock.
+        runs: one run, shown under the name of the file, or a list of names and runs. Runs of the same flock
+            compare best.
         path: the HTML file.
 
     Raises:
-        ArgumentError: if there are no runs, they cannot be shown side by side, or the path is none.
+        ArgumentError: if there are no runs, they cannot be shown side by side, or ``path`` is not a path.
     """
     target = as_path(path)
-    page = render(runs).encode()
+    page = render([(target.stem, runs)] if isinstance(runs, Trajectory) else runs).encode()
     with atomic_write(target) as file:
         file.write(page)
 
@@ -52,8 +56,8 @@ def render(runs: Sequence[Run], live: dict[str, Any] | None = None) -> str:
     """Return the page.
 
     Args:
-        runs: names and trajectories.
-        live: what the controls of a served page offer; ``None``: there are none.
+        runs: names and runs.
+        live: what the controls of a served page offer; ``None`` leaves the controls out.
 
     Raises:
         ArgumentError: if there are no runs, or they cannot be shown side by side.
@@ -64,12 +68,12 @@ def render(runs: Sequence[Run], live: dict[str, Any] | None = None) -> str:
         "live": live,
         "runs": [run_document(name, trajectory) for name, trajectory in runs],
     }
-    own = files("flockesc_env.watch")
-    uplot = own / "vendor" / "uplot"
-    styles = [(uplot / "uPlot.min.css").read_text("utf-8"), (own / "page.css").read_text("utf-8")]
+    here = files("flockesc_env.watch")
+    uplot = here / "vendor" / "uplot"
+    styles = [theme(), (uplot / "uPlot.min.css").read_text("utf-8"), (here / "page.css").read_text("utf-8")]
     scripts = [(uplot / "uPlot.iife.min.js").read_text("utf-8")]
-    scripts += [(own / "js" / f"{name}.js").read_text("utf-8") for name in _SCRIPTS]
-    return Template((own / "page.html").read_text("utf-8")).substitute(
+    scripts += [(here / "js" / f"{name}.js").read_text("utf-8") for name in _SCRIPTS]
+    return Template((here / "page.html").read_text("utf-8")).substitute(
         title=html.escape(" / ".join(name for name, _ in runs)),
         styles="\n".join(styles),
         scripts="\n".join(f"<script>\n{script}</script>" for script in scripts),
@@ -77,6 +81,18 @@ def render(runs: Sequence[Run], live: dict[str, Any] | None = None) -> str:
     )
 
 
+def theme() -> str:
+    """Return the CSS that names the palette's colors, for a light and a dark page."""
+    light, dark = (
+        " ".join(
+            f"--{name}: {color if isinstance(color, str) else ', '.join(color)};"
+            for name, color in asdict(palette).items()
+        )
+        for palette in (LIGHT, DARK)
+    )
+    return f":root {{ {light} }}\n@media (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}"
+
+
 def _script_safe(document: str) -> str:
-    """Keep text inside of a JSON document from ending the script element around it."""
+    """Escape what could end the script element around a JSON document."""
     return document.replace("&", r"\u0026").replace("<", r"\u003c").replace(">", r"\u003e")

@@ -1,7 +1,7 @@
-"""Figures per contender over training seeds and flocks, with 95 % intervals.
+"""Figures per policy over training seeds and flocks, with 95 % intervals.
 
 Agarwal et al., "Deep Reinforcement Learning at the Edge of the Statistical Precipice" (2021), with rliable.
-Its stratified bootstrap draws training seeds anew for every task, which fits tasks that were trained on one
+Its stratified bootstrap draws training seeds again for every task, which fits tasks that were trained on one
 by one. Here all flocks share the policy of a training seed, so that whole seeds and whole flocks are drawn,
 independently of each other (Owen, "The pigeonhole bootstrap", 2007); else intervals come out too narrow.
 """
@@ -26,7 +26,7 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Aggregate:
-    """One contender.
+    """Figures of one policy.
 
     Attributes:
         objective: mean over training seeds and flocks.
@@ -55,7 +55,7 @@ class Profile:
 
 
 def aggregate(values: FloatArray, baseline: FloatArray) -> Aggregate:
-    """Compute the figures of a contender.
+    """Compute the figures of a policy.
 
     Args:
         values: objective, shape (training seeds, flocks); one row where nothing was trained.
@@ -88,7 +88,7 @@ def iqm(values: FloatArray) -> Estimate:
 
 
 def profile(values: FloatArray, thresholds: FloatArray) -> Profile:
-    """Return the performance profile of a contender.
+    """Return the performance profile of a policy.
 
     Args:
         values: objective, shape (training seeds, flocks).

@@ -1,26 +1,35 @@
-"""Why a learned policy works: what it does when, what it needs to see, and where else it works."""
+"""Explain a learned policy: the entries of an observation that it needs, and other scenarios."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from flockesc_env import FlockScenario, preset
+from flockesc_env import (
+    FixedRange,
+    FlockScenario,
+    NamedPolicy,
+    NetworkPolicy,
+    Policy,
+    PolicySpec,
+    preset,
+    rollout,
+)
 from flockesc_env.common.progress import progress_bar
-from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec
-from flockesc_env.policies.network import NetworkPolicy
-from flockesc_env.policies.ranges import FixedRange, Observations, Policy
-from flockesc_env.policies.registry import NamedPolicy
-from flockesc_env.policies.rollout import rollout
-from studies.paper.jobs import Cache, Job
+from flockesc_env.episodes.memory import reset_policy
+from flockesc_env.episodes.spaces import ObservationLayout
+from flockesc_env.jobs import Cache
+from studies.measurements import OBJECTIVES, measure_job
 from training import seeds
 from training.config import Setting
 from training.evaluation import OUTCOMES, outcome
+
+Observations = NDArray[np.float32]
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "time": ("time",),
@@ -41,10 +50,11 @@ WORLDS = ("edge-attack", "pursuit", "intercept", "wandering", "two-predators", "
 
 @dataclass
 class Watching:
-    """A policy that keeps what another one saw and did.
+    """A policy that records the observations and ranges of another one.
 
     Attributes:
         policy: the other one.
+        layouts: layout of its observations, one per action.
         seen: its observations, one array per action.
         ranges: its ranges in m.
     """
@@ -52,12 +62,18 @@ class Watching:
     policy: Policy
 
     def __post_init__(self) -> None:
+        self.layouts: list[ObservationLayout] = []
         self.seen: list[Observations] = []
         self.ranges: list[NDArray[np.float64]] = []
+
+    def reset(self, rows: NDArray[np.bool]) -> None:
+        """Reset the other one."""
+        reset_policy(self.policy, rows)
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Let the other one choose."""
         actions = self.policy.act(observations, spec)
+        self.layouts.append(spec.layout)
         self.seen.append(observations.copy())
         self.ranges.append(spec.actions.to_ranges(actions, len(observations)))
         return actions
@@ -65,20 +81,22 @@ class Watching:
 
 @dataclass
 class Blinded:
-    """A network that is shown some entries as constants.
+    """A network that sees some entries as constants.
 
     Attributes:
         policy: the network.
-        shown: per column of the observation, what is shown.
+        shown: the constant of each hidden column.
     """
 
     policy: NetworkPolicy
     shown: dict[int, float]
 
+    def reset(self, rows: NDArray[np.bool]) -> None:
+        """Reset the network."""
+        self.policy.reset(rows)
+
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Let the network choose without what is hidden."""
-        if (observations[:, spec.layout.index("time")] == 0).all():
-            self.policy.forget()  # which it cannot see by itself where the time is hidden
+        """Let the network choose without the hidden entries."""
         hidden = observations.copy()
         for column, value in self.shown.items():
             hidden[:, column] = value
@@ -92,15 +110,8 @@ def watch(entry: NamedPolicy, flocks: range) -> tuple[ObservationLayout, Observa
         Layout; observations (actions, rows, entries); ranges in m (actions, rows).
     """
     watching = Watching(entry.policy)
-    layouts = []
-
-    class _Layout:
-        def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-            layouts.append(spec.layout)
-            return watching.act(observations, spec)
-
-    rollout(_Layout(), flocks, batch_size=len(flocks), **_made_for(entry))
-    return layouts[0], np.array(watching.seen), np.array(watching.ranges)
+    rollout(None, replace(entry, policy=watching), flocks, batch_size=len(flocks))
+    return watching.layouts[0], np.array(watching.seen), np.array(watching.ranges)
 
 
 def ablation(entry: NamedPolicy, setting: Setting, flocks: int) -> pl.DataFrame:
@@ -117,7 +128,7 @@ def ablation(entry: NamedPolicy, setting: Setting, flocks: int) -> pl.DataFrame:
     with progress_bar("Hidden entries", len(hidden)) as report:
         for group, shown in hidden.items():
             if group == "nothing" or shown:
-                episodes = rollout(Blinded(entry.policy, shown), held_out, **_made_for(entry))
+                episodes = rollout(None, replace(entry, policy=Blinded(entry.policy, shown)), held_out)
                 values = outcome(episodes, setting.objective)
                 frames.append(pl.DataFrame({"removed": group, "flock": held_out, "objective": values}))
             report(len(frames), len(hidden))
@@ -127,36 +138,36 @@ def ablation(entry: NamedPolicy, setting: Setting, flocks: int) -> pl.DataFrame:
 def transfer(
     entry: NamedPolicy, setting: Setting, home: float, flocks: int, grid: tuple[float, ...], cache: Cache
 ) -> pl.DataFrame:
-    """Measure the policy in worlds that it was not trained in, beside fixed ranges.
+    """Measure the policy in scenarios that it was not trained in, beside fixed ranges.
 
     Args:
         entry: the policy.
         setting: that it was trained in.
-        home: best fixed range there, in m.
-        flocks: held-out flocks per world; fewer for the largest flock.
-        grid: ranges among which each world's own best is chosen, on as many tuning flocks.
+        home: best fixed range of that setting, in m.
+        flocks: held-out flocks per scenario; fewer for the largest flock.
+        grid: ranges among which the best of each scenario is chosen, on as many tuning flocks.
         cache: of the grid searches.
     """
     frames = []
     names = dict(_worlds())
-    with progress_bar("Other worlds", len(names)) as report:
+    with progress_bar("Other scenarios", len(names)) as report:
         for done, (world, scenario) in enumerate(names.items(), start=1):
             count = flocks if scenario.num_agents <= 1_000 else max(flocks // 40, 2)
             held_out = seeds.first_seeds(seeds.HELD_OUT, count)
             own = _best(scenario, grid, seeds.first_seeds(seeds.TUNING, count), setting, cache)
             options = {"max_range": max(grid)}
-            contenders = {
-                "learned": {"policy": entry.policy, "per_agent": entry.per_agent, **entry.options},
-                "best fixed range there": {"policy": FixedRange(own), **options},
-                "best fixed range of the paper's flock": {"policy": FixedRange(home), **options},
+            policies = {
+                "learned": entry,
+                "best fixed range there": NamedPolicy("there", FixedRange(own), options=options),
+                "best fixed range of the paper's flock": NamedPolicy(
+                    "home", FixedRange(home), options=options
+                ),
             }
-            for contender, chosen in contenders.items():
-                episodes = rollout(seeds=held_out, scenario=scenario, **chosen)
+            for name, policy in policies.items():
+                episodes = rollout(scenario, policy, held_out)
                 values = outcome(episodes, setting.objective)
                 frames.append(
-                    pl.DataFrame(
-                        {"world": world, "contender": contender, "flock": held_out, "objective": values}
-                    )
+                    pl.DataFrame({"world": world, "contender": name, "flock": held_out, "objective": values})
                 )
             report(done, len(names))
     return pl.concat(frames)
@@ -174,9 +185,5 @@ def _worlds() -> Iterator[tuple[str, FlockScenario]]:
 def _best(
     scenario: FlockScenario, grid: tuple[float, ...], flocks: range, setting: Setting, cache: Cache
 ) -> float:
-    values = cache.get(Job("objectives", scenario, grid, flocks))[OUTCOMES[setting.objective]]
+    values = cache.get(measure_job(OBJECTIVES, scenario, grid, flocks))[OUTCOMES[setting.objective]]
     return grid[int(values.mean(axis=1).argmax())]
-
-
-def _made_for(entry: NamedPolicy) -> dict[str, Any]:
-    return {"scenario": entry.scenario, "per_agent": entry.per_agent, **entry.options}

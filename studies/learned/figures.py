@@ -20,7 +20,7 @@ from flockesc_env.common.stats import Estimate, FloatArray
 from studies.learned.aggregate import Profile
 from studies.learned.results import BEST_FIXED, Study
 from studies.learned.summary import Summary
-from studies.paper.style import INK
+from studies.style import INK
 
 Row = tuple[str, Estimate]
 """A label and what is drawn beside it."""
@@ -65,7 +65,7 @@ def gains(summaries: Sequence[Summary]) -> Figure:
     panels: dict[str, list[Row]] = {}
     for kind in ("mean distance", "minimum distance", "line"):
         rows = [
-            (f"{summary.study.setting}: {learner}", summary.contenders[learner].difference)
+            (f"{summary.study.setting}: {learner}", summary.policies[learner].difference)
             for summary in summaries
             if _kind(summary.study) == kind
             for learner in summary.study.trained
@@ -93,7 +93,7 @@ def performance_profiles(studies: Sequence[Study], profiles: dict[str, dict[str,
 
 
 def thresholds(study: Study) -> FloatArray:
-    """Return where performance profiles are taken: most of what any contender reaches, shape (61,)."""
+    """Return where performance profiles are taken: most of what any policy reaches, shape (61,)."""
     low, high = study.episodes["objective"].quantile(0.005), study.episodes["objective"].quantile(0.995)
     return np.linspace(low or 0.0, high or 0.0, 61)
 
@@ -135,9 +135,9 @@ def _panels(count: int) -> tuple[Figure, list[Axes]]:
 
 
 def _colors(studies: Sequence[Study]) -> dict[str, Any]:
-    """Return a color per contender, the same in all panels and figures."""
+    """Return a color per policy, the same in all panels and figures."""
     trained = [name for study in studies for name in study.trained]
-    others = [name for study in studies for name in study.contenders if name != BEST_FIXED]
+    others = [name for study in studies for name in study.policies if name != BEST_FIXED]
     return {BEST_FIXED: _FLAT, **dict(zip(dict.fromkeys(trained + others), cycle(_COLORS), strict=False))}
 
 

@@ -1,4 +1,4 @@
-"""What a policy does when: ranges against time, against the predator's place, and who stops listening."""
+"""The ranges that a policy sets: against time, against the predator's place, and who stops listening."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from flockesc_env import FlockScenario
+from flockesc_env import FlockScenario, NamedPolicy
 from flockesc_env.common.files import atomic_write
-from flockesc_env.policies.registry import NamedPolicy
 from studies.learned.explain import watch
 from training.seeds import HELD_OUT, first_seeds
 
@@ -73,7 +72,7 @@ def _thirds(start: NDArray[np.float64]) -> list[NDArray[np.bool]]:
 
 
 def draw_listening(source: Path, title: str) -> Figure:
-    """Draw what ``measure_listening`` kept in a file."""
+    """Draw the statistics in a file of ``measure_listening``."""
     with np.load(source, allow_pickle=False) as file:
         kept = {name: file[name] for name in file.files}
     per_agent = "range_by_place" in kept

@@ -1,4 +1,4 @@
-"""The page of results and the README's table: what the studies say, made from their files alone."""
+"""The page of results and the README's table, made from the files of the studies."""
 
 from __future__ import annotations
 
@@ -8,20 +8,19 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from flockesc_env.common.files import atomic_write
 from flockesc_env.common.stats import CONFIDENCE
 from studies.learned import figures
 from studies.learned.aggregate import RESAMPLES, profile
 from studies.learned.listening import LISTENING_FILE, LISTENING_FLOCKS, draw_listening
+from studies.learned.questions import QUESTIONS
 from studies.learned.results import BEST_FIXED, ORACLE, load_studies
 from studies.learned.summary import Summary, elsewhere, hidden, summarize
-from studies.learned.targets import AIMS, RULE
-from studies.paper.page import environment
+from studies.pages import templates, write_text
 from training.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
 
 FIGURES = "figures"
 CREDIT = "per-agent-visible"
-"""The setting in which learners are paid in several ways."""
+"""The setting that compares rewards."""
 
 
 def write_page(results: Path, page: Path) -> str:
@@ -40,8 +39,7 @@ def write_page(results: Path, page: Path) -> str:
         )
     text = markdown_page(summaries, results / FIGURES, page, listened(results))
     page.parent.mkdir(parents=True, exist_ok=True)
-    with atomic_write(page) as file:
-        file.write(text.encode())
+    write_text(page, text)
     return readme_table(summaries)
 
 
@@ -63,7 +61,7 @@ def markdown_page(
     """
     folder = Path(os.path.relpath(pictures.resolve(), page.resolve().parent)).as_posix()
     rendered: str = (
-        environment("training")
+        templates("studies.learned")
         .get_template("results.md")
         .render(
             summaries=summaries,
@@ -72,10 +70,9 @@ def markdown_page(
             elsewhere=elsewhere,
             pictures=folder,
             watched=watched,
-            missing=[name for name in AIMS if name not in {row.study.setting for row in summaries}],
+            missing=[name for name in QUESTIONS if name not in {row.study.setting for row in summaries}],
             best_fixed=BEST_FIXED,
             oracle=ORACLE,
-            rule=RULE,
             confidence=CONFIDENCE,
             resamples=RESAMPLES,
             tuning=TUNING,
@@ -90,7 +87,7 @@ def markdown_page(
 def readme_table(summaries: Sequence[Summary]) -> str:
     """Return a short table, one row per setting, as Markdown."""
     rendered: str = (
-        environment("training")
+        templates("studies.learned")
         .get_template("readme_table.md")
         .render(summaries=summaries, best_fixed=BEST_FIXED)
     )
@@ -98,11 +95,11 @@ def readme_table(summaries: Sequence[Summary]) -> str:
 
 
 def _pictures(summaries: Sequence[Summary]) -> dict[str, Figure]:
-    """Return the figures by the names of their files, those left out for which there is nothing to draw."""
+    """Return the figures by the names of their files, without those that would be empty."""
     studies = [summary.study for summary in summaries]
     profiles = {
         study.setting: {
-            name: profile(study.values(name), figures.thresholds(study)) for name in study.contenders
+            name: profile(study.values(name), figures.thresholds(study)) for name in study.policies
         }
         for study in studies
     }

@@ -1,4 +1,4 @@
-"""What the studies left in ``results/learned``, read and checked; nothing is computed here."""
+"""Read and check the files of ``results/learned``."""
 
 from __future__ import annotations
 
@@ -51,11 +51,11 @@ class Study:
     Attributes:
         setting: its name, which is the folder's.
         title: of the setting.
-        command: that gives these results.
+        command: the command that gives these results.
         objective: the distance that counts.
         is_line: whether it is about the line, whose objective has no unit.
         tuning_flocks: on which the best fixed range was chosen.
-        held_out_flocks: on which every contender is reported.
+        held_out_flocks: on which every policy is reported.
         best_fixed_range: the choice.
         learners: by name.
         versions: of Python and packages.
@@ -96,14 +96,14 @@ class Study:
         return "" if self.is_line else " m"
 
     @property
-    def contenders(self) -> list[str]:
-        """Names, in the order in which the file has them."""
+    def policies(self) -> list[str]:
+        """Names of all policies, in the order of the file."""
         return self.episodes["contender"].unique(maintain_order=True).to_list()
 
     @property
     def trained(self) -> list[str]:
-        """Those of the contenders that were trained here."""
-        return [name for name in self.contenders if name in self.learners]
+        """Names of the policies that were trained here."""
+        return [name for name in self.policies if name in self.learners]
 
     @property
     def flocks(self) -> list[int]:
@@ -129,9 +129,9 @@ class Study:
         best = self.grid.sort("mean", descending=True).row(0, named=True)
         return best["interaction_range"], best["mean"]
 
-    def values(self, contender: str) -> FloatArray:
+    def values(self, policy: str) -> FloatArray:
         """Return the objective, shape (training seeds, flocks); one row where nothing was trained."""
-        rows = self.episodes.filter(contender=contender).sort("training_seed", "flock")
+        rows = self.episodes.filter(contender=policy).sort("training_seed", "flock")
         return rows["objective"].to_numpy().reshape(-1, self.held_out_flocks)
 
 
@@ -192,9 +192,9 @@ def _table(path: Path, columns: tuple[str, ...]) -> pl.DataFrame | None:
 
 
 def _check_episodes(study: Study, path: Path) -> None:
-    """Differences are paired: every contender needs every flock once, for every training seed."""
-    if BEST_FIXED not in study.contenders:
-        raise RecordError(f"{path}: contender", repr(BEST_FIXED), ", ".join(study.contenders))
+    """Differences are paired: every policy needs every flock once, for every training seed."""
+    if BEST_FIXED not in study.policies:
+        raise RecordError(f"{path}: contender", repr(BEST_FIXED), ", ".join(study.policies))
     if not np.isfinite(study.episodes["objective"].cast(pl.Float64).fill_null(np.nan).to_numpy()).all():
         raise RecordError(f"{path}: objective", "finite numbers", "others too")
     flocks = study.flocks
@@ -208,7 +208,7 @@ def _check_episodes(study: Study, path: Path) -> None:
 
 
 def _check_learners(study: Study, folder: Path) -> None:
-    """Whoever was trained here has episodes, runs and curves."""
+    """Every learner needs episodes, runs and curves."""
     expected = set(study.learners)
     for name, column in (("episodes", "contender"), ("runs", "learner"), ("curves", "learner")):
         missing = expected - set(getattr(study, name)[column].to_list())

@@ -1,4 +1,4 @@
-"""A row of the comparison from nothing: training runs, fixed ranges, held-out flocks, files for the page."""
+"""One setting from the start: training runs, fixed ranges, held-out flocks, files for the page."""
 
 from __future__ import annotations
 
@@ -15,16 +15,15 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from flockesc_env import FlockScenario
+from flockesc_env import ArgumentError, FlockScenario, NamedPolicy, built_in
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray, mean
-from flockesc_env.policies.registry import NamedPolicy, built_in
+from flockesc_env.jobs import Cache
 from studies.learned import explain
 from studies.learned.listening import LISTENING_FILE, measure_listening
 from studies.learned.results import EPISODES_FILE
-from studies.paper.jobs import Cache, Job
+from studies.measurements import OBJECTIVES, measure_job
 from training import seeds
-from training.arguments import StudyArgs
 from training.config import (
     CURVE_FILE,
     KINDS,
@@ -36,9 +35,9 @@ from training.config import (
     presets,
     versions,
 )
-from training.contenders import contender
 from training.evaluation import OUTCOMES, play
 from training.outputs import write_table
+from training.policies import named_policy
 from training.processes import train_apart
 
 FLOCK_GRID = (*range(0, 21, 2), 25, 30, 40, 50, 75, 100, 150)
@@ -47,7 +46,7 @@ FLOCK_GRID = (*range(0, 21, 2), 25, 30, 40, 50, 75, 100, 150)
 LINE_GRID = tuple(np.linspace(0, 1, 51).tolist())
 
 EXPLAINED_FLOCKS = 100
-"""Held-out flocks of ablations and other worlds."""
+"""Held-out flocks of ablations and other scenarios."""
 
 TrainingRun = tuple[str, int, Path]
 """Learner, training seed and folder."""
@@ -56,11 +55,34 @@ VISIBLE_RULES = ("stubborn-leaders",)
 LOCAL_RULES = ("stubborn-leaders-local", "stubborn-witnesses")
 
 
+@dataclasses.dataclass(frozen=True)
+class StudyArgs:
+    """Arguments of ``study``.
+
+    Attributes:
+        setting: name of a preset.
+        output: folder of the results; the setting's go into a folder of its name.
+        runs: folder of the training runs; finished ones are used, unfinished ones continued.
+        learners: some of the preset's learners; none: all that have training seeds.
+        held_out_flocks: flocks that results are reported on.
+        tuning_flocks: other flocks, on which the best fixed range is chosen.
+        jobs: training runs at a time, each on one core.
+    """
+
+    setting: str
+    output: Path = Path("results/learned")
+    runs: Path = Path("runs/study")
+    learners: tuple[str, ...] = ()
+    held_out_flocks: int = 1000
+    tuning_flocks: int = 1000
+    jobs: int = 2
+
+
 def study(args: StudyArgs) -> Path:
     """Train, evaluate and write the files of one setting; return its folder.
 
     Raises:
-        ValueError: for an unknown setting or learner, or an argument out of bounds.
+        ArgumentError: for an unknown setting or learner, or an argument out of bounds.
         RuntimeError: if a training run fails; finished runs stay.
     """
     preset = _preset(args)
@@ -79,7 +101,7 @@ def study(args: StudyArgs) -> Path:
     ]
     entries: list[tuple[str, int | None, NamedPolicy]]
     entries = [(entry.name, None, entry) for entry in _rules(preset)]
-    entries += [(name, seed, contender(str(run))) for name, seed, run in runs]
+    entries += [(name, seed, named_policy(str(run))) for name, seed, run in runs]
     with progress_bar("Policies on held-out flocks", len(entries)) as report:
         for done, (name, seed, entry) in enumerate(entries, start=1):
             values = play(entry, preset.setting, held_out)
@@ -97,11 +119,11 @@ def study(args: StudyArgs) -> Path:
 def _preset(args: StudyArgs) -> Preset:
     known = presets()
     if args.setting not in known:
-        raise ValueError(f"setting: expected one of {', '.join(known)}, got {args.setting!r}")
+        raise ArgumentError("setting", f"one of {', '.join(known)}", repr(args.setting))
     preset = known[args.setting]
     for name in args.learners:
         if name not in preset.learners:
-            raise ValueError(f"learners: expected any of {', '.join(preset.learners)}, got {name!r}")
+            raise ArgumentError("learners", f"any of {', '.join(preset.learners)}", repr(name))
     reported = {
         name: learner
         for name, learner in preset.learners.items()
@@ -114,7 +136,7 @@ def _train(args: StudyArgs, preset: Preset) -> list[TrainingRun]:
     """Do all training runs that are not finished; return learner, training seed and folder of each.
 
     Raises:
-        ValueError: if a finished run has other arguments than the preset.
+        ArgumentError: if a finished run has other arguments than the preset.
     """
     runs = [
         (name, seed, args.runs / args.setting / f"{name}-{seed}")
@@ -124,7 +146,7 @@ def _train(args: StudyArgs, preset: Preset) -> list[TrainingRun]:
     missing = [run for run in runs if not (run[2] / POLICY_FILE).is_file()]
     for run in runs:
         if run not in missing and not _is_of(preset, run):
-            raise ValueError(f"runs: expected the preset's arguments in {run[2]}, got others; remove it")
+            raise ArgumentError("runs", f"the preset's arguments in {run[2]}", "others; remove it")
     with (
         progress_bar(f"Training runs of {args.setting}", len(missing)) as report,
         ThreadPoolExecutor(args.jobs) as workers,
@@ -158,7 +180,9 @@ def _fixed(title: str, preset: Preset, flocks: range, cache: Cache) -> FloatArra
     with progress_bar(title, len(flocks)) as report:
         for start in range(0, len(flocks), 50):
             chunk = flocks[start : start + 50]
-            parts.append(cache.get(Job("objectives", preset.setting.model, _grid(preset), chunk))[column])
+            parts.append(
+                cache.get(measure_job(OBJECTIVES, preset.setting.model, _grid(preset), chunk))[column]
+            )
             report(start + len(chunk), len(flocks))
     return np.concatenate(parts, axis=1)
 
@@ -220,7 +244,7 @@ def _explain(
     if not candidates:
         return {}
     name, seed, run = max(candidates, key=lambda run: _best_point(run[2]))
-    entry = contender(str(run))
+    entry = named_policy(str(run))
     few = min(args.held_out_flocks, EXPLAINED_FLOCKS)
     write_table(explain.ablation(entry, preset.setting, few), folder / "ablation.parquet")
     worlds = explain.transfer(entry, preset.setting, best, few, _grid(preset), cache)
@@ -256,7 +280,7 @@ def _describe(
     document = {
         "setting": args.setting,
         "title": preset.title,
-        "command": shlex.join(["python", "-m", "training", "study", args.setting, *chosen]),
+        "command": shlex.join(["python", "-m", "studies", "learned", args.setting, *chosen]),
         "objective": preset.setting.objective,
         "is_line": preset.setting.is_line,
         "tuning_flocks": args.tuning_flocks,

@@ -1,4 +1,4 @@
-"""Add one's own policy to the results of a setting: the same world, the same held-out flocks."""
+"""Add a user's policy to the results of a setting, on the same held-out flocks."""
 
 from __future__ import annotations
 
@@ -8,32 +8,32 @@ from pathlib import Path
 
 import polars as pl
 
-from flockesc_env import FlockScenario
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env import ArgumentError, EnvOptions, FlockScenario, LineOptions, NamedPolicy
 from flockesc_env.common.files import atomic_write
-from flockesc_env.episodes.options import EnvOptions, LineOptions
-from flockesc_env.policies.registry import NamedPolicy
 from studies.learned.page import write_page
-from studies.learned.results import EPISODES_FILE, load_studies
+from studies.learned.results import EPISODES_FILE, load_studies, load_study
+from studies.learned.summary import summarize
 from training.config import Setting, presets
-from training.contenders import contender
 from training.evaluation import play
+from training.policies import named_policy
 from training.seeds import HELD_OUT, first_seeds
 
 
-def submit(setting: str, policy: str, name: str, results: Path, page: Path) -> None:
-    """Run a policy on the held-out flocks of a setting, add it to the results and write the page anew.
+def submit(setting: str, policy: str, name: str, results: Path, page: Path) -> str:
+    """Run a policy on the held-out flocks of a setting, add it to the results and write the page.
 
-    What the policy sees may not exceed what the setting shows; its ranges and how long an action holds are
-    its own choice.
+    The policy may not see more than the setting shows; its ranges and the length of an action are free.
 
     Args:
         setting: name of the preset.
-        policy: what ``training.contenders.contender`` knows: a built-in policy, a policy's file, the folder
+        policy: a built-in policy, a policy's file, the folder
             of a run, or ``module:function``.
-        name: how tables and figures are to call it.
+        name: name in tables and figures.
         results: folder of the results.
         page: the page's file.
+
+    Returns:
+        A sentence with the policy's objective and its difference to the best fixed range.
 
     Raises:
         ArgumentError: naming what does not fit the setting, or a name that is taken.
@@ -44,14 +44,14 @@ def submit(setting: str, policy: str, name: str, results: Path, page: Path) -> N
     if setting not in studies:
         raise ArgumentError("setting", f"one of {', '.join(studies)}", repr(setting))
     study = studies[setting]
-    if name in study.contenders:
-        raise ArgumentError("name", f"another name than {', '.join(study.contenders)}", repr(name))
+    if name in study.policies:
+        raise ArgumentError("name", f"another name than {', '.join(study.policies)}", repr(name))
     if not re.fullmatch(r"\w[\w .,:=+()-]*", name):  # it gets into Markdown
         raise ArgumentError("name", "letters, digits, spaces and . , : = + ( ) -", repr(name))
     flocks = first_seeds(HELD_OUT, study.held_out_flocks)
     if study.flocks != list(flocks):
         raise ArgumentError("results", f"flocks {flocks.start} to {flocks.stop - 1}", "others")
-    entry = dataclasses.replace(contender(policy), name=name)
+    entry = dataclasses.replace(named_policy(policy), name=name)
     check_fits(entry, known[setting].setting)
 
     rows = pl.DataFrame(
@@ -66,6 +66,9 @@ def submit(setting: str, policy: str, name: str, results: Path, page: Path) -> N
     with atomic_write(results / setting / EPISODES_FILE) as file:
         pl.concat([study.episodes, rows.select(study.episodes.columns)]).write_parquet(file)
     write_page(results, page)
+    (row,) = summarize([load_study(results / setting)])
+    reached = row.show(row.policies[name].objective) + study.unit
+    return f"{setting}: {name} {reached}, {row.difference(name)}{study.unit} to the best fixed range"
 
 
 def check_fits(entry: NamedPolicy, setting: Setting) -> None:

@@ -13,7 +13,7 @@ from flockesc_env.common.stats import Estimate, FloatArray
 
 
 class Verdict(StrEnum):
-    """What became of a claim."""
+    """Whether a claim of the paper holds."""
 
     HOLDS = "holds"
     IN_EXPECTATION = "holds in expectation only"
@@ -38,8 +38,8 @@ def verdict(share: float, *, in_expectation: bool) -> Verdict:
 
 
 @dataclass(frozen=True)
-class Figure:
-    """A measured figure.
+class Quantity:
+    """A measured quantity.
 
     Attributes:
         what: what was measured.
@@ -63,30 +63,30 @@ class Figure:
 
 
 def every(is_so: NDArray[np.bool], axis: int) -> NDArray[np.bool]:
-    """Return where something is true all along an axis."""
+    """Return where something is true along a whole axis."""
     result: NDArray[np.bool] = np.all(is_so, axis=axis)
     return result
 
 
-def share(what: str, is_so: NDArray[np.bool]) -> Figure:
+def share(what: str, is_so: NDArray[np.bool]) -> Quantity:
     """Return the share of realizations of which something is true."""
-    return Figure(what, stats.share(is_so), "%", 1)
+    return Quantity(what, stats.share(is_so), "%", 1)
 
 
-def mean(what: str, values: FloatArray, unit: str = "", digits: int = 2) -> Figure:
+def mean(what: str, values: FloatArray, unit: str = "", digits: int = 2) -> Quantity:
     """Return the mean over realizations."""
-    return Figure(what, stats.mean(values), unit, digits)
+    return Quantity(what, stats.mean(values), unit, digits)
 
 
-def exactly(what: str, value: float, unit: str = "", digits: int = 2) -> Figure:
-    """Return a figure that is no estimate."""
-    return Figure(what, Estimate(float(value), float(value), float(value)), unit, digits)
+def exactly(what: str, value: float, unit: str = "", digits: int = 2) -> Quantity:
+    """Return an exact quantity, without an interval."""
+    return Quantity(what, Estimate(float(value), float(value), float(value)), unit, digits)
 
 
-def quantiles(what: str, values: FloatArray, unit: str = "", digits: int = 2) -> Figure:
-    """Return the median and, in place of an interval, what 95 % of the realizations lie between."""
+def quantiles(what: str, values: FloatArray, unit: str = "", digits: int = 2) -> Quantity:
+    """Return the median and, instead of an interval, the range of 95 % of the realizations."""
     low, middle, high = np.quantile(values, [0.025, 0.5, 0.975])
-    return Figure(what, Estimate(float(middle), float(low), float(high)), unit, digits)
+    return Quantity(what, Estimate(float(middle), float(low), float(high)), unit, digits)
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ class Claim:
 
     where: str
     claim: str
-    measured: tuple[Figure, ...]
+    measured: tuple[Quantity, ...]
     trials: int
     holds_if: str
     verdict: Verdict

@@ -1,4 +1,4 @@
-"""``flockesc paper``."""
+"""``python -m studies paper``."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from tyro.conf import arg
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress, optional
-from flockesc_env.cli.output import check_output, note, require, show, show_json
+from flockesc_env.cli.output import check_output, note, show, show_json
+from flockesc_env.common.extras import require
 from flockesc_env.common.progress import progress_bar
-from studies.paper.jobs import total_size
-from studies.paper.plan import BATCH, Trials, studies
+from studies.measurements import total_size
+from studies.paper.plan import BATCH, Trials, measurements
 
 if TYPE_CHECKING:
-    from studies.paper.page import Results
+    from studies.paper.page import PaperResults
 
 
 def run(
@@ -39,15 +40,14 @@ def run(
 
     Takes about six minutes on two cores; when interrupted, run it again to go on.
 
-    Example: flockesc paper --output runs/paper
+    Example: python -m studies paper --output runs/paper
     """
     trials = Trials(flocks=flocks, lines=lines)
     check_output(page, [".md"], field="page")
-    for module in ("matplotlib", "scipy", "jinja2", "markdown"):
-        require(module, "analysis", "paper")
+    require("analysis", ["matplotlib", "scipy", "jinja2", "markdown"])
     from studies.paper.reproduction import reproduce  # heavy, and of an extra
 
-    with progress_bar("Measuring", total_size(studies(trials)), always=progress) as report:
+    with progress_bar("Measuring", total_size(measurements(trials)), always=progress) as report:
 
         def show_progress(done: int, total: int) -> None:
             report(done, total)
@@ -63,7 +63,7 @@ def run(
     return Exit.DONE
 
 
-def _show(results: Results) -> None:
+def _show(results: PaperResults) -> None:
     for claim in results.claims:
         show(f"{claim.where}: {claim.claim}")
         show(f"    {claim.verdict}: {claim.measured[0]}")

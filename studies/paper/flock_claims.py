@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from flockesc_env.common import stats
 from flockesc_env.common.stats import FloatArray
-from studies.paper.claims import Claim, Figure, RangeRow, every, exactly, mean, quantiles, share, verdict
-from studies.paper.jobs import Arrays
+from flockesc_env.jobs import Arrays
+from studies.paper.claims import Claim, Quantity, RangeRow, every, exactly, mean, quantiles, share, verdict
 from studies.paper.plan import (
     AIMED_GRID,
     FLOCK,
@@ -90,7 +90,7 @@ def _connectivity(curves: Arrays, literal: Arrays) -> list[Claim]:
             "V, Fig. 7",
             f"rho = 10 m: the flock breaks up into {PRINTED_COMPONENTS} components.",
             (
-                Figure("mean number at t = 12 s", average),
+                Quantity("mean number at t = 12 s", average),
                 quantiles("median, and 95 % of the flocks", at_end.astype(float), digits=0),
                 share(f"flocks with exactly {PRINTED_COMPONENTS}", as_many),
             ),
@@ -164,7 +164,7 @@ def _mean_distance(curves: Arrays, grid: Arrays) -> list[Claim]:
             "V, Fig. 9b",
             "rho* = 10 m (J_mean; grid of 1 m up to 100 m).",
             (
-                Figure("best range in expectation", best, "m", 0),
+                Quantity("best range in expectation", best, "m", 0),
                 quantiles("best range of a single flock: median, and 95 %", own, "m", 0),
                 share("flocks whose best range is within 2.5 m of 10 m", near),
             ),
@@ -209,7 +209,7 @@ def _minimum_distance(grid: Arrays) -> list[Claim]:
             "V, Fig. 10b",
             "The best range for the minimum distance lies between 10 and 30 m.",
             (
-                Figure("best range in expectation", best, "m", 0),
+                Quantity("best range in expectation", best, "m", 0),
                 quantiles("best range of a single flock: median, and 95 %", own, "m", 0),
                 share("flocks whose best range is in 10 to 30 m", inside),
             ),
@@ -246,7 +246,7 @@ def _edge(aimed: dict[float, Arrays]) -> list[Claim]:
             figure
             for offset in OFFSETS[::2]
             for figure in (
-                Figure(f"best range at offset {offset:g} m", best[offset], "m", 1),
+                Quantity(f"best range at offset {offset:g} m", best[offset], "m", 1),
                 mean(f"{name}(100) - {name}(10) there, paired", margin[offset], "m"),
             )
         ]

@@ -8,12 +8,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from flockesc_env.common import stats
+from flockesc_env.jobs import Arrays
 from flockesc_env.models.graph import component_labels
 from flockesc_env.models.simulate import Trajectory, simulate
 from flockesc_env.models.sweep import FlockSweepResult
-from studies.paper.jobs import Arrays
 from studies.paper.plan import AIMED_GRID, FLOCK, FLOCK_GRID, FULL_RANGE, OFFSETS, SHOWN_FLOCK_RANGES
-from studies.paper.style import BAND, INK, PREDATOR, component_colors, letter
+from studies.style import BAND, INK, PREDATOR, component_colors, letter
 
 _TIMES = (0.0, 4.0, 8.0, 12.0)
 _COLORS = dict(zip(SHOWN_FLOCK_RANGES, ("tab:gray", "tab:blue", "tab:orange"), strict=True))
@@ -37,7 +37,7 @@ def snapshots(seed: int, rho: float) -> Figure:
 
 def _snapshot(axes: Axes, run: Trajectory, rho: float, step: int) -> None:
     positions = run.positions[step]
-    colors = component_colors(component_labels(positions, rho))
+    colors = component_colors(component_labels(None, positions, rho))
     axes.quiver(*positions.T, *run.velocities[step].T, color=colors, scale=260, width=0.006)
     path = run.predator_positions[: step + 1, 0]
     axes.plot(*path.T, color=PREDATOR, lw=0.8, alpha=0.6)

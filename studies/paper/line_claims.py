@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
-from studies.paper.claims import Claim, Figure, every, mean, share, verdict
-from studies.paper.jobs import Arrays
+from flockesc_env.jobs import Arrays
+from studies.paper.claims import Claim, Quantity, every, mean, share, verdict
 from studies.paper.plan import (
     BATCH,
     COARSE,
@@ -143,7 +143,7 @@ def _best_range(force: str, grid: Arrays) -> Claim:
         "IV, Fig. 5a",
         f"rho* = 0.1 on the grid 0, 0.1, .., 1 with {BATCH} trials, under `{force}`.",
         (
-            Figure("best range of the grid, all trials", everywhere, digits=1),
+            Quantity("best range of the grid, all trials", everywhere, digits=1),
             share(f"batches of {BATCH} that choose 0.1", chosen),
             share("single lines whose best range is 0.1", own),
             mean("mean d_ss(0.1)", distance[_FIRST], digits=4),
@@ -168,8 +168,8 @@ def _second_peak(grid: Arrays) -> Claim:
         "IV, Fig. 5a",
         "rho* = 0.1 is the optimal range (`linear`, on a grid of 0.01).",
         (
-            Figure("best range", best),
-            Figure("best range above 0.5, a second peak", second),
+            Quantity("best range", best),
+            Quantity("best range above 0.5, a second peak", second),
             mean("mean d_ss there", peak, digits=4),
             mean("d_ss(0.1) less that, paired", reported[_FIRST] - peak, digits=4),
             share(f"batches of {BATCH} whose best range is below 0.5", low),
@@ -203,7 +203,7 @@ def _at_best(grid: Arrays) -> list[Claim]:
             "2.65 clusters on average at rho = 0.1: two or three.",
             (
                 mean("mean number of clusters, `linear`", components),
-                Figure(f"means of {BATCH}, 95 % of them", Estimate(of_batches.mean(), low, high)),
+                Quantity(f"means of {BATCH}, 95 % of them", Estimate(of_batches.mean(), low, high)),
                 share("lines with two or three", few),
             ),
             len(components),
@@ -224,7 +224,7 @@ def edge_claim(results: dict[str, Arrays]) -> Claim:
         best = stats.argmax(_GRID, study["escape_distance"])
         components[place] = study["num_components"][LINE_GRID.index(float(best.mean))].astype(float)
         measured += [
-            Figure(f"best range, x_p = {place:g}", best),
+            Quantity(f"best range, x_p = {place:g}", best),
             mean("mean number of clusters there", components[place]),
         ]
     return Claim(

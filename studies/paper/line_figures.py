@@ -7,12 +7,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from flockesc_env.common.stats import FloatArray
+from flockesc_env.jobs import Arrays
 from flockesc_env.models.simulate import simulate_line
 from flockesc_env.models.sweep import LineSweepResult
 from flockesc_env.scenario.flock import EscapeForce, LineScenario
-from studies.paper.jobs import Arrays
 from studies.paper.plan import COARSE, FORCES, FREE_LINE, LINE, LINE_GRID, SHOWN_RANGES
-from studies.paper.style import BAND, INK, PREDATOR, cluster_colors, letter
+from studies.style import BAND, INK, PREDATOR, cluster_colors, letter
 
 _NAMES: dict[EscapeForce, str] = {
     "constant": "constant (Eq. 8)",

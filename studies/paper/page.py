@@ -11,11 +11,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markdown import markdown
 
 from flockesc_env.common.stats import Estimate
-from studies.paper.claims import MOST, Claim, Figure, RangeRow, Verdict
+from studies.pages import templates
+from studies.paper.claims import MOST, Claim, Quantity, RangeRow, Verdict
 from studies.paper.plan import Trials
 from studies.paper.realizations import FLOCK_RULE, LINE_RULE
 
@@ -23,7 +23,7 @@ RESULTS_FILE = "results.json"
 
 
 @dataclasses.dataclass(frozen=True)
-class Results:
+class PaperResults:
     """All that the page is made from.
 
     Attributes:
@@ -47,7 +47,7 @@ class Results:
         return json.dumps(dataclasses.asdict(self), indent=1) + "\n"
 
     @classmethod
-    def from_json(cls, document: str) -> Results:
+    def from_json(cls, document: str) -> PaperResults:
         """Build results from their JSON document."""
         fields = json.loads(document)
         return cls(
@@ -60,13 +60,13 @@ class Results:
         )
 
 
-def markdown_page(results: Results, figures: Path, page: Path) -> str:
+def markdown_page(results: PaperResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the pictures in the folder ``figures``."""
     folder = Path(os.path.relpath(figures.resolve(), page.resolve().parent))
     return _render("page.md", results, lambda name: (folder / f"{name}.png").as_posix())
 
 
-def html_page(results: Results, figures: Path) -> str:
+def html_page(results: PaperResults, figures: Path) -> str:
     """Return the page as one HTML file that holds its pictures."""
 
     def embedded(name: str) -> str:
@@ -74,10 +74,10 @@ def html_page(results: Results, figures: Path) -> str:
         return f"data:image/png;base64,{picture}"
 
     body = markdown(_render("page.md", results, embedded), extensions=["tables", "fenced_code"])
-    return environment().get_template("page.html").render(body=body)
+    return templates("studies.paper").get_template("page.html").render(body=body)
 
 
-def _render(template: str, results: Results, picture: Callable[[str], str]) -> str:
+def _render(template: str, results: PaperResults, picture: Callable[[str], str]) -> str:
     sections = {
         "Theory of the line (Section III)": [row for row in results.claims if row.where.startswith("III")],
         "Line (Section IV)": [row for row in results.claims if row.where.startswith("IV")],
@@ -85,7 +85,7 @@ def _render(template: str, results: Results, picture: Callable[[str], str]) -> s
     }
     counts = Counter(row.verdict for row in results.claims)
     page: str = (
-        environment()
+        templates("studies.paper")
         .get_template(template)
         .render(
             results=results,
@@ -100,21 +100,10 @@ def _render(template: str, results: Results, picture: Callable[[str], str]) -> s
     return page
 
 
-def environment(package: str = "studies.paper") -> Environment:
-    """Return what renders the templates of a package."""
-    # Nothing that a user typed gets onto the page, so that nothing has to be escaped.
-    return Environment(
-        loader=PackageLoader(package),
-        autoescape=False,  # noqa: S701
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-
-
 def _claim(row: dict[str, Any]) -> Claim:
-    measured = tuple(Figure(**{**figure, "value": Estimate(**figure["value"])}) for figure in row["measured"])
+    measured = tuple(
+        Quantity(**{**figure, "value": Estimate(**figure["value"])}) for figure in row["measured"]
+    )
     return Claim(**{**row, "measured": measured, "verdict": Verdict(row["verdict"])})
 
 

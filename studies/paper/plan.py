@@ -1,4 +1,4 @@
-"""What is measured: every study is a scenario, ranges and a number of flocks, cut into jobs."""
+"""The measurements of the paper: scenarios, ranges and numbers of seeds."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from typing import Final
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.scenario.approach import approach
-from flockesc_env.scenario.flock import EscapeForce, FlockScenario, LineScenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import EscapeForce, LineScenario
 from flockesc_env.scenario.predators import ConstantVelocity
-from studies.paper.jobs import Study
+from studies.measurements import OBJECTIVES, Measurement
+from studies.paper.jobs import CONSENSUS, CURVES
 
 FLOCK: Final = FlockScenario()
 LINE: Final = LineScenario()
@@ -78,23 +80,23 @@ def threshold(rho: float) -> LineScenario:
     return LINE.replace(escape_force="constant", repulsion_strength=LINE.predator_range + rho)
 
 
-def studies(trials: Trials) -> dict[str, Study]:
-    """Return all studies by name."""
+def measurements(trials: Trials) -> dict[str, Measurement]:
+    """Return all measurements by name."""
     plan = {
-        f"grid {force}": Study("objectives", LINE.replace(escape_force=force), LINE_GRID, trials.lines)
+        f"grid {force}": Measurement(OBJECTIVES, LINE.replace(escape_force=force), LINE_GRID, trials.lines)
         for force in FORCES
     }
-    plan["free line"] = Study("consensus", FREE_LINE, FREE_RANGES, trials.lines)
-    plan["attacked line"] = Study("consensus", LINE, SHOWN_RANGES, trials.lines)
+    plan["free line"] = Measurement(CONSENSUS, FREE_LINE, FREE_RANGES, trials.lines)
+    plan["attacked line"] = Measurement(CONSENSUS, LINE, SHOWN_RANGES, trials.lines)
     for rho in THRESHOLD_RANGES:
-        plan[f"threshold {rho}"] = Study("consensus", threshold(rho), (rho,), trials.lines)
+        plan[f"threshold {rho}"] = Measurement(CONSENSUS, threshold(rho), (rho,), trials.lines)
     for place in PREDATOR_POSITIONS:
-        plan[f"predator at {place}"] = Study(
-            "objectives", LINE.replace(predator_position=place), LINE_GRID, trials.lines
+        plan[f"predator at {place}"] = Measurement(
+            OBJECTIVES, LINE.replace(predator_position=place), LINE_GRID, trials.lines
         )
-    plan["curves"] = Study("curves", FLOCK, SHOWN_FLOCK_RANGES, trials.flocks)
-    plan["grid flock"] = Study("objectives", FLOCK, FLOCK_GRID, trials.flocks)
-    plan["literal flock"] = Study("objectives", LITERAL_FLOCK, LITERAL_RANGES, trials.flocks)
+    plan["curves"] = Measurement(CURVES, FLOCK, SHOWN_FLOCK_RANGES, trials.flocks)
+    plan["grid flock"] = Measurement(OBJECTIVES, FLOCK, FLOCK_GRID, trials.flocks)
+    plan["literal flock"] = Measurement(OBJECTIVES, LITERAL_FLOCK, LITERAL_RANGES, trials.flocks)
     for offset in OFFSETS:
-        plan[f"aimed {offset:g}"] = Study("objectives", aimed(offset), AIMED_GRID, trials.flocks)
+        plan[f"aimed {offset:g}"] = Measurement(OBJECTIVES, aimed(offset), AIMED_GRID, trials.flocks)
     return plan

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from flockesc_env.jobs import Arrays
 from studies.paper.claims import every
 from studies.paper.flock_claims import PRINTED_BEST, PRINTED_COMPONENTS, dominates
-from studies.paper.jobs import Arrays
 from studies.paper.line_claims import PRINTED_CLUSTERS, clusters
 from studies.paper.plan import FLOCK_GRID, FREE_RANGES, SHOWN_FLOCK_RANGES
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 from importlib.metadata import version
 from pathlib import Path
 
-from flockesc_env.common.files import atomic_write
+from flockesc_env.jobs import Arrays, Cache
 from flockesc_env.models.sweep import Progress
-from studies.paper import flock_figures, line_figures, realizations, style
+from studies import style
+from studies.measurements import measure
+from studies.pages import write_text
+from studies.paper import flock_figures, line_figures, realizations
 from studies.paper.flock_claims import by_range, flock_claims
-from studies.paper.jobs import Arrays, Cache, measure
 from studies.paper.line_claims import edge_claim, line_claims
-from studies.paper.page import RESULTS_FILE, Results, html_page, markdown_page
-from studies.paper.plan import FORCES, OFFSETS, Trials, studies
+from studies.paper.page import RESULTS_FILE, PaperResults, html_page, markdown_page
+from studies.paper.plan import FORCES, OFFSETS, Trials, measurements
 from studies.paper.theory_claims import theory_claims
 
 _PACKAGES = ("flockesc-env", "numpy", "scipy")
@@ -25,21 +27,21 @@ def reproduce(
     cache: Path | None = None,
     page: Path | None = None,
     progress: Progress,
-) -> Results:
+) -> PaperResults:
     """Measure all claims; write the results, the figures and the page.
 
-    What is interrupted goes on where it stopped when it is called again, and ends with the same bytes.
+    Called again after an interrupt, it continues where it stopped and ends with the same bytes.
 
     Args:
         output: folder of ``results.json``, the figures (PNG and SVG) and ``paper.html``.
         trials: how many flocks and lines.
         cache: folder of finished chunks; default: ``cache`` in ``output``.
         page: where the Markdown page goes; default: ``paper.md`` in ``output``.
-        progress: called with the size of what is finished and of the whole (``jobs.total_size``); statistics
+        progress: called with the size of what is finished and of the whole (``total_size``); statistics
             and figures come after that, within a minute.
     """
     output.mkdir(parents=True, exist_ok=True)
-    measured = measure(studies(trials), Cache(cache or output / "cache"), progress)
+    measured = measure(measurements(trials), Cache(cache or output / "cache"), progress)
     line = realizations.line_seed(measured["free line"])
     flock = realizations.flock_seed(measured["curves"], measured["grid flock"])
     claims = (
@@ -49,12 +51,12 @@ def reproduce(
         edge_claim(measured),
     )
     versions = {name: version(name) for name in _PACKAGES}
-    results = Results(trials, line, flock, claims, by_range(measured["grid flock"]), versions)
+    results = PaperResults(trials, line, flock, claims, by_range(measured["grid flock"]), versions)
     _draw(output, measured, line, flock)
     markdown = page or output / "paper.md"
-    _write(output / RESULTS_FILE, results.to_json())
-    _write(markdown, markdown_page(results, output, markdown))
-    _write(output / "paper.html", html_page(results, output))
+    write_text(output / RESULTS_FILE, results.to_json())
+    write_text(markdown, markdown_page(results, output, markdown))
+    write_text(output / "paper.html", html_page(results, output))
     return results
 
 
@@ -76,8 +78,3 @@ def _draw(output: Path, measured: dict[str, Arrays], line: int, flock: int) -> N
     }
     for name, figure in figures.items():
         style.save(figure, output / name)
-
-
-def _write(path: Path, text: str) -> None:
-    with atomic_write(path) as file:
-        file.write(text.encode())

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from flockesc_env.jobs import Arrays
 from studies.paper.claims import Claim, every, exactly, mean, share, verdict
-from studies.paper.jobs import Arrays
 from studies.paper.plan import COARSE, FREE_RANGES, LINE, THRESHOLD_RANGES
 
 

@@ -1,1 +1,1 @@
-"""The best fixed range in every world: all flock presets that have predators, under one protocol."""
+"""The best fixed range in every flock preset with predators, under one protocol."""

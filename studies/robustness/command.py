@@ -1,4 +1,4 @@
-"""``flockesc worlds``."""
+"""``python -m studies robustness``."""
 
 from __future__ import annotations
 
@@ -10,49 +10,49 @@ from tyro.conf import arg
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress, optional
-from flockesc_env.cli.output import check_output, note, require, show, show_json, table
+from flockesc_env.cli.output import check_output, note, show, show_json, table
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.extras import require
 from flockesc_env.common.progress import progress_bar
-from studies.paper.jobs import total_size
-from studies.robustness.plan import LEAST_FLOCKS, studies, worlds
+from studies.measurements import total_size
+from studies.robustness.plan import LEAST_FLOCKS, attacked_presets, measurements
 
 if TYPE_CHECKING:
-    from studies.robustness.page import Results
+    from studies.robustness.page import RobustnessResults
 
 
 def run(
     *,
     output: Annotated[Path, arg(help="folder of results, figure and page; made if it is missing")] = Path(
-        "runs/worlds"
+        "runs/robustness"
     ),
     num_flocks: Annotated[
         int, arg(help="flocks to choose the best range on, and again as many to measure it on, at least 2")
     ] = 500,
     presets: Annotated[
         tuple[str, ...] | None,
-        *optional("which worlds", "all flock presets that have predators", metavar="NAME .."),
+        *optional("which presets", "all flock presets that have predators", metavar="NAME .."),
     ] = None,
     page: Annotated[
-        Path | None, *optional("file of the Markdown page", "worlds.md in the output folder")
+        Path | None, *optional("file of the Markdown page", "robustness.md in the output folder")
     ] = None,
     progress: Progress = False,
     json: Json = False,
 ) -> Exit:
-    """Find the best fixed range in every world: does the paper's finding survive?
+    """Find the best fixed range in every preset: does the paper's finding survive?
 
-    Writes worlds.md, worlds.png and worlds.svg, results.json.
+    Writes robustness.md, robustness.png and robustness.svg, results.json.
 
     About 35 minutes on two cores; interrupted, run it again to go on.
 
-    Example: flockesc worlds --num-flocks 50 --presets paper-flock pursuit
+    Example: python -m studies robustness --num-flocks 50 --presets paper-flock pursuit
     """
     if as_count(num_flocks, "num_flocks") < LEAST_FLOCKS:
         raise ArgumentError("num_flocks", f"at least {LEAST_FLOCKS}", num_flocks)
-    plan = studies(worlds(presets), num_flocks)
+    plan = measurements(attacked_presets(presets), num_flocks)
     check_output(page, [".md"], field="page")
-    for module in ("matplotlib", "scipy", "jinja2", "markdown"):
-        require(module, "analysis", "worlds")
+    require("analysis", ["matplotlib", "scipy", "jinja2", "markdown"])
     from studies.robustness.survey import survey  # heavy, and of an extra
 
     with progress_bar("Measuring", total_size(plan), always=progress) as report:
@@ -60,33 +60,33 @@ def run(
         def show_progress(done: int, total: int) -> None:
             report(done, total)
             if done == total:
-                note("measured; statistics take some seconds more a world")
+                note("measured; statistics take some seconds more per preset")
 
         results = survey(output, num_flocks, presets=presets, page=page, progress=show_progress)
-    note(f"saved: {page or output / 'worlds.md'}")
+    note(f"saved: {page or output / 'robustness.md'}")
     if json:
-        show_json({"command": "worlds", "output": str(output), "results": json_.loads(results.to_json())})
+        show_json({"command": "robustness", "output": str(output), "results": json_.loads(results.to_json())})
     else:
         _show(results)
     return Exit.DONE
 
 
-def _show(results: Results) -> None:
+def _show(results: RobustnessResults) -> None:
     rows = [
         [
-            world.name,
-            f"{outcome.best.mean:g} {world.grid.unit}",
+            row.name,
+            f"{outcome.best.mean:g} {row.grid.unit}",
             f"[{outcome.best.low:g}, {outcome.best.high:g}]",
             str(outcome.min_mean_distance),
             str(outcome.gain_over_zero),
             str(outcome.gain_over_longest),
             outcome.finding,
         ]
-        for world in results.worlds
-        for outcome in [world.outcomes["J_mean"]]
+        for row in results.presets
+        for outcome in [row.outcomes["J_mean"]]
     ]
     head = [
-        "world",
+        "preset",
         "best range",
         "95 %",
         "J_mean (m)",

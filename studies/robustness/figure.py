@@ -1,4 +1,4 @@
-"""J_mean against the range in all worlds, one small panel each."""
+"""J_mean against the range in all presets, one small panel each."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from studies.paper.style import BAND, INK
-from studies.robustness.page import Results, World
+from studies.robustness.page import PresetResult, RobustnessResults
+from studies.style import BAND, INK
 
 _COLUMNS = 5
 _SYMBOL = "J_mean"
 _BEST = "tab:orange"
 
 
-def against_range(results: Results) -> Figure:
+def against_range(results: RobustnessResults) -> Figure:
     """Draw the figure; the axis of ranges is linear up to 20 and logarithmic beyond."""
-    columns = min(_COLUMNS, len(results.worlds))
-    rows = -(-len(results.worlds) // columns)
+    columns = min(_COLUMNS, len(results.presets))
+    rows = -(-len(results.presets) // columns)
     figure = Figure(figsize=(2.6 * columns, 2.1 * rows + 0.5), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False)
-    for axes, world in zip(panels.flat, results.worlds, strict=False):
-        _panel(axes, world)
-    for axes in panels.flat[len(results.worlds) :]:
+    for axes, row in zip(panels.flat, results.presets, strict=False):
+        _panel(axes, row)
+    for axes in panels.flat[len(results.presets) :]:
         axes.set_axis_off()
     for axes in panels[:, 0]:
         axes.set_ylabel(f"{_SYMBOL} (m)", fontsize=7)
@@ -30,8 +30,8 @@ def against_range(results: Results) -> Figure:
     return figure
 
 
-def _panel(axes: Axes, world: World) -> None:
-    outcome, actions = world.outcomes[_SYMBOL], np.array(world.grid.actions)
+def _panel(axes: Axes, row: PresetResult) -> None:
+    outcome, actions = row.outcomes[_SYMBOL], np.array(row.grid.actions)
     mean, low, high = (
         np.array([getattr(point, name) for point in outcome.curve]) for name in ("mean", "low", "high")
     )
@@ -44,5 +44,5 @@ def _panel(axes: Axes, world: World) -> None:
     axes.set_xticks(ticks, [str(tick) for tick in ticks])
     axes.minorticks_off()
     axes.tick_params(labelsize=7)
-    axes.set_title(f"{world.name}: {outcome.finding}", fontsize=7.5)
-    axes.set_xlabel(f"range ({world.grid.unit})", fontsize=7)
+    axes.set_title(f"{row.name}: {outcome.finding}", fontsize=7.5)
+    axes.set_xlabel(f"range ({row.grid.unit})", fontsize=7)

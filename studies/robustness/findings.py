@@ -1,4 +1,4 @@
-"""From objectives of flocks to the best fixed range of a world, and the one rule by which it is judged."""
+"""From objectives of flocks to the best fixed range of a preset, and the one rule that judges it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate
 
 OBJECTIVES = {"J_mean": "min_mean_distance", "J_min": "min_min_distance"}
-"""Symbol and column of what is to be large."""
+"""Symbol and column of every objective."""
 
 
 class Finding(StrEnum):

@@ -1,4 +1,4 @@
-"""The page: a row per world, and what the rows say, made from the results file alone."""
+"""The page: a row per preset, and an answer per question, made from the results file alone."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from pathlib import Path
 from typing import Any
 
 from flockesc_env.common.stats import Estimate
-from studies.paper.page import environment
+from studies.pages import templates
 from studies.robustness.findings import RULE, Finding, Outcome
 from studies.robustness.plan import Grid
 from studies.robustness.questions import QUESTIONS
 
 RESULTS_FILE = "results.json"
-FIGURE = "worlds"
+FIGURE = "robustness"
 
 
 @dataclasses.dataclass(frozen=True)
-class World:
+class PresetResult:
     """One row.
 
     Attributes:
@@ -39,19 +39,19 @@ class World:
 
 
 @dataclasses.dataclass(frozen=True)
-class Results:
-    """All that page and figure are made from.
+class RobustnessResults:
+    """Results of the survey, from which page and figure are made.
 
     Attributes:
-        command: that gives these results.
+        command: the command that gives these results.
         num_flocks: flocks in each half: ranges are chosen on the seeds from 0, measured on those from here.
-        worlds: the rows.
+        presets: the rows.
         versions: of Python and of the packages that they were computed with.
     """
 
     command: str
     num_flocks: int
-    worlds: tuple[World, ...]
+    presets: tuple[PresetResult, ...]
     versions: dict[str, str]
 
     def to_json(self) -> str:
@@ -59,20 +59,20 @@ class Results:
         return json.dumps(dataclasses.asdict(self), indent=1) + "\n"
 
     @classmethod
-    def from_json(cls, document: str) -> Results:
+    def from_json(cls, document: str) -> RobustnessResults:
         """Build results from their JSON document."""
         fields = json.loads(document)
-        return cls(**{**fields, "worlds": tuple(_world(row) for row in fields["worlds"])})
+        return cls(**{**fields, "presets": tuple(_preset(row) for row in fields["presets"])})
 
 
 @dataclasses.dataclass(frozen=True)
 class Answer:
-    """What the worlds of one question say.
+    """What the presets of one question say.
 
     Attributes:
         question: a key of ``QUESTIONS``.
-        interior: worlds whose best range is interior.
-        others: the other worlds, each with what was found in place of that.
+        interior: presets whose best range is interior.
+        others: the other presets, each with its finding.
     """
 
     question: str
@@ -89,12 +89,12 @@ class Answer:
         return f"in {len(self.interior)} of {number}: {', '.join(self.interior)}; not shown for {told}"
 
 
-def answers(results: Results, symbol: str) -> list[Answer]:
-    """Return what the worlds say about one objective, by question."""
+def answers(results: RobustnessResults, symbol: str) -> list[Answer]:
+    """Return what the presets say about one objective, by question."""
     found = []
     for question in QUESTIONS:
         rows = [
-            (row.name, row.outcomes[symbol].finding) for row in results.worlds if row.question == question
+            (row.name, row.outcomes[symbol].finding) for row in results.presets if row.question == question
         ]
         interior = [name for name, finding in rows if finding is Finding.INTERIOR]
         others = [(name, finding) for name, finding in rows if finding is not Finding.INTERIOR]
@@ -103,14 +103,14 @@ def answers(results: Results, symbol: str) -> list[Answer]:
     return found
 
 
-def markdown_page(results: Results, figures: Path, page: Path) -> str:
+def markdown_page(results: RobustnessResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the picture in the folder ``figures``."""
     folder = Path(os.path.relpath(figures.resolve(), page.resolve().parent))
-    template = environment("studies.robustness").get_template("worlds.md")
+    template = templates("studies.robustness").get_template("robustness.md")
     rendered: str = template.render(
         results=results,
-        answers={symbol: answers(results, symbol) for symbol in results.worlds[0].outcomes},
-        grids=sorted({str(row.grid) for row in results.worlds}),
+        answers={symbol: answers(results, symbol) for symbol in results.presets[0].outcomes},
+        grids=sorted({str(row.grid) for row in results.presets}),
         picture=(folder / f"{FIGURE}.png").as_posix(),
         rule=RULE,
         place=_place,
@@ -122,10 +122,10 @@ def _place(best: Estimate, unit: str) -> str:
     return f"{best.mean:g} [{best.low:g}, {best.high:g}] {unit}"
 
 
-def _world(row: dict[str, Any]) -> World:
+def _preset(row: dict[str, Any]) -> PresetResult:
     outcomes = {symbol: _outcome(fields) for symbol, fields in row["outcomes"].items()}
     grid = Grid(row["grid"]["unit"], tuple(row["grid"]["actions"]))
-    return World(**{**row, "grid": grid, "outcomes": outcomes})
+    return PresetResult(**{**row, "grid": grid, "outcomes": outcomes})
 
 
 def _outcome(fields: dict[str, Any]) -> Outcome:

@@ -1,4 +1,4 @@
-"""What is measured: every flock preset with predators, on the grid of its neighbor rule, in two halves."""
+"""The measurements: every flock preset with predators, on the grid of its neighbor rule, in two halves."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.predators import Learned
 from flockesc_env.scenario.presets import PRESETS
-from studies.paper.jobs import Study
+from studies.measurements import OBJECTIVES, Measurement
 
 LEAST_FLOCKS: Final = 2
 """Flocks in each half, without which there is no interval."""
@@ -44,11 +44,11 @@ def grid_of(scenario: FlockScenario) -> Grid:
     return GRIDS.get(scenario.neighbor_rule.kind, METERS)
 
 
-def worlds(names: Iterable[str] | None = None) -> dict[str, FlockScenario]:
-    """Return the scenarios by their presets' names; ``None``: all flocks that are attacked.
+def attacked_presets(names: Iterable[str] | None = None) -> dict[str, FlockScenario]:
+    """Return the scenarios of presets by name; ``None``: all flocks that are attacked.
 
     Raises:
-        ArgumentError: for a name that is none of theirs, or for none at all.
+        ArgumentError: for the name of another preset, or if there is no name.
     """
     known = {
         name: entry.scenario
@@ -72,9 +72,9 @@ def _is_attacked(scenario: FlockScenario) -> bool:
     return bool(kinds) and Learned not in kinds
 
 
-def studies(scenarios: Mapping[str, FlockScenario], num_flocks: int) -> dict[str, Study]:
-    """Return what has to be run: seeds 0 to ``2 num_flocks`` of every world under every action."""
+def measurements(scenarios: Mapping[str, FlockScenario], num_flocks: int) -> dict[str, Measurement]:
+    """Return the measurements: seeds 0 to ``2 num_flocks - 1`` of every preset under every action."""
     return {
-        name: Study("objectives", scenario, grid_of(scenario).actions, 2 * num_flocks)
+        name: Measurement(OBJECTIVES, scenario, grid_of(scenario).actions, 2 * num_flocks)
         for name, scenario in scenarios.items()
     }

@@ -1,4 +1,4 @@
-"""Does the paper's finding survive? Every world belongs to one question, by what its scenario is."""
+"""Does the paper's finding survive? Every preset belongs to one question, by its scenario."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _misses_the_center(scenario: FlockScenario) -> bool:
     for predator in scenario.predators:
         if predator.kind != _STRAIGHT:
             continue
-        position, velocity = np.array(predator.position[:2]), np.array(predator.velocity[:2])
+        position, velocity = np.array(predator.position)[:2], np.array(predator.velocity)[:2]
         (x, y), (u, v) = center - position, velocity
         speed = np.hypot(u, v)
         if speed > 0 and abs(u * y - v * x) / speed >= scenario.initial_side / 4:
@@ -62,12 +62,12 @@ QUESTIONS: Final[dict[str, Callable[[FlockScenario], bool]]] = {
     "other neighbor rules": _listens_otherwise,
     "other laws of motion, noise, delay, unlike agents": _moves_otherwise,
     "controls: a frozen graph, no flight": _is_control,
-    "parameters that are drawn anew": lambda scenario: bool(scenario.randomization),
+    "parameters that are drawn for every episode": lambda scenario: bool(scenario.randomization),
     "other flocks and predators": lambda _: True,
 }
-"""What differs from the paper, in order of precedence: a world belongs to the first that is true of it."""
+"""What differs from the paper, in order of precedence: a preset belongs to the first that is true of it."""
 
 
 def question_of(scenario: FlockScenario) -> str:
-    """Return the question that a world answers."""
+    """Return the question that a preset answers."""
     return next(question for question, is_so in QUESTIONS.items() if is_so(scenario))

@@ -20,7 +20,7 @@ from flockesc_env import (
     sweep,
 )
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.policies import FixedRange, ScheduledRange, StubbornLeaders
+from flockesc_env.policies import FixedRange, ScheduledRange, StubbornLeaders, StubbornWitnesses
 
 FLOCK, LINE = small_flock(), LineScenario(num_agents=5, max_steps=10)
 NAN = np.nan
@@ -43,9 +43,13 @@ def refusal(call: Callable[[], Any]) -> ArgumentError:
 SIMULATE: list[tuple[Any, dict[str, Any], str]] = [
     ([1, 1, 1, 1, -1], {}, "interaction_range[4]"),
     ([1, 1, NAN, 1, 1], {}, "interaction_range[2]"),
-    (np.ones((5, 10)), {}, "interaction_range"),
-    (np.ones((10, 4)), {}, "interaction_range"),
-    (np.ones((10, 5, 1)), {}, "interaction_range"),
+    (np.ones((10, 5)), {}, "interaction_range"),
+    (None, {}, "interaction_range"),
+    (1.0, {"schedule": np.ones((10, 5))}, "interaction_range"),
+    (None, {"schedule": np.ones((5, 10))}, "schedule"),
+    (None, {"schedule": np.ones((10, 4))}, "schedule"),
+    (None, {"schedule": np.ones((10, 5, 1))}, "schedule"),
+    (None, {"schedule": np.ones(10)}, "schedule"),
     (1.0, {"initial_positions": POSITIONS.T}, "initial_positions"),
     (1.0, {"initial_positions": SPOILT}, "initial_positions[3, 1]"),
     (1.0, {"initial_velocities": SPOILT}, "initial_velocities[3, 1]"),
@@ -58,18 +62,15 @@ def test_simulate(rho: Any, arguments: dict[str, Any], field: str) -> None:
 
 
 def test_schedule_or_range_per_agent() -> None:
-    """Where n = T one axis could mean either; with both written out it cannot."""
+    """As many agents as steps: the argument says which axis is meant."""
     scenario = small_flock(num_agents=6, num_steps=6)
     values = np.arange(6) * 10.0
-    error = refusal(lambda: simulate(scenario, values, seed=0))
-    assert error.field == "interaction_range"
-    assert "(1, 6)" in error.expected
-    assert "(6, 1)" in error.expected
-    own, scheduled = simulate(scenario, values[None], seed=0), simulate(scenario, values[:, None], seed=0)
+    own = simulate(scenario, values, seed=0)
+    scheduled = simulate(scenario, schedule=values[:, None], seed=0)
     assert own.num_components[0] < 6  # the scheduled range starts at 0
     assert scheduled.num_components[0] == 6
     square = np.tile(values, (6, 1))
-    np.testing.assert_array_equal(simulate(scenario, square, seed=0).positions, own.positions)
+    np.testing.assert_array_equal(simulate(scenario, schedule=square, seed=0).positions, own.positions)
     lonely = small_flock(num_agents=1, num_steps=1)
     np.testing.assert_array_equal(
         simulate(lonely, [3.0], seed=0).positions, simulate(lonely, 3.0, seed=0).positions
@@ -100,16 +101,16 @@ def test_sweep(scenario: Any, ranges: Any, seeds: Any, options: dict[str, Any], 
         (lambda: FixedRange("1"), "interaction_range"),
         (lambda: ScheduledRange(-np.ones(10)), "schedule[0]"),
         (lambda: ScheduledRange(np.ones(9)), "schedule"),
-        (lambda: ScheduledRange(np.ones((10, 5))), "schedule"),
+        (lambda: ScheduledRange(np.ones((10, 4))), "schedule"),
         (lambda: ScheduledRange(5.0), "schedule"),
         (lambda: ScheduledRange(np.full(10, NAN)), "schedule[0]"),
         (lambda: StubbornLeaders(min_cosine=NAN), "min_cosine"),
-        (lambda: StubbornLeaders(), "observation"),
+        (lambda: StubbornWitnesses(patience=-0.1), "patience"),
     ],
 )
 def test_policies(policy: Callable[[], Any], field: str) -> None:
     """Refused when made, or by the first environment that they do not fit."""
-    assert refusal(lambda: rollout(policy(), [0], scenario=FLOCK)).field == field
+    assert refusal(lambda: rollout(FLOCK, policy(), [0])).field == field
 
 
 PREDATORS = (ConstantVelocity(), PurePursuit((1.0, 2.0)))

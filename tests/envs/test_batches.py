@@ -70,9 +70,9 @@ def test_rollout(dimension: int, per_agent: bool) -> None:
     results = [
         columns(
             rollout(
+                scenario,
                 policy,
                 SEEDS,
-                scenario=scenario,
                 per_agent=per_agent,
                 batch_size=size,
                 num_threads=count,

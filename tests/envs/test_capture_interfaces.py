@@ -21,9 +21,12 @@ from flockesc_env import (
     FlockEscapeEnv,
     FlockScenario,
     FlockVectorEnv,
+    load_run,
     parallel_env,
-    records,
+    replay_run,
     rollout,
+    run_differences,
+    save_run,
     simulate,
     sweep,
 )
@@ -111,7 +114,7 @@ def test_arrays_ignore_actions_of_agents_that_were_caught() -> None:
     assert caught.any()
 
 
-def test_own_distances_end_at_zero() -> None:
+def test_individual_distances_end_at_zero() -> None:
     """The distance of an agent that was caught is 0: so its changes sum to minus the first one."""
     scenario = hunted()
     run = simulate(scenario, 3.0, seed=4)
@@ -122,7 +125,7 @@ def test_own_distances_end_at_zero() -> None:
     np.testing.assert_allclose(paid, end - start)
 
 
-def test_own_running_minimum_pays_who_was_caught_no_more() -> None:
+def test_individual_running_minimum_pays_who_was_caught_no_more() -> None:
     """Not even for the way until it was caught, where the minimum did not fall in that very step."""
     late = 0
     for seed in SEEDS:
@@ -270,9 +273,9 @@ def test_sweeps_rollouts_and_records_agree(dimension: int, per_agent: bool, tmp_
         np.testing.assert_array_equal(result.min_mean_distance[i], [run.mean_distance.min() for run in runs])
         for batch_size in (1, 5, 64):
             episodes = rollout(
+                scenario,
                 FixedRange(rho),
                 SEEDS,
-                scenario=scenario,
                 per_agent=per_agent,
                 batch_size=batch_size,
                 action_mode="range",
@@ -283,17 +286,17 @@ def test_sweeps_rollouts_and_records_agree(dimension: int, per_agent: bool, tmp_
                 episodes.min_mean_distance, [run.mean_distance.min() for run in runs]
             )
         for run in runs:
-            records.save(run, tmp_path / "run.npz")
-            loaded = records.load(tmp_path / "run.npz").trajectory
-            assert records.differences(run, loaded) == []
-            assert records.differences(loaded, records.replay(loaded)) == []
+            save_run(run, tmp_path / "run.npz")
+            loaded = load_run(tmp_path / "run.npz").trajectory
+            assert run_differences(run, loaded) == []
+            assert run_differences(loaded, replay_run(loaded)) == []
     assert result.best_range("survival") in ranges
     assert len({0.0, *result.fraction_surviving.ravel()}) > 1
 
 
 def test_a_policy_is_recorded_beyond_the_end_of_its_flock() -> None:
     scenario = doomed(capture_radius=1e6)
-    run = record(RandomRange(seed=1), 0, scenario=scenario, per_agent=True)
+    run = record(scenario, RandomRange(seed=1), 0, per_agent=True)
     assert run.interaction_ranges.shape == (scenario.num_steps, scenario.num_agents)
     np.testing.assert_array_equal(run.caught_at, 1)
 

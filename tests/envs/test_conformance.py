@@ -1,4 +1,4 @@
-"""The official test suites of Gymnasium, PettingZoo and stable-baselines3, over every option."""
+"""The official test suites of Gymnasium, PettingZoo and stable-baselines3, over every three options."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 import gymnasium
 import pytest
 from gymnasium.utils.env_checker import check_env as check_gymnasium
-from option_table import AGENT_OPTIONS, DIMENSIONS, FLOCK_OPTIONS, LINE_OPTIONS, label, small_flock
+from option_table import AGENTS, DIMENSIONS, FLOCK, LINE_OPTIONS, every_option, label, small_flock
 from pettingzoo.test import (
     api_test,
     max_cycles_test,
@@ -33,9 +33,8 @@ Options = dict[str, Any]
 # PettingZoo's suites pass options={"options": 1}.
 pytestmark = pytest.mark.filterwarnings("ignore:reset ignores the unknown options:UserWarning")
 
-dimensions = pytest.mark.parametrize("dimension", DIMENSIONS, ids="{}D".format)
-flock_options = pytest.mark.parametrize("options", FLOCK_OPTIONS, ids=label)
-agent_options = pytest.mark.parametrize("options", AGENT_OPTIONS, ids=label)
+flock_options = every_option(FLOCK, dimension=DIMENSIONS)
+agent_options = every_option(AGENTS, dimension=DIMENSIONS)
 line_options = pytest.mark.parametrize("options", LINE_OPTIONS, ids=label)
 
 
@@ -52,7 +51,6 @@ def small_line() -> LineScenario:
     return LineScenario(num_agents=5, max_steps=10)
 
 
-@dimensions
 @flock_options
 def test_gymnasium_flock(options: Options, dimension: int) -> None:
     env = gymnasium.make(FLOCK_ID, scenario=small_flock(dimension), **options)
@@ -71,7 +69,6 @@ def test_gymnasium_line(options: Options) -> None:
         )  # a window waits; tests/tools/test_render_environments.py
 
 
-@dimensions
 @flock_options
 def test_sb3_flock(options: Options, dimension: int) -> None:
     env = gymnasium.make(FLOCK_ID, scenario=small_flock(dimension), **options)
@@ -92,25 +89,21 @@ def test_gymnasium_defaults(name: str) -> None:
     check_gymnasium(gymnasium.make(name).unwrapped)
 
 
-@dimensions
 @agent_options
 def test_parallel_api(options: Options, dimension: int) -> None:
     parallel_api_test(flockesc_env.parallel_env(small_flock(dimension), **options), num_cycles=30)
 
 
-@dimensions
 @agent_options
 def test_aec_api(options: Options, dimension: int) -> None:
     api_test(flockesc_env.env(small_flock(dimension), **options), num_cycles=30)
 
 
-@dimensions
 @agent_options
 def test_parallel_seed(options: Options, dimension: int) -> None:
     parallel_seed_test(lambda: flockesc_env.parallel_env(small_flock(dimension), **options), num_cycles=30)
 
 
-@dimensions
 @agent_options
 def test_aec_seed(options: Options, dimension: int) -> None:
     seed_test(lambda: flockesc_env.env(small_flock(dimension), **options), num_cycles=30)
@@ -118,7 +111,6 @@ def test_aec_seed(options: Options, dimension: int) -> None:
 
 # Positions and velocities have no bounds.
 @pytest.mark.filterwarnings("ignore:.*state space value is -?infinity:UserWarning")
-@dimensions
 @agent_options
 def test_state(options: Options, dimension: int) -> None:
     scenario = small_flock(dimension)
@@ -126,10 +118,7 @@ def test_state(options: Options, dimension: int) -> None:
     state_test(env, flockesc_env.parallel_env(scenario, **options))
 
 
-@dimensions
-@pytest.mark.parametrize(
-    "options", [options for options in AGENT_OPTIONS if options["steps_per_action"] == 1], ids=label
-)
+@every_option(AGENTS | {"steps_per_action": (1,)}, dimension=DIMENSIONS)
 def test_max_cycles(options: Options, dimension: int) -> None:
     """A cycle is an action of every agent; here each holds for one step of the model."""
 

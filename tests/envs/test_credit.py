@@ -34,7 +34,7 @@ objectives = pytest.mark.parametrize("objective", OBJECTIVES)
 
 HUNTERS = (
     PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0, confusion_rate=2.0, sight=1e3),
-    Wandering((25.0, 0.0), (0.0, 15.0), 2.0),
+    Wandering((25.0, 0.0), (0.0, 15.0), angular_diffusion=2.0),
     ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
 )
 FLOCKS: dict[str, dict[str, Any]] = {
@@ -164,7 +164,7 @@ def test_learned_predators_are_steered_alike(objective: str) -> None:
 
 def near(scenario: FlockScenario, state: dict[str, Any]) -> np.ndarray:
     """Return who is a neighbor of whom under the largest range, shape (n, n)."""
-    pairs = neighbor_pairs(state["positions"], MAX_RANGE, scenario=scenario, velocities=state["velocities"])
+    pairs = neighbor_pairs(scenario, state["positions"], MAX_RANGE, velocities=state["velocities"])
     graph = np.eye(scenario.num_agents, dtype=bool)
     graph[tuple(pairs.T)] = True
     return graph

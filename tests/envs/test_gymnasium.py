@@ -1,4 +1,4 @@
-"""The Gymnasium contract beyond its official suite: whole episodes, over every option."""
+"""The Gymnasium contract beyond its official suite: whole episodes, over every three options."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from option_table import DIMENSIONS, FLOCK_OPTIONS, LINE_OPTIONS, label, small_flock
+from option_table import DIMENSIONS, FLOCK, LINE, every_option, small_flock
 
 from flockesc_env import FlockEscapeEnv, LineEscapeEnv, LineScenario
 
@@ -49,8 +49,7 @@ def assert_contract(env: gymnasium.Env[Any, Any], steps: list[tuple[Any, ...]]) 
         assert all(type(value) in {float, int} for value in info.values())
 
 
-@pytest.mark.parametrize("dimension", DIMENSIONS)
-@pytest.mark.parametrize("options", FLOCK_OPTIONS, ids=label)
+@every_option(FLOCK, dimension=DIMENSIONS)
 def test_flock_episode(options: Options, dimension: int) -> None:
     env = FlockEscapeEnv(small_flock(dimension), **options)
     steps = play(env, 3)
@@ -62,8 +61,7 @@ def test_flock_episode(options: Options, dimension: int) -> None:
     np.testing.assert_equal(play(env, 3), steps)
 
 
-@pytest.mark.parametrize("escape_force", ["constant", "linear", "linear_as_printed"])
-@pytest.mark.parametrize("options", LINE_OPTIONS, ids=label)
+@every_option(LINE, escape_force=("constant", "linear", "linear_as_printed"))
 def test_line_episode(options: Options, escape_force: Any) -> None:
     env = LineEscapeEnv(LineScenario(num_agents=20, max_steps=15, escape_force=escape_force), **options)
     steps = play(env, 3)

@@ -1,4 +1,4 @@
-"""The PettingZoo contract beyond its official suite: whole episodes, over every option."""
+"""The PettingZoo contract beyond its official suite: whole episodes, over every three options."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from option_table import ACTION_MODES, AGENT_OPTIONS, AGENT_REWARDS, DIMENSIONS, label, small_flock
+from option_table import ACTION_MODES, AGENT_REWARDS, AGENTS, DIMENSIONS, every_option, small_flock
 
 from flockesc_env import FlockParallelEnv, env, parallel_env
 from flockesc_env.common.errors import EpisodeError
@@ -43,8 +43,7 @@ def play(environment: FlockParallelEnv, seed: int) -> list[tuple[Any, ...]]:
     return steps
 
 
-@pytest.mark.parametrize("dimension", DIMENSIONS)
-@pytest.mark.parametrize("options", AGENT_OPTIONS, ids=label)
+@every_option(AGENTS, dimension=DIMENSIONS)
 def test_episode(options: Options, dimension: int) -> None:
     environment = parallel_env(small_flock(dimension), **options)
     steps = play(environment, 3)

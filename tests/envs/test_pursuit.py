@@ -109,7 +109,7 @@ def test_learned_predators_are_taken_as_they_are() -> None:
     as_given, all_learned = parallel_env(mixed), parallel_env(mixed.with_learned_predators())
     assert as_given.scenario == mixed
     assert as_given.possible_agents[-1] == "predator_0"
-    assert all_learned.scenario.predators == (Learned(), swift)
+    assert all_learned.scenario.predators == small_flock(predators=(Learned(), swift)).predators
     assert FlockPursuitEnv(mixed).scenario == mixed
 
 

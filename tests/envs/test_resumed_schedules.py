@@ -29,7 +29,9 @@ STEPS = 4
 FLOCKS = 3
 SEED = 11
 SCENARIO = small_flock(
-    num_steps=STEPS, predators=(Wandering((10.0, 10.0), (5.0, 0.0), 2.0),), angular_noise=0.5
+    num_steps=STEPS,
+    predators=(Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),),
+    angular_noise=0.5,
 )
 RHO = 25.0
 ACTION = np.array([-0.5], np.float32)  # exactly RHO of [0, 100]

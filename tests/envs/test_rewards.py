@@ -66,7 +66,7 @@ def play_vec(make: Any) -> Play:
 
 def play_rollout(per_agent: bool) -> Play:
     def play(scenario: FlockScenario, **options: Any) -> np.ndarray:
-        episodes = rollout(FixedRange(RHO), [SEED], scenario=scenario, per_agent=per_agent, **options)
+        episodes = rollout(scenario, FixedRange(RHO), [SEED], per_agent=per_agent, **options)
         return episodes.mean_return[None]
 
     return play
@@ -129,7 +129,7 @@ def test_distance_return_is_the_time_mean(interface: str, objective: str, steps_
     np.testing.assert_allclose(rewards.sum(axis=0), distances(objective)[1:].mean(), **tolerance(interface))
 
 
-def own_distances(scenario: FlockScenario = SCENARIO) -> np.ndarray:
+def agent_distances(scenario: FlockScenario = SCENARIO) -> np.ndarray:
     run = simulate(scenario, RHO, seed=SEED)
     offsets = run.positions[:, :, None] - run.predator_positions[:, None]
     return np.linalg.norm(offsets, axis=3).min(axis=2)
@@ -138,7 +138,7 @@ def own_distances(scenario: FlockScenario = SCENARIO) -> np.ndarray:
 @per_agent_interfaces
 @objectives
 @steps_per_action
-def test_own_distance_averages_to_the_mean_distance(
+def test_individual_distance_averages_to_the_mean_distance(
     interface: str, objective: str, steps_per_action: int
 ) -> None:
     options = {"objective": objective, "steps_per_action": steps_per_action}
@@ -146,17 +146,17 @@ def test_own_distance_averages_to_the_mean_distance(
     mean = PER_AGENT[interface](SCENARIO, reward="distance", steps_per_action=steps_per_action)
     np.testing.assert_allclose(own.mean(axis=1), mean.mean(axis=1), **tolerance(interface))
     if interface != "agent rollout":
-        expected = own_distances()[1:].mean(axis=0)
+        expected = agent_distances()[1:].mean(axis=0)
         np.testing.assert_allclose(own.sum(axis=0), expected, **tolerance(interface))
 
 
 @per_agent_interfaces
 @steps_per_action
-def test_own_distance_change_sums_to_what_each_agent_gained(interface: str, steps_per_action: int) -> None:
+def test_individual_distance_change_sums_to_what_each_agent_gained(interface: str, steps_per_action: int) -> None:
     rewards = PER_AGENT[interface](
         SCENARIO, reward="individual_distance_change", steps_per_action=steps_per_action
     )
-    own = own_distances()
+    own = agent_distances()
     expected = own[-1] - own[0]
     if interface == "agent rollout":
         expected = expected.mean()
@@ -179,13 +179,13 @@ def falls(curve: np.ndarray) -> np.ndarray:
 @objectives
 @steps_per_action
 @predators_nearby
-def test_own_running_minimum_pays_what_agents_lost_since_it_fell_last(
+def test_individual_running_minimum_pays_what_agents_lost_since_it_fell_last(
     interface: str, objective: str, steps_per_action: int, speed: float
 ) -> None:
     scenario = SCENARIO.replace(speed=speed, predators=TWO_WAVES)
     options = {"objective": objective, "steps_per_action": steps_per_action}
     rewards = PER_AGENT[interface](scenario, reward="individual_running_minimum", **options)
-    own, times = own_distances(scenario), falls(distances(objective, scenario))
+    own, times = agent_distances(scenario), falls(distances(objective, scenario))
     assert sorted(set(np.diff(times)))[0] == 1 < np.diff(times).max()  # it falls, rests and falls again
     expected = np.zeros((scenario.num_steps, scenario.num_agents))
     expected[times - 1] = np.diff(own[[0, *times]], axis=0)
@@ -202,7 +202,7 @@ def test_own_running_minimum_pays_what_agents_lost_since_it_fell_last(
 @per_agent_interfaces
 @steps_per_action
 @predators_nearby
-def test_own_running_minimum_averages_to_the_mean_objective(
+def test_individual_running_minimum_averages_to_the_mean_objective(
     interface: str, steps_per_action: int, speed: float
 ) -> None:
     scenario = SCENARIO.replace(speed=speed, predators=TWO_WAVES)

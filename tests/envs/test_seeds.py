@@ -115,7 +115,7 @@ def test_sweep_and_rollout_play_the_simulated_flock(seed: int, dimension: int) -
     swept = sweep(scenario, [RHO], [seed])
     assert (swept.min_mean_distance, swept.min_min_distance, swept.num_components) == expected
     for per_agent in (False, True):
-        episodes = rollout(FixedRange(RHO), [seed], scenario=scenario, per_agent=per_agent)
+        episodes = rollout(scenario, FixedRange(RHO), [seed], per_agent=per_agent)
         assert (episodes.min_mean_distance, episodes.min_min_distance, episodes.num_components) == expected
         assert episodes.seeds.tolist() == [seed]
 
@@ -161,7 +161,7 @@ def test_given_positions_leave_the_drawn_headings() -> None:
 
 
 RANDOM = (
-    Wandering((10.0, 10.0), (5.0, 0.0), 2.0),
+    Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
     PurePursuit((90.0, 90.0), (0.0, 9.0), confusion_rate=2.0, sight=1e3),
 )
 

@@ -41,7 +41,7 @@ from flockesc_env.render import RenderOptions
 
 RANDOM = {
     "predators": (
-        Wandering((10.0, 10.0), (5.0, 0.0), 2.0),
+        Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
         PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0),
     ),
     "capture_radius": 2.0,

@@ -11,75 +11,37 @@ from typing import Any
 import cloudpickle
 import numpy as np
 import pytest
-from option_table import UNLIKE, small_flock
+import resumed
+from envs import ADAPTERS, play, start
+from option_table import small_flock
 
 from flockesc_env import (
     PRESETS,
     ArgumentError,
     EpisodeError,
     FlockEscapeEnv,
-    FlockPursuitEnv,
     FlockVectorEnv,
     LineEscapeEnv,
     LineScenario,
     parallel_env,
 )
 from flockesc_env.policies.predators import Pursue
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
-STEPS = 200
+STEPS = 50
+"""Into the fifth episode."""
 
 
 MAKERS: dict[str, Callable[[], Any]] = {
-    "flock": lambda: FlockEscapeEnv(small_flock()),
-    "flock of unlike agents that err and lag": lambda: FlockEscapeEnv(small_flock(**UNLIKE)),
-    "pursuit": lambda: FlockPursuitEnv(small_flock()),
-    "parallel": lambda: parallel_env(small_flock(3), reward="individual_running_minimum"),
-    "parallel with predators": lambda: parallel_env(small_flock().with_learned_predators()),
-    "parallel with capture": lambda: parallel_env(
-        small_flock(capture_radius=6.0), reward="individual_distance"
-    ),
+    **{
+        name: adapter.make
+        for name, adapter in ADAPTERS.items()
+        if adapter.has_states and not adapter.has_pictures
+    },
     "difference rewards": lambda: parallel_env(small_flock(), reward="difference"),
     "chased": lambda: FlockEscapeEnv(small_flock().with_learned_predators(), predator_policy=Pursue()),
-    "line": lambda: LineEscapeEnv(LineScenario(num_agents=30, escape_force="linear_as_printed")),
-    "vector": lambda: FlockVectorEnv(3, small_flock()),
-    "vector in the same step": lambda: FlockVectorEnv(3, small_flock(), autoreset_mode="SameStep"),
-    "sb3, flocks": lambda: FlockVecEnv(3, small_flock()),
-    "sb3, agents": lambda: AgentVecEnv(2, small_flock()),
 }
 
 interfaces = pytest.mark.parametrize("interface", MAKERS)
-
-
-def start(env: Any, seed: int | None = None) -> Any:
-    if isinstance(env, FlockVecEnv | AgentVecEnv):
-        if seed is not None:
-            env.seed(seed)
-        return env.reset()
-    return env.reset(seed=seed)
-
-
-def play(env: Any, rng: np.random.Generator, steps: int) -> list[Any]:
-    """What ``steps`` random actions give, with a reset wherever an episode ends."""
-    given = []
-    for _ in range(steps):
-        if hasattr(env, "possible_agents"):
-            if not env.agents:
-                given.append(env.reset())
-            actions = {
-                agent: rng.uniform(-1, 1, env.action_space(agent).shape).astype(np.float32)
-                for agent in env.agents
-            }
-            given.append(env.step(actions))
-            continue
-        shape = (env.num_envs, 1) if hasattr(env, "num_envs") else env.action_space.shape
-        step = env.step(rng.uniform(-1, 1, shape).astype(np.float32))
-        given.append(copy.deepcopy(step))
-        if "final_obs" in step[-1]:  # an array of arrays, which NumPy cannot compare
-            given[-1][-1]["final_obs"] = list(step[-1]["final_obs"])
-        if not hasattr(env, "num_envs") and (step[2] or step[3]):
-            given.append(env.reset())
-    return given
 
 
 def ways_on(env: Any, make: Callable[[], Any]) -> dict[str, Any]:
@@ -145,26 +107,16 @@ def test_a_state_is_what_was(interface: str) -> None:
         np.testing.assert_equal(*steps)
 
 
-def _go_on(make: Callable[[], Any], state: bytes, sender: Any) -> None:
-    env = make()
-    env.set_state(state)
-    sender.send(play(env, np.random.default_rng(1), 20))
-
-
-def _flock() -> FlockEscapeEnv:
-    return FlockEscapeEnv(small_flock(**UNLIKE), num_threads=2)
-
-
 @pytest.mark.parametrize("method", ["fork", "spawn"])
 def test_in_another_process(method: str) -> None:
-    env = _flock()
+    env = resumed.make()
     env.reset(seed=1)
     play(env, np.random.default_rng(0), 5)
     context = multiprocessing.get_context(method)
     receiver, sender = context.Pipe(duplex=False)
-    child = context.Process(target=_go_on, args=(_flock, env.get_state(), sender))
+    child = context.Process(target=resumed.go_on, args=(env.get_state(), sender))
     child.start()
-    np.testing.assert_equal(receiver.recv(), play(env, np.random.default_rng(1), 20))
+    np.testing.assert_equal(receiver.recv(), resumed.steps(env))
     child.join()
 
 
@@ -252,7 +204,7 @@ def test_damaged_states_are_refused(interface: str) -> None:
     assert env.get_state() == good
 
 
-@pytest.mark.parametrize("interface", ["flock", "parallel", "line", "vector", "sb3, agents"])
+@pytest.mark.parametrize("interface", ["gymnasium", "parallel", "line", "vector", "stable-baselines3"])
 def test_nothing_to_save_before_the_first_reset(interface: str) -> None:
     env = MAKERS[interface]()
     with pytest.raises(EpisodeError, match="reset"):

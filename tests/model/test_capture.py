@@ -20,7 +20,7 @@ from flockesc_env import (
     PurePursuit,
     Trajectory,
     parallel_env,
-    records,
+    run_differences,
     simulate,
 )
 from flockesc_env.common.errors import EpisodeError, ScenarioError
@@ -39,8 +39,10 @@ def capturing_scenarios(draw: st.DrawFn) -> FlockScenario:
         if kind == "straight":
             return ConstantVelocity(position, velocity)
         if kind == "intercept":
-            return Intercept(position, velocity, 3.0)
-        return PurePursuit(position, velocity, 3.0, draw(st.sampled_from(get_args(Target))))
+            return Intercept(position, velocity, max_turn_rate=3.0)
+        return PurePursuit(
+            position, velocity, max_turn_rate=3.0, target=draw(st.sampled_from(get_args(Target)))
+        )
 
     kinds = st.lists(st.sampled_from(["straight", "pursuit", "intercept"]), min_size=1, max_size=3)
     return FlockScenario(
@@ -60,7 +62,7 @@ def test_follows_the_plain_model(scenario: FlockScenario, seed: int, per_agent: 
     rng = np.random.default_rng(seed)
     columns = scenario.num_agents if per_agent else 1
     schedule = rng.uniform(0, SIDE, (scenario.num_steps, columns))
-    run = simulate(scenario, schedule, seed=seed)
+    run = simulate(scenario, schedule=schedule, seed=seed)
     state = reference.flock_start(scenario, run.positions[0].copy(), run.velocities[0].copy())
     names = np.arange(scenario.num_agents)
     for t in range(scenario.num_steps + 1):
@@ -89,7 +91,7 @@ def test_follows_the_plain_model(scenario: FlockScenario, seed: int, per_agent: 
 
 
 def assert_equal(first: Trajectory, second: Trajectory) -> None:
-    assert records.differences(first, second) == []
+    assert run_differences(first, second) == []
 
 
 @dimensions

@@ -51,7 +51,10 @@ PREDATORS: dict[str, tuple[Any, ...]] = {
     "herd": (ConstantVelocity((-3.0, -5.0), (11.0, 7.0)), Herd((30.0, 41.0), (-2.0, -9.0), partner=0)),
     "coasting": (Learned((-3.0, -5.0), (11.0, 7.0)),),
 }
-DRAWING = (Wandering((0.0, 9.0), (5.0, 5.0), 1.0), PurePursuit((9.0, 0.0), confusion_rate=3.0))
+DRAWING = (
+    Wandering((0.0, 9.0), (5.0, 5.0), angular_diffusion=1.0),
+    PurePursuit((9.0, 0.0), confusion_rate=3.0),
+)
 
 rules = pytest.mark.parametrize("rule", RULES)
 predators = pytest.mark.parametrize("predator", PREDATORS)

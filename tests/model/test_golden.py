@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
+from flockesc_env import ConstantVelocity, FlockScenario, LineScenario, simulate, simulate_line
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 LINE = json.loads((GOLDEN / "line.json").read_text())
@@ -63,12 +63,14 @@ RUNS = [
 
 @pytest.mark.parametrize(("flock", "run"), RUNS)
 def test_flock(flock: Case, run: Case) -> None:
-    scenario = FlockScenario(num_agents=flock["n"], dimension=flock["dimension"], num_steps=flock["steps"])
-    # One range per agent is written as a row: one of the flocks has as many steps as agents.
-    rho = np.atleast_2d(run["rho"])
+    dimension = flock["dimension"]
+    predator = ConstantVelocity((-30.0, -30.0, 0.0)[:dimension], (10.0, 10.0, 0.0)[:dimension])
+    scenario = FlockScenario(
+        num_agents=flock["n"], dimension=dimension, num_steps=flock["steps"], predators=(predator,)
+    )
     trajectory = simulate(
         scenario,
-        rho,
+        run["rho"],
         initial_positions=flock["positions"],
         initial_velocities=flock["velocities"],
     )

@@ -78,7 +78,7 @@ def test_component_labels_are_scipys_components(dimension: int, num_agents: int)
     for rho in (0.0, 6.0, 9.0, 20.0, rng.uniform(0, 15, num_agents)):
         graph = distances <= np.broadcast_to(rho, num_agents)[:, None]
         count, numbers = connected_components(graph, directed=True, connection="weak")
-        labels = component_labels(positions, rho)
+        labels = component_labels(None, positions, rho)
         lowest = np.array([np.flatnonzero(numbers == number)[0] for number in range(count)])
         np.testing.assert_array_equal(labels, lowest[numbers])
 
@@ -98,4 +98,4 @@ def test_component_labels_are_scipys_components(dimension: int, num_agents: int)
 )
 def test_bad_arguments_of_component_labels(positions: np.ndarray, rho: object, field: str) -> None:
     with pytest.raises(ArgumentError, match=f"^{field}"):
-        component_labels(positions, rho)
+        component_labels(None, positions, rho)

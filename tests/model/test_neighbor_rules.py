@@ -101,9 +101,9 @@ def test_graph_is_that_of_all_pairs(scenario: FlockScenario) -> None:
         v = rng.normal(size=(count, scenario.dimension))
         for rho in (0.0, 7.0, 300.0, rng.uniform(0, 12, count)):
             graph = reference_graph(scenario, r, v, np.broadcast_to(rho, count))
-            pairs = neighbor_pairs(r, rho, scenario=scenario, velocities=v)
+            pairs = neighbor_pairs(scenario, r, rho, velocities=v)
             np.testing.assert_array_equal(matrix(pairs, count), graph)
-            labels = component_labels(r, rho, scenario=scenario, velocities=v)
+            labels = component_labels(scenario, r, rho, velocities=v)
             expected, numbers = connected_components(graph, directed=True, connection="weak")
             lowest = np.array([np.flatnonzero(numbers == number)[0] for number in range(expected)])
             np.testing.assert_array_equal(labels, lowest[numbers])
@@ -114,7 +114,7 @@ def test_graph_is_that_of_all_pairs(scenario: FlockScenario) -> None:
 def test_topological_neighbors_are_those_of_a_kd_tree(dimension: int, k: int) -> None:
     r = np.random.default_rng(0).uniform(0, 100, (300, dimension))
     _, neighbors = KDTree(r).query(r, k + 1)
-    pairs = neighbor_pairs(r, k, scenario=FlockScenario(dimension=dimension, neighbor_rule=Topological()))
+    pairs = neighbor_pairs(FlockScenario(dimension=dimension, neighbor_rule=Topological()), r, k)
     graph = np.eye(300, dtype=bool)
     graph[np.arange(300)[:, np.newaxis], neighbors] = True
     np.testing.assert_array_equal(matrix(pairs, 300), graph)
@@ -128,7 +128,7 @@ def test_runs_follow_the_graph(scenario: FlockScenario, is_frozen: bool) -> None
     rng = np.random.default_rng(1)
     top = 9.0 if isinstance(scenario.neighbor_rule, Topological) else 15.0
     schedule = rng.uniform(0, top, (15, 40))
-    run = simulate(scenario, schedule, seed=5)
+    run = simulate(scenario, schedule=schedule, seed=5)
     r, v = run.positions[0], run.velocities[0]
     first = reference_graph(scenario, r, v, schedule[0])
     for t in range(15):
@@ -157,7 +157,7 @@ def test_a_frozen_graph_knows_no_later_range() -> None:
     constant = simulate(scenario, 12.0, seed=0)
     schedule = np.full((30, 1), 80.0)
     schedule[0] = 12.0
-    changed = simulate(scenario, schedule, seed=0)
+    changed = simulate(scenario, schedule=schedule, seed=0)
     np.testing.assert_array_equal(constant.velocities, changed.velocities)
     assert len(set(constant.num_components.tolist())) == 1
 
@@ -205,11 +205,11 @@ def test_sweeps_and_runs_agree(rule: NeighborRule) -> None:
 )
 def test_rules_that_do_not_fit(changes: dict[str, object], field: str) -> None:
     with pytest.raises(ScenarioError, match=f"^{field}"):
-        FlockScenario().replace(**changes)
+        FlockScenario(**changes)
 
 
 def test_a_blind_angle_needs_velocities() -> None:
     with pytest.raises(ArgumentError, match=r"^velocities"):
-        neighbor_pairs(np.zeros((4, 2)), 1.0, scenario=FlockScenario(blind_angle=1.0))
+        neighbor_pairs(FlockScenario(blind_angle=1.0), np.zeros((4, 2)), 1.0)
     with pytest.raises(ArgumentError, match=r"^positions"):
-        neighbor_pairs(np.zeros((4, 2)), 1.0, scenario=FlockScenario(dimension=3))
+        neighbor_pairs(FlockScenario(dimension=3), np.zeros((4, 2)), 1.0)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import reference
+from option_table import small_flock
 from scipy.optimize import linear_sum_assignment
 
 from flockesc_env import (
@@ -30,18 +31,21 @@ Starts = list[tuple[np.ndarray, np.ndarray]]
 
 PACKS: dict[str, Any] = {
     "straight": lambda s: [ConstantVelocity(*s[0])],
-    "nearest": lambda s: [PurePursuit(*s[0]), PurePursuit(*s[1], 0.4, **FAST)],
+    "nearest": lambda s: [PurePursuit(*s[0]), PurePursuit(*s[1], max_turn_rate=0.4, **FAST)],
     "centroid": lambda s: [PurePursuit(*s[0], target="centroid", **FAST)],
     "most isolated": lambda s: [PurePursuit(*s[0], target="most_isolated", **FAST)],
-    "assigned": lambda s: [PurePursuit(*start, 2.0, "assigned", **FAST) for start in s],
-    "intercept": lambda s: [Intercept(*s[0]), Intercept(*s[1], 2.0, 4.0, **FAST)],
+    "assigned": lambda s: [PurePursuit(*start, max_turn_rate=2.0, target="assigned", **FAST) for start in s],
+    "intercept": lambda s: [
+        Intercept(*s[0]),
+        Intercept(*s[1], max_turn_rate=2.0, navigation_constant=4.0, **FAST),
+    ],
     "confused": lambda s: [PurePursuit(*start, confusion_rate=0.5) for start in s],
-    "wandering": lambda s: [Wandering(*start, 1.0) for start in s],
+    "wandering": lambda s: [Wandering(*start, angular_diffusion=1.0) for start in s],
     "encircle": lambda s: [Encircle(*start, radius=25.0, **FAST) for start in s],
     "closing in": lambda s: [Encircle(*start, radius=25.0, closing_speed=12.0) for start in s],
     "herd": lambda s: [PurePursuit(*s[0]), Herd(*s[1], distance=20.0, **FAST), Herd(*s[2], partner=1)],
     "all at once": lambda s: [
-        Wandering(*s[0], 1.0),
+        Wandering(*s[0], angular_diffusion=1.0),
         PurePursuit(*s[1], target="assigned"),
         Herd(*s[2], partner=1, **FAST),
         PurePursuit(*s[3], confusion_rate=0.5),
@@ -67,8 +71,8 @@ def drawn(dimension: int, seed: int, agents: int = 30) -> tuple[Starts, dict[str
 
 def hunt(predators: Any, start: dict[str, np.ndarray], **changes: Any) -> Trajectory:
     agents, dimension = start["initial_positions"].shape
-    fields = {"num_agents": agents, "dimension": dimension, "num_steps": STEPS, "predators": tuple(predators)}
-    return simulate(FlockScenario(**{**fields, **changes}), 7.3, seed=5, **start)
+    fields = {"num_agents": agents, "num_steps": STEPS, "initial_side": 100.0, "predators": predators}
+    return simulate(small_flock(dimension, **{**fields, **changes}), 7.3, seed=5, **start)
 
 
 @every_pack
@@ -129,7 +133,7 @@ def test_the_order_of_predators_does_not_matter(pack: str, order: tuple[int, ...
 def test_assigned_targets_are_distinct_and_near(hunters: int, agents: int, dimension: int) -> None:
     """Every hunter heads exactly for its agent; all together are as near to them as can be."""
     starts, start = drawn(dimension, 11, agents)
-    pack = [PurePursuit(*begin, 1e9, "assigned") for begin in starts[:hunters]]
+    pack = [PurePursuit(*begin, max_turn_rate=1e9, target="assigned") for begin in starts[:hunters]]
     run = hunt(pack, start)
     flown = np.diff(run.predator_positions, axis=0)[1:]
     sights = run.positions[1:-1, None] - run.predator_positions[1:-1, :, None]
@@ -144,10 +148,9 @@ def test_assigned_targets_are_distinct_and_near(hunters: int, agents: int, dimen
         np.testing.assert_array_equal(chosen[idle], apart[idle].argmin(axis=1))
 
 
-def still_flock(**changes: Any) -> FlockScenario:
+def still_flock(dimension: int = 2, **changes: Any) -> FlockScenario:
     """Return a flock about (0, 0) that neither flees nor flies away."""
-    fields = {"num_agents": 40, "num_steps": 1200, "speed": 1e-6, "predator_range": 0.0}
-    return FlockScenario(**{**fields, **changes})
+    return small_flock(dimension, num_agents=40, num_steps=1200, speed=1e-6, predator_range=0.0, **changes)
 
 
 def around_a_still_flock(*predators: Any, **changes: Any) -> np.ndarray:
@@ -162,7 +165,7 @@ def around_a_still_flock(*predators: Any, **changes: Any) -> np.ndarray:
 @pytest.mark.parametrize("count", [1, 2, 3, 5])
 def test_encirclers_spread_evenly(count: int, dimension: int) -> None:
     """From one corner they come to their stations; there they circle, a turning radius of 2.5 m."""
-    pack = [Encircle((-90.0 + k, -90.0), (3.0, 4.0), 2.0, radius=40.0) for k in range(count)]
+    pack = [Encircle((-90.0 + k, -90.0), (3.0, 4.0), max_turn_rate=2.0, radius=40.0) for k in range(count)]
     around = around_a_still_flock(*pack, dimension=dimension)
     np.testing.assert_allclose(np.linalg.norm(around, axis=2), 40.0, atol=6.0)
     bearings = np.sort(np.arctan2(around[..., 1], around[..., 0]), axis=1)
@@ -173,7 +176,10 @@ def test_encirclers_spread_evenly(count: int, dimension: int) -> None:
 
 
 def test_a_closing_circle_ends_in_the_midst() -> None:
-    pack = [Encircle((-90.0, -90.0 + k), (3.0, 4.0), 2.0, radius=80.0, closing_speed=4.0) for k in range(3)]
+    pack = [
+        Encircle((-90.0, -90.0 + k), (3.0, 4.0), max_turn_rate=2.0, radius=80.0, closing_speed=4.0)
+        for k in range(3)
+    ]
     around = around_a_still_flock(*pack)
     assert np.linalg.norm(around, axis=2).max() < 6.0
 
@@ -183,7 +189,7 @@ def test_a_herder_ends_behind_the_flock(dimension: int) -> None:
     """It comes from its partner's side."""
     pack = [
         ConstantVelocity((120.0, 50.0), (0.0, 0.0)),
-        Herd((120.0, 40.0), (3.0, 4.0), 2.0, distance=30.0),
+        Herd((120.0, 40.0), (3.0, 4.0), max_turn_rate=2.0, distance=30.0),
     ]
     around = around_a_still_flock(*pack, dimension=dimension)
     partner, herder = around[:, 0], around[:, 1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,11 +24,11 @@ DISTANCE = 20.0  # m, of the straight-line target's path from the predator's sta
 PREY_SPEED, HUNTER_SPEED = 5.0, 10.0
 NO_LIMIT = 1e9
 STEERED = {
-    "pursuit of the nearest": lambda *start: PurePursuit(*start),
-    "pursuit of the centroid": lambda *start: PurePursuit(*start, target="centroid"),
-    "pursuit of the most isolated": lambda *start: PurePursuit(*start, target="most_isolated"),
-    "pursuit of an agent of its own": lambda *start: PurePursuit(*start, target="assigned"),
-    "intercept": lambda *start: Intercept(*start),
+    "pursuit of the nearest": PurePursuit,
+    "pursuit of the centroid": partial(PurePursuit, target="centroid"),
+    "pursuit of the most isolated": partial(PurePursuit, target="most_isolated"),
+    "pursuit of an agent of its own": partial(PurePursuit, target="assigned"),
+    "intercept": Intercept,
 }
 
 
@@ -55,7 +56,7 @@ def test_pure_pursuit_flies_the_radiodrome() -> None:
     """The error is of first order in dt: half of the step, half of the error."""
     errors = []
     for time_step in (2e-3, 1e-3):
-        hunter = PurePursuit((0.0, 0.0), (HUNTER_SPEED, 0.0), NO_LIMIT)
+        hunter = PurePursuit((0.0, 0.0), (HUNTER_SPEED, 0.0), max_turn_rate=NO_LIMIT)
         path = chase(hunter, time_step, 2.2).predator_positions[:, 0]
         assert 0.9 * DISTANCE < path[-1, 0] < DISTANCE
         errors.append(np.abs(path[:, 1] - radiodrome(path[:, 0])).max())
@@ -73,9 +74,9 @@ def sight_angles(run: Trajectory) -> np.ndarray:
 @pytest.mark.parametrize("constant", [3.0, 4.0, 5.0])
 def test_intercept_ends_on_a_collision_course(constant: float) -> None:
     """The bearing comes to rest: its rate falls as (time to go)^(N - 2). Pure pursuit ends in the wake."""
-    start = ((0.0, 0.0), (HUNTER_SPEED, 0.0), NO_LIMIT)
-    intercept = sight_angles(chase(Intercept(*start, constant), 1e-3, 4.0))
-    pursuit = sight_angles(chase(PurePursuit(*start), 1e-3, 4.0))
+    start = {"position": (0.0, 0.0), "velocity": (HUNTER_SPEED, 0.0), "max_turn_rate": NO_LIMIT}
+    intercept = sight_angles(chase(Intercept(**start, navigation_constant=constant), 1e-3, 4.0))
+    pursuit = sight_angles(chase(PurePursuit(**start), 1e-3, 4.0))
     assert len(intercept) < len(pursuit)
     rates = np.diff(intercept)
     assert rates[-1] < 2 * (1 / DISTANCE) ** (constant - 2) * rates[0]
@@ -97,7 +98,11 @@ def test_speed_and_turn_limit_are_kept(strategy: str, dimension: int) -> None:
     scenario = FlockScenario(
         num_agents=40,
         dimension=dimension,
-        predators=(STEERED[strategy]((-30.0, -30.0), (10.0, 10.0), 0.7),),
+        predators=(
+            STEERED[strategy](
+                (-30.0, -30.0, 0.0)[:dimension], (10.0, 10.0, 0.0)[:dimension], max_turn_rate=0.7
+            ),
+        ),
     )
     run = simulate(scenario, 10.0, seed=1)
     velocities = np.diff(run.predator_positions[:, 0], axis=0) / scenario.time_step
@@ -120,7 +125,9 @@ def headings(run: Trajectory) -> np.ndarray:
 def test_wandering_forgets_its_heading(dimension: int) -> None:
     """The mean cosine to the first heading decays as exp(-(D - 1) D_r t); all sides are alike."""
     rate, count = 0.8, 4000
-    hunters = (Wandering((0.0, 0.0), (6.0, 8.0), rate),) * count
+    hunters = (
+        Wandering((0.0, 0.0, 0.0)[:dimension], (6.0, 8.0, 0.0)[:dimension], angular_diffusion=rate),
+    ) * count
     scenario = FlockScenario(num_agents=1, dimension=dimension, num_steps=41, predators=hunters)
     run = simulate(scenario, 0.0, seed=2)
     flown = headings(run)
@@ -134,7 +141,7 @@ def test_wandering_forgets_its_heading(dimension: int) -> None:
 
 
 def test_wandering_without_diffusion_flies_straight_on() -> None:
-    run = chase(Wandering((0.0, 0.0), (6.0, 8.0), 0.0), 0.05, 4.0)
+    run = chase(Wandering((0.0, 0.0), (6.0, 8.0), angular_diffusion=0.0), 0.05, 4.0)
     straight = chase(ConstantVelocity((0.0, 0.0), (6.0, 8.0)), 0.05, 4.0)
     np.testing.assert_allclose(run.predator_positions, straight.predator_positions, rtol=1e-12)
 
@@ -145,7 +152,9 @@ FAR = np.array([[0.0, 40.0]])
 
 def targets(confusion_rate: float, positions: np.ndarray, steps: int, sight: float = 30.0) -> np.ndarray:
     """Return the agents that a predator in their midst turned to, step after step; nobody moves much."""
-    hunter = PurePursuit((0.1, 0.0), (1e-6, 0.0), NO_LIMIT, confusion_rate=confusion_rate, sight=sight)
+    hunter = PurePursuit(
+        (0.1, 0.0), (1e-6, 0.0), max_turn_rate=NO_LIMIT, confusion_rate=confusion_rate, sight=sight
+    )
     scenario = FlockScenario(
         num_agents=len(positions), num_steps=steps, speed=1e-6, predator_range=0.0, predators=(hunter,)
     )
@@ -192,7 +201,7 @@ def test_turning_and_shifting_the_world_turns_and_shifts_the_hunt(strategy: str,
     positions, velocities = rng.normal(0, 20, (2, 40, dimension))
 
     def hunt(turn: np.ndarray, shift: np.ndarray) -> np.ndarray:
-        predator = STEERED[strategy](turn @ position + shift, turn @ velocity, 2.0)
+        predator = STEERED[strategy](turn @ position + shift, turn @ velocity, max_turn_rate=2.0)
         scenario = FlockScenario(num_agents=40, dimension=dimension, num_steps=20, predators=(predator,))
         start = {"initial_positions": positions @ turn.T + shift, "initial_velocities": velocities @ turn.T}
         return simulate(scenario, 7.3, **start).predator_positions[:, 0]
@@ -204,7 +213,7 @@ def test_turning_and_shifting_the_world_turns_and_shifts_the_hunt(strategy: str,
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_hunts_through_a_large_flock_do_not_depend_on_threads(dimension: int) -> None:
     """Large enough to be spread over threads; sums over agents are free of their order."""
-    start = ((-30.0, -30.0), (10.0, 10.0))
+    start = ((-30.0, -30.0, 0.0)[:dimension], (10.0, 10.0, 0.0)[:dimension])
     hunters = [make(*start) for make in STEERED.values()]
     hunters += [Wandering(*start), PurePursuit(*start, confusion_rate=1.0, sight=200.0)]
     hunters += [PurePursuit(*start, target="assigned"), Encircle(*start), Encircle(*start), Herd(*start)]

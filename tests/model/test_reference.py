@@ -42,12 +42,11 @@ def predators(draw: st.DrawFn, dimension: int) -> tuple[Any, ...]:
     rng = np.random.default_rng([draw(seeds), 1])
 
     def predator(index: int, kind: str) -> Predator:
-        axes = draw(st.sampled_from([2, dimension]))
-        position, velocity = rng.uniform(0, SIDE, axes), rng.normal(0, 12, axes)
+        position, velocity = rng.uniform(0, SIDE, dimension), rng.normal(0, 12, dimension)
         if kind == "straight":
             return ConstantVelocity(position, velocity)
         if kind == "wandering":
-            return Wandering(position, velocity, draw(st.sampled_from([0.0, 2.0])))
+            return Wandering(position, velocity, angular_diffusion=draw(st.sampled_from([0.0, 2.0])))
         turn_rate = draw(st.sampled_from([0.0, 1.0, 1e3]))
         limits = draw(st.sampled_from([{}, {"max_speed": 1e3}, {"max_speed": 60.0, "acceleration": 30.0}]))
         steering = {"position": position, "velocity": velocity, "max_turn_rate": turn_rate, **limits}

@@ -198,8 +198,9 @@ def test_speed_is_constant(seed: int, dimension: int, rho: float) -> None:
 def test_equal_ranges_per_agent_are_one_shared_range(seed: int, dimension: int, rho: float) -> None:
     scenario, _, _ = random_flock(dimension, np.random.default_rng(seed))
     shared = simulate(scenario, rho, seed=seed)
-    for shape in ((N,), (STEPS,), (STEPS, N), (1, N), (STEPS, 1)):
-        other = simulate(scenario, np.full(shape, rho), seed=seed)
+    others = [simulate(scenario, np.full(N, rho), seed=seed)]
+    others += [simulate(scenario, schedule=np.full((STEPS, k), rho), seed=seed) for k in (1, N)]
+    for other in others:
         for name in ("positions", "velocities", "mean_distance", "min_distance", "num_components"):
             np.testing.assert_array_equal(getattr(other, name), getattr(shared, name))
 

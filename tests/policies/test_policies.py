@@ -10,6 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from option_table import ACTION_MODES, DIMENSIONS, STEPS_PER_ACTION, small_flock
+from sb3_contrib import RecurrentPPO
+from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecMonitor
 
 from flockesc_env import (
@@ -18,9 +20,12 @@ from flockesc_env import (
     Episodes,
     FlockEscapeEnv,
     FlockScenario,
+    FlockVectorEnv,
+    Learned,
     LineEscapeEnv,
     LineOptions,
     LineScenario,
+    NamedPolicy,
     parallel_env,
     record,
     rollout,
@@ -52,8 +57,12 @@ OWN_SCHEDULE = np.random.default_rng(1).integers(0, 80, (T, N)) / 4
 class TimeDependent:
     """A model as SB3 has them: bigger ranges as time goes by, by the first entry of the observation."""
 
-    def predict(self, observations: np.ndarray, deterministic: bool) -> tuple[np.ndarray, None]:
+    def predict(
+        self, observations: np.ndarray, state: None, episode_start: np.ndarray, deterministic: bool
+    ) -> tuple[np.ndarray, None]:
         assert deterministic
+        assert state is None
+        np.testing.assert_array_equal(episode_start, observations[:, 0] == 0)
         return observations[:, :1] * np.float32(0.5), None
 
 
@@ -112,7 +121,7 @@ def options_for(name: str, mode: str) -> dict[str, Any]:
 def test_shared_ranges_in_every_interface(name: str, mode: str, steps_per_action: int) -> None:
     make = SHARED_POLICIES[name]
     options = {**options_for(name, mode), "steps_per_action": steps_per_action}
-    expected = outcome(rollout(make(), SEEDS, scenario=SCENARIO, **options))
+    expected = outcome(rollout(SCENARIO, make(), SEEDS, **options))
     single = FlockEscapeEnv(SCENARIO, **options)
     wrapped = gymnasium.wrappers.RecordEpisodeStatistics(FlockEscapeEnv(SCENARIO, **options))
     for column, seed in enumerate(SEEDS):
@@ -129,14 +138,14 @@ def test_shared_ranges_in_every_interface(name: str, mode: str, steps_per_action
 def test_ranges_per_agent_in_every_interface(name: str, mode: str, steps_per_action: int) -> None:
     make = AGENT_POLICIES[name]
     options = {**options_for(name, mode), "steps_per_action": steps_per_action}
-    expected = outcome(rollout(make(), SEEDS, scenario=SCENARIO, per_agent=True, **options))
+    expected = outcome(rollout(SCENARIO, make(), SEEDS, per_agent=True, **options))
     for column, seed in enumerate(SEEDS):
         env = parallel_env(SCENARIO, **options)
         assert play_single(env, make(), seed) == expected[:, column].tolist()
     slots = AgentVecEnv(2, SCENARIO, **options)
     np.testing.assert_array_equal(play_slots(slots, make(), -(-T // steps_per_action)), expected)
     if name in SHARED_POLICIES:
-        shared = rollout(make(), SEEDS, scenario=SCENARIO, **options)
+        shared = rollout(SCENARIO, make(), SEEDS, **options)
         np.testing.assert_array_equal(outcome(shared), expected)
 
 
@@ -147,9 +156,9 @@ def test_scheduled_range_is_simulate_with_that_schedule(mode: str, steps_per_act
     held = np.arange(T) // steps_per_action * steps_per_action
     options = {"action_mode": mode, "steps_per_action": steps_per_action, **EXACT}
     for schedule, per_agent in ((SCHEDULE, False), (SCHEDULE, True), (OWN_SCHEDULE, True)):
-        episodes = rollout(ScheduledRange(schedule), SEEDS, scenario=SCENARIO, per_agent=per_agent, **options)
+        episodes = rollout(SCENARIO, ScheduledRange(schedule), SEEDS, per_agent=per_agent, **options)
         for column, seed in enumerate(SEEDS):
-            run = simulate(SCENARIO, schedule[held], seed=seed)
+            run = simulate(SCENARIO, schedule=schedule[held].reshape(T, -1), seed=seed)
             expected = [run.mean_distance.min(), run.min_distance.min(), run.num_components[-1]]
             assert outcome(episodes)[:, column].tolist() == expected
 
@@ -166,7 +175,7 @@ def test_stubborn_leaders(dimension: int, sensing: float | None) -> None:
     schedule = np.zeros((scenario.num_steps, 20))
     seen = set()
     for t in range(scenario.num_steps):
-        run = simulate(scenario, schedule, seed=0)  # right up to time t
+        run = simulate(scenario, schedule=schedule, seed=0)  # right up to time t
         away = run.positions[t] - run.predator_positions[t]
         distance = np.linalg.norm(away, axis=1)
         cosine = (run.velocities[t] * away).sum(axis=1) / distance / scenario.speed
@@ -184,7 +193,7 @@ def test_stubborn_leaders_need_a_row_per_agent() -> None:
         act = bind(StubbornLeaders(), env)
         with pytest.raises(ArgumentError) as caught:
             act(observation[0] if isinstance(observation, tuple) else observation)
-        assert caught.value.field == "observation"
+        assert caught.value.field == "per_agent"
 
 
 def test_own_schedule_needs_all_agents_at_once() -> None:
@@ -253,14 +262,12 @@ def test_line(mode: str) -> None:
 
 def test_rollout_reports_progress() -> None:
     calls: list[tuple[int, int]] = []
-    rollout(
-        FixedRange(1.0), range(10), scenario=SCENARIO, batch_size=4, progress=lambda *call: calls.append(call)
-    )
+    rollout(SCENARIO, FixedRange(1.0), range(10), batch_size=4, progress=lambda *call: calls.append(call))
     assert calls == [(4, 10), (8, 10), (10, 10)]
 
 
 def test_rollout_default_is_the_papers_flock() -> None:
-    episodes = rollout(FixedRange(25.0), [0])
+    episodes = rollout("paper-flock", FixedRange(25.0), [0])
     assert episodes.min_mean_distance[0] == simulate(FlockScenario(), 25.0, seed=0).mean_distance.min()
 
 
@@ -271,8 +278,8 @@ def test_record_is_the_episode_of_the_rollout(name: str, steps_per_action: int) 
     views = [True, False] if name in SHARED_POLICIES else [True]
     for per_agent in views:
         make = AGENT_POLICIES[name]
-        run = record(make(), SEEDS[0], scenario=SCENARIO, per_agent=per_agent, **options)
-        episodes = rollout(make(), SEEDS[:1], scenario=SCENARIO, per_agent=per_agent, **options)
+        run = record(SCENARIO, make(), SEEDS[0], per_agent=per_agent, **options)
+        episodes = rollout(SCENARIO, make(), SEEDS[:1], per_agent=per_agent, **options)
         expected = [run.mean_distance.min(), run.min_distance.min(), run.num_components[-1]]
         assert outcome(episodes)[:, 0].tolist() == expected
         assert run.seed == SEEDS[0]
@@ -280,7 +287,9 @@ def test_record_is_the_episode_of_the_rollout(name: str, steps_per_action: int) 
         assert ranges.shape == (T, N if per_agent else 1)
         held = np.arange(T) // steps_per_action * steps_per_action
         np.testing.assert_array_equal(ranges, ranges[held])
-        np.testing.assert_array_equal(simulate(SCENARIO, ranges, seed=SEEDS[0]).positions, run.positions)
+        np.testing.assert_array_equal(
+            simulate(SCENARIO, schedule=ranges, seed=SEEDS[0]).positions, run.positions
+        )
 
 
 @pytest.mark.parametrize("mode", ["sync", "async", "vector_entry_point"])
@@ -304,7 +313,7 @@ def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
         has_seen = np.zeros(20, bool)
         forgot = False
         for t in range(scenario.num_steps):
-            run = simulate(scenario, schedule, seed=seed)  # right up to time t
+            run = simulate(scenario, schedule=schedule, seed=seed)  # right up to time t
             distance = np.linalg.norm(run.positions[t] - run.predator_positions[t], axis=1)
             forgot |= bool((has_seen & (distance > 20.0)).any())
             has_seen |= distance <= 20.0
@@ -316,21 +325,138 @@ def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
         assert 0 < has_seen.sum() < 20
 
 
-def test_stubborn_witnesses_refuse_rows_that_appear() -> None:
+def test_a_memory_refuses_rows_that_appear_within_an_episode() -> None:
     env = parallel_env(small_flock(num_agents=4))
     observations, _ = env.reset(seed=0)
-    observations, *_ = env.step({name: np.zeros(1, np.float32) for name in env.agents})
-    with pytest.raises(ArgumentError, match="observations: expected 0 rows as before, got 4"):
-        bind(StubbornWitnesses(), env)(observations)
+    act = bind(StubbornWitnesses(), env)
+    observations, *_ = env.step(act(observations))
+    del observations["agent_3"]
+    with pytest.raises(ArgumentError, match="observations: expected 4 rows as before, got 3"):
+        act(observations)
 
 
-def test_several_witness_rules_share_the_rows() -> None:
-    scenario = small_flock(num_agents=6, num_steps=12, initial_side=60.0)
-    rules = np.array([[0.1, 50.0, 20.0], [0.3, 10.0, 30.0], [0.0, 0.0, 5.0]])
-    alone = [
-        outcome(rollout(StubbornWitnesses(*rule), SEEDS, scenario=scenario, per_agent=True)) for rule in rules
+class Mood:
+    """A recurrent model as SB3 has them: it listens farther with every action of an episode."""
+
+    def predict(
+        self, observations: np.ndarray, state: Any, episode_start: np.ndarray, deterministic: bool
+    ) -> tuple[np.ndarray, Any]:
+        before = np.zeros(len(observations), np.float32) if state is None else state[0]
+        now = np.where(episode_start, 0, before) + np.float32(0.125)
+        return now[:, np.newaxis] - 1, (now,)
+
+
+def mood(steps: int) -> np.ndarray:
+    """Ranges in m that ``Mood`` sets in the first steps of an episode, of at most 16."""
+    return 100 * np.arange(1, steps + 1) / 16
+
+
+def test_the_state_of_a_recurrent_model_is_kept_and_starts_with_every_episode() -> None:
+    policy = SB3Policy(Mood())
+    for seeds in ([1, 2, 3], [4]):  # other rows than before
+        assert outcome(rollout(SCENARIO, policy, seeds)).tolist() == (
+            outcome(rollout(SCENARIO, ScheduledRange(mood(T)), seeds)).tolist()
+        )
+    assert record(SCENARIO, policy, 1).interaction_ranges[:, 0].tolist() == mood(T).tolist()
+    line = LineScenario(num_agents=8, max_steps=5)
+    runs = [rollout(line, each, [1, 2]) for each in (policy, ScheduledRange(mood(5) / 100))]
+    assert runs[0].escape_distance.tolist() == runs[1].escape_distance.tolist()
+
+
+def test_the_state_of_a_row_starts_where_its_episode_does() -> None:
+    """One flock of a vector environment is reset in the middle of the other's episode."""
+    env = FlockVectorEnv(2, SCENARIO)
+    act = bind(SB3Policy(Mood()), env)
+    observations, _ = env.reset(seed=0)
+    ranges = []
+    for step in range(8):
+        if step == 5:
+            observations, _ = env.reset(options={"reset_mask": np.array([False, True])})
+        observations, *_, info = env.step(act(observations))
+        ranges.append(info["interaction_range"])
+    expected = [mood(8), np.concatenate([mood(5), mood(3)])]
+    np.testing.assert_array_equal(np.transpose(ranges), expected)
+
+
+def test_a_recurrent_model_of_sb3_plays_like_its_own_loop() -> None:
+    env = AgentVecEnv(2, SCENARIO)
+    model = RecurrentPPO("MlpLstmPolicy", env, n_steps=8, batch_size=14, device="cpu", seed=0)
+    expected = np.zeros((2, T, N))
+    env.seed(SEEDS[0])
+    rows, state, starts = env.reset(), None, np.ones(2 * N, bool)
+    for step in range(T):
+        actions, state = model.predict(rows, state, starts, deterministic=True)
+        rows, _, starts, infos = env.step(actions)
+        expected[:, step] = np.reshape([info["interaction_range"] for info in infos], (2, N))
+    policy = SB3Policy(model)
+    for seed, ranges in zip(SEEDS, expected, strict=True):
+        run = record(SCENARIO, policy, seed, per_agent=True)
+        np.testing.assert_allclose(run.interaction_ranges, ranges, rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [({"per_agent": True}, "model.observation_space"), ({"action_mode": "range"}, "model.action_space")],
+)
+def test_a_model_of_another_environment_is_refused(options: dict[str, Any], field: str) -> None:
+    policy = SB3Policy(PPO("MlpPolicy", FlockVecEnv(1, SCENARIO), n_steps=8, batch_size=8, device="cpu"))
+    assert len(rollout(SCENARIO, policy, [1]).seeds) == 1
+    with pytest.raises(ArgumentError) as caught:
+        rollout(SCENARIO, policy, [1], **options)
+    assert caught.value.field == field
+
+
+class Moody(Mood):
+    """The same as a hunter: it accelerates to the left, and more so with every action of an episode."""
+
+    def predict(self, *args: Any, **kwargs: Any) -> tuple[np.ndarray, Any]:
+        actions, state = super().predict(*args, **kwargs)
+        return np.concatenate([0 * actions, actions], axis=1), state
+
+
+def test_hunters_with_a_memory_start_with_every_episode() -> None:
+    scenario = SCENARIO.replace(predators=(Learned(), Learned()))
+    run = record(scenario, FixedRange(9.0), 3, predator_policy=SB3Policy(Moody()))
+    np.testing.assert_array_equal(run.predator_actions[:, 1, 1], mood(T) / 50 - 1)
+    batches = [
+        rollout(scenario, FixedRange(9.0), range(4), batch_size=size, predator_policy=SB3Policy(Moody()))
+        for size in (3, 1)
     ]
-    together = rollout(StubbornWitnesses(*rules.T), SEEDS * 3, scenario=scenario, per_agent=True)
-    np.testing.assert_array_equal(outcome(together), np.concatenate(alone, axis=1))
-    with pytest.raises(ArgumentError, match=r"first_range: expected .* got \(2,\)"):
-        StubbornWitnesses([0.1, 0.2, 0.3], [10.0, 20.0], [1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(outcome(batches[0]), outcome(batches[1]))
+    envs = [FlockVecEnv(2, scenario, predator_policy=SB3Policy(Moody())) for _ in range(2)]
+    for env in envs:  # the second episodes, of which one environment was in the middle of others
+        env.seed(5)
+        env.reset()
+    for _ in range(4):
+        envs[0].step(np.zeros((2, 1), np.float32))
+    for env in envs:
+        env.seed(7)
+        env.reset()
+    twins = [[env.step(np.zeros((2, 1), np.float32))[0] for _ in range(T + 3)] for env in envs]
+    np.testing.assert_array_equal(twins[0], twins[1])
+
+
+def test_policies_by_name_bring_their_options() -> None:
+    for name, policy, options in (
+        ("stubborn-leaders", StubbornLeaders(), {"predator_sensing_range": None}),
+        ("fixed:120", FixedRange(120.0), {"max_range": 120.0}),
+    ):
+        named, same = rollout(SCENARIO, name, SEEDS), rollout(SCENARIO, policy, SEEDS, **options)
+        assert outcome(named).tolist() == outcome(same).tolist()
+        runs = record(SCENARIO, name, 3), record(SCENARIO, policy, 3, **options)
+        np.testing.assert_array_equal(runs[0].positions, runs[1].positions)
+    ours = rollout(SCENARIO, "stubborn-leaders", SEEDS, predator_sensing_range=20.0)
+    same = rollout(SCENARIO, StubbornLeaders(), SEEDS, predator_sensing_range=20.0)
+    assert outcome(ours).tolist() == outcome(same).tolist()
+
+
+def test_rollout_without_a_scenario_takes_that_of_the_policy() -> None:
+    entry = NamedPolicy("mine", FixedRange(5.0), scenario=SCENARIO)
+    assert outcome(rollout(None, entry, SEEDS)).tolist() == outcome(rollout(SCENARIO, entry, SEEDS)).tolist()
+    paper = rollout(None, FixedRange(5.0), [1])
+    assert outcome(paper).tolist() == outcome(rollout("paper-flock", FixedRange(5.0), [1])).tolist()
+
+
+def test_a_rule_for_agents_says_that_it_needs_them() -> None:
+    with pytest.raises(ArgumentError, match="per_agent: expected True: this policy needs an observation per"):
+        rollout(SCENARIO, StubbornLeaders(), SEEDS, per_agent=False)

@@ -19,10 +19,13 @@ from flockesc_env import (
     FlockVectorEnv,
     Learned,
     PurePursuit,
+    load_run,
     parallel_env,
     record,
-    records,
+    replay_run,
     rollout,
+    run_differences,
+    save_run,
     simulate,
 )
 from flockesc_env.common.errors import ActionError
@@ -100,19 +103,17 @@ def test_a_bad_predator_policy_is_named_and_changes_nothing() -> None:
 @dimensions
 @pytest.mark.parametrize("steps_per_action", [1, 4])
 def test_records_replay_the_hunt_bit_for_bit(dimension: int, steps_per_action: int, tmp_path: Any) -> None:
-    options = {
-        "scenario": hunted(dimension, 2).with_learned_predators(),
-        "steps_per_action": steps_per_action,
-    }
-    run = record(FixedRange(9.0), 3, predator_policy=Spin(), **options)
-    played = rollout(FixedRange(9.0), [3], predator_policy=Spin(), **options)
+    scenario = hunted(dimension, 2).with_learned_predators()
+    options = {"steps_per_action": steps_per_action}
+    run = record(scenario, FixedRange(9.0), 3, predator_policy=Spin(), **options)
+    played = rollout(scenario, FixedRange(9.0), [3], predator_policy=Spin(), **options)
     assert run.mean_distance.min() == played.min_mean_distance[0]
     assert run.min_distance.min() == played.min_min_distance[0]
     assert run.predator_actions.shape == (10, 2, dimension)
     assert run.predator_actions.any()
-    records.save(run, tmp_path / "run.npz")
-    loaded = records.load(tmp_path / "run.npz").trajectory
-    assert records.differences(loaded, records.replay(loaded)) == []
+    save_run(run, tmp_path / "run.npz")
+    loaded = load_run(tmp_path / "run.npz").trajectory
+    assert run_differences(loaded, replay_run(loaded)) == []
     straight = simulate(run.scenario, 9.0, seed=3)
     assert not np.array_equal(straight.predator_positions, run.predator_positions)
 
@@ -121,7 +122,7 @@ def test_chase_comes_closer_than_coast() -> None:
     """To the nearest agent or, on average, to all of them, as its target says."""
     scenario = FlockScenario().with_learned_predators()
     nearest, centroid, nobody = (
-        rollout(FixedRange(0.0), range(10), scenario=scenario, predator_policy=policy)
+        rollout(scenario, FixedRange(0.0), range(10), predator_policy=policy)
         for policy in (Pursue(), Pursue("centroid"), FlyStraight())
     )
     assert nearest.min_min_distance.mean() < nobody.min_min_distance.mean() / 2
@@ -133,17 +134,15 @@ def test_sb3_trains_a_predator_and_a_flock_against_it() -> None:
     scenario = hunted().with_learned_predators()
     flock = FlockVecEnv(4, scenario, predator_policy=SB3Policy(hunter))
     PPO("MlpPolicy", flock, n_steps=8, batch_size=32, device="cpu").learn(32)
-    outcome = rollout(
-        FixedRange(10.0), [0, 1], scenario=scenario, predator_policy=SB3Policy(hunter), batch_size=2
-    )
+    outcome = rollout(scenario, FixedRange(10.0), [0, 1], predator_policy=SB3Policy(hunter), batch_size=2)
     assert np.isfinite(outcome.min_mean_distance).all()
 
 
 def test_a_hunt_that_catches_all_is_replayed(tmp_path: Any) -> None:
     hunters = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
     scenario = small_flock(num_agents=12, predators=hunters, capture_radius=500.0)
-    run = record(FixedRange(9.0), 3, scenario=scenario, predator_policy=Spin(), per_agent=True)
-    records.save(run, tmp_path / "run.npz")
-    loaded = records.load(tmp_path / "run.npz").trajectory
-    assert records.differences(loaded, records.replay(loaded)) == []
+    run = record(scenario, FixedRange(9.0), 3, predator_policy=Spin(), per_agent=True)
+    save_run(run, tmp_path / "run.npz")
+    loaded = load_run(tmp_path / "run.npz").trajectory
+    assert run_differences(loaded, replay_run(loaded)) == []
     assert run.fraction_surviving[-1] == 0

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flockesc_env import LineEscapeEnv, LineScenario, rollout_line, sweep
+from flockesc_env import LineEscapeEnv, LineScenario, rollout, sweep
 from flockesc_env.common.errors import ArgumentError, OptionError, ScenarioError
-from flockesc_env.policies import FixedRange, Policy, StubbornLeaders, bind
+from flockesc_env.policies import FixedRange, FlyStraight, Policy, StubbornLeaders, bind
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 
 SCENARIO = LineScenario(num_agents=12, max_steps=40)
@@ -44,7 +44,7 @@ def one_by_one(policy: Policy, scenario: LineScenario, **options: Any) -> dict[s
 def test_it_is_the_environment_line_by_line(make: Any, steps_per_action: int, batch_size: int) -> None:
     options = {"steps_per_action": steps_per_action, "max_range": 0.5}
     expected = one_by_one(make(), SCENARIO, **options)
-    found = rollout_line(make(), SEEDS, scenario=SCENARIO, batch_size=batch_size, **options)
+    found = rollout(SCENARIO, make(), SEEDS, batch_size=batch_size, **options)
     assert found.seeds.tolist() == SEEDS
     assert found.num_components.tolist() == expected["num_components"]
     assert found.converged.tolist() == expected["converged"]
@@ -60,7 +60,7 @@ def test_fixed_ranges_are_those_of_the_sweep(escape_force: Any) -> None:
     ranges = [0.0, 0.0625, 0.25, 1.0]  # which float32 holds
     expected = sweep(scenario, ranges, range(20))
     for row, rho in enumerate(ranges):
-        found = rollout_line(FixedRange(rho), range(20), scenario=scenario)
+        found = rollout(scenario, FixedRange(rho), range(20))
         np.testing.assert_array_equal(found.escape_distance, expected.escape_distance[row])
         np.testing.assert_array_equal(found.num_components, expected.num_components[row])
         np.testing.assert_array_equal(found.converged, expected.converged[row])
@@ -68,7 +68,7 @@ def test_fixed_ranges_are_those_of_the_sweep(escape_force: Any) -> None:
 
 def test_lines_that_do_not_come_to_rest_end_with_the_last_step() -> None:
     scenario = SCENARIO.replace(max_steps=2)
-    found = rollout_line(FixedRange(0.5), range(5), scenario=scenario, steps_per_action=3)
+    found = rollout(scenario, FixedRange(0.5), range(5), steps_per_action=3)
     assert not found.converged.any()
     assert (found.steps == 2).all()
 
@@ -81,7 +81,7 @@ def test_an_ended_line_keeps_its_row_and_is_stepped_no_more() -> None:
             rows.append(observations.copy())
             return FixedRange(0.125).act(observations, spec)
 
-    found = rollout_line(Watching(), SEEDS, scenario=SCENARIO)
+    found = rollout(SCENARIO, Watching(), SEEDS)
     assert len(rows) == found.steps.max()
     for line, steps in enumerate(found.steps):
         last = [row[line] for row in rows[steps:]]
@@ -90,8 +90,8 @@ def test_an_ended_line_keeps_its_row_and_is_stepped_no_more() -> None:
 
 
 def test_presets_are_known_by_name() -> None:
-    found = rollout_line(fixed(), [1], scenario="paper-line")
-    assert found.escape_distance == rollout_line(fixed(), [1]).escape_distance
+    found = rollout("paper-line", fixed(), [1])
+    assert found.escape_distance == rollout(LineScenario(), fixed(), [1]).escape_distance
 
 
 @pytest.mark.parametrize(
@@ -102,12 +102,15 @@ def test_presets_are_known_by_name() -> None:
         ({"seeds": [0.5]}, ArgumentError, r"seeds\[0\]: expected an integer, got 0.5"),
         ({"batch_size": 0}, ArgumentError, "batch_size: expected an integer of at least 1"),
         ({"batch_size": 1.5}, ArgumentError, "batch_size: expected an integer"),
-        ({"scenario": "paper-flock"}, ScenarioError, "scenario: expected"),
+        ({"scenario": "nowhere"}, ScenarioError, "scenario: expected"),
+        ({"scenario": 7}, ArgumentError, "scenario: expected"),
+        ({"per_agent": True}, ArgumentError, "per_agent: expected None for a line, got True"),
+        ({"predator_policy": FlyStraight()}, ArgumentError, "predator_policy: expected None for a line"),
         ({"scenario": LineScenario(predator_position=None)}, ScenarioError, "predator_position: expected"),
         ({"max_range": 0.0}, OptionError, "max_range: expected"),
         ({"reward": "individual_distance"}, OptionError, "reward: expected one of change, terminal"),
         ({"policy": FixedRange(2.0)}, ArgumentError, "interaction_range: expected a number from 0"),
-        ({"policy": StubbornLeaders()}, ArgumentError, "observation: expected an entry"),
+        ({"policy": StubbornLeaders()}, ArgumentError, "per_agent: expected True"),
     ],
 )
 def test_bad_input_is_named(changes: dict[str, Any], error: type[Exception], message: str) -> None:
@@ -120,5 +123,5 @@ def test_bad_input_is_named(changes: dict[str, Any], error: type[Exception], mes
 
     fields = {"policy": Asked(), "seeds": SEEDS, "scenario": SCENARIO, **changes}
     with pytest.raises(error, match=message):
-        rollout_line(fields.pop("policy"), fields.pop("seeds"), **fields)
+        rollout(fields.pop("scenario"), fields.pop("policy"), fields.pop("seeds"), **fields)
     assert not asked

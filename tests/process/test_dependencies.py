@@ -44,6 +44,6 @@ def test_licenses() -> None:
 def test_sources() -> None:
     """Crates come from the registry, save our own."""
     own = {crate["name"] for crate in crates() if crate["source"] is None}
-    assert own == {"flockesc-core", "flockesc-peers", "flockesc-py"}
+    assert own == {"flockesc-core", "flockesc-kernels", "flockesc-peers", "flockesc-py"}
     others = {crate["source"].partition("+")[0] for crate in crates() if crate["source"]}
     assert others == {"registry"}

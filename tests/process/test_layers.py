@@ -1,10 +1,11 @@
-"""Who may import whom: heavy libraries stay out of the package, and the core behind few modules."""
+"""Layers of the Python package: imports run down, without circles; heavy libraries stay out."""
 
 from __future__ import annotations
 
 import ast
 import subprocess
 import sys
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -28,18 +29,26 @@ HEAVY = (
     "tqdm",
     "tyro",
 )
-MAY_IMPORT_CORE = {
-    "__init__.py",
-    "batch.py",
-    "envs/line.py",
-    "graph.py",
-    "rollout_line.py",
-    "scenario.py",
-    "seeds.py",
-    "simulate.py",
-    "spaces.py",
-    "sweep.py",
-}
+ROOMS = (
+    "_core",
+    "common",
+    "scenario",
+    "episodes",
+    "models",
+    "policies",
+    "render",
+    "watch",
+    "envs",
+    "sb3",
+    "jobs",
+    "cli",
+    "__main__",
+)
+"""From the ground floor up: a module imports its own room and rooms below it. Nothing imports the face."""
+
+PROGRAMS = ("training", "studies")
+"""Outside of the wheel, each imports itself, the one before it and the package."""
+
 MAY_IMPORT_SB3 = {"sb3.py"}
 MAY_IMPORT_PYGAME = {"render/canvas.py", "render/window.py"}
 
@@ -93,8 +102,77 @@ def test_the_check_sees_heavy_modules() -> None:
     assert "scipy" in loaded_after("import scipy.sparse")
 
 
-def test_core_is_imported_where_it_may_be() -> None:
-    assert who_imports("flockesc_env._core") == MAY_IMPORT_CORE
+def arrows(root: Path, package: str) -> dict[str, set[str]]:
+    """Return, for every module of a package, the modules of the same package that it imports."""
+    modules = {
+        ".".join((package, *path.relative_to(root).with_suffix("").parts)).removesuffix(".__init__"): path
+        for path in root.rglob("*.py")
+    }
+    known = {*modules, f"{package}._core"}
+
+    def target(name: str) -> str:
+        return name if name in known else name.rpartition(".")[0]
+
+    return {
+        module: {target(name) for name in imported(path) if name.partition(".")[0] == package} - {module}
+        for module, path in modules.items()
+    }
+
+
+def room(module: str) -> str:
+    return module.split(".")[1] if "." in module else module
+
+
+def upward(graph: dict[str, set[str]]) -> list[str]:
+    """Return the imports of the package that run up, or that import its public face."""
+    level = {name: index for index, name in enumerate(ROOMS)}
+    return [
+        f"{module} -> {target}"
+        for module, targets in graph.items()
+        if module != "flockesc_env"
+        for target in targets
+        if target == "flockesc_env" or level[room(target)] > level[room(module)]
+    ]
+
+
+def circles(graph: dict[str, set[str]]) -> list[str]:
+    """Return one circle of modules that import each other, or nothing."""
+    try:
+        tuple(TopologicalSorter(graph).static_order())
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+def test_no_import_runs_up() -> None:
+    graph = arrows(PACKAGE, "flockesc_env")
+    assert {room(module) for module in graph} - {"flockesc_env"} < set(ROOMS)
+    assert upward(graph) == []
+
+
+@pytest.mark.parametrize("package", ["flockesc_env", *PROGRAMS, "benchmarks"])
+def test_no_modules_import_each_other(package: str) -> None:
+    root = PACKAGE if package == "flockesc_env" else PACKAGE.parent / package
+    assert circles(arrows(root, package)) == []
+
+
+def test_the_checks_see_planted_imports() -> None:
+    graph = arrows(PACKAGE, "flockesc_env")
+    graph["flockesc_env.scenario.flock"].add("flockesc_env.envs.gymnasium")
+    graph["flockesc_env.models.graph"].add("flockesc_env")
+    assert sorted(upward(graph)) == [
+        "flockesc_env.models.graph -> flockesc_env",
+        "flockesc_env.scenario.flock -> flockesc_env.envs.gymnasium",
+    ]
+    assert circles(graph)
+
+
+def test_programs_outside_of_the_wheel_import_one_way() -> None:
+    assert not who_imports("training") | who_imports("studies") | who_imports("benchmarks")
+    for index, program in enumerate(PROGRAMS):
+        for path in (PACKAGE.parent / program).rglob("*.py"):
+            above = {name.partition(".")[0] for name in imported(path)} & set(PROGRAMS[index + 1 :])
+            assert not above, path
 
 
 def test_sb3_is_imported_where_it_may_be() -> None:
@@ -103,10 +181,6 @@ def test_sb3_is_imported_where_it_may_be() -> None:
 
 def test_pygame_is_imported_where_it_may_be() -> None:
     assert who_imports("pygame") == MAY_IMPORT_PYGAME
-
-
-def test_the_package_never_imports_training() -> None:
-    assert not who_imports("training")
 
 
 def test_everything_public_is_there() -> None:

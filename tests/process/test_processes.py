@@ -30,11 +30,11 @@ def test_child_sweeps_after_its_parent_has(method: str) -> None:
     flocks, lines, seeds = small_flock(num_agents=30), LineScenario(), range(8)
     here = sweep(flocks, [0.0, 9.0], seeds, num_threads=2)
     here_line = sweep(lines, [0.1], seeds)
-    here_rollout = rollout(FixedRange(25.0), seeds, scenario=flocks, num_threads=2)
+    here_rollout = rollout(flocks, FixedRange(25.0), seeds, num_threads=2)
     with multiprocessing.get_context(method).Pool(2) as pool:
         there = [pool.apply_async(sweep, (flocks, [0.0, 9.0], seeds), {"num_threads": 2}) for _ in range(3)]
         there_line = pool.apply_async(sweep, (lines, [0.1], seeds))
-        there_rollout = pool.apply_async(rollout, (FixedRange(25.0), seeds), {"scenario": flocks})
+        there_rollout = pool.apply_async(rollout, (flocks, FixedRange(25.0), seeds))
         for result in there:
             np.testing.assert_array_equal(result.get(TIMEOUT).min_mean_distance, here.min_mean_distance)
         np.testing.assert_array_equal(there_line.get(TIMEOUT).escape_distance, here_line.escape_distance)

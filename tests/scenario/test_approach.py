@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flockesc_env import ArgumentError, ConstantVelocity, FlockScenario, Intercept, approach
+from flockesc_env import ArgumentError, ConstantVelocity, FlockScenario, Intercept, approach, preset, sweep
 from studies.paper.plan import OFFSETS, aimed
 
 DIRECTIONS = [(1.0, 1.0), (0.0, -3.0), (-2.0, 0.5)]
 
 
 def test_the_default_is_the_papers_predator() -> None:
-    assert ConstantVelocity(*approach()) == ConstantVelocity() == ConstantVelocity(*approach("center"))
+    assert approach() == approach("center") == ((-30.0, -30.0), (10.0, 10.0))
+    assert FlockScenario().predators == (ConstantVelocity(*approach()),)
 
 
 @pytest.mark.parametrize("offset", OFFSETS)
@@ -48,9 +49,43 @@ def test_the_edge_is_touched(direction: tuple[float, float]) -> None:
     assert left.max() == pytest.approx(0.0, abs=1e-12)
 
 
-def test_every_strategy_in_space_takes_it() -> None:
-    scenario = FlockScenario(dimension=3, predators=(Intercept(*approach("edge")),))
-    assert scenario.predators[0].position == approach("edge")[0]
+def test_in_space_the_default_flies_along_the_diagonal() -> None:
+    """As the preset ``space`` does, to the bit, with every strategy."""
+    assert approach(dimension=3) == ((-30.0, -30.0, -30.0), (10.0, 10.0, 10.0))
+    plain = FlockScenario(dimension=3)
+    assert plain == preset("space") == FlockScenario(dimension=3, predators=(ConstantVelocity(),))
+    assert FlockScenario(dimension=3, predators=(Intercept(),)).predators == (
+        Intercept(*approach(dimension=3)),
+    )
+    half_given = FlockScenario(dimension=3, predators=(Intercept(velocity=(1.0, 2.0, 3.0)),))
+    assert half_given.predators == (Intercept((-30.0, -30.0, -30.0), (1.0, 2.0, 3.0)),)
+
+
+def test_the_default_in_space_is_as_hard_as_the_preset() -> None:
+    """J of a predator along the cube's face, which two coordinates once meant, is 8 to 10 m larger."""
+    for rho in (0.0, 16.0):
+        runs = [
+            sweep(scenario, [rho], range(3)).values() for scenario in (FlockScenario(dimension=3), "space")
+        ]
+        np.testing.assert_array_equal(*runs)
+
+
+@pytest.mark.parametrize("direction", [(1.0, 1.0, 1.0), (0.0, -3.0, 4.0), (-2.0, 0.5, 0.0)])
+@pytest.mark.parametrize("aim", ["center", "edge", 17.0, (5.0, 6.0, 7.0)])
+def test_paths_in_space(aim: Any, direction: tuple[float, ...]) -> None:
+    position, velocity = map(np.array, approach(aim, distance=60.0, direction=direction, dimension=3))
+    heading = velocity / np.linalg.norm(velocity)
+    assert heading == pytest.approx(np.array(direction) / np.linalg.norm(direction))
+    assert np.linalg.norm(velocity) == pytest.approx(10 * math.sqrt(3))
+    left = np.array([-heading[1], heading[0], 0.0]) / np.linalg.norm(heading[:2])
+    target = np.array(aim if isinstance(aim, tuple) else (50.0, 50.0, 50.0))
+    assert (position - target) @ heading == pytest.approx(-60.0)
+    offset = {"edge": 50.0 * np.abs(left).sum(), 17.0: 17.0}.get(aim, 0.0)
+    assert position - target + 60.0 * heading == pytest.approx(offset * left)
+
+
+def test_an_aim_with_three_coordinates_is_in_space() -> None:
+    assert approach((50.0, 50.0, 50.0)) == approach(dimension=3)
 
 
 @pytest.mark.parametrize(
@@ -67,6 +102,10 @@ def test_every_strategy_in_space_takes_it() -> None:
         ({"direction": (1.0, 0.0, 0.0)}, "direction"),
         ({"direction": (np.inf, 0.0)}, "direction[0]"),
         ({"initial_side": -100.0}, "initial_side"),
+        ({"dimension": 4}, "dimension"),
+        ({"aim": (1.0, 2.0, 3.0), "dimension": 2}, "aim"),
+        ({"direction": (1.0, 1.0), "dimension": 3}, "direction"),
+        ({"aim": "edge", "direction": (0.0, 0.0, 1.0), "dimension": 3}, "direction"),
     ],
 )
 def test_bad_arguments(arguments: dict[str, Any], field: str) -> None:

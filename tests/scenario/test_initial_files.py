@@ -19,8 +19,11 @@ from flockesc_env import (
     RandomHeadings,
     RecordError,
     ScenarioError,
+    load_run,
     read_initial_state,
-    records,
+    replay_run,
+    run_differences,
+    save_run,
     simulate,
     sweep,
 )
@@ -81,9 +84,9 @@ def test_given_starts_travel_in_documents(tmp_path: Path) -> None:
     assert FlockScenario.from_json(scenario.to_json()) == scenario
     assert FlockScenario.from_toml(scenario.to_toml()) == scenario
     run = simulate(scenario, 10.0, seed=1)
-    records.save(run, tmp_path / "run.npz")
-    loaded = records.load(tmp_path / "run.npz").trajectory
-    assert not records.differences(loaded, records.replay(loaded))
+    save_run(run, tmp_path / "run.npz")
+    loaded = load_run(tmp_path / "run.npz").trajectory
+    assert not run_differences(loaded, replay_run(loaded))
     env = FlockEscapeEnv(scenario=scenario)
     for seed in (None, 3):
         _, info = env.reset(seed=seed)
@@ -198,17 +201,19 @@ def test_no_file(tmp_path: Path) -> None:
 def test_the_command_line_takes_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     positions, velocities = state(2)
     path = str(write(tmp_path / "flock.csv", positions, velocities))
-    flags = ("--initial-state", path, "--num-steps", "5")
+    flags = ("--initial-state", path, "--set", "num_steps=5")
     ran = Ran(capsys, "simulate", *flags, "--interaction-range", "10", "--seed", "1", "--json")
     run = simulate(FlockScenario(num_steps=5, **read_initial_state(path)), 10.0, seed=1)
     assert ran.code == Exit.DONE
     assert json.loads(ran.out)["min_mean_distance"] == run.mean_distance.min()
     swept = Ran(capsys, "sweep", *flags, "--interaction-ranges", "10", "--seeds", "1:2", "--json")
     assert json.loads(swept.out)["ranges"][0]["mean"] == run.mean_distance.min()
-    refused = Ran(capsys, "simulate", *flags, "--num-agents", "8", "--interaction-range", "10")
+    refused = Ran(capsys, "simulate", *flags, "--set", "num_agents=8", "--interaction-range", "10")
     assert refused.code == Exit.REFUSED
     assert "initial_positions.given_positions.points" in refused.err
-    line = Ran(capsys, "simulate", "--model", "line", "--initial-state", path, "--interaction-range", "1")
+    line = Ran(
+        capsys, "simulate", "--scenario", "paper-line", "--initial-state", path, "--interaction-range", "1"
+    )
     assert line.code == Exit.REFUSED
     assert "initial_state" in line.err
     bad = tmp_path / "bad.csv"

@@ -161,25 +161,25 @@ def test_clusters(dimension: int, plane: bool) -> None:
 def test_random_headings(dimension: int, plane: bool) -> None:
     _, headings = start(dimension, plane)
     assert_all_directions(headings)
-    _, anywhere = start(dimension, plane, initial_headings=AlignedHeadings(spread=math.pi))
+    _, anywhere = start(dimension, plane, initial_headings=AlignedHeadings(max_angle=math.pi))
     assert_all_directions(anywhere)
 
 
 @AXES
-@pytest.mark.parametrize("spread", [0.0, 1e-9, 0.5, 2.5])
-def test_aligned_headings(dimension: int, plane: bool, spread: float) -> None:
+@pytest.mark.parametrize("max_angle", [0.0, 1e-9, 0.5, 2.5])
+def test_aligned_headings(dimension: int, plane: bool, max_angle: float) -> None:
     direction = (3.0, -4.0) if plane or dimension == 2 else (3.0, -4.0, 12.0)
-    _, headings = start(dimension, plane, initial_headings=AlignedHeadings(direction, spread))
+    _, headings = start(dimension, plane, initial_headings=AlignedHeadings(direction, max_angle))
     ahead = np.array(direction) / np.linalg.norm(direction)
     chord = np.linalg.norm(headings - ahead, axis=1)  # of the angle to the direction, also where that is tiny
-    if spread == 0.0:
+    if max_angle == 0.0:
         assert chord.max() < 1e-15
     elif len(direction) == 2:
         sides = np.sign(headings @ [-ahead[1], ahead[0]])
-        assert_uniform(2 * np.arcsin(chord / 2) * sides / (spread * (1 + 1e-6)), -1.0, 1.0)
+        assert_uniform(2 * np.arcsin(chord / 2) * sides / (max_angle * (1 + 1e-6)), -1.0, 1.0)
     else:
         # A cap's area grows with the square of its chord.
-        assert_uniform((chord / (2 * math.sin(spread / 2)) / (1 + 1e-6)) ** 2, 0.0, 1.0)
+        assert_uniform((chord / (2 * math.sin(max_angle / 2)) / (1 + 1e-6)) ** 2, 0.0, 1.0)
         left = np.cross(ahead, [0.0, 0.0, 1.0]) / np.linalg.norm(ahead[:2])
         up = np.cross(ahead, left)
         assert_uniform(np.arctan2(headings @ up, headings @ left), -math.pi, math.pi)
@@ -232,7 +232,7 @@ def test_seeds_mean_the_same_flock_everywhere(name: str) -> None:
         num_agents=12,
         num_steps=2,
         initial_positions=STARTS[name],
-        initial_headings=AlignedHeadings(spread=1.0),
+        initial_headings=AlignedHeadings(max_angle=1.0),
     )
     run = simulate(scenario, 5.0, seed=7)
     assert sweep(scenario, [5.0], [7]).min_mean_distance == run.mean_distance.min()

@@ -76,7 +76,7 @@ FLOCK_ENVIRONMENTS: dict[str, Callable[[Any], Any]] = {
     "raw aec": lambda scenario: raw_env(scenario).unwrapped,
     "sb3 flocks": lambda scenario: FlockVecEnv(2, scenario),
     "sb3 agents": lambda scenario: AgentVecEnv(1, scenario),
-    "record": lambda scenario: record(FixedRange(1.0), 0, scenario=scenario),
+    "record": lambda scenario: record(scenario, FixedRange(1.0), 0),
 }
 
 
@@ -93,11 +93,9 @@ def test_flock_environments_take_names(interface: str) -> None:
 
 
 def test_rollouts_take_names() -> None:
-    named, given = (
-        rollout(FixedRange(5.0), [3], scenario=scenario) for scenario in ("pursuit", preset("pursuit"))
-    )
+    named, given = (rollout(scenario, FixedRange(5.0), [3]) for scenario in ("pursuit", preset("pursuit")))
     assert named.min_mean_distance == given.min_mean_distance
-    assert named.min_mean_distance != rollout(FixedRange(5.0), [3]).min_mean_distance
+    assert named.min_mean_distance != rollout("paper-flock", FixedRange(5.0), [3]).min_mean_distance
 
 
 def test_line_environments_take_names() -> None:
@@ -136,19 +134,13 @@ def test_the_command_prints_a_file_to_start_from(
     assert type(known.scenario).from_json(json.dumps(entry["scenario"])) == known.scenario
     path = tmp_path / "mine.toml"
     path.write_text(document)
-    flags = ["--interaction-range", 0.2, "--repulsion-strength", 3, "--seed", 1, "--json"]
+    flags = ["--interaction-range", 0.2, "--set", "repulsion_strength=3", "--seed", 1, "--json"]
     runs = [
         Ran(capsys, "simulate", "--scenario", name, *flags).json(),
-        Ran(capsys, "simulate", "--model", entry["model"], "--scenario", path, *flags).json(),
+        Ran(capsys, "simulate", "--scenario", path, *flags).json(),
     ]
     assert runs[0] == runs[1]
     assert runs[0]["scenario"] == {**entry["scenario"], "repulsion_strength": 3.0}
-
-
-def test_flags_override_a_preset(capsys: pytest.CaptureFixture[str]) -> None:
-    flags = ["--interaction-range", 1, "--scenario", "pursuit", "--num-agents", 4, "--predators"]
-    scenario = Ran(capsys, "simulate", *flags, "--json").json()["scenario"]
-    assert (scenario["num_agents"], scenario["predators"]) == (4, [])
 
 
 def test_a_line_without_predator_is_toml() -> None:

@@ -7,7 +7,7 @@ import dataclasses
 import json
 import math
 import pickle
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -26,6 +26,7 @@ from flockesc_env import (
     Gaussian,
     Inertial,
     Intercept,
+    Learned,
     LineOptions,
     LineScenario,
     Metric,
@@ -33,12 +34,14 @@ from flockesc_env import (
     RandomHeadings,
     Reynolds,
     Ring,
+    ScenarioError,
     Segment,
     Square,
     Vicsek,
     Wandering,
     simulate,
 )
+from flockesc_env.scenario.document import KINDS
 from flockesc_env.scenario.initial import InitialHeadings, InitialPositions
 from flockesc_env.scenario.predators import Predator
 
@@ -57,9 +60,9 @@ def points(
 
 
 def predators(dimension: int) -> st.SearchStrategy[Predator]:
-    vectors = points(dimension)
+    vectors = st.tuples(*[finite] * dimension)
     steering = {"position": vectors, "velocity": vectors, "max_turn_rate": not_negative}
-    speeds = points(dimension, st.floats(-1e10, 1e10))
+    speeds = st.tuples(*[st.floats(-1e10, 1e10)] * dimension)
     faster = steering | {
         "velocity": speeds,
         "max_speed": st.floats(1e11, LARGEST),
@@ -67,7 +70,7 @@ def predators(dimension: int) -> st.SearchStrategy[Predator]:
     }
     return st.one_of(
         st.builds(ConstantVelocity, vectors, vectors),
-        st.builds(Wandering, vectors, vectors, not_negative),
+        st.builds(Wandering, vectors, vectors, angular_diffusion=not_negative),
         st.builds(PurePursuit, **steering),
         st.builds(Intercept, **faster, navigation_constant=not_negative),
         st.builds(Encircle, **steering, radius=not_negative, closing_speed=not_negative),
@@ -194,7 +197,7 @@ def test_flock_defaults_are_the_papers_setting() -> None:
         "periodic_side": None,
         "randomization": (),
     }
-    assert FlockScenario().predators == (ConstantVelocity(),)
+    assert FlockScenario().predators == (ConstantVelocity((-30.0, -30.0), (10.0, 10.0)),)
     assert FlockScenario().neighbor_rule == Metric()
     assert FlockScenario().initial_positions == Square()
     assert FlockScenario().initial_headings == RandomHeadings()
@@ -225,7 +228,9 @@ def test_missing_fields_take_their_defaults(scenario: Any) -> None:
 def test_missing_fields_of_a_predator_take_their_defaults() -> None:
     document = '{"predators": [{"pure_pursuit": {"max_turn_rate": 2}}, {"constant_velocity": {}}]}'
     predators = FlockScenario.from_json(document).predators
-    assert predators == (PurePursuit(max_turn_rate=2.0), ConstantVelocity())
+    assert (
+        predators == FlockScenario(predators=(PurePursuit(max_turn_rate=2.0), ConstantVelocity())).predators
+    )
 
 
 def test_replace_changes_one_field_of_a_copy() -> None:
@@ -269,7 +274,7 @@ def test_numpy_and_integer_inputs_become_plain() -> None:
         capture_radius=np.float32(1),
         initial_plane=np.bool(True),
         initial_positions=Segment([0, 1], np.array([2, 3])),
-        initial_headings=AlignedHeadings(direction=[1, 0], spread=np.float32(1)),
+        initial_headings=AlignedHeadings(direction=[1, 0], max_angle=np.float32(1)),
         predators=[ConstantVelocity(np.array([1, 2]), [3, np.float64(4)]), PurePursuit(max_turn_rate=2)],
     )
     plain = FlockScenario(
@@ -281,7 +286,7 @@ def test_numpy_and_integer_inputs_become_plain() -> None:
         capture_radius=1.0,
         initial_plane=True,
         initial_positions=Segment((0.0, 1.0), (2.0, 3.0)),
-        initial_headings=AlignedHeadings(direction=(1.0, 0.0), spread=1.0),
+        initial_headings=AlignedHeadings(direction=(1.0, 0.0), max_angle=1.0),
         predators=(ConstantVelocity((1.0, 2.0), (3.0, 4.0)), PurePursuit(max_turn_rate=2.0)),
     )
     assert given_scenario == plain
@@ -311,9 +316,43 @@ def test_numpy_integers_are_steps_per_action() -> None:
     assert FlockEscapeEnv(FlockScenario(num_agents=3), steps_per_action=np.int64(4)).reset(seed=0)
 
 
-def test_a_predator_in_the_plane_flies_at_z_0() -> None:
-    plane = FlockScenario(dimension=3, num_agents=3, num_steps=4)
-    space = plane.replace(predators=(ConstantVelocity((-30.0, -30.0, 0.0), (10.0, 10.0, 0.0)),))
-    runs = [simulate(scenario, 5.0, seed=0) for scenario in (plane, space)]
-    np.testing.assert_array_equal(runs[0].positions, runs[1].positions)
-    assert (runs[0].predator_positions[..., 2] == 0).all()
+def test_a_part_may_be_given_as_its_document() -> None:
+    given = FlockScenario(motion={"vicsek": {}}, predators=[{"pure_pursuit": {"max_turn_rate": 2}}])  # type: ignore[arg-type, list-item]
+    assert given == FlockScenario(motion=Vicsek(), predators=(PurePursuit(max_turn_rate=2.0),))
+
+
+def test_kinds_are_those_of_the_unions() -> None:
+    assert set(KINDS) == {
+        *("predators", "neighbor_rules", "motions"),
+        *("initial_positions", "initial_headings", "distributions"),
+    }
+    assert KINDS["neighbor_rules"] == ("metric", "topological", "voronoi")
+    assert len(KINDS["predators"]) == len(get_args(Predator))
+
+
+@pytest.mark.parametrize("make", [ConstantVelocity, PurePursuit, Wandering, Learned])
+@pytest.mark.parametrize("name", ["position", "velocity"])
+def test_predators_have_as_many_coordinates_as_the_world(make: Any, name: str) -> None:
+    with pytest.raises(
+        ScenarioError, match=r"expected 3 numbers, as the dimension is 3, got \(1.0, 2.0\)"
+    ) as caught:
+        FlockScenario(dimension=3, predators=(ConstantVelocity(), make(**{name: (1.0, 2.0)})))
+    assert caught.value.field == f"predators[1].{make.kind}.{name}"
+    with pytest.raises(ScenarioError) as caught:
+        FlockScenario().replace(dimension=3)
+    assert caught.value.field == "predators[0].constant_velocity.position"
+
+
+def test_a_predator_in_the_plane_z_0_stays_there() -> None:
+    scenario = FlockScenario(
+        dimension=3, num_steps=4, predators=(ConstantVelocity((-30.0, -30.0, 0.0), (10.0, 10.0, 0.0)),)
+    )
+    assert (simulate(scenario, 5.0, seed=0).predator_positions[..., 2] == 0).all()
+
+
+def test_learned_predators_keep_their_starts() -> None:
+    swift = Learned((1.0, 2.0), max_speed=40.0)
+    made = FlockScenario(predators=(PurePursuit((5.0, 6.0)), swift)).with_learned_predators()
+    assert made == FlockScenario(predators=(Learned((5.0, 6.0), (10.0, 10.0)), swift))
+    with pytest.raises(ScenarioError, match="predators: expected at least one predator"):
+        FlockScenario(predators=()).with_learned_predators()

@@ -19,7 +19,7 @@ from flockesc_env import (
 
 STEPS = 10**6
 HUNTERS = (
-    Wandering((0.0, 9.0), (5.0, 5.0), 1.0),
+    Wandering((0.0, 9.0), (5.0, 5.0), angular_diffusion=1.0),
     PurePursuit((9.0, 0.0), (6.0, 6.0), confusion_rate=3.0),
     PurePursuit((9.0, 9.0), (1.0, 6.0), max_speed=30.0, acceleration=0.01),
 )
@@ -48,16 +48,16 @@ def test_a_million_steps(motion: Any, constant_speed: bool, dimension: int) -> N
     least, has_ended = np.inf, False
     while not has_ended:
         observation, reward, _, has_ended, info = env.step([10.0])
-        state = env._batch.state(0)
+        flock = env.flock
         assert env.observation_space.contains(observation)
         assert np.isfinite([reward, *info.values()]).all()
         assert info["min_mean_distance"] <= least
         least = info["min_mean_distance"]
         for name in ("positions", "velocities", "predator_positions", "predator_velocities"):
-            assert np.isfinite(state[name]).all()
+            assert np.isfinite(getattr(flock, name)).all()
         if constant_speed:
-            np.testing.assert_allclose(np.linalg.norm(state["velocities"], axis=1), 10.0, rtol=1e-12)
-        speeds = np.linalg.norm(state["predator_velocities"], axis=1)
+            np.testing.assert_allclose(np.linalg.norm(flock.velocities, axis=1), 10.0, rtol=1e-12)
+        speeds = np.linalg.norm(flock.predator_velocities, axis=1)
         assert speeds[2] <= 30.0 * (1 + 1e-12)
         np.testing.assert_allclose(speeds[:2], [50**0.5, 72**0.5], rtol=1e-12)
-    assert state["step"] == STEPS
+    assert env.flock.step == STEPS

@@ -48,7 +48,7 @@ def measured(entry: NamedPolicy, folder: Path, monkeypatch: pytest.MonkeyPatch) 
 def played(entry: NamedPolicy) -> list[Any]:
     """Record every flock alone."""
     return [
-        record(entry.policy, seed, scenario=entry.scenario, per_agent=entry.per_agent, **entry.options)  # type: ignore[arg-type]
+        record(entry.scenario, entry.policy, seed, per_agent=entry.per_agent, **entry.options)  # type: ignore[arg-type]
         for seed in HELD_OUT[:FLOCKS]
     ]
 

@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 import itertools
-import os
+import json
 import re
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 import reference
+from cli_runs import Ran
 
 from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
-from studies.paper import jobs
+from flockesc_env.cli.exits import Exit
+from flockesc_env.jobs import Cache, Job
+from studies.__main__ import STUDIES
+from studies.measurements import OBJECTIVES, measure_job
+from studies.paper import command, jobs
 from studies.paper.claims import Verdict, verdict
 from studies.paper.flock_claims import dominates
-from studies.paper.jobs import Cache, Job
 from studies.paper.line_claims import clusters
-from studies.paper.page import RESULTS_FILE, Results, html_page, markdown_page
-from studies.paper.plan import Trials, aimed, studies
+from studies.paper.page import RESULTS_FILE, PaperResults, html_page, markdown_page
+from studies.paper.plan import Trials, aimed, measurements
 from studies.paper.realizations import flock_seed, line_seed
 from studies.paper.reproduction import reproduce
 
@@ -96,28 +96,27 @@ def test_an_aimed_predator_misses_the_center_by_its_offset() -> None:
         assert velocity @ away / np.linalg.norm(velocity) == pytest.approx(80 * np.sqrt(2))  # as in the paper
 
 
-def test_every_study_has_as_many_trials_as_asked() -> None:
-    plan = studies(Trials())
-    for study in plan.values():
-        seeds = [seed for job in study.jobs() for seed in job.seeds]
-        assert seeds == list(range(study.num_seeds))
-        assert study.num_seeds >= 1000
+def test_every_measurement_has_as_many_trials_as_asked() -> None:
+    for measurement in measurements(Trials()).values():
+        seeds = [seed for job in measurement.jobs() for seed in job.arguments[2]]
+        assert seeds == list(range(measurement.num_seeds))
+        assert measurement.num_seeds >= 1000
 
 
 def test_a_job_is_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    job = Job("objectives", SMALL, (0.0, 10.0), range(2, 5))
+    job = measure_job(OBJECTIVES, SMALL, (0.0, 10.0), range(2, 5))
     first = Cache(tmp_path).get(job)
-    monkeypatch.setitem(jobs.KINDS, "objectives", lambda *_: pytest.fail("computed again"))
+    monkeypatch.setattr(Job, "run", lambda _: pytest.fail("computed again"))
     again = Cache(tmp_path).get(job)
     assert first.keys() == again.keys()
     for name, values in first.items():
         np.testing.assert_array_equal(again[name], values)
     others = [
-        Job("curves", SMALL, (0.0, 10.0), range(2, 5)),
-        Job("objectives", SMALL.replace(mass=0.2), (0.0, 10.0), range(2, 5)),
-        Job("objectives", SMALL, (0.0, 10.5), range(2, 5)),
-        Job("objectives", SMALL, (0.0, 10.0), range(2, 6)),
-        Job("objectives", LineScenario(), (0.0, 10.0), range(2, 5)),
+        measure_job(jobs.CURVES, SMALL, (0.0, 10.0), range(2, 5)),
+        measure_job(OBJECTIVES, SMALL.replace(mass=0.2), (0.0, 10.0), range(2, 5)),
+        measure_job(OBJECTIVES, SMALL, (0.0, 10.5), range(2, 5)),
+        measure_job(OBJECTIVES, SMALL, (0.0, 10.0), range(2, 6)),
+        measure_job(OBJECTIVES, LineScenario(), (0.0, 10.0), range(2, 5)),
     ]
     assert len({job.key(), *(other.key() for other in others)}) == 1 + len(others)
 
@@ -152,52 +151,48 @@ def test_shown_realizations_follow_their_rules() -> None:
     assert flock_seed(curves, {"min_mean_distance": values}) == 2
 
 
-SCRIPT = """
-import sys
-from pathlib import Path
-from studies.paper.plan import Trials
-from studies.paper.reproduction import reproduce
-reproduce(Path(sys.argv[1]), Trials(flocks=4, lines=40), progress=lambda *_: print("chunk", flush=True))
-"""
-
-
-def files_in(folder: Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in sorted(folder.iterdir()) if path.is_file()}
-
-
-def test_a_killed_run_continues_and_ends_with_equal_bytes(tmp_path: Path) -> None:
-    whole, killed = tmp_path / "whole", tmp_path / "killed"
-    command = [sys.executable, "-c", SCRIPT]
-    environment = {**os.environ, "PYTHONHASHSEED": "1"}
-    with subprocess.Popen([*command, str(killed)], stdout=subprocess.PIPE, text=True) as process:  # noqa: S603
-        assert process.stdout is not None
-        for _ in range(15):
-            process.stdout.readline()
-        process.send_signal(signal.SIGKILL)
-    finished = set((killed / "cache").glob("*.npz"))
-    stamps = {path: path.stat().st_mtime_ns for path in finished}
-    assert finished
-    assert not (killed / RESULTS_FILE).exists()
-    time.sleep(0.01)  # later files have later stamps
-    for folder in (killed, whole):
-        subprocess.run(  # noqa: S603
-            [*command, str(folder)], check=True, stdout=subprocess.DEVNULL, env=environment
-        )
-    assert {path: path.stat().st_mtime_ns for path in finished} == stamps
-    files = files_in(whole)
-    assert files == files_in(killed)
-    assert len([name for name in files if name.endswith(".png")]) == 10
-    assert {name.removesuffix(".png") + ".svg" for name in files if name.endswith(".png")} <= set(files)
-
-    results = Results.from_json(files[RESULTS_FILE].decode())
-    assert results.to_json().encode() == files[RESULTS_FILE]
-    page = files["paper.md"].decode()
-    html = files["paper.html"].decode()
+def test_the_paper_is_reproduced(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """One small run through the command line: the same numbers in JSON, on the pages and on stdout."""
+    output, page = tmp_path / "paper", tmp_path / "docs.md"
+    flags = ["--flocks", 2, "--lines", 40, "--output", output, "--page", page, "--json"]
+    ran = Ran(capsys, "paper", *flags, run=STUDIES.main)
+    assert ran.code == Exit.DONE
+    results = PaperResults.from_json((output / RESULTS_FILE).read_text())
+    document = json.loads((output / RESULTS_FILE).read_text())
+    assert {**document, "command": "paper", "output": str(output)} == ran.json()
+    assert json.loads(results.to_json()) == document
+    files = {path.name for path in output.iterdir()}
+    pictures = {name.removesuffix(".png") for name in files if name.endswith(".png")}
+    assert len(pictures) == 10
+    assert {f"{name}.svg" for name in pictures} <= files
+    markdown, html = page.read_text(), (output / "paper.html").read_text()
+    assert "](paper/figure_9.png)" in markdown
     for claim in results.claims:
-        assert claim.holds_if in page
-        assert claim.verdict in page
-    assert html.count("<tr>") == page.count("\n| ") + 0
+        assert claim.holds_if in markdown
+        assert claim.verdict in markdown
+    assert html.count("<tr>") == markdown.count("\n| ")
     assert not re.search(r"""(src|href)=["'](?!data:)""", html)
+    command._show(results)
+    shown = capsys.readouterr().out
+    assert all(claim.claim in shown for claim in results.claims)
+
+
+@pytest.mark.parametrize(
+    ("flags", "field"),
+    [
+        (["--flocks", 1], "flocks"),
+        (["--lines", 39], "lines"),
+        (["--page", "nowhere/page.md"], "page"),
+        (["--page", "page.txt"], "page"),
+    ],
+)
+def test_a_paper_that_cannot_be_made_is_named(
+    flags: list[object], field: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    ran = Ran(capsys, "paper", *flags, "--output", tmp_path / "paper", run=STUDIES.main)
+    assert ran.code == Exit.REFUSED
+    assert f"error: {field}" in ran.err
+    assert not (tmp_path / "paper").exists()
 
 
 def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
@@ -214,7 +209,7 @@ def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
 
 
 def test_the_committed_page_is_that_of_the_committed_results() -> None:
-    results = Results.from_json((COMMITTED / RESULTS_FILE).read_text())
+    results = PaperResults.from_json((COMMITTED / RESULTS_FILE).read_text())
     page = ROOT / "docs" / "paper.md"
     assert page.read_text() == markdown_page(results, COMMITTED, page)
     assert (COMMITTED / "paper.html").read_text() == html_page(results, COMMITTED)

@@ -13,7 +13,6 @@ from flockesc_env import (
     rollout,
     sweep,
 )
-from flockesc_env.policies import StubbornLeaders
 
 FLOCK_SEEDS = 250
 STUBBORN_SEEDS = 200
@@ -122,5 +121,5 @@ def test_second_peak_of_the_line() -> None:
 
 
 def test_stubborn_leaders() -> None:
-    episodes = rollout(StubbornLeaders(), range(STUBBORN_SEEDS), per_agent=True, predator_sensing_range=None)
+    episodes = rollout("paper-flock", "stubborn-leaders", range(STUBBORN_SEEDS))
     assert_close(episodes.min_mean_distance, 88.1, 0.5)

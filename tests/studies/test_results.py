@@ -20,12 +20,12 @@ from flockesc_env.common.errors import RecordError
 from flockesc_env.common.stats import Estimate
 from flockesc_env.policies import FixedRange, StubbornLeaders
 from flockesc_env.policies.registry import NamedPolicy
-from studies.learned.aggregate import RESAMPLES, Aggregate, aggregate, iqm, means, profile
+from studies.learned.aggregate import RESAMPLES, aggregate, iqm, means, profile
 from studies.learned.page import FIGURES, listened, markdown_page, readme_table, write_page
+from studies.learned.questions import QUESTIONS
 from studies.learned.results import BEST_FIXED, ORACLE, load_studies, load_study
 from studies.learned.submit import check_fits, submit
-from studies.learned.summary import Summary, elsewhere, hidden, summarize
-from studies.learned.targets import AIMS, Target, Verdict
+from studies.learned.summary import elsewhere, hidden, summarize
 from training import config
 from training.config import Setting
 from training.seeds import HELD_OUT
@@ -120,7 +120,7 @@ def test_intervals_cover_the_truth_where_those_over_flocks_alone_do_not() -> Non
 def test_studies_are_read_as_written(results: Path) -> None:
     line, study = load_studies(results)
     assert (line.setting, line.unit, study.unit) == ("line", "", " m")
-    assert study.contenders == [BEST_FIXED, ORACLE, "stubborn-leaders", "ppo", "search"]
+    assert study.policies == [BEST_FIXED, ORACLE, "stubborn-leaders", "ppo", "search"]
     assert study.trained == ["ppo", "search"]
     assert study.best_learner == "search"
     fixed = 75 + drawn(FLOCKS)
@@ -190,18 +190,6 @@ def test_folders_that_hold_something_else_are_refused(results: Path, tmp_path: P
         load_study(moved)
 
 
-@pytest.mark.parametrize(
-    ("low", "high", "expected"),
-    [(6.1, 7.0, Verdict.REACHED), (5.0, 7.0, Verdict.OPEN), (5.0, 5.9, Verdict.MISSED)],
-)
-@pytest.mark.parametrize("is_gain", [True, False])
-def test_verdicts_follow_one_rule(low: float, high: float, expected: Verdict, is_gain: bool) -> None:
-    told, other = Estimate((low + high) / 2, low, high), Estimate(0.0, -100.0, 100.0)
-    gain, objective = (told, other) if is_gain else (other, told)
-    measured = Aggregate(objective, other, gain, 0.0, 0.0, other)
-    assert Target(6.0, "target", is_gain).verdict(measured) is expected
-
-
 def rows_of(page: str, first: str) -> list[list[str]]:
     lines = re.findall(rf"^\| {re.escape(first)} \|.*$", page, re.MULTILINE)
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
@@ -211,17 +199,16 @@ def test_the_page_says_what_the_files_say(results: Path, tmp_path: Path) -> None
     page = tmp_path / "docs" / "results.md"
     write_page(results, page)
     text = page.read_text()
-    visible, line = summarize(load_studies(results))  # in the order of the table of targets
+    visible, line = summarize(load_studies(results))  # in the order of the questions
     assert text.index("## per-agent-visible") < text.index("## line")
     for summary in (visible, line):
-        for name, figures in summary.contenders.items():
+        for name, figures in summary.policies.items():
             cells = next(row for row in rows_of(text, name) if summary.show(figures.objective) in row)
             assert summary.show(figures.iqm) in cells
             assert summary.difference(name) in cells
             assert summary.seeds(name) in cells
-        assert f"`python -m training study {summary.study.setting}`" in text
-        for sentence in summary.verdicts():
-            assert f"- {sentence}\n" in text
+        assert f"`python -m studies learned {summary.study.setting}`" in text
+        assert f"**{summary.question}**" in text
     assert "+10.00 to +12.00" in text
     assert "would have been 8.5 m, with 2 m" in text
     assert "- `ppo`: a remark\n" in text
@@ -241,18 +228,6 @@ def test_the_page_leaves_out_what_was_not_studied(results: Path, tmp_path: Path)
     text = markdown_page([line], results / FIGURES, tmp_path / "results.md")
     for heading in ("Credit assignment", "What the policies look at", "Transfer"):
         assert heading not in text
-    assert line.verdicts() == [
-        "`search` gains +0.125 [+0.125, +0.125]; better than the best fixed range, above 0: **reached**."
-    ]
-
-
-def test_targets_of_learners_that_were_not_run_are_left_out(results: Path) -> None:
-    visible, _ = summarize(load_studies(results))
-    assert any("`ppo` reaches" in sentence for sentence in visible.verdicts())
-    without = Summary(visible.study, {k: v for k, v in visible.contenders.items() if k != "ppo"})
-    assert (
-        len(without.verdicts()) == len(visible.verdicts()) - 1 == len(AIMS["per-agent-visible"].targets) - 1
-    )
 
 
 def test_the_table_of_the_readme_has_a_row_per_setting(results: Path) -> None:
@@ -291,15 +266,16 @@ def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_submission_end_to_end(tiny: Path, tmp_path: Path) -> None:
     page = tmp_path / "docs" / "results.md"
     before = load_study(tiny / "tiny")
-    submit("tiny", "stubborn-leaders-local", "my rule (v2)", tiny, page)
+    sentence = submit("tiny", "stubborn-leaders-local", "my rule (v2)", tiny, page)
     study = load_study(tiny / "tiny")
-    assert study.contenders == [*before.contenders, "my rule (v2)"]
+    assert study.policies == [*before.policies, "my rule (v2)"]
     assert study.episodes[: len(before.episodes)].equals(before.episodes)
-    told = rollout(StubbornLeaders(), HELD_OUT[:6], scenario=SMALL, per_agent=True)
+    told = rollout(SMALL, StubbornLeaders(), HELD_OUT[:6], per_agent=True)
     assert study.values("my rule (v2)") == pytest.approx(told.min_min_distance[None])
     assert study.episodes["training_seed"][-6:].null_count() == 6
     (row,) = rows_of(page.read_text(), "my rule (v2)")
     assert f"{told.min_min_distance.mean():.2f} [" in row[2]
+    assert f"my rule (v2) {told.min_min_distance.mean():.2f} [" in sentence
     with pytest.raises(ArgumentError, match="name"):
         submit("tiny", "stubborn-leaders-local", "my rule (v2)", tiny, page)
 
@@ -380,7 +356,7 @@ def test_the_committed_page_and_table_are_those_of_the_committed_results() -> No
     summaries = summarize(load_studies(COMMITTED))
     assert page.read_text() == markdown_page(summaries, COMMITTED / FIGURES, page, listened(COMMITTED))
     assert readme_table(summaries) in (ROOT / "README.md").read_text()
-    assert {summary.study.setting for summary in summaries} <= set(AIMS)
+    assert {summary.study.setting for summary in summaries} <= set(QUESTIONS)
     for picture in re.findall(r"\]\((.*?\.png)\)", page.read_text()):
         assert (page.parent / picture).is_file()
 

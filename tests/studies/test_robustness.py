@@ -1,4 +1,4 @@
-"""The best fixed range in every world: the choice, the rule, the page."""
+"""The best fixed range in every preset: the choice, the rule, the page."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli_runs import Ran
+from studies_runs import StudiesRan
 
 from flockesc_env import (
     PRESETS,
@@ -24,35 +24,36 @@ from flockesc_env import (
 )
 from flockesc_env.cli.exits import Exit
 from flockesc_env.common.stats import Estimate
+from studies.__main__ import STUDIES
 from studies.robustness.findings import Finding, Outcome, outcome
-from studies.robustness.page import RESULTS_FILE, Answer, Results, answers, markdown_page
-from studies.robustness.plan import METERS, NEIGHBORS, grid_of, studies, worlds
+from studies.robustness.page import RESULTS_FILE, Answer, RobustnessResults, answers, markdown_page
+from studies.robustness.plan import METERS, NEIGHBORS, attacked_presets, grid_of, measurements
 from studies.robustness.questions import question_of
 from studies.robustness.survey import survey
 
 ROOT = Path(__file__).parents[2]
-COMMITTED = ROOT / "results" / "worlds"
+COMMITTED = ROOT / "results" / "robustness"
 
 
-def test_every_flock_preset_with_predators_that_steer_themselves_is_a_world() -> None:
+def test_every_flock_preset_with_predators_that_steer_themselves_is_surveyed() -> None:
     expected = [
         name
         for name, (_, scenario) in PRESETS.items()
         if isinstance(scenario, FlockScenario) and name != "learned-predator"
     ]
-    assert list(worlds()) == expected
-    assert list(worlds(["pursuit"])) == ["pursuit"]
+    assert list(attacked_presets()) == expected
+    assert list(attacked_presets(["pursuit"])) == ["pursuit"]
     for name in ("paper-line", "learned-predator", "wings"):
         with pytest.raises(ArgumentError, match="presets"):
-            worlds([name])
+            attacked_presets([name])
     with pytest.raises(ArgumentError, match="presets"):
-        worlds([])
+        attacked_presets([])
 
 
 def test_both_halves_are_run_under_every_action() -> None:
-    for study in studies(worlds(), 500).values():
-        assert [seed for job in study.jobs() for seed in job.seeds] == list(range(1000))
-        assert study.ranges == grid_of(study.scenario).actions  # type: ignore[arg-type]
+    for measurement in measurements(attacked_presets(), 500).values():
+        assert [seed for job in measurement.jobs() for seed in job.arguments[2]] == list(range(1000))
+        assert measurement.ranges == grid_of(measurement.scenario).actions  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("grid", [METERS, NEIGHBORS])
@@ -134,7 +135,7 @@ def test_findings_follow_one_rule(over_zero: float, over_longest: float, expecte
         (preset("fearless"), "controls: a frozen graph, no flight"),
     ],
 )
-def test_every_world_answers_one_question(scenario: FlockScenario, question: str) -> None:
+def test_every_preset_answers_one_question(scenario: FlockScenario, question: str) -> None:
     assert question_of(scenario) == question
 
 
@@ -146,26 +147,26 @@ def test_answers_are_made_by_the_rule() -> None:
 
 
 def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    output = tmp_path / "worlds"
+    output = tmp_path / "robustness"
     flags = ("--num-flocks", "2", "--presets", "paper-flock", "pursuit", "--output", str(output))
-    ran = Ran(capsys, "worlds", *flags, "--json")
+    ran = Ran(capsys, "robustness", *flags, "--json", run=STUDIES.main)
     assert ran.code == Exit.DONE, ran.err
     text = (output / RESULTS_FILE).read_text()
-    results = Results.from_json(text)
+    results = RobustnessResults.from_json(text)
     assert results.to_json() == text
     assert json.loads(ran.out)["results"] == json.loads(text)
-    assert results.command == "flockesc worlds --num-flocks 2 --presets paper-flock pursuit"
+    assert results.command == "python -m studies robustness --num-flocks 2 --presets paper-flock pursuit"
     assert {path.name for path in output.iterdir()} == {
         RESULTS_FILE,
         "cache",
-        "worlds.md",
-        "worlds.png",
-        "worlds.svg",
+        "robustness.md",
+        "robustness.png",
+        "robustness.svg",
     }
-    page = (output / "worlds.md").read_text()
-    assert page == markdown_page(results, output, output / "worlds.md")
-    for row in results.worlds:
-        told = sweep(worlds()[row.name], row.grid.actions, range(2, 4))
+    page = (output / "robustness.md").read_text()
+    assert page == markdown_page(results, output, output / "robustness.md")
+    for row in results.presets:
+        told = sweep(attacked_presets()[row.name], row.grid.actions, range(2, 4))
         means = [point.mean for point in row.outcomes["J_mean"].curve]
         assert means == pytest.approx(told.min_mean_distance.mean(axis=1), abs=1e-9)
         means = [point.mean for point in row.outcomes["J_min"].curve]
@@ -176,7 +177,7 @@ def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
             assert f"| {answer.question} | {answer} |" in page
 
     stamps = {path: path.stat().st_mtime_ns for path in (output / "cache").iterdir()}
-    again = Ran(capsys, "worlds", *flags)
+    again = Ran(capsys, "robustness", *flags, run=STUDIES.main)
     assert again.code == Exit.DONE
     assert "paper-flock" in again.out
     assert {path: path.stat().st_mtime_ns for path in (output / "cache").iterdir()} == stamps
@@ -205,16 +206,16 @@ def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
 def test_refusals(
     flags: tuple[str, ...], named: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    ran = Ran(capsys, "worlds", "--output", str(tmp_path / "worlds"), *flags)
+    ran = Ran(capsys, "robustness", "--output", str(tmp_path / "robustness"), *flags, run=STUDIES.main)
     assert ran.code == Exit.REFUSED
     assert named in ran.err
-    assert not (tmp_path / "worlds").exists()
+    assert not (tmp_path / "robustness").exists()
 
 
 def test_the_committed_page_is_that_of_the_committed_results() -> None:
-    results = Results.from_json((COMMITTED / RESULTS_FILE).read_text())
-    page = ROOT / "docs" / "worlds.md"
+    results = RobustnessResults.from_json((COMMITTED / RESULTS_FILE).read_text())
+    page = ROOT / "docs" / "robustness.md"
     assert page.read_text() == markdown_page(results, COMMITTED, page)
     assert results.num_flocks >= 500
-    assert {row.name for row in results.worlds} <= set(worlds())
-    assert (COMMITTED / "worlds.png").is_file()
+    assert {row.name for row in results.presets} <= set(attacked_presets())
+    assert (COMMITTED / "robustness.png").is_file()

@@ -14,15 +14,13 @@ import polars as pl
 import pytest
 from tiny_studies import TINY, Spy, write_preset
 
-from flockesc_env import load_policy, rollout, sweep
-from flockesc_env.policies.registry import built_in
+from flockesc_env import built_in, load_policy, rollout, sweep
 from studies.learned import explain
 from studies.learned.page import write_page
 from studies.learned.results import BEST_FIXED, ORACLE, Study, load_study
-from studies.learned.study import FLOCK_GRID, study
+from studies.learned.study import FLOCK_GRID, StudyArgs, study
 from studies.learned.submit import submit
 from training import search, seeds
-from training.arguments import StudyArgs
 from training.config import presets
 from training.evaluation import objective
 from training.seeds import HELD_OUT, TRAINING, TUNING
@@ -97,12 +95,12 @@ def test_every_contender_plays_the_held_out_flocks(found: Study, folder: Path) -
     np.testing.assert_allclose(found.grid["mean"].to_numpy(), expected.mean(axis=1), rtol=1e-12)
     assert found.grid["interaction_range"].to_list() == grid
 
-    assert found.contenders == [BEST_FIXED, ORACLE, "stubborn-leaders", "search", "schedule"]
+    assert found.policies == [BEST_FIXED, ORACLE, "stubborn-leaders", "search", "schedule"]
     assert found.trained == ["search", "schedule"]
-    options = {"scenario": TINY, "per_agent": True, "steps_per_action": 4, "predator_sensing_range": None}
+    options: dict[str, Any] = {"per_agent": True, "steps_per_action": 4, "predator_sensing_range": None}
     for name, seed in (("search", 0), ("search", 1), ("schedule", 0)):
         entry = policy(folder, f"{name}-{seed}")
-        alone = rollout(entry.policy, HELD_OUT[:FLOCKS], max_range=30.0, **options)
+        alone = rollout(TINY, entry.policy, HELD_OUT[:FLOCKS], max_range=30.0, **options)
         np.testing.assert_array_equal(values(found, name, seed), alone.min_mean_distance)
     assert (values(found, "search", 0) != values(found, "search", 1)).any()
 
@@ -134,7 +132,7 @@ def test_other_worlds_are_beside_fixed_ranges(found: Study, folder: Path) -> Non
     assert len(worlds) == 6
     np.testing.assert_array_equal(worlds["home", "learned"], values(found, "search", found.explained_seed))
     entry, held_out = policy(folder, f"search-{found.explained_seed}"), HELD_OUT[:FLOCKS]
-    there = rollout(entry.policy, held_out, scenario=OTHER, per_agent=True, **entry.options)
+    there = rollout(OTHER, entry.policy, held_out, per_agent=True, **entry.options)
     np.testing.assert_array_equal(worlds["fewer", "learned"], there.min_mean_distance)
     for world, scenario in (("home", TINY), ("fewer", OTHER)):
         grid = [float(rho) for rho in FLOCK_GRID]
@@ -175,12 +173,12 @@ def test_a_killed_study_goes_on_where_it_was(
     """The second training run is killed at its first checkpoint."""
     save, generation, played = search.save_checkpoint, search._generation, []
 
-    def die(state: search.State, run: Path) -> None:
+    def die(state: search.SearchState, run: Path) -> None:
         save(state, run)
         if run.name == "search-1":
             raise RuntimeError("killed")
 
-    def count(state: search.State, *args: Any) -> None:
+    def count(state: search.SearchState, *args: Any) -> None:
         played.append(state.generation)
         generation(state, *args)
 
@@ -208,7 +206,7 @@ def test_what_others_submitted_stays(found: Study, folder: Path, tmp_path: Path)
     submit("tiny", "stubborn-leaders", "thumb", results, page)
     path = results / "tiny" / "episodes.parquet"
     before = pl.read_parquet(path)
-    assert set(before["contender"]) == {*found.contenders, "thumb"}
+    assert set(before["contender"]) == {*found.policies, "thumb"}
 
     stale = before.filter(contender="search").with_columns(contender=pl.lit("formerly"))
     partial = before.filter(contender="thumb").head(5).with_columns(contender=pl.lit("five flocks"))
@@ -218,7 +216,7 @@ def test_what_others_submitted_stays(found: Study, folder: Path, tmp_path: Path)
     assert pl.read_parquet(path).equals(before)
 
     study(dataclasses.replace(args, held_out_flocks=10))  # other flocks than those of the submissions
-    assert load_study(results / "tiny").contenders == found.contenders
+    assert load_study(results / "tiny").policies == found.policies
 
 
 def test_some_learners_alone(found: Study, folder: Path, tmp_path: Path, spy: Spy) -> None:
@@ -228,7 +226,7 @@ def test_some_learners_alone(found: Study, folder: Path, tmp_path: Path, spy: Sp
     assert spy.commands == []
     assert alone.trained == list(alone.learners) == ["schedule"]
     assert (alone.ablation, alone.transfer, alone.explained) == (None, None, None)
-    assert alone.command == "python -m training study tiny --learners schedule"
+    assert alone.command == "python -m studies learned tiny --learners schedule"
     np.testing.assert_array_equal(alone.values("schedule"), found.values("schedule"))
 
 
@@ -268,7 +266,7 @@ def test_the_rule_of_thumb_sees_what_the_setting_shows(folder: Path) -> None:
             entry.policy,
             HELD_OUT[:5],
         )
-        alone = rollout(entry.policy, HELD_OUT[:5], scenario=TINY, per_agent=True, **entry.options)
+        alone = rollout(TINY, entry.policy, HELD_OUT[:5], per_agent=True, **entry.options)
         np.testing.assert_array_equal(played, alone.min_mean_distance)
 
 

@@ -11,7 +11,7 @@ from tiny_studies import TINY, Spy
 
 import training.train
 from training.config import POLICY_FILE, Args, RunRecord, train_presets
-from training.contenders import contender
+from training.policies import named_policy
 from training.processes import train_apart
 
 CHANGES: list[tuple[str, dict[str, Any]]] = [
@@ -56,7 +56,7 @@ def test_a_process_trains_on_one_core_or_says_why_not(tmp_path: Path) -> None:
     train_apart("per-agent-visible-search", args)
     assert RunRecord.read(args.run).args == dataclasses.replace(args, progress=False)
     before = (args.run / POLICY_FILE).read_bytes()
-    assert contender(str(args.run)).scenario == TINY
+    assert named_policy(str(args.run)).scenario == TINY
     with pytest.raises(RuntimeError, match=r"(?s)-m training train .* failed:.*without a finished run"):
         train_apart("per-agent-visible-search", args)
     assert (args.run / POLICY_FILE).read_bytes() == before

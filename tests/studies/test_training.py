@@ -57,5 +57,5 @@ def test_trained_model_is_a_policy(make: type[VecEnv]) -> None:
     for _ in range(SCENARIO.num_steps):
         observations, rewards, _, _ = env.step(act(observations))
         total += rewards
-    episodes = rollout(policy, [0, 1], scenario=SCENARIO, per_agent=make is AgentVecEnv)
+    episodes = rollout(SCENARIO, policy, [0, 1], per_agent=make is AgentVecEnv)
     np.testing.assert_allclose(episodes.mean_return, total.reshape(2, -1).mean(axis=1), atol=1e-4)

@@ -27,13 +27,13 @@ from flockesc_env.common import stats
 from flockesc_env.policies import FixedRange
 from flockesc_env.policies.registry import NamedPolicy
 from training import seeds
-from training.__main__ import app
-from training.arguments import StudyArgs, TuneArgs
+from training.__main__ import app, main
+from training.arguments import TuneArgs
 from training.compare import CompareArgs, compare
 from training.config import PRESETS, PPOArgs, RunRecord, SearchArgs, presets, train_presets
-from training.contenders import contender, scenario_of
 from training.evaluate import EvaluateArgs, evaluate
 from training.evaluation import policy_spec
+from training.policies import named_policy, scenario_of
 from training.rounds import round_steps
 from training.train import train
 
@@ -75,7 +75,7 @@ def test_a_run_leaves_policy_curve_speed_and_record(run: Path) -> None:
     record = RunRecord.read(run)
     assert record.args == small_run(run)
     assert {"python", "torch", "flockesc-env", "stable-baselines3", "sb3-contrib"} <= record.versions.keys()
-    assert contender(str(run)).scenario == SMALL
+    assert named_policy(str(run)).scenario == SMALL
 
 
 def test_a_run_is_not_overwritten(run: Path) -> None:
@@ -106,8 +106,8 @@ def test_comparison_is_what_its_parts_say(run: Path, tmp_path: Path) -> None:
     table = compare(args)
     held_out = range(2_000_000, 2_000_006)
     best = sweep(SMALL, np.linspace(0, 20, 5), range(1_000_000, 1_000_005)).best_range("mean")
-    fixed = rollout(FixedRange(best), held_out, scenario=SMALL).min_mean_distance
-    three = rollout(FixedRange(3), held_out, scenario=SMALL).min_mean_distance
+    fixed = rollout(SMALL, FixedRange(best), held_out).min_mean_distance
+    three = rollout(SMALL, FixedRange(3), held_out).min_mean_distance
     rows = {row["policy"]: row for row in table.iter_rows(named=True)}
     assert table["policy"][0] == f"best fixed range ({best:g} m)"
     assert rows[table["policy"][0]]["objective"] == pytest.approx(fixed.mean(), abs=1e-12)
@@ -138,9 +138,9 @@ def test_unknown_policies_are_named(spec: str, tmp_path: Path) -> None:
 
 
 def test_policies_of_several_scenarios_are_not_compared(run: Path) -> None:
-    mine, line = contender(str(run)), NamedPolicy("line", FixedRange(1), scenario=LineScenario())
+    mine, line = named_policy(str(run)), NamedPolicy("line", FixedRange(1), scenario=LineScenario())
     paper = NamedPolicy("paper", FixedRange(1), scenario=SMALL.replace(num_agents=7))
-    assert scenario_of([contender("random"), mine]) == SMALL
+    assert scenario_of([named_policy("random"), mine]) == SMALL
     for others, message in (
         ([mine, paper], "of one scenario, got of 2"),
         ([line], "of a flock, got of a line"),
@@ -214,34 +214,30 @@ def test_bootstrap_interval_covers_the_mean_as_often_as_it_says() -> None:
     assert 180 <= covered <= 199  # 95 % of 200, give or take three standard errors
 
 
-COMMANDS = [
-    (
-        "study.study",
-        ["study", "shared", "--learners", "search", "tqc", "--held-out-flocks", "7", "--jobs", "1"],
-        StudyArgs(setting="shared", learners=("search", "tqc"), held_out_flocks=7, jobs=1),
-    ),
-    (
-        "tune.tune",
-        ["tune", "shared-tqc", "--trials", "3", "--share", "0.25", "--output", "somewhere"],
-        TuneArgs(run="shared-tqc", trials=3, share=0.25, output=Path("somewhere")),
-    ),
-    ("page.write_page", ["page", "--results", "a"], (Path("a"), Path("docs/results.md"))),
-    (
-        "submit.submit",
-        ["submit", "line", "my:policy", "it", "--page", "b.md"],
-        ("line", "my:policy", "it", Path("results/learned"), Path("b.md")),
-    ),
-]
-
-
-@pytest.mark.parametrize(("function", "words", "expected"), COMMANDS)
-def test_commands_take_what_their_functions_do(
-    function: str, words: list[str], expected: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_tune_takes_what_its_function_does(monkeypatch: pytest.MonkeyPatch) -> None:
     called = Mock()
-    monkeypatch.setattr(f"training.{function}", called)
-    app.cli(args=words)
-    called.assert_called_once_with(*(expected if isinstance(expected, tuple) else (expected,)))
+    monkeypatch.setattr("training.tune.tune", called)
+    app.cli(args=["tune", "shared-tqc", "--trials", "3", "--share", "0.25", "--output", "somewhere"])
+    called.assert_called_once_with(TuneArgs(run="shared-tqc", trials=3, share=0.25, output=Path("somewhere")))
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["evaluate", "--policy", "nobody"], "policies: expected one of"),
+        (["evaluate", "--policy", "random", "--flocks", "0"], "flocks: expected 1 to"),
+        (["tune", "nothing"], "run: expected one of"),
+    ],
+)
+def test_a_mistake_is_one_line(
+    words: list[str], message: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["training", *words])
+    assert main() == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith(f"training: error: {message}")
+    assert captured.err.count("\n") == 1
 
 
 def test_the_command_line_starts_without_the_learners() -> None:

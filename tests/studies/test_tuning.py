@@ -15,8 +15,8 @@ from tiny_studies import Spy, write_preset
 from training import search
 from training.arguments import TuneArgs
 from training.config import RunRecord, SearchArgs, train_presets
-from training.contenders import contender
 from training.evaluation import objective
+from training.policies import named_policy
 from training.seeds import HELD_OUT, TRAINING, TUNING, TUNING_RUN, training_seeds
 from training.tune import _as_trial, suggest, tune
 
@@ -58,7 +58,7 @@ def test_trials_are_judged_on_tuning_flocks_alone(tmp_path: Path, spy: Spy) -> N
             preset, **hyperparameters, generations=2, run=run, seed=TUNING_RUN, progress=False
         )
         assert args == expected
-        assert trial.value == objective(args, contender(str(run)).policy, TUNING[:5]).mean()
+        assert trial.value == objective(args, named_policy(str(run)).policy, TUNING[:5]).mean()
     assert study.trials[0].params.items() <= _as_trial(preset).items()
     assert study.trials[1].params != study.trials[0].params
     assert study.best_value == max(trial.value for trial in study.trials)

@@ -39,8 +39,10 @@ from argument_table import (
 )
 
 import flockesc_env as fe
-from flockesc_env import contenders, network, policies, predator_policies, watch
+from flockesc_env import policies, watch
 from flockesc_env.common import stats
+from flockesc_env.policies import network, registry
+from flockesc_env.policies import predators as predator_policies
 from flockesc_env.render import draw, video
 from flockesc_env.watch.document import check_runs, run_document
 
@@ -132,12 +134,12 @@ POSITIONS: dict[type[Any], dict[str, Kind]] = {
     fe.Ring: {"radius": LENGTH, "width": Number(4.0, low=0.0, high=16.0)},
     fe.Segment: {"start": POINT, "end": POINT},
     fe.Gaussian: {"standard_deviation": LEAST_0},
-    fe.Clusters: {"num_clusters": Count(2), "spread": LEAST_0},
+    fe.Clusters: {"num_clusters": Count(2), "standard_deviation": LEAST_0},
     fe.GivenPositions: {"points": Floats(POINTS)},
 }
 HEADINGS: dict[type[Any], dict[str, Kind]] = {
     fe.RandomHeadings: {},
-    fe.AlignedHeadings: {"direction": POINT, "spread": Number(1.0, low=0.0, high=np.pi)},
+    fe.AlignedHeadings: {"direction": POINT, "max_angle": Number(1.0, low=0.0, high=np.pi)},
     fe.GivenHeadings: {"directions": Floats(POINTS + 1.0)},
 }
 MOTIONS: dict[type[Any], dict[str, Kind]] = {
@@ -199,38 +201,38 @@ SCENARIOS: dict[str, Row] = {
 }
 RANGE = Number(4.0, low=0.0)
 _RULE: dict[str, Kind] = {
-    "patience": Floats([0.25, 0.5], low=0.0),
-    "first_range": Floats([8.0, 4.0], low=0.0),
-    "interaction_range": Floats([4.0, 8.0], low=0.0),
+    "patience": Number(0.25, low=0.0),
+    "first_range": Number(8.0, low=0.0),
+    "interaction_range": Number(4.0, low=0.0),
 }
 POLICIES: dict[str, Row] = {
-    "policies.FixedRange": Row(policies.FixedRange, {"interaction_range": RANGE}, after=vars),
-    "policies.RandomRange": Row(
+    "FixedRange": Row(policies.FixedRange, {"interaction_range": RANGE}, after=vars),
+    "RandomRange": Row(
         policies.RandomRange, {"seed": Seed(3, True)}, after=lambda made: made._rng.bit_generator.state
     ),
-    "policies.ScheduledRange": Row(
+    "ScheduledRange": Row(
         policies.ScheduledRange,
         {"schedule": Floats(np.full((24, 5), 4.0), low=0.0, is_any_length=True)},
         after=vars,
     ),
-    "policies.StubbornLeaders": Row(
+    "StubbornLeaders": Row(
         policies.StubbornLeaders, {"min_cosine": Number(0.5), "interaction_range": RANGE}, after=vars
     ),
-    "policies.StubbornWitnesses": Row(
+    "StubbornWitnesses": Row(
         policies.StubbornWitnesses,
         _RULE,
         after=vars,
         named=dict.fromkeys(_RULE, tuple(_RULE)),
     ),
-    "policies.SB3Policy": Row(
+    "SB3Policy": Row(
         policies.SB3Policy, {"model": Part(Model()), "deterministic": Flag(True)}, after=lambda _: None
     ),
-    "policies.bind": Row(
+    "bind": Row(
         policies.bind, {"policy": Part(FIXED), "env": Part(fe.FlockEscapeEnv(FLOCK))}, after=lambda _: None
     ),
-    "predator_policies.FlyStraight": Row(predator_policies.FlyStraight, after=vars),
-    "predator_policies.Pursue": Row(predator_policies.Pursue, {"target": Choice("nearest")}, after=vars),
-    "network.Architecture": Row(
+    "FlyStraight": Row(predator_policies.FlyStraight, after=vars),
+    "Pursue": Row(predator_policies.Pursue, {"target": Choice("nearest")}, after=vars),
+    "Architecture": Row(
         network.Architecture,
         {
             "inputs": Part(("time",), confusing=((1,), "time")),
@@ -240,13 +242,13 @@ POLICIES: dict[str, Row] = {
             "squash": Choice("tanh"),
         },
     ),
-    "network.NetworkPolicy": Row(
+    "NetworkPolicy": Row(
         network.NetworkPolicy,
         {"architecture": Part(NET), "parameters": Floats(np.arange(NET.size) * 1.0)},
         after=lambda made: made.parameters,
     ),
-    "contenders.NamedPolicy": Row(
-        contenders.NamedPolicy,
+    "NamedPolicy": Row(
+        registry.NamedPolicy,
         {
             "name": Text("a name"),
             "policy": Part(FIXED),
@@ -255,8 +257,8 @@ POLICIES: dict[str, Row] = {
             "scenario": Part(FLOCK, True, confusing=(fe.Disc(),)),
         },
     ),
-    "contenders.NamedPolicy.record": Row(
-        contenders.NamedPolicy("fixed", FIXED).record, {"seed": Seed(3), "scenario": SCENARIO}
+    "NamedPolicy.record": Row(
+        registry.NamedPolicy("fixed", FIXED).record, {"seed": Seed(3), "scenario": SCENARIO}
     ),
 }
 VALUES = Floats([1.0, 2.0, 4.0], is_any_length=True, has_extremes=False)
@@ -298,11 +300,10 @@ RESULTS: dict[str, Row] = {
     ),
     "video.write_video": Row(
         video.write_video,
-        {"runs": RUNS, "path": File("made.mp4")},
+        {"runs": RUNS, "path": File("made.mp4"), "options": Part(fe.RenderOptions(size=160), True)},
         others={
             "fps": Count(4),
             "speed": Number(4.0, low=0.0, is_above=True),
-            "options": Part(fe.RenderOptions(size=160), True),
             "progress": Call(None, True),
         },
     ),

@@ -10,13 +10,30 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from argument_kinds import Call, Choice, Count, File, Flag, Floats, Kind, Number, Part, Seed, Seeds, Text
+from argument_kinds import (
+    Call,
+    Choice,
+    Count,
+    File,
+    Flag,
+    Floats,
+    Index,
+    Kind,
+    Number,
+    Part,
+    Seed,
+    Seeds,
+    Text,
+)
 from option_table import small_flock
 from pettingzoo import AECEnv, ParallelEnv
 from stable_baselines3.common.vec_env import VecEnv
 
 import flockesc_env as fe
-from flockesc_env import contenders, graph, network, policies, predator_policies, records
+from flockesc_env import policies
+from flockesc_env.models import graph, records
+from flockesc_env.policies import network, registry
+from flockesc_env.policies import predators as predator_policies
 
 FLOCK = small_flock(num_steps=24)
 LINE = fe.LineScenario(num_agents=5, max_steps=24)
@@ -28,7 +45,7 @@ SWEPT = fe.sweep(FLOCK, [0.0, 5.0], range(3))
 LINE_SWEPT = fe.sweep(LINE, [0.0, 0.25], range(3))
 FIXED = policies.FixedRange(5.0)
 NET = network.Architecture(("time",), (2,))
-CONTENDER = contenders.NamedPolicy(
+CONTENDER = registry.NamedPolicy(
     "net", network.NetworkPolicy(NET, np.zeros(NET.size)), scenario=FLOCK, per_agent=True
 )
 
@@ -57,7 +74,7 @@ class Row:
 def write_files() -> None:
     """Write the files that the table names into the working directory."""
     fe.save_policy(CONTENDER, "policy.npz")
-    records.save(RUN, "run.npz")
+    records.save_run(RUN, "run.npz")
     Path("state.csv").write_text("x,y\n1,2\n3,4\n")
 
 
@@ -145,7 +162,11 @@ LINE_MOMENT = {
     "states": Floats([0.0, 0.25, 1.0], is_any_length=True),
     "interaction_range": Number(0.5, low=0.0),
 }
-ROLLOUT = {"policy": Part(FIXED), "seeds": Seeds([0, 1]), "scenario": SCENARIO}
+ROLLOUT = {
+    "scenario": Part(FLOCK, True, confusing=(fe.Disc(),)),
+    "policy": Part(FIXED),
+    "seeds": Seeds([0, 1]),
+}
 RUNS = Part([("a", RUN)], confusing=([("a", 1)], [(1, RUN)], [RUN], [("a",)]))
 
 FUNCTIONS: dict[str, Row] = {
@@ -153,10 +174,11 @@ FUNCTIONS: dict[str, Row] = {
         fe.approach,
         {
             "aim": Number(5.0),
-            "distance": Number(50.0, low=0.0),
-            "speed": Number(10.0, low=0.0),
-            "direction": Floats([1.0, 2.0]),
+            "distance": Number(50.0, True, low=0.0),
+            "speed": Number(10.0, True, low=0.0),
+            "direction": Floats([1.0, 2.0], True),
             "initial_side": Number(100.0, low=0.0),
+            "dimension": optional(Index(2, high=3)),
         },
     ),
     "episode_seed": Row(fe.episode_seed, {"seed": Seed(3), "episode": Seed(2)}),
@@ -164,7 +186,7 @@ FUNCTIONS: dict[str, Row] = {
     "simulate": Row(
         fe.simulate,
         {
-            "scenario": Part(HUNTED, confusing=(LINE, fe.Disc())),
+            "scenario": Part(HUNTED, confusing=(fe.Disc(),)),
             "interaction_range": Floats(np.full(5, 4.0), low=0.0, is_scalar_fine=True),
             "seed": Seed(3, True),
             "initial_positions": optional(Floats(POINTS)),
@@ -172,11 +194,13 @@ FUNCTIONS: dict[str, Row] = {
             "predator_actions": optional(Floats(np.full((24, 1, 2), 0.5))),
             "num_threads": THREADS,
         },
+        others={"schedule": optional(Floats(np.full((24, 1), 4.0), low=0.0))},
+        named={"schedule": ("schedule", "interaction_range")},
     ),
     "simulate_line": Row(
         fe.simulate_line,
         {
-            "scenario": Part(LINE, confusing=(FLOCK,)),
+            "scenario": Part(LINE, True, confusing=(FLOCK,)),
             "interaction_range": Number(0.25, low=0.0),
             "seed": Seed(3, True),
             "initial_state": optional(Floats([0.0, 0.25, 0.5, 0.75, 1.0])),
@@ -196,21 +220,22 @@ FUNCTIONS: dict[str, Row] = {
         fe.rollout,
         ROLLOUT
         | {
-            "per_agent": Flag(True),
-            "batch_size": Count(2),
+            "per_agent": optional(Flag(True)),
+            "batch_size": optional(Count(2)),
             "num_threads": THREADS,
             "predator_policy": HUNTER,
             "progress": Call(None, True),
         },
         others=ENV_OPTIONS,
     ),
-    "rollout_line": Row(
-        fe.rollout_line,
+    "rollout of lines": Row(
+        fe.rollout,
         {
+            "scenario": Part(LINE, confusing=(fe.Disc(),)),
             "policy": Part(policies.FixedRange(0.25)),
             "seeds": Seeds([0, 1]),
-            "scenario": Part(LINE, True, confusing=(FLOCK,)),
-            "batch_size": Count(2),
+            "batch_size": optional(Count(2)),
+            "progress": Call(None, True),
         },
         others=LINE_OPTIONS,
     ),
@@ -220,7 +245,7 @@ FUNCTIONS: dict[str, Row] = {
             "policy": Part(FIXED),
             "seed": Seed(3),
             "scenario": SCENARIO,
-            "per_agent": Flag(True),
+            "per_agent": optional(Flag(True)),
             "predator_policy": HUNTER,
         },
         others=ENV_OPTIONS,
@@ -229,26 +254,26 @@ FUNCTIONS: dict[str, Row] = {
         fe.load_policy, {"path": File("policy.npz")}, after=lambda made: made.policy.parameters
     ),
     "save_policy": Row(
-        fe.save_policy, {"contender": Part(CONTENDER, confusing=(FIXED,)), "path": File("made.npz")}
+        fe.save_policy, {"policy": Part(CONTENDER, confusing=(FIXED,)), "path": File("made.npz")}
     ),
     "read_initial_state": Row(fe.read_initial_state, {"path": File("state.csv")}),
-    "records.save": Row(
-        records.save,
+    "save_run": Row(
+        records.save_run,
         {"trajectory": Part(RUN, confusing=(FLOCK,)), "path": File("made.npz"), "name": Text("a run")},
     ),
-    "records.load": Row(records.load, {"path": File("run.npz")}),
-    "records.replay": Row(records.replay, {"trajectory": Part(RUN, confusing=(FLOCK,))}),
-    "records.differences": Row(
-        records.differences,
+    "load_run": Row(records.load_run, {"path": File("run.npz")}),
+    "replay_run": Row(records.replay_run, {"trajectory": Part(RUN, confusing=(FLOCK,))}),
+    "run_differences": Row(
+        records.run_differences,
         {"recorded": Part(RUN, confusing=(LINE_RUN,)), "again": Part(RUN, confusing=(LINE_RUN,))},
         named={"recorded": ("recorded", "again")},
     ),
-    "graph.component_labels": Row(graph.component_labels, MOMENT),
-    "graph.neighbor_pairs": Row(graph.neighbor_pairs, MOMENT),
-    "graph.perron_matrix": Row(graph.perron_matrix, LINE_MOMENT),
-    "graph.laplacian": Row(graph.laplacian, LINE_MOMENT),
-    "contenders.built_in": Row(
-        contenders.built_in,
+    "component_labels": Row(graph.component_labels, MOMENT),
+    "neighbor_pairs": Row(graph.neighbor_pairs, MOMENT),
+    "perron_matrix": Row(graph.perron_matrix, LINE_MOMENT),
+    "laplacian": Row(graph.laplacian, LINE_MOMENT),
+    "built_in": Row(
+        registry.built_in,
         {"name": Choice("random"), "argument": Text("policies")},
         after=lambda made: (made.name, made.options, made.per_agent),
         named={"name": ("policies",)},

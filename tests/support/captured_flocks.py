@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from option_table import small_flock
+
 from flockesc_env import (
     ConstantVelocity,
     FlockScenario,
@@ -25,12 +27,11 @@ def hunted(dimension: int = 2, **changes: Any) -> FlockScenario:
     fields = {
         "num_agents": 9,
         "num_steps": 25,
-        "dimension": dimension,
         "initial_side": SIDE,
         "capture_radius": 4.0,
         "predators": predators,
     }
-    return FlockScenario(**{**fields, **changes})
+    return small_flock(dimension, **{**fields, **changes})
 
 
 def doomed(**changes: Any) -> FlockScenario:

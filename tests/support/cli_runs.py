@@ -1,4 +1,4 @@
-"""How tests run ``flockesc``: in this process, or as one of its own."""
+"""How tests run ``flockesc`` and ``python -m studies``: in this process, or as one of its own."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import NamedPolicy
 
 SMALL = FlockScenario(num_agents=12, num_steps=9)
-SMALL_FLAGS = ["--num-agents", "12", "--num-steps", "9"]
+SMALL_FLAGS = ["--set", "num_agents=12", "--set", "num_steps=9"]
 FLOCKESC = [sys.executable, "-m", "flockesc_env"]
 TIMEOUT = 60  # seconds; reached only by a command that does not end
 
@@ -25,8 +25,8 @@ TIMEOUT = 60  # seconds; reached only by a command that does not end
 class Ran:
     """What a command left: its code, stdout and stderr."""
 
-    def __init__(self, capsys: pytest.CaptureFixture[str], *argv: object) -> None:
-        self.code = main([str(word) for word in argv])
+    def __init__(self, capsys: pytest.CaptureFixture[str], *argv: object, run: Any = main) -> None:
+        self.code = run([str(word) for word in argv])
         self.out, self.err = capsys.readouterr()
 
     def json(self) -> dict[str, Any]:

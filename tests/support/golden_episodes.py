@@ -17,6 +17,7 @@ from option_table import UNLIKE, small_flock
 
 from flockesc_env import (
     PRESETS,
+    ConstantVelocity,
     FlockEscapeEnv,
     FlockScenario,
     FlockVectorEnv,
@@ -33,7 +34,10 @@ SEED = 7
 TEAM = ("paper-flock", "capture", "randomized", "noisy-hearing", "topological", "space")
 
 CHASED = {
-    "predators": (Wandering((10.0, 10.0), (5.0, 0.0), 2.0), PurePursuit((30.0, 0.0), (0.0, 9.0))),
+    "predators": (
+        Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
+        PurePursuit((30.0, 0.0), (0.0, 9.0)),
+    ),
     "capture_radius": 1.0,
 }
 RANDOM = {**CHASED, **UNLIKE}
@@ -127,7 +131,13 @@ def cases() -> dict[str, Case]:
             f"learned predators, {dimension}D": team(small.with_learned_predators()),
             f"a chase, {dimension}D": flock(small.with_learned_predators(), predator_policy=Pursue()),
             f"a large flock, {dimension}D": flock(
-                FlockScenario(num_agents=6000, dimension=dimension, num_steps=12, initial_side=500.0)
+                small_flock(
+                    dimension,
+                    num_agents=6000,
+                    num_steps=12,
+                    initial_side=500.0,
+                    predators=(ConstantVelocity((-30.0, -30.0), (10.0, 10.0)),),
+                )
             ),
             f"a torus, {dimension}D": run(
                 FlockScenario(dimension=dimension, num_steps=40, predators=(), periodic_side=60.0), 9.0

@@ -23,13 +23,13 @@ from flockesc_env import (
     LineEscapeEnv,
     LineScenario,
     Voronoi,
-    graph,
     parallel_env,
     rollout,
     simulate,
     simulate_line,
     sweep,
 )
+from flockesc_env.models import graph
 from flockesc_env.policies import FixedRange
 
 TRIES = 5
@@ -89,7 +89,7 @@ CALLS: dict[str, Callable[[], Call]] = {
     "simulate_line": lambda: lambda: simulate_line(line, 10.0, initial_state=CYCLE),
     "sweep": lambda: lambda: sweep(small, [1.0], range(9)),
     "sweep, lines": lambda: lambda: sweep(line.replace(num_agents=2), [1.0], [2, 3]),
-    "rollout": lambda: lambda: rollout(FixedRange(10.0), range(64), scenario=crowd),
+    "rollout": lambda: lambda: rollout(crowd, FixedRange(10.0), range(64)),
     "step, 10,000 steps per action": lambda: gymnasium_step(
         crowd.replace(num_agents=5000), steps_per_action=10_000
     ),
@@ -106,10 +106,10 @@ CALLS: dict[str, Callable[[], Call]] = {
     ),
     "perron_matrix": lambda: lambda: graph.perron_matrix(points[:15_000, 0], 0.1),
     "laplacian": lambda: lambda: graph.laplacian(points[:15_000, 0], 0.1),
-    "neighbor_pairs": lambda: lambda: graph.neighbor_pairs(points[:30_000], 0.2),
+    "neighbor_pairs": lambda: lambda: graph.neighbor_pairs(None, points[:30_000], 0.2),
     "component_labels": lambda: (
         lambda: graph.component_labels(
-            points, 0.3, scenario=FlockScenario(num_agents=60_000, blind_angle=1.0), velocities=points
+            FlockScenario(num_agents=60_000, blind_angle=1.0), points, 0.3, velocities=points
         )
     ),
 }

@@ -1,6 +1,7 @@
 """Creates and closes environments in a separate process and measures what they leave behind.
 
-The process prints a JSON object: growth of resident memory in KiB, of open files and of threads.
+The process prints a JSON object: for each adapter the growth of resident memory in KiB, of open files and of
+threads.
 """
 
 from __future__ import annotations
@@ -11,20 +12,31 @@ import os
 import subprocess
 import sys
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
 
-from every_env import MAKERS, play
+import numpy as np
+from envs import ADAPTERS, play, start
 
 MEMORY = 1024
 """KiB by which the allocator may still grow after the warm-up."""
 
 
-def growth(name: str, warm_up: int, count: int) -> dict[str, int]:
-    """Return what ``count`` environments leave after the first ``warm_up``, as the allocator grows."""
-    command = [sys.executable, __file__, name, str(warm_up), str(count)]
+def growth(names: Iterable[str], warm_up: int, count: int) -> dict[str, dict[str, int]]:
+    """Return what ``count`` environments of each kind leave after ``warm_up``, as the allocator grows."""
+    command = [sys.executable, __file__, str(warm_up), str(count), *names]
     ended = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
-    found: dict[str, int] = json.loads(ended.stdout.splitlines()[-1])
+    found: dict[str, dict[str, int]] = json.loads(ended.stdout.splitlines()[-1])
     return found
+
+
+def left_behind(left: dict[str, dict[str, int]]) -> dict[str, dict[str, int]]:
+    """Return the adapters that left something behind."""
+    return {
+        name: kept
+        for name, kept in left.items()
+        if kept["memory"] > MEMORY or (kept["files"], kept["threads"]) != (0, 0)
+    }
 
 
 def resources() -> dict[str, int]:
@@ -41,16 +53,22 @@ def resources() -> dict[str, int]:
 def cycle(name: str, count: int) -> None:
     """Create, play and close an environment this often."""
     for seed in range(count):
-        env = MAKERS[name]()
-        play(env, 2, seed)
+        env = ADAPTERS[name].make()
+        start(env, seed)
+        play(env, np.random.default_rng(seed), 2)
         env.close()
 
 
-if __name__ == "__main__":
-    warnings.simplefilter("ignore")
-    name, warm_up, count = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
+def grown(name: str, warm_up: int, count: int) -> dict[str, int]:
+    """Return what environments of one kind leave behind in this process."""
     cycle(name, warm_up)
     before = resources()
     cycle(name, count)
     after = resources()
-    print(json.dumps({key: after[key] - before[key] for key in before}))
+    return {key: after[key] - before[key] for key in before}
+
+
+if __name__ == "__main__":
+    warnings.simplefilter("ignore")
+    warm_up, count = int(sys.argv[1]), int(sys.argv[2])
+    print(json.dumps({name: grown(name, warm_up, count) for name in sys.argv[3:]}))

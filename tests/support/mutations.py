@@ -8,6 +8,8 @@ import re
 from collections.abc import Callable
 from typing import Any
 
+from option_table import embedded
+
 from flockesc_env import PRESETS, FlockScenario, LineScenario
 
 Document = tuple[type[FlockScenario | LineScenario], str, str]
@@ -91,7 +93,11 @@ _WORD = re.compile(r"[a-z_]{3,}")
 def good_documents() -> list[Document]:
     """Return every preset, in the plane and in space, as JSON and as TOML, all parameters written out."""
     scenarios: list[FlockScenario | LineScenario] = [preset.scenario for preset in PRESETS.values()]
-    space = [flock.replace(dimension=3) for flock in scenarios if _fits_in_space(flock)]
+    space = [
+        flock.replace(dimension=3, predators=tuple(embedded(predator, 3) for predator in flock.predators))
+        for flock in scenarios
+        if isinstance(flock, FlockScenario) and _fits_in_space(flock)
+    ]
     return [
         (type(scenario), language, text)
         for scenario in scenarios + space
@@ -99,10 +105,8 @@ def good_documents() -> list[Document]:
     ]
 
 
-def _fits_in_space(scenario: Any) -> bool:
-    if not isinstance(scenario, FlockScenario) or scenario.dimension == 3:
-        return False
-    return scenario.neighbor_rule.kind != "voronoi"
+def _fits_in_space(flock: FlockScenario) -> bool:
+    return flock.dimension == 2 and flock.neighbor_rule.kind != "voronoi"
 
 
 def mutated(text: str, rng: random.Random) -> str:

@@ -1,10 +1,15 @@
-"""Every combination of options that a user can choose, as keyword arguments of the environments."""
+"""The options that a user can choose: rows in which every three values of three options meet."""
 
-from itertools import product
+import dataclasses
 from typing import Any, get_args
+
+import numpy as np
+import pytest
+from covertable import make
 
 from flockesc_env import FlockScenario
 from flockesc_env.episodes.options import ActionMode, IndividualReward, LineReward, Objective, TeamReward
+from flockesc_env.scenario.predators import Start
 
 # Taken from the schema, so that a new variant is tested without a change here.
 ACTION_MODES = get_args(ActionMode)
@@ -15,8 +20,6 @@ AGENT_REWARDS = FLOCK_REWARDS + INDIVIDUAL_REWARDS
 SENSING_RANGES = ("predator_range", None, 5.0)
 STEPS_PER_ACTION = (1, 4, 7)
 DIMENSIONS = (2, 3)
-
-NAMES = ("action_mode", "objective", "reward", "predator_sensing_range", "steps_per_action")
 
 
 # Five agents of their own kind, whose motion is random and late.
@@ -31,17 +34,27 @@ UNLIKE: dict[str, Any] = {
 }
 
 
-def _table(rewards: tuple[str, ...]) -> list[dict[str, Any]]:
-    combinations = product(ACTION_MODES, OBJECTIVES, rewards, SENSING_RANGES, STEPS_PER_ACTION)
-    return [dict(zip(NAMES, combination, strict=True)) for combination in combinations]
+def covering(**values: tuple[Any, ...]) -> list[dict[str, Any]]:
+    """Return rows of named values: each combination of three values of three names is in one of them.
+
+    No interaction in the code is deeper than three.
+    """
+    return [{name: row[name] for name in values} for row in make(values, strength=3)]
 
 
-FLOCK_OPTIONS = _table(FLOCK_REWARDS)
-AGENT_OPTIONS = _table(AGENT_REWARDS)
-LINE_OPTIONS = [
-    dict(zip(("action_mode", "reward", "steps_per_action"), combination, strict=True))
-    for combination in product(ACTION_MODES, get_args(LineReward), STEPS_PER_ACTION)
-]
+def _values(rewards: tuple[str, ...]) -> dict[str, tuple[Any, ...]]:
+    return {
+        "action_mode": ACTION_MODES,
+        "objective": OBJECTIVES,
+        "reward": rewards,
+        "predator_sensing_range": SENSING_RANGES,
+        "steps_per_action": STEPS_PER_ACTION,
+    }
+
+
+FLOCK, AGENTS = _values(FLOCK_REWARDS), _values(AGENT_REWARDS)
+LINE = {"action_mode": ACTION_MODES, "reward": get_args(LineReward), "steps_per_action": STEPS_PER_ACTION}
+FLOCK_OPTIONS, AGENT_OPTIONS, LINE_OPTIONS = (covering(**values) for values in (FLOCK, AGENTS, LINE))
 
 
 def label(options: dict[str, Any]) -> str:
@@ -49,7 +62,28 @@ def label(options: dict[str, Any]) -> str:
     return "-".join(str(value) for value in options.values())
 
 
+def every_option(values: dict[str, tuple[Any, ...]], **other: tuple[Any, ...]) -> pytest.MarkDecorator:
+    """Return a mark that runs a test over ``options`` and one more argument."""
+    (name,) = other
+    cases = []
+    for row in covering(**values, **other):
+        test_id = label(row)
+        cases.append(pytest.param(row.pop(name), row, id=test_id))
+    return pytest.mark.parametrize((name, "options"), cases)
+
+
 def small_flock(dimension: int = 2, **changes: Any) -> FlockScenario:
     """Return a flock small enough to be stepped thousands of times, with the predator within reach."""
     fields = {"num_agents": 5, "num_steps": 10, "initial_side": 30.0, "dimension": dimension}
+    if "predators" in changes:
+        changes["predators"] = tuple(embedded(predator, dimension) for predator in changes["predators"])
     return FlockScenario(**{**fields, **changes})
+
+
+def embedded(predator: Any, dimension: int) -> Any:
+    """Return a predator that starts in the plane z = 0 of a world of some dimension."""
+    if not isinstance(predator, Start):
+        return predator
+    vectors = {"position": predator.position, "velocity": predator.velocity}
+    padded = {name: (*vector, 0.0)[:dimension] for name, vector in vectors.items() if np.size(vector) == 2}
+    return dataclasses.replace(predator, **padded)

@@ -33,7 +33,7 @@ def write_study(
     document = {
         "setting": setting,
         "title": f"about {setting}",
-        "command": f"python -m training study {setting}",
+        "command": f"python -m studies learned {setting}",
         "objective": "mean",
         "is_line": False,
         "tuning_flocks": 40,

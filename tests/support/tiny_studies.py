@@ -14,8 +14,8 @@ import pytest
 
 import training
 from flockesc_env import FlockScenario
+from flockesc_env.jobs import Job
 from studies.learned import explain
-from studies.paper.jobs import Job
 from training import evaluation, processes
 
 TINY = FlockScenario(num_agents=8, num_steps=16, initial_side=20.0)
@@ -92,7 +92,7 @@ class Spy:
 
         def run_job(job: Job) -> Any:
             self.jobs.append(job)
-            self._note(job.seeds)
+            self._note(job.arguments[2])
             return job_run(job)
 
         monkeypatch.setattr(Job, "run", run_job)
@@ -121,7 +121,7 @@ class Spy:
 
     def _noting(self, rollout: Callable[..., Any]) -> Callable[..., Any]:
         def noted(*args: Any, **options: Any) -> Any:
-            self._note(args[1] if len(args) > 1 else options["seeds"])
+            self._note(args[2] if len(args) > 2 else options["seeds"])
             return rollout(*args, **options)
 
         return noted

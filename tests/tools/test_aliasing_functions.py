@@ -13,9 +13,10 @@ from option_table import small_flock
 from spoiling import spoil
 
 import flockesc_env
-from flockesc_env import FlockScenario, LineScenario, contenders, graph
+from flockesc_env import FlockScenario, LineScenario
 from flockesc_env.episodes.options import EnvOptions
-from flockesc_env.policies import RandomRange, ScheduledRange, StubbornWitnesses
+from flockesc_env.models import graph
+from flockesc_env.policies import RandomRange, ScheduledRange, registry
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 
 SCENARIO = small_flock()
@@ -25,10 +26,10 @@ POSITIONS = np.random.default_rng(0).uniform(0, 30, (5, 2))
 
 FUNCTIONS: dict[str, tuple[Callable[..., Any], Callable[[], dict[str, Any]]]] = {
     "simulate": (
-        flockesc_env.models.simulate,
+        flockesc_env.simulate,
         lambda: {
             "scenario": LEARNED,
-            "interaction_range": np.full((10, 5), 7.0),
+            "schedule": np.full((10, 5), 7.0),
             "seed": 1,
             "initial_positions": POSITIONS.copy(),
             "initial_velocities": POSITIONS - POSITIONS.mean(axis=0),
@@ -45,32 +46,32 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], Callable[[], dict[str, Any]]]] = 
         },
     ),
     "sweep": (
-        flockesc_env.models.sweep,
+        flockesc_env.sweep,
         lambda: {"scenario": SCENARIO, "interaction_ranges": np.array([0.0, 5.0]), "seeds": [1, 2]},
     ),
     "rollout": (
-        flockesc_env.policies.rollout,
+        flockesc_env.rollout,
         lambda: {"policy": RandomRange(0), "seeds": [1, 2], "scenario": SCENARIO, "range_grid": [1.0, 2.0]},
     ),
     "rollout_line": (
-        flockesc_env.policies.rollout_line,
+        flockesc_env.rollout,
         lambda: {"policy": ScheduledRange([0.1] * 10), "seeds": [1, 2], "scenario": LINE},
     ),
     "record": (flockesc_env.record, lambda: {"policy": RandomRange(0), "seed": 1, "scenario": SCENARIO}),
     "component_labels": (
         graph.component_labels,
-        lambda: {"positions": POSITIONS.copy(), "interaction_range": np.full(5, 9.0)},
+        lambda: {"scenario": None, "positions": POSITIONS.copy(), "interaction_range": np.full(5, 9.0)},
     ),
     "neighbor_pairs": (
         graph.neighbor_pairs,
-        lambda: {"positions": POSITIONS.tolist(), "interaction_range": [9.0] * 5},
+        lambda: {"scenario": None, "positions": POSITIONS.tolist(), "interaction_range": [9.0] * 5},
     ),
     "laplacian": (graph.laplacian, lambda: {"states": np.linspace(0, 1, 5), "interaction_range": 0.3}),
     "perron_matrix": (
         graph.perron_matrix,
         lambda: {"states": np.linspace(0, 1, 5), "interaction_range": 0.3},
     ),
-    "built_in": (contenders.built_in, lambda: {"name": "stubborn-witnesses"}),
+    "built_in": (registry.built_in, lambda: {"name": "stubborn-witnesses"}),
 }
 
 
@@ -121,11 +122,6 @@ GIVEN: dict[str, tuple[Callable[[Any], Any], Any, Callable[[Any], Any]]] = {
         lambda options: options.range_grid,
     ),
     "a schedule": (ScheduledRange, np.arange(10.0), lambda policy: policy.schedule.tolist()),
-    "a rule's numbers": (
-        lambda v: StubbornWitnesses(v, v, v),
-        np.array([0.1, 0.2]),
-        lambda policy: policy.parameters.tolist(),
-    ),
     "a network's numbers": (
         lambda v: NetworkPolicy(Architecture(("time",), ()), v),
         np.ones(2, np.float32),

@@ -1,6 +1,6 @@
-"""Every argument of every public callable: what does not fit is refused by name, what means the same passes.
+"""Every argument of every public callable: bad values are refused by name, equal values have equal outcomes.
 
-What is refused leaves no trace: an environment goes on as one that was not asked.
+A refused value leaves no trace: the environment goes on like one that was never asked.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from typing import Any
 
 import pytest
 from argument_environments import CONSTRUCTORS, METHODS
-from argument_kinds import Kind
 from argument_parts import POLICIES, RESULTS, SCENARIOS
 from argument_table import FUNCTIONS, Row, used, write_files
 from same import same
@@ -24,18 +23,13 @@ from flockesc_env.common.errors import FlockescError
 from flockesc_env.render import video
 
 ROWS = FUNCTIONS | CONSTRUCTORS | METHODS | SCENARIOS | POLICIES | RESULTS
-CASES = [
-    pytest.param(row, name, id=f"{label}-{name}") for label, row in ROWS.items() for name in row.all_arguments
-]
-# Options that are handed on mean the same everywhere.
-TAKEN = [case for case in CASES if case.values[1] in case.values[0].arguments or case.values[0].subject]
+rows = pytest.mark.parametrize("row", ROWS.values(), ids=ROWS)
 MODULES: dict[str, ModuleType] = {"sb3": sb3, "stats": stats, "video": video, "watch": watch}
 
 # What is called by this package alone, with what it has made.
 MADE_HERE = {
     *("Trajectory", "LineTrajectory", "SweepResult", "FlockSweepResult", "LineSweepResult"),
-    *("Episodes", "LineEpisodes", "records.Record", "stats.Estimate", "predator_policies.PredatorPolicySpec"),
-    *("predator_policies.opposite", "network.mirrored"),
+    *("Episodes", "LineEpisodes", "RecordedRun", "stats.Estimate", "PredatorPolicySpec"),
 }
 # Methods that are other libraries' protocols, or that this package alone calls.
 PROTOCOLS = {
@@ -43,12 +37,6 @@ PROTOCOLS = {
     *("env_is_wrapped", "env_method", "get_attr", "set_attr", "step_async"),
     *("to_core", "selected"),
 }
-
-
-def _arguments(case: Any) -> Kind:
-    row, name = case.values
-    kind: Kind = row.all_arguments[name]
-    return kind
 
 
 @pytest.fixture(autouse=True)
@@ -75,36 +63,48 @@ def complaint(row: Row, subject: Any, name: str, value: Any) -> str | None:
     return "accepted"
 
 
-@pytest.mark.parametrize(("row", "name"), CASES)
-def test_refused(row: Row, name: str) -> None:
+@rows
+def test_refused(row: Row) -> None:
+    """Every bad value of every argument; then the subject goes on like one that was never asked."""
     subject, twin = (row.subject(), row.subject()) if row.subject else (None, None)
-    bad = row.all_arguments[name].bad()
-    complaints = {label: complaint(row, subject, name, value) for label, value in bad.items()}
-    assert not {label: text for label, text in complaints.items() if text}
+    complaints = {
+        (name, label): complaint(row, subject, name, value)
+        for name, kind in row.all_arguments.items()
+        for label, value in kind.bad().items()
+    }
+    assert not {case: text for case, text in complaints.items() if text}
     if row.subject:
         same(row.after(subject), row.after(twin))
 
 
-@pytest.mark.parametrize(("row", "name"), TAKEN)
-def test_taken(row: Row, name: str) -> None:
-    """In every form that means the same, with the same outcome to the bit."""
-    kind = row.all_arguments[name]
-    for form in ("plain", *kind.alike()):
-        twins = [row.subject(), row.subject()] if row.subject else [None, None]
-        given = [kind.good, kind.good if form == "plain" else kind.alike()[form]]
-        results = [called(row, twin, **{name: value}) for twin, value in zip(twins, given, strict=True)]
-        same(*(twins if row.subject else results), after=row.after)
+@rows
+def test_taken(row: Row) -> None:
+    """Every form of a good value that means the same has the same outcome to the bit."""
+    if row.subject is None:
+        expected = row.after(called(row, None))
+    for name in row.arguments if row.subject is None else row.all_arguments:
+        kind = row.all_arguments[name]
+        if row.subject is None:
+            # Options that are handed on mean the same everywhere.
+            for value in (kind.good, *kind.alike().values()):
+                same(row.after(called(row, None, **{name: value})), expected)
+            continue
+        for value in (kind.good, *kind.alike().values()):
+            subject, twin = row.subject(), row.subject()
+            same(called(row, subject, **{name: value}), called(row, twin, **{name: kind.good}))
+            same(row.after(subject), row.after(twin))
 
 
-@pytest.mark.parametrize(("row", "name"), [case for case in CASES if list(_arguments(case).extreme())])
-def test_extreme(row: Row, name: str) -> None:
-    """What is as large or as small as can be is refused, or harmless."""
-    for value in row.all_arguments[name].extreme():
-        subject = row.subject() if row.subject else None
-        with suppress(FlockescError):
-            result = called(row, subject, **{name: value})
-            used(result)
-            row.after(subject or result)
+@rows
+def test_extreme(row: Row) -> None:
+    """Values as large or as small as can be are refused, or harmless."""
+    for name, kind in row.all_arguments.items():
+        for value in kind.extreme():
+            subject = row.subject() if row.subject else None
+            with suppress(FlockescError):
+                result = called(row, subject, **{name: value})
+                used(result)
+                row.after(subject or result)
 
 
 def _members(module: ModuleType) -> list[str]:
@@ -131,14 +131,15 @@ def _public() -> dict[str, Any]:
 
 def test_every_public_argument_is_in_the_table() -> None:
     missing = {}
+    by_call = {row.call: row for row in ROWS.values()}
     for name, member in _public().items():
         if name in MADE_HERE:
             continue
-        known = ROWS[name].all_arguments if name in ROWS else {}
+        row = ROWS.get(name) or by_call.get(member)
         parameters = inspect.signature(member).parameters.values()
         wanted = {p.name for p in parameters if p.kind is not p.VAR_KEYWORD}
-        if name not in ROWS or not wanted <= set(known):
-            missing[name] = wanted - set(known)
+        if row is None or not wanted <= set(row.all_arguments):
+            missing[name] = wanted - set(row.all_arguments if row else ())
     assert not missing
 
 

@@ -14,13 +14,11 @@ from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file, sweep_flags
 from flockesc_env import (
     AlignedHeadings,
     ConstantVelocity,
-    Encircle,
     FlockScenario,
     Herd,
     Intercept,
     LineScenario,
     PurePursuit,
-    Reynolds,
     Ring,
     Vicsek,
     load_policy,
@@ -29,7 +27,7 @@ from flockesc_env import (
     sweep,
 )
 from flockesc_env.cli.exits import Exit
-from flockesc_env.models.records import load, save
+from flockesc_env.models.records import load_run, save_run
 from flockesc_env.policies.registry import built_in
 
 
@@ -45,7 +43,7 @@ def test_a_simulation_is_the_librarys(capsys: pytest.CaptureFixture[str], tmp_pa
     assert document["num_components"] == run.num_components[-1]
     assert document["polarization"] == run.polarization[-1]
     assert FlockScenario.from_json(json.dumps(document["scenario"])) == SMALL
-    np.testing.assert_array_equal(load(path).trajectory.positions, run.positions)
+    np.testing.assert_array_equal(load_run(path).trajectory.positions, run.positions)
 
     for_people = Ran(capsys, "simulate", *flags).out
     assert f"{run.mean_distance.min():.3f}" in for_people
@@ -58,8 +56,8 @@ def test_a_policy_in_a_file_is_simulated(capsys: pytest.CaptureFixture[str], tmp
     document = Ran(capsys, "simulate", *flags).json()
     run = load_policy(spec).record(7, SMALL)
     assert (document["policy"], document["min_mean_distance"]) == (spec, run.mean_distance.min())
-    np.testing.assert_array_equal(load(path).trajectory.positions, run.positions)
-    assert load(path).name == spec
+    np.testing.assert_array_equal(load_run(path).trajectory.positions, run.positions)
+    assert load_run(path).name == spec
     assert Ran(capsys, "replay", path).code == Exit.DONE
 
 
@@ -82,13 +80,15 @@ def test_a_policy_is_simulated(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     run = built_in("stubborn-leaders").record(7, SMALL)
     assert (document["policy"], document["interaction_range"]) == ("stubborn-leaders", None)
     assert document["min_mean_distance"] == run.mean_distance.min()
-    assert load(path).name == "stubborn-leaders"
-    np.testing.assert_array_equal(load(path).trajectory.interaction_ranges, run.interaction_ranges)
+    assert load_run(path).name == "stubborn-leaders"
+    np.testing.assert_array_equal(load_run(path).trajectory.interaction_ranges, run.interaction_ranges)
     assert Ran(capsys, "replay", path).code == Exit.DONE
 
 
 def test_a_line_is_simulated(capsys: pytest.CaptureFixture[str]) -> None:
-    ran = Ran(capsys, "simulate", "--model", "line", "--interaction-range", 0.1, "--seed", 7, "--json")
+    ran = Ran(
+        capsys, "simulate", "--scenario", "paper-line", "--interaction-range", 0.1, "--seed", 7, "--json"
+    )
     run = simulate_line(LineScenario(), 0.1, seed=7)
     document = ran.json()
     assert (document["escape_distance"], document["steps"]) == (run.escape_distance[-1], run.steps)
@@ -105,81 +105,77 @@ def test_a_seed_that_is_not_given_is_told(capsys: pytest.CaptureFixture[str]) ->
 
 
 def test_without_a_predator_distances_are_null(capsys: pytest.CaptureFixture[str]) -> None:
-    flags = ["--interaction-range", 3, *SMALL_FLAGS, "--predators", "--json"]
+    flags = ["--interaction-range", 3, *SMALL_FLAGS, "--set", "predators=[]", "--json"]
     document = Ran(capsys, "simulate", *flags).json()
     assert document["scenario"]["predators"] == []
     assert document["min_mean_distance"] is None
 
 
 CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
-    "numbers": (
-        ["--time-step", "0.1", "--no-constant-speed", "--initial-plane"],
+    "numbers and flags": (
+        [
+            "time_step=0.1",
+            "constant_speed=false",
+            "initial_plane=true",
+            "capture_radius=2",
+            "capture_radius=None",
+        ],
         SMALL.replace(time_step=0.1, constant_speed=False, initial_plane=True),
     ),
     "predators": (
-        ["--predators", "pure_pursuit", "position=90,90", "max_turn_rate=2", "constant_velocity"],
-        SMALL.replace(predators=(PurePursuit(position=(90.0, 90.0), max_turn_rate=2.0), ConstantVelocity())),
-    ),
-    "targets": (
-        ["--predators", "pure_pursuit", "target=centroid", "intercept", "navigation_constant=4"],
-        SMALL.replace(predators=(PurePursuit(target="centroid"), Intercept(navigation_constant=4.0))),
-    ),
-    "pack": (
         [
-            "--predators",
-            "pure_pursuit",
-            "target=assigned",
-            "max_speed=None",
-            "herd",
-            "max_speed=20",
-            "encircle",
-        ],
-        SMALL.replace(predators=(PurePursuit(target="assigned"), Herd(max_speed=20.0), Encircle())),
-    ),
-    "in space": (
-        ["--dimension", "3", "--predators", "constant_velocity", "position=-30,-30,1e1"],
-        SMALL.replace(dimension=3, predators=(ConstantVelocity(position=(-30.0, -30.0, 10.0)),)),
-    ),
-    "start": (
-        [
-            *("--initial-positions", "ring", "radius=30", "width=2"),
-            *("--initial-headings", "aligned", "direction=0,-1"),
+            'predators=[{"pure_pursuit": {"position": [90, 90]}}, {"intercept": {}}, {"herd": {}}]',
+            "predators.2.max_speed=20",
+            "predators.0.max_turn_rate=2",
+            "predators.0.pure_pursuit.target=centroid",
+            "predators.2.max_speed=null",
+            "predators.1.velocity.0=3",
         ],
         SMALL.replace(
-            initial_positions=Ring(radius=30.0, width=2.0),
-            initial_headings=AlignedHeadings(direction=(0.0, -1.0)),
+            predators=(
+                PurePursuit((90.0, 90.0), max_turn_rate=2.0, target="centroid"),
+                Intercept(velocity=(3.0, 10.0)),
+                Herd(),
+            )
         ),
     ),
+    "in space": (
+        ["dimension=3", "predators.0.position=[-30, -30, 1e1]", "predators.0.velocity=null"],
+        SMALL.replace(dimension=3, predators=(ConstantVelocity((-30.0, -30.0, 10.0)),)),
+    ),
+    "kinds": (
+        [
+            "initial_positions=ring",
+            "initial_positions.radius=30",
+            "initial_headings=aligned",
+            "motion=vicsek",
+        ],
+        SMALL.replace(initial_positions=Ring(30.0), initial_headings=AlignedHeadings(), motion=Vicsek()),
+    ),
     "unlike agents": (
-        ["--mass", "0.2", "--speed", *map(str, range(1, 13))],
+        ["mass=0.2", f"speed={list(range(1, 13))}"],
         SMALL.replace(mass=0.2, speed=tuple(range(1, 13))),
     ),
-    "motion": (
-        ["--motion", "vicsek", "--angular-noise", "0.5", "--sensing-delay", "2"],
-        SMALL.replace(motion=Vicsek(), angular_noise=0.5, sensing_delay=2),
-    ),
-    "boids": (
-        ["--motion", "reynolds", "separation_range=3"],
-        SMALL.replace(motion=Reynolds(separation_range=3.0)),
-    ),
-    "neighbor rule": (["--neighbor-rule", "metric"], SMALL),
     "line": (
-        ["--model", "line", "--predator-position", "None", "--escape-force", "constant"],
+        ["predator_position=None", "escape_force=constant"],
         LineScenario(num_agents=12, predator_position=None, escape_force="constant"),
     ),
 }
 
 
 @pytest.mark.parametrize("name", CHANGED)
-def test_every_kind_of_field_is_a_flag(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    flags, scenario = CHANGED[name]
-    own = SMALL_FLAGS if isinstance(scenario, FlockScenario) else SMALL_FLAGS[:2]
+def test_every_kind_of_field_can_be_set(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    changes, scenario = CHANGED[name]
+    is_line = isinstance(scenario, LineScenario)
+    own = ["--scenario", "paper-line", *SMALL_FLAGS[:2]] if is_line else SMALL_FLAGS
+    flags = [word for change in changes for word in ("--set", change)]
     ran = Ran(capsys, "simulate", "--interaction-range", 0.3, "--seed", 1, *own, *flags, "--json")
+    assert ran.json()["model"] == ("line" if is_line else "flock")
     assert type(scenario).from_json(json.dumps(ran.json()["scenario"])) == scenario
 
 
 @pytest.mark.parametrize("suffix", [".toml", ".json"])
-def test_a_scenario_comes_from_a_file_and_flags_override_it(
+def test_a_scenario_comes_from_a_file_and_is_changed(
     suffix: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     path = tmp_path / f"storm{suffix}"
@@ -199,8 +195,8 @@ def test_a_scenario_comes_from_a_file_and_flags_override_it(
         3,
         "--scenario",
         path,
-        "--num-steps",
-        9,
+        "--set",
+        "num_steps=9",
         "--json",
         "--seed",
         1,
@@ -208,8 +204,21 @@ def test_a_scenario_comes_from_a_file_and_flags_override_it(
     pursuer = PurePursuit(velocity=(12.0, 0.0))
     scenario = SMALL.replace(num_agents=3, mass=(0.1, 1.0, 2.0), predators=(pursuer,))
     assert FlockScenario.from_json(json.dumps(ran.json()["scenario"])) == scenario
-    help_ = Ran(capsys, "simulate", "--scenario", path, "--help").out
-    assert "(default: 30)" in help_
+
+
+def test_a_file_with_a_lines_field_is_a_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    scenario = LineScenario(num_agents=5, max_steps=7)
+    for name, text in (
+        ("a.toml", "num_agents = 5\nmax_steps = 7"),
+        ("b.json", '{"num_agents":5,"max_steps":7}'),
+        ("c.toml", scenario.to_toml()),
+        ("d.json", scenario.to_json()),
+    ):
+        (tmp_path / name).write_text(text)
+        flags = ["--scenario", tmp_path / name, "--interaction-range", 0.1, "--seed", 1]
+        document = Ran(capsys, "simulate", *flags, "--json").json()
+        assert document["model"] == "line"
+        assert LineScenario.from_json(json.dumps(document["scenario"])) == scenario
 
 
 def test_a_sweep_is_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -261,16 +270,16 @@ def test_grids_and_models_of_a_sweep(capsys: pytest.CaptureFixture[str]) -> None
 
     assert ranges(*SMALL_FLAGS) == np.linspace(0, 100, 21).tolist()
     assert ranges(*SMALL_FLAGS, "--max-range", 30, "--grid-size", 4) == [0, 10, 20, 30]
-    assert ranges("--model", "line", "--num-agents", 9) == np.linspace(0, 1, 21).tolist()
+    assert ranges("--scenario", "paper-line", "--set", "num_agents=9") == np.linspace(0, 1, 21).tolist()
 
 
 def test_a_sweep_of_a_line_and_of_one_without_a_predator(capsys: pytest.CaptureFixture[str]) -> None:
     flags = [
         "sweep",
-        "--model",
-        "line",
-        "--num-agents",
-        9,
+        "--scenario",
+        "paper-line",
+        "--set",
+        "num_agents=9",
         "--seeds",
         "0:5",
         "--interaction-ranges",
@@ -280,17 +289,17 @@ def test_a_sweep_of_a_line_and_of_one_without_a_predator(capsys: pytest.CaptureF
     line = sweep(LineScenario(num_agents=9), [0.1, 0.5], range(5))
     document = Ran(capsys, *flags, "--json").json()
     assert [row["mean"] for row in document["ranges"]] == line.values().mean(axis=1).tolist()
-    alone = Ran(capsys, *flags, "--predator-position", "None", "--json").json()
+    alone = Ran(capsys, *flags, "--set", "predator_position=None", "--json").json()
     assert (alone["best_range"], alone["ranges"][0]["mean"]) == (None, None)
 
 
 def test_replay_tells_whether_runs_match(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     run = simulate(SMALL, 10.0, seed=7)
     same, other, broken = tmp_path / "same.npz", tmp_path / "other.npz", tmp_path / "broken.npz"
-    save(run, same)
+    save_run(run, same)
     velocities = run.velocities.copy()
     velocities[2, 3, 1] = np.nextafter(velocities[2, 3, 1], np.inf)
-    save(dataclasses.replace(run, velocities=velocities), other)
+    save_run(dataclasses.replace(run, velocities=velocities), other)
     broken.write_bytes(same.read_bytes()[:100])
 
     matches = Ran(capsys, "replay", same)
@@ -312,14 +321,7 @@ def test_replay_notes_other_versions(
 ) -> None:
     with monkeypatch.context() as patch:
         patch.setattr("flockesc_env.models.records.versions", lambda: {"numpy": "0.9"})
-        save(simulate(SMALL, 10.0, seed=7), tmp_path / "old.npz")
+        save_run(simulate(SMALL, 10.0, seed=7), tmp_path / "old.npz")
     ran = Ran(capsys, "replay", tmp_path / "old.npz")
     assert ran.code == Exit.DONE
     assert "recorded with numpy 0.9; now python" in ran.err
-
-
-def test_bench_measures_model_and_environments(capsys: pytest.CaptureFixture[str]) -> None:
-    document = Ran(capsys, "bench", "--repetitions", 1, "--json").json()
-    names = {row["name"] for row in document["results"]}
-    assert names == {"model", "Gymnasium", "Gymnasium vector", "PettingZoo step_array"}
-    assert all(row["median"] > 0 and len(row["microseconds_per_step"]) == 1 for row in document["results"])

@@ -20,7 +20,7 @@ from flockesc_env import (
     sweep,
 )
 from flockesc_env.cli.exits import Exit
-from flockesc_env.models.records import save
+from flockesc_env.models.records import save_run
 
 
 def test_a_process_ends_with_the_code_of_its_command() -> None:
@@ -148,6 +148,6 @@ def test_a_terminal_without_unicode(tmp_path: Path) -> None:
     ran = run_process("--help", capture_output=True, env=environment)
     assert (ran.returncode, ran.stderr) == (Exit.DONE, "")
     path = tmp_path / "f\u00f6n.npz"
-    save(simulate(SMALL, 10.0, seed=7), path)
+    save_run(simulate(SMALL, 10.0, seed=7), path)
     ran = run_process("replay", path, capture_output=True, env=environment)
     assert (ran.returncode, ran.stdout) == (Exit.DONE, f"{tmp_path}/f?n.npz: matches\n")

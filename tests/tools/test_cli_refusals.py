@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from cli_runs import Ran, plain, sweep_flags
+from cli_runs import SMALL_FLAGS, Ran, plain, sweep_flags
 
 from flockesc_env.cli.exits import Exit
 
@@ -15,14 +15,34 @@ def _narrow_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "80")
 
 
+def _set(change: str) -> list[str]:
+    return ["simulate", "--interaction-range", "1", "--set", change]
+
+
 BAD = {
-    "field": (
-        ["simulate", "--interaction-range", "1", "--num-agents", "0"],
-        "num_agents: expected an integer",
+    "field": (_set("num_agents=0"), "num_agents: expected an integer"),
+    "part": (
+        _set("predators.0.max_turn=1"),
+        "predators[0].constant_velocity.max_turn: expected one of position, velocity, got",
     ),
-    "predator": (
-        ["simulate", "--interaction-range", "1", "--predators", "pure_pursuit", "max_turn_rate=-1"],
-        "predators[0].pure_pursuit.max_turn_rate: expected",
+    "index": (_set("predators.1.velocity=1"), "predators.1.velocity: expected an index below 1, got '1'"),
+    "name of an index": (
+        _set("predators.first=1"),
+        "predators.first: expected an index below 1, got 'first'",
+    ),
+    "path": (_set("num_agents.0=1"), "num_agents.0: expected a path that ends before, got '0'"),
+    "unknown field": (_set("num_agent=1"), "got 'num_agent' (did you mean num_agents?)"),
+    "no value": (_set("num_agents"), "set: expected PATH=VALUE, got 'num_agents'"),
+    "type": (_set("num_agents=many"), "num_agents: expected an integer, got 'many'"),
+    "entry": (
+        _set("predators.0.position.1=NaN"),
+        "predators[0].constant_velocity.position[1]: expected a finite",
+    ),
+    "kind": (_set("motion=vicsec"), "got 'vicsec' (did you mean vicsek?)"),
+    "text for a list": (_set("predators=pure_pursuit"), "predators: expected a tuple of predators, got str"),
+    "start": (
+        [*_set("initial_positions=ring"), "--set", "initial_positions.radius=0"],
+        "initial_positions.ring.radius: expected",
     ),
     "range": (
         ["simulate", "--interaction-range", "nan"],
@@ -52,9 +72,7 @@ BAD = {
     "objective": (["sweep", "--objective", "escape_distance"], "objective: expected one of mean, minimum"),
     "threads": (["sweep", "--num-threads", "0"], "num_threads: expected an integer of at least 1"),
     "files": (["replay"], "files: expected at least one file, got none"),
-    "repetitions": (["bench", "--repetitions", "0"], "repetitions: expected an integer of at least 1"),
-    "flag": (["simulate", "--interaction-range", "1", "--num-agent", "4"], "--num-agent"),
-    "model": (["simulate", "--interaction-range", "1", "--model", "cube"], "--model"),
+    "flag": (["simulate", "--interaction-range", "1", "--num-agents", "4"], "--num-agents"),
     "missing": (["simulate"], "interaction_range: expected one of interaction_range and policy, got none"),
     "two rules": (
         ["simulate", "--interaction-range", "1", "--policy", "random"],
@@ -62,40 +80,16 @@ BAD = {
     ),
     "policy": (["simulate", "--policy", "fixed:far"], "policy: expected one of fixed:RHO"),
     "policy of a line": (
-        ["simulate", "--model", "line", "--policy", "random"],
+        ["simulate", "--scenario", "paper-line", "--policy", "random"],
         "policy: expected none for a line, got 'random'",
-    ),
-    "kind": (
-        ["simulate", "--interaction-range", "1", "--predators", "owl"],
-        "constant_velocity or pure_pursuit or intercept or wandering or encircle or herd",
-    ),
-    "part": (
-        ["simulate", "--interaction-range", "1", "--predators", "pure_pursuit", "mass=1"],
-        "mass: expected one of position",
-    ),
-    "text": (
-        ["simulate", "--interaction-range", "1", "--predators", "pure_pursuit", "position=a"],
-        "position: expected numbers",
-    ),
-    "start": (
-        ["simulate", "--interaction-range", "1", "--initial-positions", "ring", "radius=0"],
-        "initial_positions.ring.radius: expected",
-    ),
-    "no start": (
-        ["simulate", "--interaction-range", "1", "--initial-positions", "torus"],
-        "square or disc or ring or segment or gaussian or clusters",
     ),
     "no preset": (
         ["simulate", "--interaction-range", "1", "--scenario", "escape"],
         "scenario: expected a file or one of paper-flock, paper-line,",
     ),
-    "preset of the other model": (
-        ["simulate", "--interaction-range", "1", "--model", "line", "--scenario", "pursuit"],
-        "scenario: expected a LineScenario or one of paper-line, constant-line, got 'pursuit'",
-    ),
-    "unknown preset": (["presets", "escape"], "scenario: expected one of paper-flock, paper-line,"),
+    "unknown preset": (["presets", "persuit"], "got 'persuit' (did you mean pursuit?)"),
     "no range of seeds": (["sweep", "--seeds", "5"], "expected START:STOP"),
-    "command": (["fly"], "simulate, sweep, presets, paper, worlds, watch, replay, bench"),
+    "command": (["fly"], "simulate, sweep, presets, watch, replay"),
 }
 
 
@@ -136,14 +130,14 @@ def test_a_bad_scenario_file_is_named(
 def test_a_missing_extra_is_named(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("flockesc_env.cli.output.find_spec", lambda _: None)
+    monkeypatch.setattr("flockesc_env.common.extras.find_spec", lambda _: None)
     ran = Ran(capsys, *sweep_flags("--output", tmp_path / "sweep.parquet"))
     assert ran.code == Exit.REFUSED
-    assert (
-        "output: expected the analysis extra (pip install 'flockesc-env[analysis]'), got no polars" in ran.err
-    )
-    monkeypatch.setattr("flockesc_env.cli.sweep.find_spec", lambda _: None)
+    assert 'error: polars is not installed, run `pip install "flockesc-env[analysis]"`' in ran.err
+    ran = Ran(capsys, "watch", *SMALL_FLAGS, "--output", tmp_path / "flock.mp4")
+    assert (ran.code, list(tmp_path.iterdir())) == (Exit.REFUSED, [])
+    assert 'error: pygame is not installed, run `pip install "flockesc-env[video]"`' in ran.err
     ran = Ran(capsys, *sweep_flags("--json"))
     assert ran.code == Exit.DONE
     assert ran.json()["ranges"][0]["low"] is None
-    assert "no intervals: they need the analysis extra" in ran.err
+    assert "no intervals: scipy is not installed, run `pip install" in ran.err

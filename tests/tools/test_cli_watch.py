@@ -1,4 +1,4 @@
-"""``flockesc watch`` and ``flockesc paper`` give what the library gives."""
+"""``flockesc watch`` gives what the library gives."""
 
 from __future__ import annotations
 
@@ -19,12 +19,11 @@ from cli_runs import SMALL, SMALL_FLAGS, TIMEOUT, Ran, policy_file
 from flockesc_env import LineScenario, load_policy, simulate, simulate_line
 from flockesc_env.cli.exits import Exit
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.models.records import save
+from flockesc_env.models.records import save_run
 from flockesc_env.policies.registry import NAMES, built_in
 from flockesc_env.watch import write_page
 from flockesc_env.watch.page import render
 from flockesc_env.watch.server import _Server, run_for
-from studies.paper.page import RESULTS_FILE
 
 
 def test_a_page_of_policies_on_one_flock(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -79,7 +78,7 @@ def test_a_page_of_recorded_runs(capsys: pytest.CaptureFixture[str], tmp_path: P
     runs = [("ten", simulate(SMALL, 10.0, seed=3)), ("", simulate(SMALL, 20.0, seed=3))]
     files = [tmp_path / "a.npz", tmp_path / "b.npz"]
     for file, (name, run) in zip(files, runs, strict=True):
-        save(run, file, name=name)
+        save_run(run, file, name=name)
     page, expected = tmp_path / "page.html", tmp_path / "expected.html"
     assert Ran(capsys, "watch", *files, "--output", page).code == Exit.DONE
     write_page([("ten", runs[0][1]), ("b", runs[1][1])], expected)
@@ -104,7 +103,7 @@ def test_a_video(suffix: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
         (["--seed", "-1"], "seed"),
         (["--output", "page.pdf"], "output"),
         (["--output", "nowhere/page.html"], "output"),
-        (["--model", "line"], "model"),
+        (["--scenario", "paper-line"], "scenario"),
         (["--port", "70000", "--no-browser"], "port"),
         (["nothing.npz"], "nothing.npz"),
         (["line.npz"], "files"),
@@ -120,7 +119,7 @@ def test_what_cannot_be_watched_is_named(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    save(simulate_line(LineScenario(num_agents=3), 0.1, seed=0), "line.npz")
+    save_run(simulate_line(LineScenario(num_agents=3), 0.1, seed=0), "line.npz")
     ran = Ran(capsys, "watch", *flags)
     assert ran.code == Exit.REFUSED
     assert ran.err.startswith(f"flockesc: error: {field}")
@@ -152,35 +151,3 @@ sys.exit(main(sys.argv[1:]))
         process.kill()
     assert process.returncode == Exit.DONE
     assert err == ""
-
-
-def test_the_paper_is_reproduced(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    page = tmp_path / "docs.md"
-    flags = ["--flocks", 2, "--lines", 40, "--output", tmp_path / "paper", "--page", page]
-    ran = Ran(capsys, "paper", *flags, "--json")
-    assert ran.code == Exit.DONE
-    results = json.loads((tmp_path / "paper" / RESULTS_FILE).read_text())
-    assert {**results, "command": "paper", "output": str(tmp_path / "paper")} == ran.json()
-    assert "](paper/figure_9.png)" in page.read_text()
-    again = Ran(capsys, "paper", *flags)  # from what the first run has kept
-    assert again.code == Exit.DONE
-    for claim in results["claims"]:
-        assert claim["claim"] in again.out
-
-
-@pytest.mark.parametrize(
-    ("flags", "field"),
-    [
-        (["--flocks", 1], "flocks"),
-        (["--lines", 39], "lines"),
-        (["--page", "nowhere/page.md"], "page"),
-        (["--page", "page.txt"], "page"),
-    ],
-)
-def test_a_paper_that_cannot_be_made_is_named(
-    flags: list[object], field: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    ran = Ran(capsys, "paper", *flags, "--output", tmp_path / "paper")
-    assert ran.code == Exit.REFUSED
-    assert ran.err.startswith(f"flockesc: error: {field}")
-    assert not (tmp_path / "paper").exists()

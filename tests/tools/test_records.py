@@ -22,20 +22,20 @@ from flockesc_env import (
     simulate,
     simulate_line,
 )
-from flockesc_env.models.records import differences, load, replay, save, versions
+from flockesc_env.models.records import load_run, replay_run, run_differences, save_run, versions
 from flockesc_env.policies import StubbornLeaders
 
 FLOCK = FlockScenario(num_agents=12, num_steps=9)
 RANDOM = (Wandering(angular_diffusion=2.0),)
-TWO = (ConstantVelocity(), PurePursuit(position=(90.0, 90.0), velocity=(-12.0, 0.0)))
+TWO = (ConstantVelocity(), PurePursuit((90.0, 90.0, 0.0), (-12.0, 0.0, 0.0)))
 
 RUNS = {
     "fixed range": lambda: simulate(FLOCK, 10.0, seed=3),
     "unseeded": lambda: simulate(FLOCK, 10.0),
-    "schedule": lambda: simulate(FLOCK, np.linspace(0, 30, 9), seed=3),
+    "schedule": lambda: simulate(FLOCK, schedule=np.linspace(0, 30, 9)[:, None], seed=3),
     "per agent": lambda: simulate(FLOCK, np.linspace(0, 30, 12), seed=3),
-    "as many agents as steps": lambda: simulate(FLOCK.replace(num_agents=9), np.ones((9, 9)), seed=3),
-    "policy": lambda: record(StubbornLeaders(), 5, scenario=FLOCK, per_agent=True),
+    "as many agents as steps": lambda: simulate(FLOCK.replace(num_agents=9), np.ones(9), seed=3),
+    "policy": lambda: record(FLOCK, StubbornLeaders(), 5, per_agent=True),
     "in space, two predators": lambda: simulate(FLOCK.replace(dimension=3, predators=TWO), 20.0, seed=1),
     "random predator": lambda: simulate(FLOCK.replace(predators=RANDOM), 20.0, seed=1),
     "random predator, given start": lambda: simulate(
@@ -57,8 +57,8 @@ RUNS = {
 def test_what_is_saved_comes_back_and_replays(name: str, tmp_path: Path) -> None:
     run = RUNS[name]()
     path = tmp_path / "run.npz"
-    save(run, path, name=name)
-    loaded = load(path)
+    save_run(run, path, name=name)
+    loaded = load_run(path)
     assert loaded.name == name
     assert loaded.versions == versions()
     back = loaded.trajectory
@@ -73,24 +73,24 @@ def test_what_is_saved_comes_back_and_replays(name: str, tmp_path: Path) -> None
             np.testing.assert_array_equal(first, second)
         else:
             assert first == second
-    assert differences(back, replay(back)) == []
+    assert run_differences(back, replay_run(back)) == []
     assert list(tmp_path.iterdir()) == [path]
 
 
 def test_a_changed_bit_is_found(tmp_path: Path) -> None:
     run = simulate(FLOCK, 10.0, seed=3)
     run.positions[4, 2, 1] = np.nextafter(run.positions[4, 2, 1], np.inf)
-    save(run, tmp_path / "run.npz")
-    loaded = load(tmp_path / "run.npz").trajectory
-    (difference,) = differences(loaded, replay(loaded))
+    save_run(run, tmp_path / "run.npz")
+    loaded = load_run(tmp_path / "run.npz").trajectory
+    (difference,) = run_differences(loaded, replay_run(loaded))
     assert difference.startswith("positions[4, 2, 1]: recorded ")
     one, two = (simulate_line(LineScenario(max_steps=steps), 0.1, seed=3) for steps in (1, 2))
-    assert "states: recorded shape (2, 100), now shape (3, 100)" in differences(one, two)
+    assert "states: recorded shape (2, 100), now shape (3, 100)" in run_differences(one, two)
 
 
 def test_another_seed_is_found() -> None:
     run = dataclasses.replace(simulate(FLOCK, 10.0, seed=3), seed=4)
-    assert any(text.startswith("positions[0, 0, 0]") for text in differences(run, replay(run)))
+    assert any(text.startswith("positions[0, 0, 0]") for text in run_differences(run, replay_run(run)))
 
 
 # NumPy before 2.1 leaves the archive open where writing fails; its end then complains.
@@ -98,11 +98,11 @@ def test_another_seed_is_found() -> None:
 def test_an_older_file_survives_a_failed_write(tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     run = simulate(FLOCK, 10.0, seed=3)
-    save(run, path)
+    save_run(run, path)
     before = path.read_bytes()
     broken = dataclasses.replace(run, positions=[[1.0], [1.0, 2.0]])  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="inhomogeneous"):
-        save(broken, path)
+        save_run(broken, path)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
 
@@ -132,10 +132,10 @@ def rewrite(path: Path, **changes: Any) -> None:
 )
 def test_a_file_of_another_form_is_named(changes: dict[str, Any], field: str, tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
-    save(simulate(FLOCK, 10.0, seed=3), path)
+    save_run(simulate(FLOCK, 10.0, seed=3), path)
     rewrite(path, **changes)
     with pytest.raises(RecordError) as caught:
-        load(path)
+        load_run(path)
     assert caught.value.field == field
 
 
@@ -146,35 +146,35 @@ def header_with(path: Path, **changes: Any) -> np.ndarray:
 
 def test_a_bad_header_is_named(tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
-    save(simulate(FLOCK, 10.0, seed=3), path)
+    save_run(simulate(FLOCK, 10.0, seed=3), path)
     rewrite(path, header=header_with(path, seed=-1))
     with pytest.raises(RecordError, match=r"^seed"):
-        load(path)
+        load_run(path)
     rewrite(path, header=header_with(path, seed=None))
     with pytest.raises(RecordError, match=r"^seed"):
-        load(path)
+        load_run(path)
     rewrite(path, header=header_with(path, seed=3, is_start_given=0))
     with pytest.raises(RecordError, match=r"^is_start_given"):
-        load(path)
+        load_run(path)
     rewrite(path, header=header_with(path, is_start_given=False, scenario={"wings": 2}))
     with pytest.raises(ScenarioError, match=r"^wings"):
-        load(path)
+        load_run(path)
 
 
 def test_every_cut_of_a_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
-    save(simulate(FLOCK, 10.0, seed=3), path)
+    save_run(simulate(FLOCK, 10.0, seed=3), path)
     whole = path.read_bytes()
     for length in range(0, len(whole), 97):
         path.write_bytes(whole[:length])
         with pytest.raises(RecordError, match="expected a recorded run"):
-            load(path)
+            load_run(path)
 
 
 def test_pickles_are_not_loaded(tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     np.savez(path, header=np.array([{"a": 1}], object))
     with pytest.raises(RecordError, match="expected a recorded run"):
-        load(path)
+        load_run(path)
     with pytest.raises(FileNotFoundError):
-        load(tmp_path / "nothing.npz")
+        load_run(tmp_path / "nothing.npz")

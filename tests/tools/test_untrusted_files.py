@@ -18,8 +18,9 @@ import pytest
 from option_table import small_flock
 
 import flockesc_env
-from flockesc_env import FlockScenario, LineScenario, load_policy, read_initial_state, records, save_policy
+from flockesc_env import FlockScenario, LineScenario, load_policy, read_initial_state, save_policy
 from flockesc_env.common.errors import RecordError, ScenarioError
+from flockesc_env.models import records
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import NamedPolicy
 
@@ -41,11 +42,11 @@ def write_policy(path: Path) -> None:
 
 
 def write_run(path: Path) -> None:
-    records.save(flockesc_env.simulate(SCENARIO, 5.0, seed=1), path)
+    records.save_run(flockesc_env.simulate(SCENARIO, 5.0, seed=1), path)
 
 
 def write_line(path: Path) -> None:
-    records.save(flockesc_env.simulate_line(LineScenario(num_agents=5), 0.1, seed=1), path)
+    records.save_run(flockesc_env.simulate_line(LineScenario(num_agents=5), 0.1, seed=1), path)
 
 
 def write_state(path: Path) -> None:
@@ -68,8 +69,8 @@ def read_json(path: Path) -> FlockScenario:
 
 FILES: dict[str, tuple[Callable[[Path], None], Callable[[Path], Any]]] = {
     "policy.npz": (write_policy, load_policy),
-    "run.npz": (write_run, records.load),
-    "line.npz": (write_line, records.load),
+    "run.npz": (write_run, records.load_run),
+    "line.npz": (write_line, records.load_run),
     "state.npz": (write_state, read_initial_state),
     "state.npy": (write_state, read_initial_state),
     "state.csv": (write_state, read_initial_state),

@@ -64,6 +64,13 @@ def test_runs_become_a_video(tmp_path: Path, suffix: str, count: int) -> None:
         )
 
 
+def test_one_run_is_a_video_under_the_name_of_its_file(tmp_path: Path) -> None:
+    write_video(RUN, tmp_path / "flock.gif", options=SMALL)
+    alone = (tmp_path / "flock.gif").read_bytes()
+    write_video([("flock", RUN)], tmp_path / "flock.gif", options=SMALL)
+    assert (tmp_path / "flock.gif").read_bytes() == alone
+
+
 @pytest.mark.parametrize(
     ("fps", "speed", "count"), [(20, 1.0, 21), (10, 1.0, 11), (20, 2.0, 11), (60, 0.5, 121)]
 )

@@ -12,9 +12,14 @@ import sys
 import textwrap
 import zlib
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from html.parser import HTMLParser
+from http.client import HTTPConnection
+from importlib.resources import files
 from pathlib import Path
-from threading import Thread
+from threading import Event, Thread
+from time import sleep
 from typing import Any
 from urllib.error import HTTPError, URLError
 from urllib.parse import urlencode
@@ -38,17 +43,18 @@ from flockesc_env.models.graph import component_labels
 from flockesc_env.models.records import versions
 from flockesc_env.policies import FixedRange, StubbornLeaders, StubbornWitnesses
 from flockesc_env.policies.registry import NAMES, built_in
-from flockesc_env.watch import serve, write_page
+from flockesc_env.render.palette import DARK, LIGHT
+from flockesc_env.watch import serve, server, write_page
 from flockesc_env.watch.document import run_document
 
 FLOCK = FlockScenario(num_agents=12, num_steps=9)
-TWO = (ConstantVelocity(), PurePursuit(position=(90.0, 90.0), velocity=(-12.0, 0.0)))
+TWO = (ConstantVelocity(), PurePursuit((90.0, 90.0, 0.0), (-12.0, 0.0, 0.0)))
 TIMEOUT = 60  # seconds; reached only by a server that does not answer or stop
 
 RUNS = {
     "one range": lambda: simulate(FLOCK, 10.0, seed=3),
-    "schedule": lambda: simulate(FLOCK, np.linspace(0, 30, 9), seed=2**64 - 1),
-    "range per agent": lambda: record(StubbornLeaders(), 5, scenario=FLOCK, per_agent=True),
+    "schedule": lambda: simulate(FLOCK, schedule=np.linspace(0, 30, 9)[:, None], seed=2**64 - 1),
+    "range per agent": lambda: record(FLOCK, StubbornLeaders(), 5, per_agent=True),
     "in space, two predators": lambda: simulate(FLOCK.replace(dimension=3, predators=TWO), 20.0, seed=1),
     "no predator": lambda: simulate(FLOCK.replace(predators=()), 20.0, seed=1),
     "given start": lambda: simulate(
@@ -86,7 +92,7 @@ def assert_shows(shown: Any, run: Trajectory) -> None:
     np.testing.assert_array_equal(columns["numComponents"], run.num_components)
     per_agent = np.broadcast_to(in_force, run.positions.shape[:2])
     for t, positions in enumerate(run.positions):
-        np.testing.assert_array_equal(columns["labels"][t], component_labels(positions, per_agent[t]))
+        np.testing.assert_array_equal(columns["labels"][t], component_labels(None, positions, per_agent[t]))
         assert len(np.unique(columns["labels"][t])) == run.num_components[t]
     speed = np.linalg.norm(run.velocities, axis=-1, keepdims=True)
     units = np.where(speed > 0, run.velocities / np.where(speed > 0, speed, 1), 0)
@@ -110,7 +116,7 @@ def test_the_page_holds_the_run(name: str, tmp_path: Path) -> None:
 
 
 def test_ranges_spread_by_a_standard_deviation() -> None:
-    run = record(StubbornLeaders(), 5, scenario=FLOCK, per_agent=True, predator_sensing_range=None)
+    run = record(FLOCK, StubbornLeaders(), 5, per_agent=True, predator_sensing_range=None)
     columns = run_document("", run)["columns"]
     row = run.interaction_ranges[4]
     assert 0 < row.std() < 10
@@ -165,6 +171,33 @@ def test_nothing_is_loaded_from_anywhere(tmp_path: Path) -> None:
     assert "default-src 'none'" in page
 
 
+def test_the_page_has_the_palette_of_all_pictures(tmp_path: Path) -> None:
+    write_page(simulate(FLOCK, 10.0, seed=3), tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text("utf-8")
+    light, dark = re.findall(r":root \{ (--[^}]*) \}", page)
+    for css, palette in ((light, LIGHT), (dark, DARK)):
+        assert f"--predator: {palette.predator};" in css
+        assert f"--components: {', '.join(palette.components)};" in css
+        assert f"--ranges: {', '.join(palette.ranges)};" in css
+    own = files("flockesc_env.watch")
+    styles = [own / "page.css", own / "page.html", *(own / "js").iterdir()]
+    assert not [style.name for style in styles if re.search(r"#[0-9a-fA-F]{6}\b", style.read_text("utf-8"))]
+
+
+@pytest.mark.parametrize(
+    ("name", "ranges", "kind"),
+    [
+        ("fixed:10", 10.0, "fixed"),
+        ("any name", 10.0, "fixed"),
+        ("random", None, "rule"),
+        ("mine", None, "learned"),
+    ],
+)
+def test_a_run_has_the_kind_of_its_policy(name: str, ranges: float | None, kind: str) -> None:
+    run = built_in("random").record(3, FLOCK) if ranges is None else simulate(FLOCK, ranges, seed=3)
+    assert run_document(name, run)["kind"] == kind
+
+
 HOSTILE = "</script><script>alert(1)</script><!-- <b>&amp;\u2028'\"$title ${data}"
 
 
@@ -203,7 +236,7 @@ def test_what_cannot_be_shown_is_named(runs: Any, field: str, tmp_path: Path) ->
         ({"port": 2**16}, "port"),
         ({"port": -1}, "port"),
         ({"port": "8000"}, "port"),
-        ({"scenario": FLOCK.replace(dimension=3)}, "scenario"),
+        ({"scenario": FLOCK.replace(dimension=3, predators=())}, "scenario"),
     ],
 )
 def test_a_bad_server_is_refused_before_it_listens(changes: dict[str, Any], field: str) -> None:
@@ -218,11 +251,11 @@ def test_contenders_record_what_their_parts_do(spec: str) -> None:
     first, again = (built_in(spec).record(5, FLOCK) for _ in range(2))
     np.testing.assert_array_equal(first.interaction_ranges, again.interaction_ranges)
     if spec == "stubborn-witnesses":
-        mine = record(StubbornWitnesses(), 5, scenario=FLOCK, per_agent=True)
+        mine = record(FLOCK, StubbornWitnesses(), 5, per_agent=True)
         np.testing.assert_array_equal(first.positions, mine.positions)
     elif spec.startswith("stubborn"):
         sensing = None if spec == "stubborn-leaders" else "predator_range"
-        mine = record(StubbornLeaders(), 5, scenario=FLOCK, per_agent=True, predator_sensing_range=sensing)
+        mine = record(FLOCK, StubbornLeaders(), 5, per_agent=True, predator_sensing_range=sensing)
         np.testing.assert_array_equal(first.positions, mine.positions)
     assert first.interaction_ranges.shape[1] == (1 if spec.startswith("fixed") else 12)
 
@@ -311,7 +344,7 @@ def test_the_server_runs_what_is_recorded_here(address: str, policy: str, seed: 
 def test_a_fixed_range_from_the_server_is_a_simulation(address: str) -> None:
     answer = json.loads(get(f"{address}run?seed=4&policy=fixed:100"))
     assert_shows(answer, simulate(FLOCK, 100.0, seed=4))
-    assert_shows(answer, record(FixedRange(100.0), 4, scenario=FLOCK))
+    assert_shows(answer, record(FLOCK, FixedRange(100.0), 4))
 
 
 @pytest.mark.parametrize(
@@ -369,7 +402,7 @@ def test_a_visitor_who_says_nothing_or_leaves_keeps_nobody_waiting(address: str)
         socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT),
         socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT) as leaving,
     ):
-        leaving.sendall(b"GET /run?seed=1&policy=random HTTP/1.0\r\n\r\n")
+        leaving.sendall(f"GET /run?seed=1&policy=random HTTP/1.0\r\nHost: localhost:{port}\r\n\r\n".encode())
         leaving.close()
         assert json.loads(get(f"{address}run?seed=1&policy=random"))["name"] == "random"
 
@@ -389,9 +422,90 @@ def test_ctrl_c_stops_a_server_whose_run_would_take_hours() -> None:
     assert not asking.is_alive()
 
 
-def test_a_port_that_is_taken_is_an_error() -> None:
+def test_a_port_that_is_taken_is_named() -> None:
     runs = [("run", RUNS["one range"]())]
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        with pytest.raises(OSError, match="in use"):
+        with pytest.raises(ArgumentError, match=f"^port: expected a free TCP port, got {port} ") as caught:
             serve(runs, scenario=FLOCK, seed=3, port=port, open_browser=False)
+    assert caught.value.field == "port"
+
+
+def test_one_run_is_a_page_under_the_name_of_its_file(tmp_path: Path) -> None:
+    run = simulate(FLOCK, 10.0, seed=3)
+    write_page(run, tmp_path / "flock.html")
+    alone = (tmp_path / "flock.html").read_text("utf-8")
+    write_page([("flock", run)], tmp_path / "flock.html")
+    assert (tmp_path / "flock.html").read_text("utf-8") == alone
+
+
+def status(port: int, path: str, hosts: list[str]) -> int:
+    """Return the status of a request with these ``Host`` headers."""
+    connection = HTTPConnection("127.0.0.1", port, timeout=TIMEOUT)
+    connection.putrequest("GET", path, skip_host=True)
+    for host in hosts:
+        connection.putheader("Host", host)
+    connection.endheaders()
+    code = connection.getresponse().status
+    connection.close()
+    return code
+
+
+@pytest.mark.parametrize("path", ["/", "/run?seed=1&policy=random", "/nothing"])
+def test_only_its_own_address_is_answered(address: str, path: str) -> None:
+    """A page of another site that points its own name at this machine reaches neither page nor runs."""
+    port = int(address.rstrip("/").rpartition(":")[2])
+    own = status(port, path, [f"127.0.0.1:{port}"])
+    assert own == status(port, path, [f"localhost:{port}"]) == (404 if path == "/nothing" else 200)
+    for hosts in (
+        [],
+        [""],
+        ["localhost"],
+        ["127.0.0.1:1"],
+        ["evil.example"],
+        [f"evil.example:{port}"],
+        [f"localhost.evil.example:{port}"],
+        [f"127.0.0.1:{port}.evil.example"],
+        [f"127.0.0.2:{port}"],
+        [f"127.0.0.1:{port}", "evil.example"],
+    ):
+        assert status(port, path, hosts) == 403, hosts
+
+
+def test_more_runs_than_may_wait_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    started, may_end = Event(), Event()
+
+    def run_for(query: str, scenario: FlockScenario) -> bytes:
+        if query == "stop":
+            raise KeyboardInterrupt
+        started.set()
+        may_end.wait(TIMEOUT)
+        return query.encode()
+
+    monkeypatch.setattr(server, "run_for", run_for)
+    with server._Server(0, b"page", FLOCK) as listening, ThreadPoolExecutor(server.MAX_WAITING + 2) as pool:
+
+        def work() -> None:
+            with suppress(KeyboardInterrupt):
+                listening.work()
+
+        working = pool.submit(work)
+        first = pool.submit(get, f"{listening.address}run?0")
+        assert started.wait(TIMEOUT)
+        waiting = [pool.submit(listening.run, f"{number + 1}") for number in range(server.MAX_WAITING)]
+        while not listening.waiting.full():
+            sleep(0.001)
+        with pytest.raises(HTTPError) as caught:
+            get(f"{listening.address}run?one+too+many")
+        with caught.value as error:
+            assert error.code == 503
+            assert json.load(error) == {"message": "16 runs are waiting already; try again in a moment."}
+        assert get(listening.address) == b"page"  # pages do not wait for runs
+        may_end.set()
+        assert first.result(TIMEOUT) == b"0"
+        assert [run.result(TIMEOUT) for run in waiting] == [
+            b"%d" % (n + 1) for n in range(server.MAX_WAITING)
+        ]
+        assert get(f"{listening.address}run?again") == b"again"
+        Thread(target=listening.run, args=["stop"], daemon=True).start()
+        working.result(TIMEOUT)

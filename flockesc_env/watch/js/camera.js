@@ -1,11 +1,11 @@
 "use strict";
 
-// The view that all panels share: from above onto a plane, in perspective into space.
+// The camera that all panels share: it sees a plane from above, and space in perspective.
 
 const TURN_PER_PIXEL = 0.008; // radians
 const FROM_ABOVE = { yaw: 0, pitch: 0 }; // radians
 const FROM_ASIDE = { yaw: -0.6, pitch: 1.1 };
-const MARGIN = { plane: 1.1, space: 0.9 }; // window over box; in space nobody gets to the corners of the box
+const MARGIN = { plane: 1.1, space: 0.9 }; // size of the window over that of the box; in space the corners of the box stay empty
 
 class Camera {
   constructor(isSpatial) {
@@ -46,7 +46,7 @@ class Camera {
     this.update();
   }
 
-  /** Zooms so that what is under the pointer stays there. */
+  /** Zooms around the point under the pointer. */
   zoom(factor, x, y) {
     const bounded = Math.min(Math.max(this.zoomFactor * factor, 0.5), 40) / this.zoomFactor;
     this.zoomFactor *= bounded;
@@ -69,7 +69,7 @@ class Camera {
     this.aim(this.turn);
   }
 
-  /** Sets the directions of the window's axes, and out of the window, in those of the flock. */
+  /** Computes the unit vectors right, up and toward the viewer in coordinates of the flock. */
   aim({ yaw, pitch }) {
     const [c, s, cp, sp] = [Math.cos(yaw), Math.sin(yaw), Math.cos(pitch), Math.sin(pitch)];
     this.right = [c, s, 0];
@@ -77,7 +77,7 @@ class Camera {
     this.toward = [s * sp, -c * sp, cp];
   }
 
-  /** Chooses the scale with which all corners of the box are seen, and what is in the window's middle. */
+  /** Chooses the scale and the center so that all corners of the box are in the window. */
   fitToWindow() {
     Object.assign(this, { pixelsPerMetre: 1, middle: [0, 0] });
     const [low, high] = [[Infinity, Infinity], [-Infinity, -Infinity]];
@@ -91,7 +91,7 @@ class Camera {
       });
     }
     const margin = this.isSpatial ? MARGIN.space : MARGIN.plane;
-    const extent = high.map((value, axis) => Math.max(value - low[axis], 1)); // a lone agent has none
+    const extent = high.map((value, axis) => Math.max(value - low[axis], 1)); // the box around one agent has no extent
     this.pixelsPerMetre = Math.min(this.width / extent[0], this.height / extent[1]) / margin;
     this.middle = high.map((value, axis) => (value + low[axis]) / 2);
   }
@@ -122,7 +122,7 @@ class Camera {
   }
 }
 
-/** The box around everything that happens in some runs; `box` is made larger where it is given. */
+/** The box around all positions of the runs and, if it is given, around `box`. */
 function boxAround(runs, box = { low: [0, 0, 0].fill(Infinity), high: [0, 0, 0].fill(-Infinity) }) {
   const [low, high] = [[...box.low], [...box.high]];
   for (const { positions, predators, dimension } of runs) {

@@ -5,7 +5,7 @@
 const CHART_HEIGHT = 190; // px
 const AXIS_FONT = "11px system-ui, sans-serif";
 
-// A chart's series per run: column, and how it is drawn. `steps` holds a value from its time to the next.
+// The charts, and what each draws per run. With `steps`, a value holds until the next time.
 const CHARTS = [
   {
     title: "Distance to the predator (m)",
@@ -44,7 +44,7 @@ class Curves {
     new ResizeObserver(() => this.resize()).observe(container);
   }
 
-  /** Draws as many other runs. */
+  /** Replaces the runs by the same number of other runs. */
   setRuns(runs) {
     this.runs = runs;
     this.charts.forEach((chart, at) => chart.setData(this.dataOf(CHARTS[at])));
@@ -68,6 +68,10 @@ class Curves {
     return chart;
   }
 
+  colorOf(run) {
+    return this.theme.runs[run.color % this.theme.runs.length];
+  }
+
   dataOf({ series }) {
     const tables = this.runs.map((run) => [
       Array.from(run.times),
@@ -79,7 +83,7 @@ class Curves {
   optionsOf(spec, width) {
     const axis = { stroke: () => this.theme.muted, font: AXIS_FONT, ticks: { show: false } };
     const grid = { stroke: () => this.theme.grid, width: 1 };
-    const color = (at) => this.theme.runs[at % this.theme.runs.length];
+    const color = (at) => this.colorOf(this.runs[at]);
     const perRun = spec.series.length;
     const series = this.runs.flatMap((_, at) =>
       spec.series.map(({ width: lineWidth, dash, steps, alpha = 1 }) => ({
@@ -130,14 +134,14 @@ class Curves {
       if (!Number.isFinite(objective)) return;
       const x = chart.valToPos(run.times[run[column].indexOf(objective)], "x", true);
       const y = chart.valToPos(objective, "y", true);
-      context.fillStyle = this.theme.runs[at % this.theme.runs.length];
+      context.fillStyle = this.colorOf(run);
       context.strokeStyle = this.theme.page;
       context.lineWidth = 3 * density;
       context.beginPath();
       context.arc(x, y, 4.5 * density, 0, 2 * Math.PI);
       context.stroke();
       context.fill();
-      const label = [objective.toFixed(1), x, y + (at % 2 ? -9 : 17) * density]; // neighbors do not meet
+      const label = [objective.toFixed(1), x, y + (at % 2 ? -9 : 17) * density]; // labels of neighboring runs do not overlap
       context.strokeText(...label);
       context.fillText(...label);
     });

@@ -1,6 +1,6 @@
 "use strict";
 
-// Reads what document.py wrote: columns of numbers as compressed typed arrays.
+// Reads the documents of document.py: numbers in compressed typed arrays.
 
 const ARRAYS = {
   float32: Float32Array,
@@ -16,13 +16,14 @@ async function decodeColumn({ dtype, data }) {
 }
 
 /** One run: its columns as typed arrays, flat and in the order of (time, agent, axis). */
-async function decodeRun({ name, seed, scenario, rangeUnit, isMetric, columns }) {
+async function decodeRun({ name, kind, seed, scenario, rangeUnit, isMetric, columns }) {
   const run = {
     name,
+    kind, // "fixed", "rule" or "learned"
     seed,
     scenario,
     rangeUnit,
-    isMetric, // whether ranges alone tell neighbors, as the page draws them
+    isMetric, // whether positions and ranges alone determine the neighbors
     dimension: scenario.dimension,
     numAgents: scenario.num_agents,
     numPredators: scenario.predators.length,
@@ -37,10 +38,10 @@ async function decodeRun({ name, seed, scenario, rangeUnit, isMetric, columns })
   return run;
 }
 
-/** Step that is under way at a time, and the share of it that has passed. */
+/** The step that contains a time, and the fraction of the step that has passed. */
 function stepAt(run, time) {
   const steps = Math.min(Math.max(time / run.timeStep, 0), run.numSteps);
-  // Times are multiples of the step up to rounding; a frame late by that must not show the step before.
+  // Times are rounded multiples of the step; the tolerance keeps a time from falling into the step before.
   const step = Math.min(Math.floor(steps + 1e-6), run.numSteps);
   return { step, share: Math.max(steps - step, 0) };
 }
@@ -50,7 +51,7 @@ function isCaught(run, step, agent) {
   return run.caughtAt[agent] <= step;
 }
 
-/** Range of an agent, whether there is one for all or one each. */
+/** The interaction range of an agent, from one range for all or one per agent. */
 function rangeOf(run, step, agent) {
   return run.ranges[step * run.rangesPerTime + (run.rangesPerTime === 1 ? 0 : agent)];
 }

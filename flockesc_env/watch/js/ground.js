@@ -1,16 +1,16 @@
 "use strict";
 
-// What gives a scene its scale: a grid in m with axes on a plane, a floor in space, and a bar.
+// The background of a scene: a grid with axes in a plane, a floor in space, and a scale bar.
 
 const LABEL_FONT = "11px system-ui, sans-serif";
 
-/** The round number (1, 2 or 5 times a power of ten) next below a length. */
+/** The largest of 1, 2 or 5 times a power of ten that is at most a length. */
 function roundBelow(length) {
   const power = 10 ** Math.floor(Math.log10(length));
   return [5, 2, 1].find((digit) => digit * power <= length) * power;
 }
 
-/** A multiple of a spacing without what floating point added to it. */
+/** A multiple of a spacing, rounded to remove floating-point error. */
 function rounded(value) {
   return String(Number(value.toPrecision(9)));
 }
@@ -66,7 +66,7 @@ function drawFloor(context, camera) {
   for (const y of multiples(y0, y1, spacing)) between([x0, y], [x1, y]);
 }
 
-/** In space it holds at the depth of the center. */
+/** In space, the scale bar is right at the depth of the center. */
 function drawScaleBar(context, camera, theme) {
   const length = roundBelow(120 / camera.pixelsPerMetre);
   const right = camera.width - 14;

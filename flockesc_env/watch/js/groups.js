@@ -1,6 +1,6 @@
 "use strict";
 
-// Gives the largest components colors that stay with them while they split, merge and lose agents.
+// Colors of the largest components. They persist while components split, merge and lose agents.
 
 const NUM_GROUP_COLORS = 5;
 const OTHER_GROUP = NUM_GROUP_COLORS; // a component smaller than those with colors
@@ -29,7 +29,7 @@ function largestFirst(labels) {
   return [...members.values()].filter((agents) => agents.length > 1).sort((a, b) => b.length - a.length);
 }
 
-/** A component keeps the color that most of its agents had, unless a larger one has kept it; others get a free one. */
+/** A component keeps the color of most of its agents, unless a larger one keeps it; the others get free colors. */
 function colorComponents(components, before, now) {
   const free = new Set(Array(NUM_GROUP_COLORS).keys());
   const waiting = [];

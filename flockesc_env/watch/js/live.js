@@ -1,12 +1,11 @@
 "use strict";
 
-// Controls of a served page: which flock, and which policy in every panel. The server runs it; nothing is
-// simulated here.
+// Controls of a served page: the seed of the flock, and the policy of every panel. The server simulates.
 
 const SLIDER_STEP = 0.5; // m
 const SLIDER_START = 13.5; // m
 
-/** Works on the latest question only: what is asked while one is under way replaces what waits. */
+/** Runs one request at a time. While one is under way, only the latest of the next requests is kept. */
 class LatestOnly {
   constructor(work) {
     this.work = work;
@@ -39,7 +38,7 @@ class Live {
     form.addEventListener("submit", (event) => event.preventDefault());
     document.getElementById("next-seed").addEventListener("click", () => {
       if (!/^\d+$/.test(this.seed.value)) return;
-      this.seed.value = BigInt(this.seed.value) + 1n; // seeds have 64 bits
+      this.seed.value = BigInt(this.seed.value) + 1n; // a seed has 64 bits, a number of JavaScript 53
       runAll();
     });
     form.hidden = false;
@@ -57,7 +56,7 @@ class Live {
       type: "range",
       min: 0,
       max: Math.max(this.options.maxRange, start?.split(":")[1] ?? 0),
-      step: "any", // the start may lie between the steps of a drag
+      step: "any", // the first value can lie between the steps of the slider
       ariaLabel: `Interaction range in ${panel.run.rangeUnit}`,
     });
     const shown = element("output");
@@ -86,7 +85,7 @@ class Live {
     return { run, select, slider };
   }
 
-  /** The run that a query asks for, or nothing and a message. */
+  /** The run that a query asks for, or null after showing the message of the server. */
   async fetchRun(query) {
     const response = await fetch(`run?${new URLSearchParams(query)}`).catch(() => null);
     const answer = await response?.json();

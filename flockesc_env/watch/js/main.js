@@ -1,10 +1,11 @@
 "use strict";
 
-// Puts the page together.
+// The page: builds its parts and connects them.
 
 class Page {
   constructor(runs, { versions, live }) {
     this.runs = runs;
+    chooseColors(runs);
     this.player = new Player();
     this.camera = new Camera(runs[0].dimension === 3);
     this.look = { theme: readTheme() };
@@ -28,6 +29,7 @@ class Page {
   replaceRun(index, run) {
     const isOtherFlock = run.seed !== this.runs[index].seed;
     this.runs[index] = run;
+    chooseColors(this.runs);
     if (isOtherFlock) this.box = undefined;
     this.panels.forEach((panel, at) => panel.setRun(this.runs[at], this.runs[0].seed));
     describe(this.runs[0], this.versions);
@@ -36,7 +38,7 @@ class Page {
 
   showRuns() {
     const { runs } = this;
-    this.box = boxAround(runs, this.box); // only grows, so that the view is calm while a slider is dragged
+    this.box = boxAround(runs, this.box); // only grows, so that the view is steady while the slider moves
     this.camera.fit(this.box);
     this.look.largestRange = runs.reduce((largest, run) => Math.max(largest, run.largestRange), 0);
     this.showKey();
@@ -75,7 +77,7 @@ class Page {
     });
   }
 
-  /** What the colors mean. */
+  /** Shows the key of the colors. */
   showKey() {
     const { theme, color, largestRange } = this.look;
     const dot = (background) => {

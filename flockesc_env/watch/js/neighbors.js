@@ -2,12 +2,12 @@
 
 // The neighbor graph of a run at one step.
 
-/** Pairs of agents of which one hears the other, flat; the search ends once there are more than `limit`. */
+/** Flat list of pairs of neighbors: at least one hears the other. The search stops above `limit` pairs. */
 function neighborPairs(run, step, limit) {
   const { positions, numAgents, dimension } = run;
   const start = step * numAgents * dimension;
   const at = (agent, axis) => positions[start + agent * dimension + axis];
-  // From left to right, so that nobody is compared with agents out of the largest range ahead.
+  // Agents are sorted by x, so the search for partners of an agent ends at the largest range.
   const order = [...Array(numAgents).keys()]
     .filter((agent) => !isCaught(run, step, agent))
     .sort((a, b) => at(a, 0) - at(b, 0));

@@ -48,7 +48,7 @@ class Panel {
   }
 
   draw(time, look) {
-    this.root.style.setProperty("--run", look.theme.runs[this.index % look.theme.runs.length]);
+    this.root.style.setProperty("--run", look.theme.runs[this.run.color % look.theme.runs.length]);
     this.scene.draw(time, look);
     const { run, values } = this;
     const { step } = stepAt(run, time);
@@ -68,7 +68,7 @@ function quantity(value, unit = "m") {
   return [value, element("small", {}, ` ${unit}`)];
 }
 
-/** Drag, pinch or ctrl and wheel, double click. */
+/** Connects the camera to dragging, pinching or ctrl + wheel, and double click. */
 function bindCamera(canvas, camera, redraw) {
   let last;
   canvas.addEventListener("pointerdown", (event) => {
@@ -84,7 +84,7 @@ function bindCamera(canvas, camera, redraw) {
   canvas.addEventListener(
     "wheel",
     (event) => {
-      if (!event.ctrlKey && !event.metaKey) return; // the page scrolls
+      if (!event.ctrlKey && !event.metaKey) return; // scrolls the page
       event.preventDefault();
       camera.zoom(Math.exp(-event.deltaY / 300), event.offsetX, event.offsetY);
       redraw();

@@ -18,7 +18,7 @@ class Player extends EventTarget {
     this.dispatchEvent(new Event("change"));
   }
 
-  /** Moves to a whole step, some steps away. */
+  /** Moves by some steps, to a whole step. */
   stepBy(steps) {
     this.pause();
     this.seek((Math.round(this.time / this.timeStep) + steps) * this.timeStep);
@@ -51,7 +51,7 @@ class Player extends EventTarget {
   }
 }
 
-/** Ties a player to the buttons and keys of the page. */
+/** Connects a player to the buttons and keys of the page. */
 function bindPlayer(player) {
   const [play, scrub, time, speed] = ["play", "scrub", "time", "speed"].map((id) => document.getElementById(id));
   play.addEventListener("click", () => player.toggle());

@@ -4,7 +4,7 @@
 
 const TRAIL = 1.0; // s of an agent's past
 const DEPTHS = 5; // shades by which agents in space fade with their depth
-const MAX_EDGES = 60000; // more are a blot, and slow
+const MAX_EDGES = 60000; // more are unreadable and slow
 
 class Scene {
   constructor(canvas, camera) {
@@ -18,7 +18,7 @@ class Scene {
     this.run = run;
     this.edges.step = -1;
     this.points = new Float32Array(3 * run.numAgents); // projected: x, y, pixels per metre
-    this.marks = new Float32Array(2 * run.numAgents); // projected headings in shares of a mark's length
+    this.marks = new Float32Array(2 * run.numAgents); // projected headings, in units of a mark's length
   }
 
   /** `look`: what is drawn (color, trails, edges, discs, largestRange) and the colors of the theme. */
@@ -48,7 +48,7 @@ class Scene {
     drawScaleBar(context, camera, look.theme);
   }
 
-  /** Writes where point `index` of a column is between two steps, projected, to `out`. */
+  /** Interpolates point `index` of a column between two steps and writes its projection to `out`. */
   projectBetween(column, count, index, step, share, out) {
     const { dimension, numSteps } = this.run;
     const here = (step * count + index) * dimension;
@@ -71,7 +71,7 @@ class Scene {
     }
   }
 
-  /** Agents in lists by color: setting a color is dear, and one path takes many marks. */
+  /** Lists of agents by color: setting a color is slow, and one path can hold many marks. */
   agentsByColor() {
     const { run, look, moment } = this;
     const lists = new Map();
@@ -84,12 +84,12 @@ class Scene {
       if (!lists.has(color)) lists.set(color, []);
       lists.get(color).push(agent);
     }
-    // The many who are alone must not cover the components.
+    // Agents that are alone are drawn first, so that they do not cover the components.
     const isBehind = ([color]) => color === look.theme.groups[ALONE];
     return [...lists].sort((a, b) => isBehind(b) - isBehind(a));
   }
 
-  /** A small cross where every agent was caught. */
+  /** Draws a small cross where each agent was caught. */
   drawCaught() {
     const { context, run, points, moment, look } = this;
     context.beginPath();
@@ -139,7 +139,7 @@ class Scene {
     return scales.map((scale) => Math.min(Math.floor((DEPTHS * (scale - far)) / (near - far || 1)), DEPTHS - 1));
   }
 
-  /** A dot on the floor below every agent. */
+  /** Draws a dot on the floor below every agent. */
   drawShadows() {
     const { context, camera, look, moment } = this;
     const { positions, numAgents } = this.run;
@@ -253,7 +253,7 @@ class Scene {
   }
 }
 
-/** Adds a mark that points along (ux, uy) to the path; where the heading points at the viewer it is short. */
+/** Adds a mark along (ux, uy) to the path; it is shorter the more it points at the viewer. */
 function dart(context, x, y, ux, uy, length) {
   const across = Math.hypot(ux, uy) || 1;
   const [wx, wy] = [(-uy / across) * 0.42 * length, (ux / across) * 0.42 * length];

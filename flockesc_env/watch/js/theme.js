@@ -1,6 +1,6 @@
 "use strict";
 
-// The colors of page.css for what is drawn on canvases.
+// The palette of render/palette.py, for canvases.
 
 function readTheme() {
   const style = getComputedStyle(document.documentElement);
@@ -13,11 +13,23 @@ function readTheme() {
     line: value("line"),
     page: value("page"),
     predator: value("predator"),
-    groups: [...list("groups"), value("other"), value("alone")],
-    runs: list("runs"),
-    rampStops: list("ramp"),
-    ramp: colorRamp(list("ramp")),
+    groups: [...list("components"), value("other"), value("alone")],
+    runs: [value("fixed"), value("learned"), ...list("others")],
+    rampStops: list("ranges"),
+    ramp: colorRamp(list("ranges")),
   };
+}
+
+const FIRST_COLORS = { fixed: 0, learned: 1, rule: 2 }; // places in a theme's `runs`
+
+/** Gives every run the color of its kind of policy or, if that is taken, the next of the other colors. */
+function chooseColors(runs) {
+  const taken = new Set();
+  for (const run of runs) {
+    run.color = FIRST_COLORS[run.kind];
+    while (taken.has(run.color)) run.color = Math.max(run.color + 1, FIRST_COLORS.rule);
+    taken.add(run.color);
+  }
 }
 
 /** A function from [0, 1] to one of 64 colors. */

@@ -34,7 +34,19 @@ pub struct LineOutcome {
     pub converged: bool,
 }
 
-/// Outcomes of the flocks, range after range, seed after seed.
+/// Outcomes of the flocks, range after range, seed after seed. `config` must be [checked](FlockConfig::check).
+///
+/// ```
+/// use std::sync::Arc;
+/// use flockesc_core::{FlockConfig, Progress, sweep_flock};
+///
+/// let flock = Arc::new(FlockConfig { num_agents: 20, num_steps: 10, ..FlockConfig::default() });
+/// let (ranges, seeds) = ([0.0, 10.0, 100.0], [0, 1]);
+/// let outcomes = sweep_flock(&flock, &ranges, &seeds, None, &Progress::default())?;
+/// let alone = &outcomes[..seeds.len()];
+/// assert_eq!(alone[0].num_components, 20);
+/// # Ok::<(), flockesc_core::Error>(())
+/// ```
 ///
 /// # Errors
 /// [`crate::Error::Argument`] for a bad range or number of threads; [`crate::Error::Interrupted`] if
@@ -60,6 +72,15 @@ pub fn sweep_flock(
 }
 
 /// Outcomes of the lines, range after range, seed after seed.
+///
+/// ```
+/// use std::sync::Arc;
+/// use flockesc_core::{Progress, sweep_line};
+///
+/// let outcomes = sweep_line(&Arc::default(), &[0.1, 1.0], &[7], None, &Progress::default())?;
+/// assert!(outcomes.iter().all(|line| line.converged));
+/// # Ok::<(), flockesc_core::Error>(())
+/// ```
 ///
 /// # Errors
 /// As [`sweep_flock`].

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use allocation_counter::measure;
 use common::scenario;
 use flockesc_core::{
-    EscapeForce, FlockConfig, InitialState, Learned, Line, LineConfig, Motion, PredatorConfig,
-    Ranges, Reynolds, Target, World,
+    FlockConfig, InitialState, Learned, Line, LineConfig, Motion, PredatorConfig, Ranges, Reynolds,
+    Target, World,
 };
 
 const AGENTS: usize = 300;
@@ -136,12 +136,9 @@ fn a_flock_after_which_learned_predators_are_steered() {
 fn a_line_allocates_nothing_from_its_first_step_on() {
     let config = LineConfig {
         num_agents: AGENTS,
-        predator_position: Some(0.6),
-        predator_range: 0.2,
-        repulsion_strength: 2.0,
-        escape_force: EscapeForce::Linear,
         tolerance: 0.0,
         max_steps: STEPS,
+        ..LineConfig::default()
     };
     let mut line = Line::new(Arc::new(config), 0, None).expect("a good line");
     let steps = measure(|| {

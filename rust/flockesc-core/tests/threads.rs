@@ -7,8 +7,9 @@ mod common;
 use std::sync::Arc;
 
 use common::scenario;
+use flockesc_core::bindings::AtEnd;
 use flockesc_core::{
-    AtEnd, Batch, EpisodeConfig, FlockConfig, InitialState, Objective, Progress, Reward, Schedule,
+    Batch, EpisodeConfig, FlockConfig, InitialState, Objective, Progress, Reward, Schedule,
     Trajectory, View, simulate_flock,
 };
 

@@ -2,9 +2,8 @@
 
 mod inner;
 
-use flockesc_core::{
-    AtEnd, Batch, EpisodeConfig, Error, FlockConfig, InitialState, predator_entries,
-};
+use flockesc_core::bindings::AtEnd;
+use flockesc_core::{Batch, EpisodeConfig, Error, FlockConfig, InitialState, predator_entries};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -296,7 +295,7 @@ impl FlockBatch {
     /// Reward of every flock in its last step; the mean over agents of individual rewards.
     fn team_rewards<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyArray1<f64>>, CoreError> {
         let inner = &try_borrow(slf)?.inner;
-        Ok(on_batch!(inner, batch => batch.team_rewards())?.into_pyarray(slf.py()))
+        Ok(on_batch!(inner, batch => batch.team_rewards()).into_pyarray(slf.py()))
     }
 
     /// Reward of the predators of every flock in its last step.
@@ -304,7 +303,7 @@ impl FlockBatch {
         slf: &Bound<'py, Self>,
     ) -> Result<Bound<'py, PyArray1<f64>>, CoreError> {
         let inner = &try_borrow(slf)?.inner;
-        Ok(on_batch!(inner, batch => batch.predator_rewards())?.into_pyarray(slf.py()))
+        Ok(on_batch!(inner, batch => batch.predator_rewards()).into_pyarray(slf.py()))
     }
 
     /// Which agents of every slot were caught, one slot after the other.

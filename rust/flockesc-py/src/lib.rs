@@ -17,7 +17,7 @@ use pyo3::types::IntoPyDict;
 /// Called in every child that Python forks.
 #[pyfunction]
 fn forked() {
-    flockesc_core::forked();
+    flockesc_core::bindings::forked();
 }
 
 #[pymodule]
@@ -28,6 +28,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(models::check_flock_scenario, module)?)?;
     module.add_function(wrap_pyfunction!(models::check_line_scenario, module)?)?;
     module.add_function(wrap_pyfunction!(models::drawn_flock_scenario, module)?)?;
+    module.add_function(wrap_pyfunction!(models::default_flock_scenario, module)?)?;
+    module.add_function(wrap_pyfunction!(models::default_line_scenario, module)?)?;
+    module.add_function(wrap_pyfunction!(models::kinds, module)?)?;
     module.add_function(wrap_pyfunction!(models::simulate_flock, module)?)?;
     module.add_function(wrap_pyfunction!(models::simulate_line, module)?)?;
     module.add_function(wrap_pyfunction!(models::sweep_flock, module)?)?;

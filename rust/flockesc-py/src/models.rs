@@ -1,5 +1,6 @@
 //! The two models as functions: checks, whole runs, sweeps, neighbor graphs.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use flockesc_core::{FlockConfig, InitialState, LineConfig, Schedule};
@@ -27,6 +28,27 @@ pub(crate) fn drawn_flock_scenario(scenario: &str, seed: u64) -> Result<Option<S
 pub(crate) fn check_line_scenario(scenario: &str) -> Result<(), CoreError> {
     LineConfig::from_json(scenario)?;
     Ok(())
+}
+
+/// The document of the core's default flock, the paper's.
+#[pyfunction]
+pub(crate) fn default_flock_scenario() -> String {
+    FlockConfig::default().to_json()
+}
+
+/// The document of the core's default line, the paper's.
+#[pyfunction]
+pub(crate) fn default_line_scenario() -> String {
+    LineConfig::default().to_json()
+}
+
+/// Every family of parts, with the names of its kinds in documents.
+#[pyfunction]
+pub(crate) fn kinds() -> BTreeMap<&'static str, Vec<&'static str>> {
+    let families = flockesc_core::kinds().iter();
+    families
+        .map(|(family, kinds)| (*family, kinds.to_vec()))
+        .collect()
 }
 
 #[pyfunction]

@@ -1,22 +1,30 @@
-//! New places for agents, such that those that are near each other in the world are near each other in memory.
+//! The sort of agents by position: agents that are close in space become close in memory.
+
+use nalgebra::SVector;
+use serde::{Deserialize, Serialize};
 
 use super::layout::TILE;
 use crate::parallel;
 
-/// Agents from which on it pays to arrange two halves on two threads.
+/// Smallest number of agents whose halves are sorted on two threads.
 const FORK: usize = 1 << 14;
 
-/// One agent, while all of them are being arranged.
-#[derive(Debug, Clone, Copy)]
+/// One agent, as a sort moves it and a snapshot stores it.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Agent<const D: usize> {
-    pub(super) position: [f64; D],
-    pub(super) velocity: [f64; D],
+    pub(super) id: u32,
+    /// r in m.
+    pub(super) position: SVector<f64, D>,
+    /// v in m/s.
+    pub(super) velocity: SVector<f64, D>,
+    /// ||v|| as the step left it, which may differ from the norm of v by a rounding.
     pub(super) speed: f64,
+    /// Distance to the nearest predator in m; recomputed after a restore.
+    #[serde(skip)]
     pub(super) distance: f64,
-    pub(super) name: u32,
 }
 
-/// Halves the agents across their longest extent, again and again. The first half takes a power of two, so that
+/// Halves the agents across their longest extent, recursively. The size of the first half is a power of two, so that
 /// tiles, groups and nodes of the tree are whole halves.
 pub(super) fn split<const D: usize>(agents: &mut [Agent<D>]) {
     if agents.len() <= TILE {

@@ -1,4 +1,4 @@
-//! The mean position of all agents, free of their order.
+//! The mean position of all agents, independent of their order.
 
 use multiversion::multiversion;
 
@@ -6,7 +6,7 @@ use super::layout::{GROUP, Group, reduce};
 use crate::base::exact::Scale;
 use crate::parallel;
 
-/// Mean position of all agents in m, of whom none is outside of the box from `low` to `high`.
+/// Mean position in m of all agents, which lie in the box from `low` to `high`.
 pub(crate) fn centroid<const D: usize>(
     groups: &[Group<D>],
     (low, high): ([f64; D], [f64; D]),
@@ -22,7 +22,7 @@ pub(crate) fn centroid<const D: usize>(
         |a: [i64; D], b| std::array::from_fn(|axis| a[axis] + b[axis]),
     );
     let sums = sums.unwrap_or([0; D]);
-    // Rounding may carry a mean past all it is of: then no offset from it would be within the extent of the box.
+    // Rounding may carry the mean out of the box; offsets from it must stay within the extent of the box.
     std::array::from_fn(|axis| {
         let mean = scale.value(sums[axis]) / num_agents as f64;
         mean.max(low[axis]).min(high[axis])

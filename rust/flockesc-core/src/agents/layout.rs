@@ -1,4 +1,4 @@
-//! Groups of agents, column by column: what a vector register takes at a time.
+//! Groups of agents, column by column, in multiples of vector registers.
 
 use crate::parallel;
 
@@ -9,25 +9,25 @@ pub(crate) const FAN: usize = 8;
 /// Agents of a group.
 pub(crate) const GROUP: usize = TILE * FAN;
 
-/// Whether a flock of so many agents is worth more than one thread.
+/// Whether one flock of `num_agents` is stepped on several threads.
 pub(crate) fn is_large(num_agents: usize) -> bool {
-    num_agents / GROUP >= parallel::SPREAD
+    num_agents / GROUP >= parallel::MIN_ITEMS
 }
 
 /// A column of one group.
 pub(crate) type Column<T> = [T; GROUP];
 
-/// The agents of one group; places without an agent have a position of NaN, which is near nobody.
+/// The agents of one group. Empty lanes have a position of NaN, which no comparison finds near.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub(crate) struct Group<const D: usize> {
     /// r in m.
     pub(crate) position: [Column<f64>; D],
-    /// v in m/s; 0 where there is no agent.
+    /// v in m/s; 0 in empty lanes.
     pub(crate) velocity: [Column<f64>; D],
     /// ||v|| in m/s.
     pub(crate) speed: Column<f64>,
-    /// Distance to the nearest predator in m; infinite without predators, NaN where there is no agent.
+    /// Distance to the nearest predator in m; infinite without predators, NaN in empty lanes.
     pub(crate) distance: Column<f64>,
 }
 
@@ -39,7 +39,7 @@ impl<const D: usize> Group<D> {
         distance: [f64::NAN; GROUP],
     };
 
-    /// Leaves no agent from lane `first` on.
+    /// Empties the lanes from `first` on.
     pub(super) fn empty_from(&mut self, first: usize) {
         for axis in 0..D {
             self.position[axis][first..].fill(f64::NAN);

@@ -1,5 +1,5 @@
-//! Where the agents stand in memory: in groups, column by column, so that agents that are near each other in the
-//! world are near each other in memory and a vector register holds one coordinate of a whole tile.
+//! The agents in memory: in groups of columns, sorted so that agents that are close in space are close in memory. A
+//! vector register holds one coordinate of a whole tile.
 
 mod arrange;
 mod centroid;
@@ -8,6 +8,7 @@ mod per_agent;
 mod state;
 
 use nalgebra::SVector;
+use serde::{Deserialize, Serialize};
 
 use arrange::{Agent, split};
 pub(crate) use centroid::centroid;
@@ -15,23 +16,23 @@ pub(crate) use layout::{Column, FAN, GROUP, Group, TILE, is_large, reduce};
 pub use per_agent::PerAgent;
 pub(crate) use state::AgentsState;
 
-/// An agent that has left the flock.
-#[derive(Debug, Clone, Copy)]
+/// A caught agent.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct Caught<const D: usize> {
-    pub(crate) name: u32,
+    pub(crate) id: u32,
     /// Where it was caught, in m.
-    pub(crate) position: [f64; D],
+    pub(crate) position: SVector<f64, D>,
 }
 
-/// All agents of a flock. A *place* is where an agent stands in memory, its *name* is the index that users know.
-/// Agents that were caught have no place, but keep their names.
+/// All agents of a flock. A *place* is an agent's index in memory, its *id* is the index that users know. Caught agents
+/// have no place, but keep their ids.
 #[derive(Debug, Clone)]
 pub(crate) struct Agents<const D: usize> {
-    /// At least one, also of a flock of which nobody is left.
+    /// At least one, even if all agents were caught.
     pub(crate) groups: Vec<Group<D>>,
-    /// Name of the agent in every place.
-    names: Vec<u32>,
-    /// Those that have left, in the order of the steps that caught them.
+    /// Id of the agent in every place.
+    ids: Vec<u32>,
+    /// The caught agents, in the order of the steps that caught them.
     caught: Vec<Caught<D>>,
     scratch: Vec<Agent<D>>,
 }
@@ -40,58 +41,58 @@ impl<const D: usize> Agents<D> {
     pub(crate) fn new(positions: &[SVector<f64, D>], velocities: &[SVector<f64, D>]) -> Self {
         let mut agents = Self {
             groups: vec![Group::EMPTY; positions.len().div_ceil(GROUP)],
-            names: vec![0; positions.len()],
+            ids: vec![0; positions.len()],
             caught: Vec::new(),
             scratch: Vec::with_capacity(positions.len()),
         };
         let given = positions.iter().zip(velocities).zip(0..);
-        agents.scratch.extend(given.map(|((r, v), name)| Agent {
-            position: (*r).into(),
-            velocity: (*v).into(),
+        agents.scratch.extend(given.map(|((r, v), id)| Agent {
+            id,
+            position: *r,
+            velocity: *v,
             speed: v.norm(),
             distance: f64::INFINITY,
-            name,
         }));
-        agents.settle();
+        agents.place();
         agents
     }
 
-    /// Number of agents in the flock, those that were caught left out.
+    /// Number of agents in the flock, without caught ones.
     pub(crate) fn len(&self) -> usize {
-        self.names.len()
+        self.ids.len()
     }
 
-    /// Number of agents that there were at t = 0; names are below it.
+    /// Number of agents at t = 0; ids are below it.
     pub(crate) fn num_names(&self) -> usize {
-        self.names.len() + self.caught.len()
+        self.ids.len() + self.caught.len()
     }
 
-    /// The agents that have left.
+    /// The caught agents.
     pub(crate) fn caught(&self) -> &[Caught<D>] {
         &self.caught
     }
 
-    /// Names of the agents of a group, in the order of places.
+    /// Ids of the agents of a group, in the order of places.
     pub(crate) fn names_of(&self, group: usize) -> &[u32] {
-        &self.names[group * GROUP..self.len().min((group + 1) * GROUP)]
+        &self.ids[group * GROUP..self.len().min((group + 1) * GROUP)]
     }
 
-    /// The groups and the names of the agents in their places, for changes to the groups.
+    /// The groups, for changes to them, and the ids of the agents in the order of places.
     pub(crate) fn groups_and_names(&mut self) -> (&mut [Group<D>], &[u32]) {
-        (&mut self.groups, &self.names)
+        (&mut self.groups, &self.ids)
     }
 
-    /// Names of all agents, in the order of places.
+    /// Ids of all agents, in the order of places.
     pub(crate) fn names(&self) -> &[u32] {
-        &self.names
+        &self.ids
     }
 
-    /// Name of the agent in a place.
+    /// Id of the agent in a place.
     pub(crate) fn name(&self, place: usize) -> usize {
-        self.names[place] as usize
+        self.ids[place] as usize
     }
 
-    /// Name, position and velocity of the agent in a place.
+    /// Id, position and velocity of the agent in a place.
     pub(crate) fn at(&self, place: usize) -> (usize, SVector<f64, D>, SVector<f64, D>) {
         let (group, lane) = (&self.groups[place / GROUP], place % GROUP);
         (
@@ -106,7 +107,7 @@ impl<const D: usize> Agents<D> {
         (0..self.len()).map(|place| self.at(place))
     }
 
-    /// The vectors in some columns, in the order of names; 0 for agents that were caught.
+    /// The vectors in some columns, in the order of ids; 0 for caught agents.
     pub(crate) fn by_name(
         &self,
         columns: impl Fn(&Group<D>) -> &[Column<f64>; D],
@@ -114,14 +115,14 @@ impl<const D: usize> Agents<D> {
         let mut vectors = vec![SVector::zeros(); self.num_names()];
         for (index, group) in self.groups.iter().enumerate() {
             let columns = columns(group);
-            for (lane, &name) in self.names_of(index).iter().enumerate() {
-                vectors[name as usize] = SVector::from_fn(|axis, _| columns[axis][lane]);
+            for (lane, &id) in self.names_of(index).iter().enumerate() {
+                vectors[id as usize] = SVector::from_fn(|axis, _| columns[axis][lane]);
             }
         }
         vectors
     }
 
-    /// Takes away whatever a step has left where there is no agent.
+    /// Resets the velocities that a step has written to empty lanes.
     pub(crate) fn clear_empty_places(&mut self) {
         let whole = GROUP * (self.groups.len() - 1);
         let filled = self.len() - whole;
@@ -132,12 +133,12 @@ impl<const D: usize> Agents<D> {
         }
     }
 
-    /// Puts agents that have left [0, `side`) along an axis back in on the other side.
+    /// Wraps coordinates into [0, `side`).
     pub(crate) fn wrap(&mut self, side: f64) {
         for column in self.groups.iter_mut().flat_map(|group| &mut group.position) {
             for coordinate in column {
                 let wrapped = coordinate.rem_euclid(side);
-                // Of a tiny negative number the remainder rounds up to the side itself.
+                // The remainder of a tiny negative number rounds up to the side.
                 *coordinate = if wrapped < side {
                     wrapped
                 } else {
@@ -147,15 +148,15 @@ impl<const D: usize> Agents<D> {
         }
     }
 
-    /// Takes the agents whose nearest predator is at most `radius` m away out of the flock. The others close up in
-    /// their order; `moved` is told from which place to which.
+    /// Removes the agents whose nearest predator is at most `radius` m away. The others close up in their order; `moved`
+    /// is called with the old and the new place of every agent that moves.
     pub(crate) fn catch(&mut self, radius: f64, mut moved: impl FnMut(usize, usize)) {
         let mut kept = 0;
         for place in 0..self.len() {
             let agent = self.agent(place);
             if agent.distance <= radius {
                 self.caught.push(Caught {
-                    name: agent.name,
+                    id: agent.id,
                     position: agent.position,
                 });
             } else {
@@ -166,7 +167,7 @@ impl<const D: usize> Agents<D> {
                 kept += 1;
             }
         }
-        self.names.truncate(kept);
+        self.ids.truncate(kept);
         self.groups.truncate(kept.div_ceil(GROUP).max(1));
         let whole = GROUP * (self.groups.len() - 1);
         if let Some(last) = self.groups.last_mut() {
@@ -174,16 +175,17 @@ impl<const D: usize> Agents<D> {
         }
     }
 
-    /// Gives every agent a new place, such that the agents of every tile, group and node are close together.
+    /// Re-sorts the agents, so that the agents of every tile, group and node are close together.
     pub(crate) fn arrange(&mut self) {
         self.scratch.clear();
         for place in 0..self.len() {
             self.scratch.push(self.agent(place));
         }
-        self.settle();
+        self.place();
     }
 
-    fn settle(&mut self) {
+    /// Sorts the agents in `scratch` and gives them places.
+    fn place(&mut self) {
         split(&mut self.scratch);
         for place in 0..self.scratch.len() {
             self.put(place, self.scratch[place]);
@@ -193,11 +195,11 @@ impl<const D: usize> Agents<D> {
     fn agent(&self, place: usize) -> Agent<D> {
         let (group, lane) = (&self.groups[place / GROUP], place % GROUP);
         Agent {
-            position: std::array::from_fn(|axis| group.position[axis][lane]),
-            velocity: std::array::from_fn(|axis| group.velocity[axis][lane]),
+            id: self.ids[place],
+            position: SVector::from_fn(|axis, _| group.position[axis][lane]),
+            velocity: SVector::from_fn(|axis, _| group.velocity[axis][lane]),
             speed: group.speed[lane],
             distance: group.distance[lane],
-            name: self.names[place],
         }
     }
 
@@ -209,6 +211,6 @@ impl<const D: usize> Agents<D> {
         }
         group.speed[lane] = agent.speed;
         group.distance[lane] = agent.distance;
-        self.names[place] = agent.name;
+        self.ids[place] = agent.id;
     }
 }

@@ -1,15 +1,16 @@
-//! A parameter that all agents share, or of which every agent has its own.
+//! A parameter of the agents: one number for all, or one per agent.
 
 use std::fmt;
 
 use serde::de::{SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::layout::Column;
 use crate::base::error::{Error, Result};
 
 /// One number for the flock, or one per agent.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum PerAgent {
     /// The same for every agent.
     Shared(f64),
@@ -38,11 +39,11 @@ impl PerAgent {
         }
     }
 
-    /// The number of the agent of this name.
-    pub(crate) fn of(&self, name: usize) -> f64 {
+    /// The number of the agent with this id.
+    pub(crate) fn of(&self, id: usize) -> f64 {
         match self {
             Self::Shared(value) => *value,
-            Self::Each(values) => values[name],
+            Self::Each(values) => values[id],
         }
     }
 
@@ -54,14 +55,14 @@ impl PerAgent {
         }
     }
 
-    /// Writes the numbers of the agents named; what stands where there is no agent does not matter.
+    /// Writes the numbers of the agents with these ids; the values of empty lanes are arbitrary.
     #[inline(always)]
-    pub(crate) fn gather(&self, names: &[u32], out: &mut Column<f64>) {
+    pub(crate) fn gather(&self, ids: &[u32], out: &mut Column<f64>) {
         match self {
             Self::Shared(value) => out.fill(*value),
             Self::Each(values) => {
-                for (number, &name) in out.iter_mut().zip(names) {
-                    *number = values[name as usize];
+                for (number, &id) in out.iter_mut().zip(ids) {
+                    *number = values[id as usize];
                 }
             }
         }
@@ -74,7 +75,7 @@ impl<'de> Deserialize<'de> for PerAgent {
     }
 }
 
-/// By hand: an untagged enum could say neither what was expected nor which entry is none.
+/// Written by hand, because errors of an untagged enum name neither the expected type nor the bad entry.
 struct NumberOrNumbers;
 
 impl<'de> Visitor<'de> for NumberOrNumbers {
@@ -133,7 +134,7 @@ mod tests {
         ] {
             let value: PerAgent = parse(document).expect("a good document");
             assert!(value.check("mass", 3, positive).is_ok());
-            assert_eq!([0, 1, 2].map(|name| value.of(name)), expected);
+            assert_eq!([0, 1, 2].map(|id| value.of(id)), expected);
             assert_eq!(value.largest(), expected[2]);
             let mut column = [0.0; crate::agents::GROUP];
             value.gather(&[2, 0], &mut column);

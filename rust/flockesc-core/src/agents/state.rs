@@ -1,4 +1,4 @@
-//! Agents as plain data, in the order of places.
+//! Snapshots of agents: one row per agent, so that a snapshot does not depend on the layout of groups.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,87 +7,56 @@ use super::layout::{GROUP, Group};
 use super::{Agents, Caught};
 use crate::base::error::Result;
 use crate::base::vector::SHORTEST;
-use crate::snapshot::{check, check_numbers, vector};
+use crate::snapshot::{are_sound, check, is_sound};
 
+/// All agents of a flock.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct AgentsState {
-    names: Vec<u32>,
-    /// r in m and v in m/s, D entries each.
-    positions: Vec<f64>,
-    velocities: Vec<f64>,
-    /// ||v|| as the step left it, which may differ from the norm of v by a rounding.
-    speeds: Vec<f64>,
-    /// Names of those that have left, and where.
-    caught: Vec<(u32, Vec<f64>)>,
+pub(crate) struct AgentsState<const D: usize> {
+    /// In the order of places.
+    agents: Vec<Agent<D>>,
+    caught: Vec<Caught<D>>,
 }
 
-/// Whether a speed is the length of a velocity, but for rounding.
-fn is_norm((velocity, speed): (&[f64], &f64)) -> bool {
-    let norm = velocity
-        .iter()
-        .map(|entry| entry * entry)
-        .sum::<f64>()
-        .sqrt();
-    (norm - speed).abs() <= 1e-9 * norm || (norm.max(speed.abs()) < SHORTEST && *speed >= 0.0)
+/// Whether a step can have left this agent: its speed is the norm of its velocity up to rounding.
+fn is_possible<const D: usize>(agent: &Agent<D>) -> bool {
+    let (norm, speed) = (agent.velocity.norm(), agent.speed);
+    are_sound(agent.position.iter().chain(agent.velocity.iter()))
+        && is_sound(speed)
+        && ((norm - speed).abs() <= 1e-9 * norm
+            || (norm.max(speed.abs()) < SHORTEST && speed >= 0.0))
 }
 
 impl<const D: usize> Agents<D> {
-    pub(crate) fn save(&self) -> AgentsState {
-        let all = || (0..self.len()).map(|place| self.agent(place));
+    pub(crate) fn save(&self) -> AgentsState<D> {
         AgentsState {
-            names: self.names.clone(),
-            positions: all().flat_map(|agent| agent.position).collect(),
-            velocities: all().flat_map(|agent| agent.velocity).collect(),
-            speeds: all().map(|agent| agent.speed).collect(),
-            caught: self
-                .caught
-                .iter()
-                .map(|agent| (agent.name, agent.position.to_vec()))
-                .collect(),
+            agents: (0..self.len()).map(|place| self.agent(place)).collect(),
+            caught: self.caught.clone(),
         }
     }
 
-    /// `num_agents` agents, whose distances to predators are yet to be found.
-    pub(crate) fn restore(state: &AgentsState, num_agents: usize) -> Result<Self> {
-        let count = state.names.len();
-        let mut is_named = vec![false; num_agents];
-        let gone = state.caught.iter().map(|(name, _)| name);
-        for name in state.names.iter().chain(gone) {
-            let is_named = is_named.get_mut(*name as usize);
-            let is_new = is_named.is_some_and(|is_named| !std::mem::replace(is_named, true));
-            check(is_new, "names of agents")?;
+    /// The flock of `num_agents` agents. The caller recomputes distances to predators.
+    pub(crate) fn restore(state: AgentsState<D>, num_agents: usize) -> Result<Self> {
+        let AgentsState { agents, caught } = state;
+        let mut is_used = vec![false; num_agents];
+        let ids = agents.iter().map(|agent| agent.id);
+        for id in ids.chain(caught.iter().map(|agent| agent.id)) {
+            let is_used = is_used.get_mut(id as usize);
+            let is_new = is_used.is_some_and(|is_used| !std::mem::replace(is_used, true));
+            check(is_new, "ids of agents")?;
         }
-        check(!is_named.contains(&false), "names of agents")?;
-        check_numbers(&state.positions, count * D, "positions")?;
-        check_numbers(&state.velocities, count * D, "velocities")?;
-        check_numbers(&state.speeds, count, "speeds")?;
-        let vectors = state.velocities.chunks_exact(D);
-        check(vectors.zip(&state.speeds).all(is_norm), "speeds")?;
-        let caught = state.caught.iter().map(|(name, position)| {
-            Ok(Caught {
-                name: *name,
-                position: vector::<D>(position, "positions of agents that were caught")?.into(),
-            })
-        });
-        let mut agents = Self {
-            groups: vec![Group::EMPTY; count.div_ceil(GROUP).max(1)],
-            names: state.names.clone(),
-            caught: caught.collect::<Result<_>>()?,
-            scratch: Vec::with_capacity(count),
+        check(!is_used.contains(&false), "ids of agents")?;
+        check(agents.iter().all(is_possible), "agents")?;
+        let positions = caught.iter().flat_map(|agent| &agent.position);
+        check(are_sound(positions), "positions of caught agents")?;
+        let mut restored = Self {
+            groups: vec![Group::EMPTY; agents.len().div_ceil(GROUP).max(1)],
+            ids: vec![0; agents.len()],
+            caught,
+            scratch: Vec::with_capacity(agents.len()),
         };
-        for place in 0..count {
-            let axes = place * D;
-            agents.put(
-                place,
-                Agent {
-                    position: std::array::from_fn(|axis| state.positions[axes + axis]),
-                    velocity: std::array::from_fn(|axis| state.velocities[axes + axis]),
-                    speed: state.speeds[place],
-                    distance: f64::INFINITY,
-                    name: state.names[place],
-                },
-            );
+        for (place, agent) in agents.into_iter().enumerate() {
+            restored.put(place, agent);
         }
-        Ok(agents)
+        Ok(restored)
     }
 }

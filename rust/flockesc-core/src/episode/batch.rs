@@ -18,7 +18,7 @@ use crate::base::rng::episode_seed;
 use crate::flock::{FlockConfig, InitialState, check_controls, check_ranges};
 use crate::observation;
 use crate::parallel::{self, Pool, Progress, spread};
-use crate::reward::Reward;
+use crate::reward::Term;
 use crate::snapshot::Fingerprint;
 
 /// What a step does with a slot whose episode has ended.
@@ -26,13 +26,29 @@ use crate::snapshot::Fingerprint;
 pub enum AtEnd {
     /// It is an error.
     Refuse,
-    /// The slot starts its next episode in place of moving, and its reward is 0.
+    /// The slot starts its next episode instead of a step, and earns nothing.
     Restart,
-    /// The slot stays as it is, and its reward is 0.
+    /// The slot stays unchanged, and earns nothing.
     Stay,
 }
 
 /// A batch of episodes of one scenario, a slot per flock.
+///
+/// ```
+/// use flockesc_core::{Batch, EpisodeConfig, FlockConfig, InitialState};
+///
+/// let scenario = FlockConfig { num_agents: 20, num_steps: 30, ..FlockConfig::default() };
+/// let mut batch = Batch::<2>::new(scenario, EpisodeConfig::default(), 1, None)?;
+/// batch.reset(0, &InitialState::seeded(7))?;
+/// let (mut reward, mut seen, mut total) = ([0.0], vec![0.0; batch.row_length()], 0.0);
+/// while !batch.episode(0)?.has_ended() {
+///     batch.step(&[10.0], &mut reward, &mut seen)?;
+///     total += reward[0];
+/// }
+/// let objective = batch.episode(0)?.objective();
+/// assert!((total - (objective.minimum - objective.start)).abs() < 1e-9);
+/// # Ok::<(), flockesc_core::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Batch<const D: usize> {
     scenario: Arc<FlockConfig>,
@@ -49,7 +65,8 @@ impl<const D: usize> Batch<D> {
     /// A batch of `num_flocks` empty slots for a scenario of dimension D.
     ///
     /// # Errors
-    /// [`Error::Config`] if the scenario has no predator; [`Error::Argument`] if `num_flocks` is 0 or
+    /// [`Error::Config`] if the scenario or `config` is out of bounds, or has no predator or another dimension;
+    /// [`Error::Argument`] if `num_flocks` is 0 or
     /// `num_threads` out of bounds.
     pub fn new(
         scenario: FlockConfig,
@@ -57,8 +74,17 @@ impl<const D: usize> Batch<D> {
         num_flocks: usize,
         num_threads: Option<usize>,
     ) -> Result<Self> {
+        scenario.check()?;
+        config.check()?;
+        if scenario.dimension != D {
+            return Err(Error::config(
+                "dimension",
+                D.to_string(),
+                scenario.dimension,
+            ));
+        }
         if scenario.predators.is_empty() {
-            let why = "at least one predator: an environment pays for the distance to it";
+            let why = "at least one predator: an environment rewards the distance to it";
             return Err(Error::config("predators", why, "none"));
         }
         if num_flocks == 0 {
@@ -68,7 +94,7 @@ impl<const D: usize> Batch<D> {
             parallel::pool(num_threads)?; // refused now rather than in the first step
         }
         Ok(Self {
-            fingerprint: Fingerprint::of(&(&scenario, &config)),
+            fingerprint: Fingerprint::of(&(&*scenario, &config)),
             row_length: observation::entries(config.view, scenario.dimension).len(),
             work_each: work_each(&scenario, &config),
             scenario: Arc::new(scenario),
@@ -190,6 +216,7 @@ impl<const D: usize> Batch<D> {
     ///
     /// # Errors
     /// As [`Self::step`]; [`Error::Interrupted`] if `progress` was cancelled, and all episodes are worth nothing then.
+    #[doc(hidden)]
     pub fn step_measured<T: Send>(
         &mut self,
         (ranges, controls): (&[f64], &[f64]),
@@ -227,6 +254,20 @@ impl<const D: usize> Batch<D> {
         });
         let measured: Result<Vec<Option<T>>> = measured.into_iter().collect();
         Ok(measured?.into_iter().flatten().collect())
+    }
+
+    /// What the team of every slot earned in the last step: its reward or, where rewards differ between agents, their
+    /// mean over all agents, caught ones included. 0 for a slot that has made no step since its reset.
+    #[must_use]
+    pub fn team_rewards(&self) -> Vec<f64> {
+        self.slots.iter().map(Slot::team_reward).collect()
+    }
+
+    /// What the predators of every slot earned in the last step: the opposite of [`Self::team_rewards`].
+    #[must_use]
+    pub fn predator_rewards(&self) -> Vec<f64> {
+        let team_rewards = self.slots.iter().map(Slot::team_reward);
+        team_rewards.map(|reward| 0.0 - reward).collect()
     }
 
     /// Writes the observations of `slots`, one after the other.
@@ -276,24 +317,6 @@ impl<const D: usize> Batch<D> {
     /// [`Error::Episode`] if a slot was never reset.
     pub fn num_components(&self) -> Result<Vec<usize>> {
         self.map(Episode::num_components)
-    }
-
-    /// Reward of every flock in its last step; the mean over agents of individual rewards.
-    ///
-    /// # Errors
-    /// [`Error::Episode`] if a slot was never reset.
-    pub fn team_rewards(&self) -> Result<Vec<f64>> {
-        let episodes = self.episodes(0..self.num_flocks())?;
-        Ok(episodes.into_iter().map(Episode::team_reward).collect())
-    }
-
-    /// Reward of the predators of every flock in its last step: minus the flock's.
-    ///
-    /// # Errors
-    /// [`Error::Episode`] if a slot was never reset.
-    pub fn predator_rewards(&self) -> Result<Vec<f64>> {
-        let rewards = self.team_rewards()?;
-        Ok(rewards.into_iter().map(|reward| 0.0 - reward).collect())
     }
 
     fn map<T: Send>(&self, measure: fn(&Episode<D>) -> T) -> Result<Vec<T>> {
@@ -348,9 +371,9 @@ impl<const D: usize> Batch<D> {
 
 fn work_each(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
     let n = scenario.num_agents;
-    let visits = match config.reward {
-        Reward::Difference => n,
-        _ => scenario.neighbor_options().visits_per_agent(n),
+    let visits = match config.reward.term::<2>() {
+        Term::Team(_) | Term::Individual(_) => scenario.neighbor_options().visits_per_agent(n),
+        Term::Counterfactual(_) => n,
     };
     let steps = config.steps_per_action.min(scenario.num_steps);
     n.saturating_mul(visits).saturating_mul(steps)

@@ -18,9 +18,9 @@ pub(crate) use state::EpisodeState;
 use crate::base::error::Result;
 use crate::flock::{FlockConfig, InitialState, Summary, World};
 use crate::neighbor::Ranges;
-use crate::observation::{self, View};
+use crate::observation::{Scene, View};
 use crate::parallel::Progress;
-use crate::reward::{Moment, Objective, Reward, difference};
+use crate::reward::{Action, Moment, Objective, Term};
 
 /// A flock in an episode.
 #[derive(Debug, Clone)]
@@ -28,18 +28,18 @@ pub struct Episode<const D: usize> {
     config: Arc<EpisodeConfig>,
     world: World<D>,
     step: usize,
-    /// d_i now and one step ago in m, for rewards that differ between agents; otherwise empty.
-    own_distances: Vec<f64>,
-    own_distances_before: Vec<f64>,
+    /// d_i now and one step ago in m, for individual rewards; otherwise empty.
+    agent_distances: Vec<f64>,
+    agent_distances_before: Vec<f64>,
     /// The same when the objective's running minimum fell last, or at the start.
-    own_distances_at_minimum: Vec<f64>,
+    agent_distances_at_minimum: Vec<f64>,
     mean_distance: Running,
     min_distance: Running,
     fraction_surviving: Running,
     summary: Summary<D>,
     /// Ranges of the last action, one or n; 0 before the first.
     ranges: Vec<f64>,
-    /// Reward of the last action: the team's, or the mean of individual ones. Snapshots leave it out.
+    /// What the team earned by the last action.
     team_reward: f64,
 }
 
@@ -53,9 +53,9 @@ impl<const D: usize> Episode<D> {
     ) -> Self {
         let ranges = vec![0.0; rows(&config, &scenario)];
         let world = World::new(scenario, start);
-        let mut own_distances = Vec::new();
+        let mut agent_distances = Vec::new();
         if config.reward.is_individual() {
-            world.write_distances(&mut own_distances);
+            world.write_distances(&mut agent_distances);
         }
         Self {
             mean_distance: Running::new(world.predator_distance().mean),
@@ -65,9 +65,9 @@ impl<const D: usize> Episode<D> {
             config,
             world,
             step: 0,
-            own_distances_before: own_distances.clone(),
-            own_distances_at_minimum: own_distances.clone(),
-            own_distances,
+            agent_distances_before: agent_distances.clone(),
+            agent_distances_at_minimum: agent_distances.clone(),
+            agent_distances,
             ranges,
             team_reward: 0.0,
         }
@@ -90,10 +90,15 @@ impl<const D: usize> Episode<D> {
         self.world.control(controls);
         self.ranges.copy_from_slice(ranges);
         let caught_before = self.world.caught().len();
-        let before = (self.config.reward == Reward::Difference).then(|| self.world.clone());
+        let term = self.config.reward.term::<D>();
+        let counterfactual = match term {
+            Term::Team(_) | Term::Individual(_) => None,
+            Term::Counterfactual(add) => Some((add, self.world.clone())),
+        };
         let left = self.world.config().num_steps - self.step;
         let num_steps = self.config.steps_per_action.min(left);
         rewards.fill(0.0);
+        self.team_reward = 0.0;
         for _ in 0..num_steps {
             if self.has_ended() {
                 break;
@@ -103,8 +108,8 @@ impl<const D: usize> Episode<D> {
             self.world.step(as_ranges(&self.config, &self.ranges));
             self.step += 1;
             if self.config.reward.is_individual() {
-                std::mem::swap(&mut self.own_distances_before, &mut self.own_distances);
-                self.world.write_distances(&mut self.own_distances);
+                std::mem::swap(&mut self.agent_distances_before, &mut self.agent_distances);
+                self.world.write_distances(&mut self.agent_distances);
             }
             let distance = self.world.predator_distance();
             self.mean_distance.update(distance.mean);
@@ -119,59 +124,62 @@ impl<const D: usize> Episode<D> {
                 minimum_before,
                 minimum: objective.minimum,
                 minimum_at_start: objective.start,
-                own_distances_before: &self.own_distances_before,
-                own_distances: &self.own_distances,
-                own_distances_at_minimum: &self.own_distances_at_minimum,
+                distances_before: &self.agent_distances_before,
+                distances: &self.agent_distances,
+                distances_at_minimum: &self.agent_distances_at_minimum,
                 is_last: self.has_ended(),
             };
-            self.config.reward.add(&moment, rewards);
+            self.team_reward += term.add_step(&moment, rewards);
             if objective.minimum < minimum_before {
-                self.own_distances_at_minimum
-                    .clone_from(&self.own_distances);
+                self.agent_distances_at_minimum
+                    .clone_from(&self.agent_distances);
             }
         }
-        if let Some(before) = before {
-            let (objective, value) = (self.config.objective, self.objective().now);
-            let action = (ranges, num_steps);
-            difference::add(&before, objective, action, value, rewards, progress)?;
+        if let Some((add, before)) = counterfactual {
+            let action = Action {
+                before: &before,
+                objective: self.config.objective,
+                ranges,
+                num_steps,
+                value: self.objective().now,
+            };
+            add(&action, rewards, progress)?;
         }
-        let team_reward = rewards[0];
         if self.config.view == View::Agent {
             for agent in self.world.caught().take(caught_before) {
                 rewards[agent] = 0.0;
             }
         }
-        self.team_reward = if self.config.reward.is_individual() {
-            mean(rewards)
-        } else {
-            team_reward
-        };
         self.summary = Summary::of(&self.world);
         Ok(())
     }
 
-    /// Holds no action: the reward is 0.
-    pub(crate) fn stay(&mut self) {
-        self.team_reward = 0.0;
-    }
-
-    /// Reward of the last action: the team's, or the mean over agents of individual rewards; 0 before the first.
-    #[must_use]
-    pub fn team_reward(&self) -> f64 {
-        self.team_reward
-    }
-
     /// Writes the observation: one row for the flock, or one per agent.
     pub fn observe(&self, out: &mut [f32]) {
-        match self.config.view {
-            View::Flock => observation::flock::write(self, out),
-            View::Agent => observation::agent::write(self, out),
-        }
+        self.scene().observe(self.config.view, out);
     }
 
     /// Writes what learned predators see, one row for each.
     pub fn observe_predators(&self, out: &mut [f32]) {
-        observation::predator::write(self, out);
+        self.scene().observe_predators(out);
+    }
+
+    fn scene(&self) -> Scene<'_, D> {
+        Scene {
+            world: &self.world,
+            summary: &self.summary,
+            objective: self.config.objective,
+            minimum: self.objective().minimum,
+            ranges: &self.ranges,
+            max_range: self.config.max_range,
+            sensing_range: self.config.predator_sensing_range,
+            step: self.step,
+        }
+    }
+
+    /// What the team earned by the last action; 0 where the reward differs between agents.
+    pub(crate) fn team_reward(&self) -> f64 {
+        self.team_reward
     }
 
     /// Whether the horizon is reached or nobody is left.
@@ -232,10 +240,6 @@ impl<const D: usize> Episode<D> {
         self.summary.polarization
     }
 
-    pub(crate) fn summary(&self) -> &Summary<D> {
-        &self.summary
-    }
-
     /// Ranges of the last action: one entry, or one per agent.
     #[must_use]
     pub fn ranges(&self) -> &[f64] {
@@ -263,19 +267,4 @@ fn as_ranges<'a>(config: &EpisodeConfig, ranges: &'a [f64]) -> Ranges<'a> {
         View::Flock => Ranges::Shared(ranges[0]),
         View::Agent => Ranges::PerAgent(ranges),
     }
-}
-
-/// The mean, with a compensated sum (Neumaier, 1974).
-fn mean(values: &[f64]) -> f64 {
-    let (mut sum, mut lost) = (0.0_f64, 0.0);
-    for &value in values {
-        let next = sum + value;
-        lost += if sum.abs() >= value.abs() {
-            (sum - next) + value
-        } else {
-            (value - next) + sum
-        };
-        sum = next;
-    }
-    (sum + lost) / values.len() as f64
 }

@@ -1,17 +1,24 @@
 //! What an environment makes of the flock model.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::base::check::{MAX_STEPS, not_negative, positive, within};
 use crate::base::document::parse;
 use crate::base::error::{Error, Result};
-use crate::flock::FlockConfig;
 use crate::observation::{SensingRange, View};
 use crate::reward::{Objective, Reward};
 
-/// What an environment rewards and shows (docs/model.md).
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// What an environment rewards and shows (docs/model.md). A field that a document leaves out has its default.
+///
+/// ```
+/// use flockesc_core::{EpisodeConfig, Objective};
+///
+/// let config = EpisodeConfig { objective: Objective::Minimum, ..EpisodeConfig::default() };
+/// assert_eq!(EpisodeConfig::from_json(r#"{"objective": "minimum"}"#)?, config);
+/// # Ok::<(), flockesc_core::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct EpisodeConfig {
     /// Whose eyes the observation is made for.
     pub view: View,
@@ -27,31 +34,46 @@ pub struct EpisodeConfig {
     pub steps_per_action: usize,
 }
 
+impl Default for EpisodeConfig {
+    /// One range for the flock, which keeps the mean distance large.
+    fn default() -> Self {
+        Self {
+            view: View::Flock,
+            objective: Objective::Mean,
+            reward: Reward::RunningMinimum,
+            max_range: 100.0,
+            predator_sensing_range: Some(SensingRange::PredatorRange),
+            steps_per_action: 1,
+        }
+    }
+}
+
 impl EpisodeConfig {
     /// Parses and checks a document.
     ///
     /// # Errors
-    /// [`Error::Config`] naming the field that is unknown, missing, of a wrong type or out of bounds.
+    /// [`Error::Config`] naming the field that is unknown, of a wrong type or out of bounds.
     pub fn from_json(document: &str) -> Result<Self> {
         let config: Self = parse(document)?;
-        positive("max_range", config.max_range)?;
-        if let Some(SensingRange::Length(range)) = config.predator_sensing_range {
-            not_negative("predator_sensing_range", range)?;
-        }
-        within("steps_per_action", config.steps_per_action, 1, MAX_STEPS)?;
-        if config.reward.is_individual() && config.view == View::Flock {
-            return Err(Error::config(
-                "reward",
-                "running_minimum, distance or terminal, because the flock has one range",
-                "an individual reward",
-            ));
-        }
+        config.check()?;
         Ok(config)
     }
 
-    /// Whether a predator is seen from this distance in m.
-    pub(crate) fn is_sensed(&self, distance: f64, scenario: &FlockConfig) -> bool {
-        self.predator_sensing_range
-            .is_none_or(|range| range.reaches(distance, scenario))
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// [`Error::Config`] naming the field that is out of bounds.
+    pub fn check(&self) -> Result<()> {
+        positive("max_range", self.max_range)?;
+        if let Some(SensingRange::Length(range)) = self.predator_sensing_range {
+            not_negative("predator_sensing_range", range)?;
+        }
+        within("steps_per_action", self.steps_per_action, 1, MAX_STEPS)?;
+        if self.reward.is_individual() && self.view == View::Flock {
+            let team = Reward::team_kinds().join(", ");
+            let expected = format!("one of {team} for the view of the whole flock");
+            return Err(Error::config("reward", expected, "an individual reward"));
+        }
+        Ok(())
     }
 }

@@ -10,6 +10,7 @@ use crate::base::error::Result;
 use crate::base::rng::episode_seed;
 use crate::flock::{FlockConfig, InitialState};
 use crate::parallel::Progress;
+use crate::reward::exact_sum;
 
 #[derive(Debug, Clone)]
 pub(crate) struct Slot<const D: usize> {
@@ -20,15 +21,17 @@ pub(crate) struct Slot<const D: usize> {
     /// Seed of the episode.
     playing: u64,
     episode: Option<Episode<D>>,
+    /// What the last step earned: the team, or every agent; empty where it made no step.
+    earned: Vec<f64>,
 }
 
 /// A slot as plain data.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct SlotState {
+pub(crate) struct SlotState<const D: usize> {
     seed: u64,
     next: u64,
     playing: u64,
-    episode: Option<EpisodeState>,
+    episode: Option<EpisodeState<D>>,
 }
 
 impl<const D: usize> Slot<D> {
@@ -38,10 +41,11 @@ impl<const D: usize> Slot<D> {
             next: 0,
             playing: seed,
             episode: None,
+            earned: Vec::new(),
         }
     }
 
-    pub(crate) fn save(&self) -> SlotState {
+    pub(crate) fn save(&self) -> SlotState<D> {
         SlotState {
             seed: self.seed,
             next: self.next,
@@ -51,7 +55,7 @@ impl<const D: usize> Slot<D> {
     }
 
     pub(crate) fn restore(
-        state: SlotState,
+        state: SlotState<D>,
         scenario: &Arc<FlockConfig>,
         config: &Arc<EpisodeConfig>,
     ) -> Result<Self> {
@@ -64,6 +68,7 @@ impl<const D: usize> Slot<D> {
             episode: episode
                 .map(|episode| Episode::restore(episode, scenario, config, playing))
                 .transpose()?,
+            earned: Vec::new(),
         })
     }
 
@@ -71,6 +76,7 @@ impl<const D: usize> Slot<D> {
     pub(crate) fn without_episode(&self) -> Self {
         Self {
             episode: None,
+            earned: Vec::new(),
             ..*self
         }
     }
@@ -99,6 +105,7 @@ impl<const D: usize> Slot<D> {
             ..start.clone()
         };
         self.next = self.next.wrapping_add(1);
+        self.earned.clear();
         self.episode = Some(Episode::new(scenario.clone(), config.clone(), &start));
     }
 
@@ -109,6 +116,12 @@ impl<const D: usize> Slot<D> {
 
     pub(crate) fn episode(&self) -> Option<&Episode<D>> {
         self.episode.as_ref()
+    }
+
+    /// What the team earned in the last step: its reward or, where rewards differ between agents, their mean over all.
+    /// 0 if the slot has made no step since its reset.
+    pub(crate) fn team_reward(&self) -> f64 {
+        exact_sum(&self.earned) / self.earned.len().max(1) as f64
     }
 
     /// Advances the episode, unless it has ended: that pays nothing and gives `false`.
@@ -124,11 +137,17 @@ impl<const D: usize> Slot<D> {
     ) -> Result<bool> {
         match &mut self.episode {
             Some(episode) if !episode.has_ended() => {
+                self.earned.clear();
                 episode.advance(ranges, controls, rewards, progress)?;
+                if episode.config().reward.is_individual() {
+                    self.earned.extend_from_slice(rewards);
+                } else {
+                    self.earned.push(episode.team_reward());
+                }
                 Ok(true)
             }
-            episode => {
-                episode.iter_mut().for_each(Episode::stay);
+            _ => {
+                self.earned.clear();
                 rewards.fill(0.0);
                 Ok(false)
             }

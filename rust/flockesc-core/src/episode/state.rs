@@ -12,12 +12,12 @@ use crate::snapshot::{check, check_numbers, is_range};
 
 /// See the fields of [`Episode`].
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct EpisodeState {
-    world: WorldState,
+pub(crate) struct EpisodeState<const D: usize> {
+    world: WorldState<D>,
     step: usize,
-    own_distances: Vec<f64>,
-    own_distances_before: Vec<f64>,
-    own_distances_at_minimum: Vec<f64>,
+    agent_distances: Vec<f64>,
+    agent_distances_before: Vec<f64>,
+    agent_distances_at_minimum: Vec<f64>,
     mean_distance: Running,
     min_distance: Running,
     fraction_surviving: Running,
@@ -25,13 +25,13 @@ pub(crate) struct EpisodeState {
 }
 
 impl<const D: usize> Episode<D> {
-    pub(crate) fn save(&self) -> EpisodeState {
+    pub(crate) fn save(&self) -> EpisodeState<D> {
         EpisodeState {
             world: self.world.save(),
             step: self.step,
-            own_distances: self.own_distances.clone(),
-            own_distances_before: self.own_distances_before.clone(),
-            own_distances_at_minimum: self.own_distances_at_minimum.clone(),
+            agent_distances: self.agent_distances.clone(),
+            agent_distances_before: self.agent_distances_before.clone(),
+            agent_distances_at_minimum: self.agent_distances_at_minimum.clone(),
             mean_distance: self.mean_distance,
             min_distance: self.min_distance,
             fraction_surviving: self.fraction_surviving,
@@ -41,23 +41,23 @@ impl<const D: usize> Episode<D> {
 
     /// The episode that was started with `seed`.
     pub(crate) fn restore(
-        state: EpisodeState,
+        state: EpisodeState<D>,
         scenario: &Arc<FlockConfig>,
         config: &Arc<EpisodeConfig>,
         seed: u64,
     ) -> Result<Self> {
         check(state.step <= scenario.num_steps, "step")?;
-        let own = if config.reward.is_individual() {
+        let num_distances = if config.reward.is_individual() {
             scenario.num_agents
         } else {
             0
         };
         for distances in [
-            &state.own_distances,
-            &state.own_distances_before,
-            &state.own_distances_at_minimum,
+            &state.agent_distances,
+            &state.agent_distances_before,
+            &state.agent_distances_at_minimum,
         ] {
-            check_numbers(distances, own, "agents' distances")?;
+            check_numbers(distances, num_distances, "agents' distances")?;
         }
         for Running {
             start,
@@ -78,9 +78,9 @@ impl<const D: usize> Episode<D> {
             summary: Summary::of(&world),
             world,
             step: state.step,
-            own_distances: state.own_distances,
-            own_distances_before: state.own_distances_before,
-            own_distances_at_minimum: state.own_distances_at_minimum,
+            agent_distances: state.agent_distances,
+            agent_distances_before: state.agent_distances_before,
+            agent_distances_at_minimum: state.agent_distances_at_minimum,
             mean_distance: state.mean_distance,
             min_distance: state.min_distance,
             fraction_surviving: state.fraction_surviving,

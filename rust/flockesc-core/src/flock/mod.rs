@@ -1,6 +1,7 @@
 //! The flock model (paper, Section V): agents that align with their neighbors and flee from predators.
 
 mod initial;
+mod initial_state;
 mod metrics;
 mod motion;
 mod randomization;
@@ -9,14 +10,14 @@ mod simulate;
 mod summary;
 mod world;
 
-pub(crate) use initial::Space;
 pub use initial::{
     AlignedHeadings, Clusters, Disc, Gaussian, GivenHeadings, GivenPositions, InitialHeadings,
-    InitialPositions, InitialState, RandomHeadings, Ring, Segment, Square,
+    InitialPositions, RandomHeadings, Ring, Segment, Square,
 };
+pub use initial_state::InitialState;
 pub use metrics::PredatorDistance;
 pub use motion::{Inertial, Motion, Reynolds, Vicsek};
-pub use randomization::{Choice, Distribution, Interval, Randomization};
+pub use randomization::{Choice, Distribution, LogUniform, Uniform};
 pub use scenario::FlockConfig;
 pub use simulate::{Schedule, Trajectory, simulate_flock};
 pub(crate) use simulate::{check_controls, check_ranges};

@@ -6,23 +6,34 @@ pub(super) mod tests;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::randomization::Randomization;
-use super::{InitialHeadings, InitialPositions, Motion, Space};
+use super::initial::{InitialHeadings, InitialPositions, RandomHeadings, Space, Square};
+use super::motion::{Inertial, Motion, Parameters};
+use super::randomization::{self, Distribution};
 use crate::agents::PerAgent;
 use crate::base::check::{
     MAX_AGENTS, MAX_STEPS, not_negative, positive_quantity, quantity, within, within_bounds,
 };
-use crate::base::document::{parse_value, read};
+use crate::base::document::{parse, parse_value};
 use crate::base::error::{Error, Result};
-use crate::neighbor::{NeighborOptions, NeighborRule, Sight, Torus};
-use crate::predator::{self, PredatorConfig};
+use crate::neighbor::{FieldOfView, Metric, NeighborOptions, NeighborRule, Torus};
+use crate::predator::{self, ConstantVelocity, PredatorConfig};
 
-/// The flock model's parameters (docs/model.md). Every field is required: defaults live in Python.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// The flock model's parameters (docs/model.md). The default, also of each field that a document leaves out, is the
+/// paper's flock.
+///
+/// ```
+/// use flockesc_core::{FlockConfig, PerAgent};
+///
+/// let slow = FlockConfig { speed: PerAgent::Shared(5.0), ..FlockConfig::default() };
+/// slow.check()?;
+/// assert_eq!(FlockConfig::from_json(r#"{"speed": 5.0}"#)?, slow);
+/// # Ok::<(), flockesc_core::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct FlockConfig {
     /// n, number of agents, at least 1.
     pub num_agents: usize,
@@ -74,110 +85,193 @@ pub struct FlockConfig {
     pub frozen_graph: bool,
     /// Side in m of a world without border, above 0; `None`: the open world.
     pub periodic_side: Option<f64>,
-    /// What every episode draws anew.
-    pub randomization: Randomization,
+    /// Numbers that every episode draws from its seed, in this order.
+    pub randomization: Vec<Distribution>,
+}
+
+impl Default for FlockConfig {
+    /// The paper's flock (Section V).
+    fn default() -> Self {
+        Self {
+            num_agents: 300,
+            dimension: 2,
+            num_steps: 240,
+            time_step: 0.05,
+            mass: PerAgent::Shared(0.1),
+            speed: PerAgent::Shared(10.0),
+            initial_side: 100.0,
+            initial_positions: InitialPositions::Square(Square {}),
+            initial_headings: InitialHeadings::Random(RandomHeadings {}),
+            initial_plane: false,
+            predator_range: 30.0,
+            repulsion_strength: PerAgent::Shared(10.0),
+            alignment_strength: PerAgent::Shared(1.0),
+            motion: Motion::Inertial(Inertial {}),
+            angular_noise: 0.0,
+            sensing_noise: 0.0,
+            sensing_delay: 0,
+            constant_speed: true,
+            capture_radius: None,
+            predators: vec![PredatorConfig::ConstantVelocity(ConstantVelocity {
+                position: vec![-30.0, -30.0],
+                velocity: vec![10.0, 10.0],
+            })],
+            neighbor_rule: NeighborRule::Metric(Metric {}),
+            blind_angle: 0.0,
+            mutual: false,
+            frozen_graph: false,
+            periodic_side: None,
+            randomization: vec![],
+        }
+    }
 }
 
 impl FlockConfig {
-    /// Number of learned predators.
-    pub(crate) fn num_learned(&self) -> usize {
-        self.predators.iter().filter(|p| p.is_learned()).count()
-    }
-
     /// Parses and checks a document.
     ///
     /// # Errors
-    /// [`Error::Config`] naming the field that is unknown, missing, of a wrong type or out of bounds.
+    /// [`Error::Config`] naming the field that is unknown, of a wrong type or out of bounds.
     pub fn from_json(document: &str) -> Result<Self> {
-        let value = read(document)?;
-        let mut config = Self::from_value(&value)?;
-        config.randomization.prepare(value)?;
+        let config: Self = parse(document)?;
+        config.check()?;
         Ok(config)
     }
 
-    /// As [`Self::from_json`], without a look at what is drawn.
-    pub(crate) fn from_value(document: &Value) -> Result<Self> {
-        let config: Self = parse_value(document)?;
-        within("num_agents", config.num_agents, 1, MAX_AGENTS)?;
-        within("dimension", config.dimension, 2, 3)?;
-        within("num_steps", config.num_steps, 1, MAX_STEPS)?;
-        positive_quantity("time_step", config.time_step)?;
-        for (field, value) in [("mass", &config.mass), ("speed", &config.speed)] {
-            value.check(field, config.num_agents, positive_quantity)?;
+    /// The document, with every field.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        self.document().to_string()
+    }
+
+    /// Checks every field, and that all draws of the randomization fit.
+    ///
+    /// # Errors
+    /// [`Error::Config`] naming the field that is out of bounds.
+    pub fn check(&self) -> Result<()> {
+        self.check_fields()?;
+        if self.randomization.is_empty() {
+            return Ok(());
         }
-        positive_quantity("initial_side", config.initial_side)?;
-        let space = Space::of(&config);
-        config.initial_positions.check(&space, config.num_agents)?;
-        config.initial_headings.check(&space, config.num_agents)?;
-        not_negative("predator_range", config.predator_range)?;
+        randomization::check(&self.randomization, &self.undrawn_document(), |drawn| {
+            parse_value::<Self>(drawn)?.check_fields()
+        })
+    }
+
+    /// Number of predators that are steered from outside.
+    pub(crate) fn num_learned(&self) -> usize {
+        self.predators.iter().filter(|p| p.is_steered()).count()
+    }
+
+    /// Checks every field, without a look at what is drawn.
+    fn check_fields(&self) -> Result<()> {
+        within("num_agents", self.num_agents, 1, MAX_AGENTS)?;
+        within("dimension", self.dimension, 2, 3)?;
+        within("num_steps", self.num_steps, 1, MAX_STEPS)?;
+        positive_quantity("time_step", self.time_step)?;
+        for (field, value) in [("mass", &self.mass), ("speed", &self.speed)] {
+            value.check(field, self.num_agents, positive_quantity)?;
+        }
+        positive_quantity("initial_side", self.initial_side)?;
+        let space = self.space();
+        self.initial_positions.check(&space, self.num_agents)?;
+        self.initial_headings.check(&space, self.num_agents)?;
+        not_negative("predator_range", self.predator_range)?;
         for (field, strength) in [
-            ("repulsion_strength", &config.repulsion_strength),
-            ("alignment_strength", &config.alignment_strength),
+            ("repulsion_strength", &self.repulsion_strength),
+            ("alignment_strength", &self.alignment_strength),
         ] {
-            strength.check(field, config.num_agents, quantity)?;
+            strength.check(field, self.num_agents, quantity)?;
         }
-        config.motion.check(config.constant_speed)?;
-        within_bounds("angular_noise", config.angular_noise, 0.0, TAU)?;
-        quantity("sensing_noise", config.sensing_noise)?;
-        within("sensing_delay", config.sensing_delay, 0, MAX_STEPS)?;
-        if let Some(radius) = config.capture_radius {
+        self.motion.check(self.constant_speed)?;
+        within_bounds("angular_noise", self.angular_noise, 0.0, TAU)?;
+        quantity("sensing_noise", self.sensing_noise)?;
+        within("sensing_delay", self.sensing_delay, 0, MAX_STEPS)?;
+        if let Some(radius) = self.capture_radius {
             not_negative("capture_radius", radius)?;
         }
-        predator::check(&config.predators, config.dimension)?;
-        config.check_neighbors()?;
-        Ok(config)
+        predator::check(&self.predators, self.dimension)?;
+        self.check_neighbors()
     }
 
     fn check_neighbors(&self) -> Result<()> {
         within_bounds("blind_angle", self.blind_angle, 0.0, TAU)?;
-        let is_voronoi = match self.neighbor_rule {
-            NeighborRule::Metric {} | NeighborRule::Topological {} => false,
-            NeighborRule::Voronoi {} => true,
-        };
-        if is_voronoi && self.dimension != 2 {
-            let expected = "metric or topological, where the dimension is not 2";
-            return Err(Error::config("neighbor_rule", expected, "voronoi"));
-        }
+        self.neighbor_rule
+            .check(self.dimension, self.periodic_side)?;
         if let Some(side) = self.periodic_side {
             positive_quantity("periodic_side", side)?;
-            let reason = if is_voronoi {
-                "None with neighbor_rule voronoi"
-            } else if !self.predators.is_empty() {
-                "None with predators, which come from outside"
-            } else {
-                return Ok(());
-            };
-            return Err(Error::config("periodic_side", reason, side));
+            if !self.predators.is_empty() {
+                let expected = "None with predators, which come from outside";
+                return Err(Error::config("periodic_side", expected, side));
+            }
         }
         Ok(())
+    }
+
+    /// The space that the flock starts in.
+    pub(crate) fn space(&self) -> Space {
+        Space::new(self.dimension, self.initial_plane, self.initial_side)
+    }
+
+    /// The parameters of the agents' motion.
+    pub(super) fn motion_parameters(&self) -> Parameters<'_> {
+        Parameters {
+            num_agents: self.num_agents,
+            time_step: self.time_step,
+            mass: &self.mass,
+            speed: &self.speed,
+            alignment_strength: &self.alignment_strength,
+            repulsion_strength: &self.repulsion_strength,
+            predator_range: self.predator_range,
+            angular_noise: self.angular_noise,
+            sensing_noise: self.sensing_noise,
+            sensing_delay: self.sensing_delay,
+            constant_speed: self.constant_speed,
+        }
     }
 
     /// What this says of the neighbor graph.
     pub(crate) fn neighbor_options(&self) -> NeighborOptions {
         NeighborOptions {
             rule: self.neighbor_rule,
-            sight: Sight::new(self.blind_angle),
+            field_of_view: FieldOfView::new(self.blind_angle),
             torus: Torus::new(self.periodic_side),
             is_mutual: self.mutual,
             is_frozen: self.frozen_graph,
-            visits: matches!(self.motion, Motion::Reynolds(_)),
+            visits: self.motion.needs_pairs(),
         }
     }
 
     /// The scenario of the episode with this seed: itself, if it draws nothing.
     #[must_use]
     pub fn drawn(self: &Arc<Self>, seed: u64) -> Arc<Self> {
-        match self.randomization.draw(seed) {
-            Some((_, config)) => Arc::new(config),
-            None => Arc::clone(self),
+        if self.randomization.is_empty() {
+            return Arc::clone(self);
         }
+        // [`Self::check`] has accepted every draw.
+        let drawn = parse_value(&self.drawn_document(seed));
+        drawn.map_or_else(|_| Arc::clone(self), Arc::new)
     }
 
     /// The document of [`Self::drawn`]; `None`, if the scenario draws nothing.
     #[must_use]
     pub fn drawn_json(&self, seed: u64) -> Option<String> {
-        self.randomization
-            .draw(seed)
-            .map(|(document, _)| document.to_string())
+        (!self.randomization.is_empty()).then(|| self.drawn_document(seed).to_string())
+    }
+
+    fn drawn_document(&self, seed: u64) -> Value {
+        let mut document = self.undrawn_document();
+        randomization::draw(&self.randomization, seed, &mut document);
+        document
+    }
+
+    fn document(&self) -> Value {
+        serde_json::to_value(self).unwrap_or_default()
+    }
+
+    /// The document that every draw begins with.
+    fn undrawn_document(&self) -> Value {
+        let mut document = self.document();
+        document["randomization"] = Value::Array(Vec::new());
+        document
     }
 }

@@ -1,12 +1,12 @@
-//! What can be said of a flock as a whole: means over the agents, free of their order.
+//! Means over the whole flock, independent of the order of the agents.
 
 use multiversion::multiversion;
 
-use super::World;
 use crate::agents::{Column, GROUP, Group, centroid, reduce};
 use crate::base::exact::Scale;
 use crate::base::vector::{SHORTEST, squared_norm};
-use crate::neighbor::Heard;
+use crate::flock::world::World;
+use crate::neighbor::NeighborSums;
 
 /// Means over all agents in the flock at one moment. A scaled value x of scale s is x / (x + s).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,28 +21,28 @@ pub(crate) struct Summary<const D: usize> {
     pub(crate) speed: f64,
     /// Norm of the mean heading, in [0, 1]; an agent at rest has no heading and counts as 0.
     pub(crate) polarization: f64,
-    /// Neighbors heard in the last step, the agent itself excluded, on the scale of [`HALF_COUNT`].
+    /// Neighbors in the last step, the agent itself excluded, on the scale of [`HALF_COUNT`].
     pub(crate) neighbor_count: f64,
     /// ||<v>|| of the last step, on the scale of v0.
     pub(crate) heard_alignment: f64,
     /// Cosine of heading and the direction away from the nearest predator.
     pub(crate) heading_away: f64,
-    /// The same over the agents within the predator's range alone; 0 without any.
+    /// The same over the agents within the predator's range; 0 without such agents.
     pub(crate) heading_away_in_range: f64,
-    /// Share of those.
+    /// Fraction of these agents.
     pub(crate) fraction_in_range: f64,
 }
 
-/// Number of neighbors, self excluded, that counts as half of all that could be.
+/// Scale of the number of neighbors, self excluded.
 pub(crate) const HALF_COUNT: f64 = 8.0;
 
-/// What the sums are made of.
+/// The input of the sums.
 struct Flock<'a, const D: usize> {
     groups: &'a [Group<D>],
-    heard: &'a [Heard<D>],
+    sums: &'a [NeighborSums<D>],
     predators: &'a [[f64; D]],
-    /// The unit of what was heard, in m/s.
-    heard_scale: Scale,
+    /// Unit of the sums over neighbors, in m/s.
+    unit: Scale,
     speed: f64,
     predator_range: f64,
 }
@@ -66,7 +66,7 @@ struct Sums<const D: usize> {
 }
 
 impl<const D: usize> Summary<D> {
-    /// Of a flock of which nobody is left.
+    /// The summary of a flock without agents.
     const NOBODY: Self = Self {
         centroid: [0.0; D],
         spread: 0.0,
@@ -95,9 +95,9 @@ impl<const D: usize> Summary<D> {
         };
         let flock = Flock {
             groups: &world.agents().groups,
-            heard: world.neighborhood().heard(),
+            sums: world.neighborhood().heard(),
             predators: world.predator_positions(),
-            heard_scale: world.neighborhood().scale(),
+            unit: world.neighborhood().scale(),
             speed: config.speed.largest(),
             predator_range: config.predator_range,
         };
@@ -126,7 +126,15 @@ impl<const D: usize> Summary<D> {
     }
 }
 
-/// All sums that take one pass.
+impl<const D: usize> World<D> {
+    /// Norm of the mean heading, in [0, 1].
+    #[must_use]
+    pub fn polarization(&self) -> f64 {
+        Summary::of(self).polarization
+    }
+}
+
+/// All sums that need one pass.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
     let mut heading = [[0; GROUP]; D];
@@ -136,7 +144,7 @@ fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
     let mut heading_away = [0; GROUP];
     let mut heading_away_in_range = [0; GROUP];
     let mut in_range = [0; GROUP];
-    for (group, heard) in flock.groups.iter().zip(flock.heard) {
+    for (group, neighbors) in flock.groups.iter().zip(flock.sums) {
         let Group {
             distance,
             speed: norm,
@@ -164,8 +172,8 @@ fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
         }
         for lane in 0..GROUP {
             let is_agent = -i64::from(!distance[lane].is_nan());
-            let count = heard.count[lane] as f64;
-            let total = flock.heard_scale.of(heard.norm[lane]);
+            let count = neighbors.count[lane] as f64;
+            let total = flock.unit.of(neighbors.norm[lane]);
             // (count - 1) / (count - 1 + HALF_COUNT) and ||<v>|| / (||<v>|| + v0), with one division for two.
             let (others, norms) = (count - 1.0 + HALF_COUNT, total + flock.speed * count);
             let inverse = (others * norms).recip();
@@ -225,7 +233,7 @@ fn add_up_squares<const D: usize>(groups: &[Group<D>], centroid: &[f64; D], scal
     reduce(squares, |a, b| a + b)
 }
 
-/// A divisor that leaves 0 as it is: 1 in place of what counts as 0 and of the infinite distance to no predator.
+/// A divisor that keeps 0 at 0: 1 instead of lengths that count as 0 and of infinite distances.
 #[inline(always)]
 fn divisor(value: f64) -> f64 {
     if value > SHORTEST && value < f64::INFINITY {

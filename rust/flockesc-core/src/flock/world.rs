@@ -1,4 +1,4 @@
-//! One step of the flock, in the order of docs/model.md: listen, forces, integrate, keep speed, predators, capture.
+//! One step of the flock, in the order of docs/model.md: neighbors, forces, motion, predators, captures.
 
 mod state;
 
@@ -9,8 +9,8 @@ use rand_chacha::ChaCha8Rng;
 
 pub(crate) use state::WorldState;
 
-use super::motion::{self, Predators, Response};
-use super::{InitialState, Summary};
+use super::initial_state::InitialState;
+use super::motion::{Predators, Response, advance};
 use crate::agents::{Agents, GROUP};
 use crate::base::rng::{self, Stream};
 use crate::flock::metrics::{PredatorDistance, distances};
@@ -19,25 +19,38 @@ use crate::neighbor::{Neighborhood, Ranges};
 use crate::parallel;
 use crate::predator::{self, Predator, Prey};
 
-/// A flock and its predators at one moment.
+/// A flock and its predators at one time.
+///
+/// ```
+/// use std::sync::Arc;
+/// use flockesc_core::{FlockConfig, InitialState, Ranges, World};
+///
+/// let mut world = World::<2>::new(Arc::new(FlockConfig::default()), &InitialState::seeded(7));
+/// for _ in 0..10 {
+///     world.step(Ranges::Shared(12.0));
+/// }
+/// let distance = world.predator_distance();
+/// assert!(distance.minimum < distance.mean);
+/// assert_eq!(world.positions().len(), world.config().num_agents);
+/// ```
 #[derive(Debug, Clone)]
 pub struct World<const D: usize> {
     config: Arc<FlockConfig>,
     agents: Agents<D>,
     predators: Vec<Predator<D>>,
-    /// What is random about the predators.
+    /// The random stream of the predators.
     rng: ChaCha8Rng,
     neighborhood: Neighborhood<D>,
     response: Response<D>,
     predator_distance: PredatorDistance,
-    /// Positions of the predators before and after the step being made.
+    /// Positions of the predators before and after the current step.
     before: Vec<[f64; D]>,
     after: Vec<[f64; D]>,
 }
 
 impl<const D: usize> World<D> {
-    /// The world at t = 0. `config.dimension` is D, and `start` has passed [`InitialState::check`]; what the scenario
-    /// draws comes from its seed.
+    /// The world at t = 0. `config.dimension` must be D, and `start` must pass [`InitialState::check`]. Parameters that the
+    /// scenario draws come from the seed of `start`.
     #[must_use]
     pub fn new(config: Arc<FlockConfig>, start: &InitialState) -> Self {
         let config = config.drawn(start.seed);
@@ -69,9 +82,9 @@ impl<const D: usize> World<D> {
             agents: &self.agents,
             neighborhood: &self.neighborhood,
         };
-        predator::accelerate(&mut self.predators, self.config.time_step, prey);
+        predator::prepare(&mut self.predators, self.config.time_step, prey);
         if self.agents.len() > 0 {
-            self.neighborhood.listen(&mut self.agents, ranges);
+            self.neighborhood.sum_neighbors(&mut self.agents, ranges);
         }
         std::mem::swap(&mut self.before, &mut self.after);
         for (predator, after) in self.predators.iter_mut().zip(&mut self.after) {
@@ -82,19 +95,20 @@ impl<const D: usize> World<D> {
             before: &self.before,
             after: &self.after,
         };
-        let config = &*self.config;
-        let response = self
+        let (motion, parameters) = (&self.config.motion, self.config.motion_parameters());
+        let neighborhood = &mut self.neighborhood;
+        let forces = self
             .response
-            .find(config, &self.agents, &mut self.neighborhood);
-        let heard = self.neighborhood.heard_mut();
-        let (groups, names) = self.agents.groups_and_names();
-        parallel::for_each_chunk(groups, heard, |first, groups, heard| {
-            let names = &names[first * GROUP..];
-            let response = response.map(|forces| &forces[first..]);
-            motion::advance(config, &predators, names, groups, heard, response);
+            .neighbor_forces(motion, &parameters, &self.agents, neighborhood);
+        let sums = neighborhood.sums_mut();
+        let (groups, ids) = self.agents.groups_and_names();
+        parallel::for_each_chunk(groups, sums, |first, groups, sums| {
+            let ids = &ids[first * GROUP..];
+            let forces = forces.map(|forces| &forces[first..]);
+            advance(motion, &parameters, &predators, ids, groups, sums, forces);
         });
         self.agents.clear_empty_places();
-        self.response.err(&mut self.agents);
+        self.response.apply_angular_noise(&mut self.agents);
         if let Some(side) = self.config.periodic_side {
             self.agents.wrap(side);
         }
@@ -103,7 +117,7 @@ impl<const D: usize> World<D> {
             self.agents
                 .catch(radius, |from, to| neighborhood.relocate(from, to));
         }
-        self.neighborhood.follow(&self.agents);
+        self.neighborhood.refresh(&self.agents);
         let prey = Prey {
             agents: &self.agents,
             neighborhood: &self.neighborhood,
@@ -117,29 +131,29 @@ impl<const D: usize> World<D> {
         self.predator_distance = PredatorDistance::of(&self.agents.groups, self.agents.len());
     }
 
-    /// Sets what learned predators are steered by from now on: D entries in [-1, 1] for each; none: they fly straight
-    /// on.
+    /// Sets the actions of learned predators from now on: D entries in [-1, 1] for each. An empty slice: they fly
+    /// straight on.
     pub fn control(&mut self, controls: &[f64]) {
-        predator::control(&mut self.predators, controls);
+        predator::set_actions(&mut self.predators, controls);
     }
 
-    /// The parameters, as drawn.
+    /// The parameters, with drawn values.
     #[must_use]
     pub fn config(&self) -> &FlockConfig {
         &self.config
     }
 
-    /// r_i in m, in the order of the agents' names; of an agent that was caught: where.
+    /// r_i in m, in the order of ids. The position of a caught agent is where it was caught.
     #[must_use]
     pub fn positions(&self) -> Vec<SVector<f64, D>> {
         let mut positions = self.agents.by_name(|group| &group.position);
         for caught in self.agents.caught() {
-            positions[caught.name as usize] = caught.position.into();
+            positions[caught.id as usize] = caught.position;
         }
         positions
     }
 
-    /// v_i in m/s, in the order of the agents' names; 0 of an agent that was caught.
+    /// v_i in m/s, in the order of ids; 0 for caught agents.
     #[must_use]
     pub fn velocities(&self) -> Vec<SVector<f64, D>> {
         self.agents.by_name(|group| &group.velocity)
@@ -151,7 +165,7 @@ impl<const D: usize> World<D> {
         &self.predators
     }
 
-    /// What predators see.
+    /// The agents, as predators see them.
     pub(crate) fn prey(&self) -> Prey<'_, D> {
         Prey {
             agents: &self.agents,
@@ -165,25 +179,24 @@ impl<const D: usize> World<D> {
         self.predator_distance
     }
 
-    /// Names of the agents that were caught, in the order of the steps that caught them.
+    /// Ids of the caught agents, in the order of the steps that caught them.
     pub fn caught(&self) -> impl ExactSizeIterator<Item = usize> {
-        self.agents.caught().iter().map(|agent| agent.name as usize)
+        self.agents.caught().iter().map(|agent| agent.id as usize)
     }
 
-    /// Share of the agents that were not caught.
+    /// Fraction of the agents that were not caught.
     #[must_use]
     pub fn fraction_surviving(&self) -> f64 {
         self.agents.len() as f64 / self.agents.num_names() as f64
     }
 
-    /// Writes d_i, the distance of every agent to its nearest predator in m, in the order of the agents' names; 0 of an
-    /// agent that was caught.
+    /// Writes d_i, the distance of every agent to its nearest predator in m, in the order of ids; 0 for caught agents.
     pub fn write_distances(&self, out: &mut Vec<f64>) {
         out.clear();
         out.resize(self.agents.num_names(), 0.0);
         for (index, group) in self.agents.groups.iter().enumerate() {
-            for (&name, distance) in self.agents.names_of(index).iter().zip(&group.distance) {
-                out[name as usize] = *distance;
+            for (&id, distance) in self.agents.names_of(index).iter().zip(&group.distance) {
+                out[id as usize] = *distance;
             }
         }
     }
@@ -192,12 +205,6 @@ impl<const D: usize> World<D> {
     #[must_use]
     pub fn num_components(&self, ranges: Ranges<'_>) -> usize {
         self.neighborhood.num_components(&self.agents, ranges)
-    }
-
-    /// Norm of the mean heading, in [0, 1].
-    #[must_use]
-    pub fn polarization(&self) -> f64 {
-        Summary::of(self).polarization
     }
 
     pub(crate) fn agents(&self) -> &Agents<D> {

@@ -1,10 +1,11 @@
 //! Escape forces of the line model (paper, Eqs. 8 and 9).
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// The force that a fixed predator adds to the consensus, felt strictly inside its range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, strum::VariantNames)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum EscapeForce {
     /// s sign(x_i - x_p) (Eq. 8).
     Constant,
@@ -12,6 +13,11 @@ pub enum EscapeForce {
     Linear,
     /// x_p - x_i + s rho_p sign(x_i - x_p): Eq. 9 as printed.
     LinearAsPrinted,
+}
+
+impl EscapeForce {
+    /// The names of all kinds in documents.
+    pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
 }
 
 impl EscapeForce {

@@ -1,15 +1,16 @@
 //! The line model's scenario.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::escape::EscapeForce;
 use crate::base::check::{MAX_AGENTS, MAX_STEPS, coordinate, not_negative, quantity, within};
 use crate::base::document::parse;
 use crate::base::error::Result;
 
-/// The line model's parameters (docs/model.md). Every field is required: defaults live in Python.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// The line model's parameters (docs/model.md). The default, also of each field that a document leaves out, is the
+/// paper's line.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct LineConfig {
     /// n, number of agents, at least 1.
     pub num_agents: usize,
@@ -27,11 +28,32 @@ pub struct LineConfig {
     pub max_steps: usize,
 }
 
+impl Default for LineConfig {
+    /// The paper's line (Section IV).
+    fn default() -> Self {
+        Self {
+            num_agents: 100,
+            predator_position: Some(0.6),
+            predator_range: 0.2,
+            repulsion_strength: 2.0,
+            escape_force: EscapeForce::Linear,
+            tolerance: 1e-12,
+            max_steps: 1000,
+        }
+    }
+}
+
 impl LineConfig {
+    /// The document, with every field.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_value(self).unwrap_or_default().to_string()
+    }
+
     /// Parses and checks a document.
     ///
     /// # Errors
-    /// [`Error::Config`] naming the field that is unknown, missing, of a wrong type or out of bounds.
+    /// [`crate::Error::Config`] naming the field that is unknown, of a wrong type or out of bounds.
     pub fn from_json(document: &str) -> Result<Self> {
         let config: Self = parse(document)?;
         within("num_agents", config.num_agents, 1, MAX_AGENTS)?;

@@ -1,48 +1,44 @@
-//! All that a scenario says of the neighbor graph: the rule, and what holds on top of any rule.
+//! The options of a neighbor graph: the rule, and the conditions that apply to every rule.
 
-use crate::neighbor::engine::field_of_view::{Sight, Torus};
-use crate::neighbor::rules::NeighborRule;
+use crate::neighbor::engine::field_of_view::{FieldOfView, Torus};
+use crate::neighbor::rules::rule::Criterion;
+use crate::neighbor::rules::{Metric, NeighborRule};
 
-/// All that a scenario says of the neighbor graph.
+/// A scenario's parameters of the neighbor graph.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct NeighborOptions {
     pub(crate) rule: NeighborRule,
-    pub(crate) sight: Sight,
+    pub(crate) field_of_view: FieldOfView,
     pub(crate) torus: Torus,
     /// Whether only agents that would both listen to each other are neighbors.
     pub(crate) is_mutual: bool,
-    /// Whether the graph of the first step stays.
+    /// Whether the graph of the first step is kept.
     pub(crate) is_frozen: bool,
-    /// Whether [`Neighborhood::pairs`](super::Neighborhood::pairs) is asked for.
+    /// Whether a step visits pairs of neighbors.
     pub(crate) visits: bool,
 }
 
 impl NeighborOptions {
-    /// The paper's: all agents within range.
+    /// The paper's options: all agents within range are neighbors.
     pub(crate) const METRIC: Self = Self {
-        rule: NeighborRule::Metric {},
-        sight: Sight::ALL_ROUND,
+        rule: NeighborRule::Metric(Metric {}),
+        field_of_view: FieldOfView::ALL_ROUND,
         torus: Torus::NONE,
         is_mutual: false,
         is_frozen: false,
         visits: false,
     };
 
-    /// Whether squared ranges alone decide who is a neighbor, so that whole nodes of the tree can be taken at once.
+    /// Whether distances alone decide who is a neighbor, so that whole nodes of the tree can be added at once.
     pub(in crate::neighbor) fn is_by_reach(&self) -> bool {
-        let is_rule_by_reach = match self.rule {
-            NeighborRule::Metric {} | NeighborRule::Topological {} => true,
-            NeighborRule::Voronoi {} => false,
-        };
-        is_rule_by_reach
-            && self.sight == Sight::ALL_ROUND
+        self.rule.criterion() != Criterion::List
+            && self.field_of_view == FieldOfView::ALL_ROUND
             && self.torus == Torus::NONE
             && !self.is_mutual
             && !self.is_frozen
     }
 
-    /// About how many others a step looks at for each of n agents, where one is as dear as an agent that a step takes with
-    /// its whole node: pairs by ones cost a sixteenth.
+    /// Estimated work of a step per agent of a flock of n, in units of the work without pairs. A pair costs a sixteenth.
     pub(crate) fn visits_per_agent(&self, n: usize) -> usize {
         if self.is_by_reach() && !self.visits {
             1

@@ -1,8 +1,8 @@
-//! What actions set: one range for the flock, or one per agent; and how far agents reach by that.
+//! Interaction ranges, and the reach of every agent.
 
 use crate::agents::Column;
 
-/// Agents or groups looked at to tell whether it pays to arrange all of them.
+/// Size of the sample of agents or groups by which a step decides whether to re-sort the agents.
 pub(super) const SAMPLE: usize = 64;
 
 /// Interaction ranges rho in m: one for the flock, or one per agent.
@@ -15,7 +15,7 @@ pub enum Ranges<'a> {
 }
 
 impl Ranges<'_> {
-    /// The range of the agent of this name.
+    /// The range of the agent with this id.
     pub(in crate::neighbor) fn of(self, name: u32) -> f64 {
         match self {
             Self::Shared(range) => range,
@@ -23,10 +23,10 @@ impl Ranges<'_> {
         }
     }
 
-    /// Squares of the ranges of the agents named, in m^2.
+    /// Squared ranges in m^2 of the agents with these ids.
     #[inline(always)]
     pub(in crate::neighbor) fn square(self, names: &[u32], out: &mut Column<f64>) {
-        // Finite, so that nobody hears the boxes at infinity that stand for no agent.
+        // Finite, so that the empty boxes at infinity are out of reach.
         let square = |range: f64| (range * range).min(f64::MAX);
         match self {
             Self::Shared(range) => out.fill(square(range)),
@@ -51,7 +51,7 @@ impl Ranges<'_> {
     }
 }
 
-/// How far agents reach, squared: by their ranges, or found otherwise.
+/// The squared reach of every agent: from its interaction range, or found by a rule.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::neighbor) enum Reaches<'a> {
     Ranges(Ranges<'a>),
@@ -69,7 +69,7 @@ impl Reaches<'_> {
         }
     }
 
-    /// The squares of a group, in m^2, of which `names` are the agents.
+    /// The squared reaches in m^2 of a group's agents, whose ids are `names`.
     #[inline(always)]
     pub(in crate::neighbor) fn square(self, group: usize, names: &[u32], out: &mut Column<f64>) {
         match self {

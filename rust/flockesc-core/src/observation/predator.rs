@@ -1,90 +1,115 @@
-//! One row per learned predator, in its own frame.
+//! One row per predator that is steered from outside, in its own frame.
 
 use nalgebra::SVector;
 
-use super::agent::AXES;
-use super::{Writer, entry, running_minimum, squash};
-use crate::base::entry::Entry;
+use super::Scene;
+use super::table::{Row, Table, squash};
+use crate::base::frame::Frame;
 use crate::base::vector::unit;
-use crate::episode::Episode;
-use crate::predator::{Learned, Sighting};
+use crate::flock::Summary;
+use crate::predator::Sighting;
 
-/// The entries of a row, in order, for dimension 2 or 3.
-#[must_use]
-pub fn entries(dimension: usize) -> Vec<Entry> {
-    let vector = |name: &str| {
-        let name = name.to_owned();
-        AXES.iter()
-            .take(dimension)
-            .map(move |axis| entry(format!("{name}_{axis}"), -1.0))
-    };
-    let scalar = |name| std::iter::once(entry(name, 0.0));
-    scalar("time")
-        .chain(scalar("running_minimum"))
-        .chain(scalar("speed"))
-        .chain(vector("nearest_direction"))
-        .chain(scalar("nearest_distance"))
-        .chain(vector("nearest_velocity"))
-        .chain(vector("centroid_direction"))
-        .chain(scalar("centroid_distance"))
-        .chain(vector("flock_velocity"))
-        .chain(scalar("spread"))
-        .chain(scalar("polarization"))
-        .chain(scalar("fraction_in_range"))
-        .chain(scalar("other_present"))
-        .chain(vector("other_direction"))
-        .chain(scalar("other_distance"))
-        .collect()
+/// What one predator sees.
+pub(super) struct Seen<'a, const D: usize> {
+    time: f64,
+    running_minimum: f64,
+    /// Scales of lengths in m and speeds in m/s.
+    length: f64,
+    speed: f64,
+    /// Its own largest speed in m/s.
+    max_speed: f64,
+    sighting: Sighting<D>,
+    frame: Frame<D>,
+    flock: &'a Summary<D>,
+    /// Share of the agents within the predator's range.
+    fraction_in_range: f64,
 }
 
-/// Writes a row for every learned predator.
-pub(crate) fn write<const D: usize>(episode: &Episode<D>, out: &mut [f32]) {
-    let predators = episode.world().predators();
-    let learned = predators
-        .iter()
-        .enumerate()
-        .filter_map(|(index, predator)| Some((index, predator.learned()?)));
-    let length = out.len() / episode.world().config().num_learned().max(1);
-    for ((index, strategy), row) in learned.zip(out.chunks_exact_mut(length.max(1))) {
-        write_row(episode, index, strategy, row);
+/// The entries of a row.
+#[inline(always)]
+pub(super) fn table<'a, const D: usize>(table: &mut impl Table<Seen<'a, D>>) {
+    table.number("time", 0.0, |seen| seen.time);
+    table.number("running_minimum", 0.0, |seen| seen.running_minimum);
+    table.number("speed", 0.0, |seen| {
+        seen.sighting.velocity.norm() / seen.max_speed
+    });
+    table.vector("nearest_direction", |seen| {
+        seen.direction(&seen.sighting.nearest)
+    });
+    table.number("nearest_distance", 0.0, |seen| {
+        seen.distance(&seen.sighting.nearest)
+    });
+    table.vector("nearest_velocity", |seen| {
+        seen.scaled(&seen.sighting.nearest_velocity)
+    });
+    table.vector("centroid_direction", |seen| {
+        seen.direction(&seen.sighting.centroid)
+    });
+    table.number("centroid_distance", 0.0, |seen| {
+        seen.distance(&seen.sighting.centroid)
+    });
+    table.vector("flock_velocity", |seen| {
+        seen.scaled(&seen.sighting.flock_velocity)
+    });
+    table.number("spread", 0.0, |seen| squash(seen.flock.spread, seen.length));
+    table.number("polarization", 0.0, |seen| seen.flock.polarization);
+    table.number("fraction_in_range", 0.0, |seen| seen.fraction_in_range);
+    table.number("other_present", 0.0, |seen| {
+        f64::from(seen.sighting.other.is_some())
+    });
+    table.vector("other_direction", |seen| seen.direction(&seen.other()));
+    table.number("other_distance", 0.0, |seen| seen.distance(&seen.other()));
+}
+
+impl<const D: usize> Seen<'_, D> {
+    /// Offset of the nearest other predator in m; 0 without one.
+    fn other(&self) -> SVector<f64, D> {
+        self.sighting.other.unwrap_or_else(SVector::zeros)
+    }
+
+    /// The direction of an offset in the predator's frame.
+    fn direction(&self, offset: &SVector<f64, D>) -> [f64; D] {
+        let direction = unit(offset).unwrap_or_else(SVector::zeros);
+        self.frame.coordinates(&direction)
+    }
+
+    /// The length of an offset, scaled.
+    fn distance(&self, offset: &SVector<f64, D>) -> f64 {
+        squash(offset.norm(), self.length)
+    }
+
+    /// A velocity in the predator's frame, scaled.
+    fn scaled(&self, velocity: &SVector<f64, D>) -> [f64; D] {
+        let scale = velocity.norm() + self.speed;
+        self.frame.coordinates(&(velocity / scale))
     }
 }
 
-fn write_row<const D: usize>(
-    episode: &Episode<D>,
-    index: usize,
-    strategy: &Learned,
-    row: &mut [f32],
-) {
-    let world = episode.world();
-    let scenario = world.config();
-    let flock = episode.summary();
-    let seen = Sighting::of(world.predators(), index, world.prey());
-    let frame = seen.frame();
-    let direction =
-        |offset: &SVector<f64, D>| frame.coordinates(&unit(offset).unwrap_or_else(SVector::zeros));
-    let scaled = |velocity: &SVector<f64, D>| {
-        frame.coordinates(&(velocity / (velocity.norm() + scenario.speed.largest())))
-    };
-    let length = |offset: &SVector<f64, D>| squash(offset.norm(), scenario.initial_side);
-    let place = world.predators()[index].position;
-    let in_range = world.prey().within(&place, scenario.predator_range).count();
-
-    let mut writer = Writer::new(row);
-    writer.push(episode.step_count() as f64 / scenario.num_steps as f64);
-    writer.push(running_minimum(episode));
-    writer.push(seen.velocity.norm() / strategy.max_speed);
-    writer.extend(&direction(&seen.nearest));
-    writer.push(length(&seen.nearest));
-    writer.extend(&scaled(&seen.nearest_velocity));
-    writer.extend(&direction(&seen.centroid));
-    writer.push(length(&seen.centroid));
-    writer.extend(&scaled(&seen.flock_velocity));
-    writer.push(squash(flock.spread, scenario.initial_side));
-    writer.push(flock.polarization);
-    writer.push(in_range as f64 / world.agents().len().max(1) as f64);
-    let other = seen.other.unwrap_or_else(SVector::zeros);
-    writer.push(f64::from(seen.other.is_some()));
-    writer.extend(&direction(&other));
-    writer.push(length(&other));
+/// Writes a row for every predator that is steered from outside.
+pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
+    let (world, scenario) = (scene.world, scene.scenario());
+    let predators = world.predators();
+    let steered = predators
+        .iter()
+        .enumerate()
+        .filter_map(|(index, predator)| Some((index, predator.steered_max_speed()?)));
+    let length = out.len() / scenario.num_learned().max(1);
+    for ((index, max_speed), row) in steered.zip(out.chunks_exact_mut(length.max(1))) {
+        let prey = world.prey();
+        let sighting = Sighting::of(predators, index, prey);
+        let position = &predators[index].position;
+        let in_range = prey.within(position, scenario.predator_range).count();
+        let seen = Seen {
+            time: scene.time(),
+            running_minimum: scene.running_minimum(),
+            length: scene.length(),
+            speed: scene.speed(),
+            max_speed,
+            frame: sighting.frame(),
+            sighting,
+            flock: scene.summary,
+            fraction_in_range: in_range as f64 / world.agents().len().max(1) as f64,
+        };
+        table(&mut Row::new(&seen, row));
+    }
 }

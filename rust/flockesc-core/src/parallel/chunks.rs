@@ -1,11 +1,11 @@
-//! The items of one flock, a chunk per thread.
+//! Loops over the groups of one flock, in chunks on several threads.
 
 use rayon::prelude::*;
 
 use super::pools::is_pooled;
 
-/// Items from which on it pays to spread them over threads: groups of agents.
-pub(crate) const SPREAD: usize = 64;
+/// Smallest number of items, groups of agents, that are shared among threads.
+pub(crate) const MIN_ITEMS: usize = 64;
 /// Items that one thread takes at a time.
 const CHUNK: usize = 16;
 
@@ -16,7 +16,7 @@ pub(crate) fn for_each_chunk<A: Send, B: Send>(
     b: &mut [B],
     work: impl Fn(usize, &mut [A], &mut [B]) + Sync,
 ) {
-    if a.len() >= SPREAD && is_pooled() {
+    if a.len() >= MIN_ITEMS && is_pooled() {
         a.par_chunks_mut(CHUNK)
             .zip(b.par_chunks_mut(CHUNK))
             .enumerate()
@@ -37,7 +37,7 @@ pub(crate) fn for_each_chunk_with<A: Send, B: Send>(
     own: &mut [B],
     work: impl Fn(usize, &mut [A], &mut B) + Sync,
 ) {
-    if a.len() >= SPREAD && is_pooled() {
+    if a.len() >= MIN_ITEMS && is_pooled() {
         a.par_chunks_mut(CHUNK)
             .zip(own)
             .enumerate()
@@ -55,7 +55,7 @@ pub(crate) fn map_reduce<A: Sync, R: Send>(
     map: impl Fn(&[A]) -> R + Sync + Send,
     fold: impl Fn(R, R) -> R + Sync + Send,
 ) -> Option<R> {
-    if items.len() >= SPREAD && is_pooled() {
+    if items.len() >= MIN_ITEMS && is_pooled() {
         items.par_chunks(CHUNK).map(map).reduce_with(fold)
     } else {
         Some(map(items))

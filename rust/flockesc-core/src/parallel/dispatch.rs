@@ -1,4 +1,4 @@
-//! Pieces of work shared out over threads.
+//! Dispatch of pieces of work to threads.
 
 use std::hint;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -7,18 +7,18 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
-/// How often to look whether all are done before sleeping: some 50 us.
+/// Number of checks for the end of the work before the caller sleeps: about 50 us.
 const SPINS: usize = 1000;
 
 /// The threads that [`spread`] uses.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Pool {
-    /// None but the caller's.
+    /// Only the calling thread.
     None,
-    /// The caller's, and those of a pool beside it: for pieces that stay on one thread. The caller begins at once, while
-    /// the others are still waking up, which takes as long as some flocks need for a step.
+    /// The calling thread and those of a pool, for pieces that stay on one thread. The calling thread starts at once: pool
+    /// threads need as long to wake up as some flocks need for a step.
     Beside(&'static ThreadPool),
-    /// Those of a pool alone: pieces can be cut further there.
+    /// Only the threads of a pool, for pieces that are divided further.
     Within(&'static ThreadPool),
 }
 
@@ -38,7 +38,8 @@ pub(crate) fn spread<T: Send, R: Send>(
     }
 }
 
-/// Shares `work` between this thread and all but one of a pool; whoever is free takes some of what is left, ever less.
+/// Runs `work` on the calling thread and n - 1 pool threads. Idle threads take chunks of decreasing size (guided
+/// self-scheduling).
 fn share<T: Send, R: Send>(
     pool: &ThreadPool,
     work: impl ExactSizeIterator<Item = T> + Send,
@@ -46,35 +47,35 @@ fn share<T: Send, R: Send>(
 ) -> Vec<R> {
     let helpers = pool.current_num_threads().min(work.len()).saturating_sub(1);
     let queue = Mutex::new(work.enumerate());
-    let take_some = || {
+    let take_chunk = || {
         let mut queue = locked(&queue);
         let share = (queue.len() / (2 * (helpers + 1))).max(1);
         queue.by_ref().take(share).collect::<Vec<_>>()
     };
     let all_done = Mutex::new(Vec::new());
-    let take_part = || {
+    let run_chunks = || {
         let mut done = Vec::new();
         loop {
-            let some = take_some();
-            if some.is_empty() {
+            let chunk = take_chunk();
+            if chunk.is_empty() {
                 break;
             }
-            done.extend(some.into_iter().map(|(index, piece)| (index, run(piece))));
+            done.extend(chunk.into_iter().map(|(index, piece)| (index, run(piece))));
         }
         locked(&all_done).extend(done);
     };
-    let gone = AtomicUsize::new(0);
+    let finished = AtomicUsize::new(0);
     pool.in_place_scope(|scope| {
         for _ in 0..helpers {
             scope.spawn(|_| {
-                take_part();
-                gone.fetch_add(1, Ordering::Release);
+                run_chunks();
+                finished.fetch_add(1, Ordering::Release);
             });
         }
-        take_part();
-        // To fall asleep until the last piece is done and to wake up again takes longer than most pieces do.
+        run_chunks();
+        // Falling asleep and waking up takes longer than most pieces.
         for _ in 0..SPINS {
-            if gone.load(Ordering::Acquire) == helpers {
+            if finished.load(Ordering::Acquire) == helpers {
                 break;
             }
             hint::spin_loop();
@@ -87,7 +88,7 @@ fn share<T: Send, R: Send>(
     done.into_iter().map(|(_, result)| result).collect()
 }
 
-/// What a mutex holds; nothing panics while one is held here.
+/// Locks a mutex. It is never poisoned, because nothing panics while it is held.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

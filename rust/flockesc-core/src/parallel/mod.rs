@@ -1,4 +1,4 @@
-//! Work on several threads: pools, and how work is cut and shared out.
+//! Work on several threads: pools, chunks of one flock, dispatch of many flocks.
 
 mod chunks;
 mod dispatch;
@@ -6,7 +6,7 @@ mod pools;
 mod progress;
 
 pub(crate) use chunks::{
-    SPREAD, for_each_chunk, for_each_chunk_with, join, map_reduce, num_chunks,
+    MIN_ITEMS, for_each_chunk, for_each_chunk_with, join, map_reduce, num_chunks,
 };
 pub(crate) use dispatch::{Pool, spread};
 pub use pools::forked;

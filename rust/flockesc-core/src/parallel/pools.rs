@@ -10,23 +10,23 @@ use crate::base::error::{Error, Result};
 /// Most threads that a call may ask for.
 const MAX_THREADS: usize = 1024;
 
-/// All pools, in a list without locks: one that another thread held at the moment of a fork would stay locked in the
-/// child for ever. A child inherits its parent's pools without their threads. It never uses them, and they are never
-/// dropped, because dropping would wait for threads that do not exist.
+/// All pools, in a list without locks: a lock held by another thread during a fork stays locked in the child. A child
+/// inherits its parent's pools without their threads. It never uses them, and it never drops them, because a drop
+/// waits for the threads.
 static POOLS: OnceBox<Started> = OnceBox::new();
 
-/// How often [`forked`] was called here or in a process that this one descends from.
+/// Number of calls of [`forked`] in this process and its ancestors.
 static FORKS: AtomicUsize = AtomicUsize::new(0);
 
-/// A pool and whose it is.
+/// A pool and the process that started it.
 struct Started {
     pool: ThreadPool,
     process: (u32, usize),
     next: OnceBox<Started>,
 }
 
-/// Tells a child process that it is one. The process id alone would not: a parent that has ended leaves its id, and
-/// the first process of a container has the same as the first of another.
+/// Marks this process as a forked child. The process id is not enough: ids are reused after a process ends, and the first
+/// processes of two containers have the same id.
 pub fn forked() {
     FORKS.fetch_add(1, Ordering::Relaxed);
 }
@@ -55,7 +55,7 @@ pub(crate) fn pool(num_threads: Option<usize>) -> Result<&'static ThreadPool> {
     }
 }
 
-/// A new pool; of two that are started at once one is dropped, which ends its threads.
+/// A new pool. If two threads start one at once, one of the pools is dropped and its threads end.
 fn start(threads: usize, process: (u32, usize)) -> Result<Box<Started>> {
     let pool = ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -68,12 +68,12 @@ fn start(threads: usize, process: (u32, usize)) -> Result<Box<Started>> {
     }))
 }
 
-/// Number of threads that `None` stands for.
+/// The default number of threads: one per core.
 fn available_threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Whether this is a thread of a pool of several, so that rayon does not fall back on its global pool.
+/// Whether the calling thread belongs to a pool of several threads; elsewhere rayon would use its global pool.
 pub(super) fn is_pooled() -> bool {
     rayon::current_thread_index().is_some() && rayon::current_num_threads() > 1
 }
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_asks_gets_the_pool_of_this_process() {
+    fn every_thread_gets_the_pool_of_this_process() {
         let started = thread::scope(|scope| {
             let asked: Vec<_> = (0..8).map(|_| scope.spawn(|| address(3))).collect();
             asked

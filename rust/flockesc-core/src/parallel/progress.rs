@@ -1,10 +1,10 @@
-//! The hook by which a long call is watched and stopped.
+//! Progress and cancellation of a long call.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use crate::base::error::{Error, Result};
 
-/// How far a long call has come, and the wish to stop it; shared between its worker and its watcher.
+/// Counter of finished pieces of work and request to stop, shared by a worker and its caller.
 #[derive(Debug, Default)]
 pub struct Progress {
     done: AtomicUsize,

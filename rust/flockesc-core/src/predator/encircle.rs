@@ -2,11 +2,16 @@
 
 use std::f64::consts::TAU;
 
+use nalgebra::SVector;
+use serde::{Deserialize, Serialize};
+
+use super::Predator;
 use super::shared::flight::steering;
 use super::shared::prey::Prey;
-use super::{Predator, PredatorConfig};
+use super::strategy::{Flight, Listed, Recall, Strategy, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::Result;
+use crate::snapshot::check_vector;
 
 steering! {
     /// Turns toward its station on a circle around the centroid.
@@ -18,58 +23,75 @@ steering! {
     }
 }
 
-impl Encircle {
-    pub(super) fn check(&self, path: &str) -> Result<()> {
-        self.limits().check(path, &self.velocity)?;
-        quantity(&format!("{path}.radius"), self.radius)?;
-        quantity(&format!("{path}.closing_speed"), self.closing_speed)
-    }
+/// How long a predator has encircled the flock, and where its station is.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(crate) struct Station<const D: usize> {
+    steps: usize,
+    /// In m.
+    position: Option<SVector<f64, D>>,
+}
 
+impl<const D: usize> Recall for Station<D> {
+    fn check(&self, _num_agents: usize) -> Result<()> {
+        check_vector(self.position.as_ref(), "a predator's station")
+    }
+}
+
+impl Encircle {
     /// Radius in m after `seconds`.
     fn radius(&self, seconds: f64) -> f64 {
         (self.radius - self.closing_speed * seconds).max(0.0)
     }
 }
 
-/// Tells every encircling predator where its station is.
-pub(super) fn take_stations<const D: usize>(
-    predators: &mut [Predator<D>],
-    time_step: f64,
-    prey: Prey<'_, D>,
-) {
-    let encircles = |p: &Predator<D>| matches!(p.strategy, PredatorConfig::Encircle(_));
-    if !predators.iter().any(encircles) {
-        return;
+impl Strategy for Encircle {
+    type Memory<const D: usize> = Station<D>;
+
+    fn check(&self, path: &str, _index: usize, _count: usize) -> Result<()> {
+        self.limits().check(path, &self.velocity)?;
+        quantity(&format!("{path}.radius"), self.radius)?;
+        quantity(&format!("{path}.closing_speed"), self.closing_speed)
     }
-    let Some(center) = prey.centroid() else {
-        return;
-    };
-    // In the order of their bearings, so that none has to pass another one.
-    let mut bearings: Vec<(f64, &mut Predator<D>)> = predators
-        .iter_mut()
-        .filter(|p| encircles(p))
-        .map(|p| {
-            (
-                libm::atan2(p.position[1] - center[1], p.position[0] - center[0]),
-                p,
-            )
-        })
-        .collect();
-    bearings.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let count = bearings.len() as f64;
-    // The turn of the whole circle at which the squares of all angles left to fly have the smallest sum. Where the
-    // bearings begin, at -pi or elsewhere, does not matter: one more turn of one of them turns the circle by a station.
-    let mean = bearings.iter().map(|(bearing, _)| bearing).sum::<f64>() / count;
-    for (rank, (_, predator)) in bearings.into_iter().enumerate() {
-        let PredatorConfig::Encircle(strategy) = &predator.strategy else {
-            continue;
+
+    /// Gives every encircling predator its station.
+    fn agree<const D: usize>(predators: &mut [Predator<D>], time_step: f64, prey: Prey<'_, D>) {
+        if Self::among(predators).next().is_none() {
+            return;
+        }
+        let Some(center) = prey.centroid() else {
+            return;
         };
-        predator.steps += 1;
-        let radius = strategy.radius(predator.steps as f64 * time_step);
-        let angle = mean + (rank as f64 - (count - 1.0) / 2.0) * TAU / count;
-        let mut station = center;
-        station[0] += radius * libm::cos(angle);
-        station[1] += radius * libm::sin(angle);
-        predator.agreed = Some(station);
+        // In the order of their bearings, so that no predator has to pass another one.
+        let mut bearings: Vec<_> = Self::among(predators)
+            .map(|predator| {
+                let offset = predator.position - center;
+                (libm::atan2(offset[1], offset[0]), predator)
+            })
+            .collect();
+        bearings.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let count = bearings.len() as f64;
+        // This turn of the circle minimizes the sum of the squared angles left to fly. Where the bearings begin, at -pi
+        // or elsewhere, does not matter: one more turn of one bearing turns the circle by one station.
+        let mean = bearings.iter().map(|(bearing, _)| bearing).sum::<f64>() / count;
+        for (rank, (_, predator)) in bearings.into_iter().enumerate() {
+            let station = predator.memory;
+            station.steps += 1;
+            let radius = predator.strategy.radius(station.steps as f64 * time_step);
+            let angle = mean + (rank as f64 - (count - 1.0) / 2.0) * TAU / count;
+            let mut position = center;
+            position[0] += radius * libm::cos(angle);
+            position[1] += radius * libm::sin(angle);
+            station.position = Some(position);
+        }
+    }
+
+    fn steer<const D: usize>(
+        &self,
+        station: &mut Station<D>,
+        flight: &Flight<D>,
+        surroundings: &mut Surroundings<'_, D>,
+    ) -> (SVector<f64, D>, f64) {
+        let limits = self.limits();
+        limits.toward(station.position, flight, surroundings.time_step)
     }
 }

@@ -1,11 +1,16 @@
 //! Herding: a predator drives the flock toward its partner, from behind.
 
+use nalgebra::SVector;
+use serde::{Deserialize, Serialize};
+
+use super::Predator;
 use super::shared::flight::steering;
 use super::shared::prey::Prey;
-use super::{Predator, PredatorConfig};
+use super::strategy::{Flight, Listed, Recall, Strategy, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::{Error, Result};
 use crate::base::vector::unit;
+use crate::snapshot::check_vector;
 
 steering! {
     /// Turns toward the point behind the flock as its partner sees it.
@@ -17,9 +22,20 @@ steering! {
     }
 }
 
-impl Herd {
-    /// Checks the predator with this `index` among `count`.
-    pub(super) fn check(&self, path: &str, index: usize, count: usize) -> Result<()> {
+/// Where a predator drives the flock from, in m; `None` if its partner is at the centroid.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(crate) struct Post<const D: usize>(Option<SVector<f64, D>>);
+
+impl<const D: usize> Recall for Post<D> {
+    fn check(&self, _num_agents: usize) -> Result<()> {
+        check_vector(self.0.as_ref(), "a predator's post")
+    }
+}
+
+impl Strategy for Herd {
+    type Memory<const D: usize> = Post<D>;
+
+    fn check(&self, path: &str, index: usize, count: usize) -> Result<()> {
         self.limits().check(path, &self.velocity)?;
         quantity(&format!("{path}.distance"), self.distance)?;
         if self.partner >= count || self.partner == index {
@@ -32,23 +48,33 @@ impl Herd {
         }
         Ok(())
     }
-}
 
-/// Tells every herding predator where to drive from; nothing where its partner is at the centroid.
-pub(super) fn take_posts<const D: usize>(predators: &mut [Predator<D>], prey: Prey<'_, D>) {
-    if !predators
-        .iter()
-        .any(|p| matches!(p.strategy, PredatorConfig::Herd(_)))
-    {
-        return;
-    }
-    let Some(center) = prey.centroid() else {
-        return;
-    };
-    for index in 0..predators.len() {
-        if let PredatorConfig::Herd(herd) = &predators[index].strategy {
-            let behind = unit(&(center - predators[herd.partner].position));
-            predators[index].agreed = behind.map(|away| center + away * herd.distance);
+    /// Gives every herding predator its post.
+    fn agree<const D: usize>(predators: &mut [Predator<D>], _time_step: f64, prey: Prey<'_, D>) {
+        if Self::among(predators).next().is_none() {
+            return;
         }
+        let Some(center) = prey.centroid() else {
+            return;
+        };
+        for index in 0..predators.len() {
+            let Some(herd) = Self::of(&mut predators[index]) else {
+                continue;
+            };
+            let (partner, distance) = (herd.strategy.partner, herd.strategy.distance);
+            let behind = unit(&(center - predators[partner].position));
+            if let Some(herd) = Self::of(&mut predators[index]) {
+                herd.memory.0 = behind.map(|away| center + away * distance);
+            }
+        }
+    }
+
+    fn steer<const D: usize>(
+        &self,
+        post: &mut Post<D>,
+        flight: &Flight<D>,
+        surroundings: &mut Surroundings<'_, D>,
+    ) -> (SVector<f64, D>, f64) {
+        self.limits().toward(post.0, flight, surroundings.time_step)
     }
 }

@@ -4,6 +4,7 @@ use nalgebra::SVector;
 
 use super::shared::flight::steering;
 use super::shared::prey::Prey;
+use super::strategy::{Flight, Strategy, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::Result;
 use crate::base::vector::{side_of, turn, unit};
@@ -17,14 +18,8 @@ steering! {
 }
 
 impl Intercept {
-    pub(super) fn check(&self, path: &str) -> Result<()> {
-        self.limits().check(path, &self.velocity)?;
-        let field = format!("{path}.navigation_constant");
-        quantity(&field, self.navigation_constant)
-    }
-
-    /// The next heading; `None` where nothing turns: at the target, or on a collision course.
-    pub(super) fn heading<const D: usize>(
+    /// The next heading; `None` at the target or on a collision course, where the predator flies straight on.
+    fn heading<const D: usize>(
         &self,
         position: &SVector<f64, D>,
         velocity: &SVector<f64, D>,
@@ -46,5 +41,28 @@ impl Intercept {
         let rate = self.navigation_constant * push.norm() / offset.norm();
         let angle = rate.min(self.max_turn_rate) * time_step;
         Some(turn(&heading, &side_of(&heading, &push)?, angle))
+    }
+}
+
+impl Strategy for Intercept {
+    type Memory<const D: usize> = ();
+
+    fn check(&self, path: &str, _index: usize, _count: usize) -> Result<()> {
+        self.limits().check(path, &self.velocity)?;
+        let field = format!("{path}.navigation_constant");
+        quantity(&field, self.navigation_constant)
+    }
+
+    fn steer<const D: usize>(
+        &self,
+        (): &mut (),
+        flight: &Flight<D>,
+        surroundings: &mut Surroundings<'_, D>,
+    ) -> (SVector<f64, D>, f64) {
+        let (position, velocity, time_step) =
+            (&flight.position, &flight.velocity, surroundings.time_step);
+        let heading = self.heading(position, velocity, time_step, surroundings.prey);
+        self.limits()
+            .next(velocity, flight.speed, heading, time_step)
     }
 }

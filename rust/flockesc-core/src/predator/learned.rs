@@ -1,16 +1,18 @@
 //! A predator that is steered from outside: an action accelerates it in its own frame.
 
 use nalgebra::SVector;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
+use super::Predator;
 use super::shared::prey::Prey;
 use super::shared::sighting::Sighting;
-use super::{Predator, PredatorConfig};
+use super::strategy::{Flight, Listed, Recall, Steered, Strategy, Surroundings};
 use crate::base::check::{positive_quantity, quantity};
 use crate::base::error::Result;
+use crate::snapshot::check_vector;
 
 /// Accelerates as an action says; without one it flies straight on.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Learned {
     /// r_p(0) in m.
@@ -19,18 +21,13 @@ pub struct Learned {
     pub velocity: Vec<f64>,
     /// Acceleration in m/s^2 of an action of norm 1, at least 0.
     pub max_acceleration: f64,
-    /// Speed in m/s that no step leaves it beyond, from 1e-20 to 1e20.
+    /// Largest speed in m/s, from 1e-20 to 1e20.
     pub max_speed: f64,
 }
 
 impl Learned {
-    pub(super) fn check(&self, path: &str) -> Result<()> {
-        quantity(&format!("{path}.max_acceleration"), self.max_acceleration)?;
-        positive_quantity(&format!("{path}.max_speed"), self.max_speed)
-    }
-
     /// v_p + `push`, shortened to `max_speed` where it is longer.
-    pub(super) fn steer<const D: usize>(
+    fn pushed<const D: usize>(
         &self,
         velocity: &SVector<f64, D>,
         push: &SVector<f64, D>,
@@ -45,52 +42,77 @@ impl Learned {
     }
 }
 
-/// Sets what learned predators are steered by: D entries in [-1, 1] for each of them, in order; none: 0.
-pub(crate) fn control<const D: usize>(predators: &mut [Predator<D>], controls: &[f64]) {
-    let mut given = controls.chunks_exact(D);
-    for predator in predators.iter_mut().filter(|p| p.learned().is_some()) {
-        let control = given.next().map(SVector::<f64, D>::from_column_slice);
-        let control = control.unwrap_or_else(SVector::zeros);
-        // An action in a corner of its box is no stronger than one along an axis.
-        predator.control = control / control.norm().max(1.0);
-    }
+/// What steers a learned predator.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Steering<const D: usize> {
+    /// The action, in the predator's own frame, of norm 1 at most.
+    action: SVector<f64, D>,
+    /// The change of velocity in m/s by the action in the current step.
+    push: SVector<f64, D>,
 }
 
-/// Works out the accelerations of the step to come, from what learned predators see before anything moves.
-pub(crate) fn accelerate<const D: usize>(
-    predators: &mut [Predator<D>],
-    time_step: f64,
-    prey: Prey<'_, D>,
-) {
-    for index in 0..predators.len() {
-        let Some(strategy) = predators[index].learned() else {
-            continue;
-        };
-        let size = strategy.max_acceleration * time_step;
-        let control = predators[index].control;
-        predators[index].push = if control.norm() > 0.0 {
-            Sighting::of(predators, index, prey)
-                .frame()
-                .vector(&control)
-                * size
-        } else {
-            SVector::zeros()
-        };
-    }
-}
-
-impl<const D: usize> Predator<D> {
-    /// Its parameters, if it is learned.
-    pub(crate) fn learned(&self) -> Option<&Learned> {
-        match &self.strategy {
-            PredatorConfig::Learned(strategy) => Some(strategy),
-            PredatorConfig::ConstantVelocity(_)
-            | PredatorConfig::PurePursuit(_)
-            | PredatorConfig::Intercept(_)
-            | PredatorConfig::Wandering(_)
-            | PredatorConfig::Encircle(_)
-            | PredatorConfig::Herd(_) => None,
+impl<const D: usize> Default for Steering<D> {
+    fn default() -> Self {
+        Self {
+            action: SVector::zeros(),
+            push: SVector::zeros(),
         }
+    }
+}
+
+impl<const D: usize> Recall for Steering<D> {
+    fn check(&self, _num_agents: usize) -> Result<()> {
+        check_vector(Some(&self.action), "a predator's action")?;
+        check_vector(Some(&self.push), "a predator's push")
+    }
+}
+
+impl Strategy for Learned {
+    type Memory<const D: usize> = Steering<D>;
+
+    fn check(&self, path: &str, _index: usize, _count: usize) -> Result<()> {
+        quantity(&format!("{path}.max_acceleration"), self.max_acceleration)?;
+        positive_quantity(&format!("{path}.max_speed"), self.max_speed)
+    }
+
+    fn steered(&self) -> Option<Steered> {
+        Some(Steered {
+            max_speed: self.max_speed,
+        })
+    }
+
+    fn set_action<const D: usize>(steering: &mut Steering<D>, action: SVector<f64, D>) {
+        steering.action = action;
+    }
+
+    /// Computes the accelerations of the step from what the predators see before anything moves.
+    fn prepare<const D: usize>(predators: &mut [Predator<D>], time_step: f64, prey: Prey<'_, D>) {
+        for index in 0..predators.len() {
+            let Some(own) = Self::of(&mut predators[index]) else {
+                continue;
+            };
+            let size = own.strategy.max_acceleration * time_step;
+            let action = own.memory.action;
+            let push = if action.norm() > 0.0 {
+                let sighting = Sighting::of(predators, index, prey);
+                sighting.frame().vector(&action) * size
+            } else {
+                SVector::zeros()
+            };
+            if let Some(own) = Self::of(&mut predators[index]) {
+                own.memory.push = push;
+            }
+        }
+    }
+
+    fn steer<const D: usize>(
+        &self,
+        steering: &mut Steering<D>,
+        flight: &Flight<D>,
+        _scene: &mut Surroundings<'_, D>,
+    ) -> (SVector<f64, D>, f64) {
+        let velocity = self.pushed(&flight.velocity, &steering.push);
+        (velocity, velocity.norm())
     }
 }
 
@@ -107,9 +129,9 @@ mod tests {
             max_acceleration: 20.0,
             max_speed: 5.0,
         };
-        let next = learned.steer(&vector![3.0, 0.0], &vector![0.0, 4.0]);
+        let next = learned.pushed(&vector![3.0, 0.0], &vector![0.0, 4.0]);
         assert_eq!(next, vector![3.0, 4.0]);
-        let next = learned.steer(&vector![3.0, 0.0], &vector![3.0, 8.0]);
+        let next = learned.pushed(&vector![3.0, 0.0], &vector![3.0, 8.0]);
         assert!((next - vector![3.0, 4.0]).norm() < 1e-15);
     }
 }

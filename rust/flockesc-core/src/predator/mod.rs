@@ -1,4 +1,4 @@
-//! Predators: one strategy per file, each the rule by which the next velocity is set (step 5).
+//! Predators: one strategy per file, each the rule that sets a predator's next velocity (step 5).
 
 mod constant_velocity;
 mod encircle;
@@ -8,98 +8,54 @@ mod learned;
 mod pure_pursuit;
 mod shared;
 mod state;
+mod strategy;
 mod wandering;
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
-use serde::Deserialize;
 
-pub use constant_velocity::ConstantVelocity;
-pub use encircle::Encircle;
-pub use herd::Herd;
-pub use intercept::Intercept;
-pub use learned::Learned;
-pub(crate) use learned::{accelerate, control};
-pub use pure_pursuit::{PurePursuit, Target};
+pub use pure_pursuit::Target;
 pub(crate) use shared::prey::Prey;
 pub(crate) use shared::sighting::Sighting;
 pub(crate) use state::PredatorState;
-pub use wandering::Wandering;
 
-use shared::assignment::MAX_SHARING;
-use shared::flight::Limits;
+use strategy::{Flight, Listed, Member, Recall, Steered, Strategy, Surroundings, strategies};
 
 use crate::base::check;
-use crate::base::error::{Error, Result};
+use crate::base::error::Result;
+use crate::snapshot;
 
-/// A predator as a scenario names it.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PredatorConfig {
+strategies! {
     /// Flies straight on.
-    ConstantVelocity(ConstantVelocity),
+    constant_velocity::ConstantVelocity,
     /// Turns toward an agent or the whole flock.
-    PurePursuit(PurePursuit),
+    pure_pursuit::PurePursuit,
     /// Turns as the line of sight to the nearest agent turns.
-    Intercept(Intercept),
+    intercept::Intercept,
     /// Turns at random.
-    Wandering(Wandering),
+    wandering::Wandering,
     /// Turns toward a station on a circle around the flock.
-    Encircle(Encircle),
+    encircle::Encircle,
     /// Turns toward a place behind the flock.
-    Herd(Herd),
-    /// Is steered from outside.
-    Learned(Learned),
+    herd::Herd,
+    /// Accelerates as an action from outside says.
+    learned::Learned,
 }
 
 impl PredatorConfig {
-    /// Position at t = 0 in m and velocity at t = 0 in m/s, of length D, or 2 for a predator in the plane.
-    fn start(&self) -> (&[f64], &[f64]) {
-        match self {
-            Self::ConstantVelocity(strategy) => (&strategy.position, &strategy.velocity),
-            Self::PurePursuit(strategy) => (&strategy.position, &strategy.velocity),
-            Self::Intercept(strategy) => (&strategy.position, &strategy.velocity),
-            Self::Wandering(strategy) => (&strategy.position, &strategy.velocity),
-            Self::Encircle(strategy) => (&strategy.position, &strategy.velocity),
-            Self::Herd(strategy) => (&strategy.position, &strategy.velocity),
-            Self::Learned(strategy) => (&strategy.position, &strategy.velocity),
-        }
-    }
-
     /// Whether it is steered from outside.
-    pub(crate) fn is_learned(&self) -> bool {
-        matches!(self, Self::Learned(_))
+    pub(crate) fn is_steered(&self) -> bool {
+        self.steered().is_some()
     }
 
     /// Checks the predator with this `index` among `count`.
     fn check(&self, index: usize, count: usize, dimension: usize) -> Result<()> {
-        let kind = match self {
-            Self::ConstantVelocity(_) => "constant_velocity",
-            Self::PurePursuit(_) => "pure_pursuit",
-            Self::Intercept(_) => "intercept",
-            Self::Wandering(_) => "wandering",
-            Self::Encircle(_) => "encircle",
-            Self::Herd(_) => "herd",
-            Self::Learned(_) => "learned",
-        };
-        let path = format!("predators[{index}].{kind}");
+        let path = format!("predators[{index}].{}", self.kind());
         let (position, velocity) = self.start();
         for (name, entries) in [("position", position), ("velocity", velocity)] {
             check::vector(&format!("{path}.{name}"), entries, dimension)?;
         }
-        match self {
-            Self::ConstantVelocity(_) => Ok(()),
-            Self::PurePursuit(strategy) => strategy.check(&path),
-            Self::Intercept(strategy) => strategy.check(&path),
-            Self::Wandering(strategy) => strategy.check(&path),
-            Self::Encircle(strategy) => strategy.check(&path),
-            Self::Herd(strategy) => strategy.check(&path, index, count),
-            Self::Learned(strategy) => strategy.check(&path),
-        }
-    }
-
-    fn shares_targets(&self) -> bool {
-        matches!(self, Self::PurePursuit(strategy) if strategy.target == Target::Assigned)
+        self.check_strategy(&path, index, count)
     }
 }
 
@@ -108,12 +64,7 @@ pub(crate) fn check(predators: &[PredatorConfig], dimension: usize) -> Result<()
     for (index, predator) in predators.iter().enumerate() {
         predator.check(index, predators.len(), dimension)?;
     }
-    let sharing = predators.iter().filter(|p| p.shares_targets()).count();
-    if sharing > MAX_SHARING {
-        let expected = format!("at most {MAX_SHARING} with assigned targets");
-        return Err(Error::config("predators", expected, sharing));
-    }
-    Ok(())
+    PredatorConfig::check_all(predators)
 }
 
 /// A predator in flight.
@@ -123,18 +74,9 @@ pub struct Predator<const D: usize> {
     pub position: SVector<f64, D>,
     /// v_p in m/s.
     pub velocity: SVector<f64, D>,
-    /// ||v_p|| in m/s, kept apart from v_p: the norm of what was turned a million times is off by as many roundings.
+    /// ||v_p|| in m/s. Stored, because the norm of a velocity that turned a million times has as many rounding errors.
     speed: f64,
-    strategy: PredatorConfig,
-    /// Name of the agent that it is after, where it keeps to one.
-    kept: Option<usize>,
-    /// Where it aims as agreed with others, in m.
-    agreed: Option<SVector<f64, D>>,
-    /// Steps for which it has encircled the flock.
-    steps: usize,
-    /// What steers it, where it is learned: an action, and the change of velocity in m/s that the step being made owes to it.
-    control: SVector<f64, D>,
-    push: SVector<f64, D>,
+    mind: Mind<D>,
 }
 
 impl<const D: usize> Predator<D> {
@@ -148,78 +90,69 @@ impl<const D: usize> Predator<D> {
             position: embed(position),
             velocity,
             speed: velocity.norm(),
-            strategy: config.clone(),
-            kept: None,
-            agreed: None,
-            steps: 0,
-            control: SVector::zeros(),
-            push: SVector::zeros(),
+            mind: Mind::new(config),
         }
     }
 
-    /// Gives it another velocity, of any norm.
+    /// Replaces its velocity by one of any norm.
     pub(crate) fn fly(&mut self, velocity: SVector<f64, D>) {
         self.velocity = velocity;
         self.speed = velocity.norm();
     }
 
-    fn shares_targets(&self) -> bool {
-        self.strategy.shares_targets()
-    }
-
-    fn steer(&mut self, time_step: f64, prey: Prey<'_, D>, rng: &mut ChaCha8Rng) {
-        let (position, velocity, agreed) = (&self.position, &self.velocity, self.agreed);
-        let heading_toward = |aim: Option<SVector<f64, D>>, limits: &Limits| {
-            aim.and_then(|aim| {
-                let limit = limits.max_turn_rate * time_step;
-                shared::steering::heading_toward(velocity, &(aim - position), limit)
-            })
-        };
-        let (heading, limits) = match &self.strategy {
-            PredatorConfig::ConstantVelocity(_) => return,
-            PredatorConfig::Wandering(strategy) => {
-                self.velocity = strategy.steer(velocity, self.speed, time_step, rng);
-                return;
-            }
-            PredatorConfig::PurePursuit(strategy) => {
-                let (limits, kept) = (strategy.limits(), &mut self.kept);
-                let aim = strategy.aim(position, time_step, prey, agreed, kept, rng);
-                (heading_toward(aim, &limits), limits)
-            }
-            PredatorConfig::Intercept(strategy) => {
-                let heading = strategy.heading(position, velocity, time_step, prey);
-                (heading, strategy.limits())
-            }
-            PredatorConfig::Encircle(strategy) => {
-                let limits = strategy.limits();
-                (heading_toward(agreed, &limits), limits)
-            }
-            PredatorConfig::Learned(strategy) => {
-                self.fly(strategy.steer(velocity, &self.push));
-                return;
-            }
-            PredatorConfig::Herd(strategy) => {
-                let limits = strategy.limits();
-                (heading_toward(agreed, &limits), limits)
-            }
-        };
-        (self.velocity, self.speed) = limits.next(velocity, self.speed, heading, time_step);
+    /// Largest speed in m/s of a predator that is steered from outside; `None` for others.
+    pub(crate) fn steered_max_speed(&self) -> Option<f64> {
+        self.mind.steered().map(|steered| steered.max_speed)
     }
 }
 
-/// Sets the next velocities of all predators, which see each other and the agents where they now are; what is random
-/// comes from `rng`.
+/// Sets the actions of the predators that are steered from outside: D entries in [-1, 1] for each, in order. Missing
+/// ones are 0.
+pub(crate) fn set_actions<const D: usize>(predators: &mut [Predator<D>], actions: &[f64]) {
+    let mut given = actions.chunks_exact(D);
+    for predator in predators.iter_mut().filter(|p| p.mind.steered().is_some()) {
+        let action = given.next().map(SVector::<f64, D>::from_column_slice);
+        let action = action.unwrap_or_else(SVector::zeros);
+        // An action in a corner of its box is no stronger than one along an axis.
+        predator.mind.set_action(action / action.norm().max(1.0));
+    }
+}
+
+/// Sets the next velocities of all predators. They see each other and the agents at the end of the step. Random numbers
+/// come from `rng`.
 pub(crate) fn steer<const D: usize>(
     predators: &mut [Predator<D>],
     time_step: f64,
     prey: Prey<'_, D>,
     rng: &mut ChaCha8Rng,
 ) {
-    // First all agree on where to fly, then everybody turns.
-    shared::assignment::share_out(predators, prey);
-    encircle::take_stations(predators, time_step, prey);
-    herd::take_posts(predators, prey);
+    agree(predators, time_step, prey);
+    let mut surroundings = Surroundings {
+        time_step,
+        prey,
+        rng,
+    };
     for predator in predators {
-        predator.steer(time_step, prey, rng);
+        let flight = Flight {
+            position: predator.position,
+            velocity: predator.velocity,
+            speed: predator.speed,
+        };
+        (predator.velocity, predator.speed) = predator.mind.steer(&flight, &mut surroundings);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Documents name a strategy by the name of its module.
+    #[test]
+    fn kinds_are_the_names_in_documents() {
+        for kind in PredatorConfig::KINDS {
+            let document = format!(r#"{{"{kind}": {{}}}}"#);
+            let error = serde_json::from_str::<PredatorConfig>(&document).expect_err("no fields");
+            assert!(error.to_string().starts_with("missing field"), "{error}");
+        }
     }
 }

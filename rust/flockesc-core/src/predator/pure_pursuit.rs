@@ -1,14 +1,17 @@
 //! Pure pursuit: the velocity turns toward a target, no faster than a given rate.
 
 use nalgebra::SVector;
-use rand_chacha::ChaCha8Rng;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
+use super::shared::assignment::{MAX_ASSIGNED, assign};
 use super::shared::flight::steering;
 use super::shared::prey::{Prey, Quarry};
+use super::strategy::{Flight, Listed, Recall, Strategy, Surroundings};
+use super::{Predator, PredatorConfig};
 use crate::base::check::{not_negative, quantity};
 use crate::base::error::{Error, Result};
 use crate::base::rng;
+use crate::snapshot;
 
 steering! {
     /// Turns toward its target where that is at the time.
@@ -23,8 +26,9 @@ steering! {
 }
 
 /// What a predator pursues; among equal agents the one with the lowest index.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, strum::VariantNames)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Target {
     /// The agent nearest to the predator.
     Nearest,
@@ -32,12 +36,36 @@ pub enum Target {
     Centroid,
     /// The agent whose nearest other agent is farthest.
     MostIsolated,
-    /// An agent of its own, where predators with this target share them out.
+    /// Its own agent: predators with this target pursue distinct agents.
     Assigned,
 }
 
-impl PurePursuit {
-    pub(super) fn check(&self, path: &str) -> Result<()> {
+impl Target {
+    /// The names of all kinds in documents.
+    pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
+}
+
+/// The agents that a predator keeps to.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(crate) struct Quarries<const D: usize> {
+    /// The agent that a predator which can be confused pursues.
+    kept: Option<usize>,
+    /// Position in m of the agent that is assigned to the predator.
+    assigned: Option<SVector<f64, D>>,
+}
+
+impl<const D: usize> Recall for Quarries<D> {
+    fn check(&self, num_agents: usize) -> Result<()> {
+        let is_agent = self.kept.is_none_or(|agent| agent < num_agents);
+        snapshot::check(is_agent, "a predator's target")?;
+        snapshot::check_vector(self.assigned.as_ref(), "a predator's assigned target")
+    }
+}
+
+impl Strategy for PurePursuit {
+    type Memory<const D: usize> = Quarries<D>;
+
+    fn check(&self, path: &str, _index: usize, _count: usize) -> Result<()> {
         self.limits().check(path, &self.velocity)?;
         quantity(&format!("{path}.confusion_rate"), self.confusion_rate)?;
         not_negative(&format!("{path}.sight"), self.sight)?;
@@ -51,47 +79,85 @@ impl PurePursuit {
         Ok(())
     }
 
+    fn check_all(predators: &[PredatorConfig]) -> Result<()> {
+        let own = predators.iter().filter_map(Self::of_config);
+        let assigned = own.filter(|p| p.target == Target::Assigned).count();
+        if assigned > MAX_ASSIGNED {
+            let expected = format!("at most {MAX_ASSIGNED} with assigned targets");
+            return Err(Error::config("predators", expected, assigned));
+        }
+        Ok(())
+    }
+
+    /// Assigns an agent to every predator whose target is assigned.
+    fn agree<const D: usize>(predators: &mut [Predator<D>], _time_step: f64, prey: Prey<'_, D>) {
+        let mut assigned = Self::among(predators).filter(|p| p.strategy.target == Target::Assigned);
+        let Some(first) = assigned.next() else {
+            return;
+        };
+        let Some(second) = assigned.next() else {
+            let nearest = prey.nearest(&first.position);
+            first.memory.assigned = nearest.map(|quarry| quarry.position);
+            return;
+        };
+        let assigned: Vec<_> = [first, second].into_iter().chain(assigned).collect();
+        let places: Vec<_> = assigned.iter().map(|p| p.position).collect();
+        for (predator, quarry) in assigned.into_iter().zip(assign(&places, prey)) {
+            predator.memory.assigned = quarry.map(|quarry| quarry.position);
+        }
+    }
+
+    fn steer<const D: usize>(
+        &self,
+        quarries: &mut Quarries<D>,
+        flight: &Flight<D>,
+        surroundings: &mut Surroundings<'_, D>,
+    ) -> (SVector<f64, D>, f64) {
+        let aim = self.aim(&flight.position, quarries, surroundings);
+        self.limits().toward(aim, flight, surroundings.time_step)
+    }
+}
+
+impl PurePursuit {
     fn can_be_confused(&self) -> bool {
         self.confusion_rate > 0.0
     }
 
-    /// Where it aims, in m; `kept` is the name of the agent that a predator who can be confused is after.
-    pub(super) fn aim<const D: usize>(
+    /// Where it aims, in m.
+    fn aim<const D: usize>(
         &self,
         position: &SVector<f64, D>,
-        time_step: f64,
-        prey: Prey<'_, D>,
-        agreed: Option<SVector<f64, D>>,
-        kept: &mut Option<usize>,
-        rng: &mut ChaCha8Rng,
+        quarries: &mut Quarries<D>,
+        surroundings: &mut Surroundings<'_, D>,
     ) -> Option<SVector<f64, D>> {
+        let prey = surroundings.prey;
         match self.target {
             Target::Nearest if self.can_be_confused() => {
-                let quarry = self.choose(position, time_step, prey, *kept, rng);
-                *kept = quarry.map(|quarry| quarry.name);
+                let quarry = self.choose(position, quarries.kept, surroundings);
+                quarries.kept = quarry.map(|quarry| quarry.name);
                 quarry.map(|quarry| quarry.position)
             }
             Target::Nearest => prey.nearest(position).map(|quarry| quarry.position),
             Target::Centroid => prey.centroid(),
             Target::MostIsolated => prey.most_isolated(),
-            Target::Assigned => agreed,
+            Target::Assigned => quarries.assigned,
         }
     }
 
-    /// Another one of the agents in sight, by chance, or the kept one; the nearest where that is out of sight.
+    /// Another agent in sight, at random, or the kept one; the nearest if that is out of sight.
     fn choose<const D: usize>(
         &self,
         position: &SVector<f64, D>,
-        time_step: f64,
-        prey: Prey<'_, D>,
         kept: Option<usize>,
-        rng: &mut ChaCha8Rng,
+        surroundings: &mut Surroundings<'_, D>,
     ) -> Option<Quarry<D>> {
+        let prey = surroundings.prey;
         let count = prey.within(position, self.sight).count();
         let others = count.saturating_sub(1);
-        let probability = -libm::expm1(-self.confusion_rate * others as f64 * time_step);
-        if rng::uniform(rng, 1.0) < probability {
-            let rank = (rng::uniform(rng, count as f64) as usize).min(others);
+        let probability =
+            -libm::expm1(-self.confusion_rate * others as f64 * surroundings.time_step);
+        if rng::uniform(surroundings.rng, 1.0) < probability {
+            let rank = (rng::uniform(surroundings.rng, count as f64) as usize).min(others);
             return prey.at_rank(position, self.sight, rank);
         }
         prey.within(position, self.sight)
@@ -125,8 +191,16 @@ mod tests {
             agents: &agents,
             neighborhood: &Neighborhood::silent(NeighborOptions::METRIC, &agents),
         };
-        let mut rng = rng::stream(0, rng::Stream::Predators);
-        let aim = hunter.aim(&vector![0.0, 0.0], 0.05, prey, None, &mut None, &mut rng);
+        let mut surroundings = Surroundings {
+            time_step: 0.05,
+            prey,
+            rng: &mut rng::stream(0, rng::Stream::Predators),
+        };
+        let aim = hunter.aim(
+            &vector![0.0, 0.0],
+            &mut Quarries::default(),
+            &mut surroundings,
+        );
         assert_eq!(aim, Some(positions[1]));
     }
 }

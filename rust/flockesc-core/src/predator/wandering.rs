@@ -2,15 +2,16 @@
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
+use super::strategy::{Flight, Strategy, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::Result;
 use crate::base::rng;
 use crate::base::vector::{side_of, turn, unit};
 
 /// Flies about without regard to the flock.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wandering {
     /// r_p(0) in m.
@@ -22,13 +23,8 @@ pub struct Wandering {
 }
 
 impl Wandering {
-    pub(super) fn check(&self, path: &str) -> Result<()> {
-        let field = format!("{path}.angular_diffusion");
-        quantity(&field, self.angular_diffusion)
-    }
-
     /// The velocity after `velocity`, whose norm is `speed`.
-    pub(super) fn steer<const D: usize>(
+    fn turned<const D: usize>(
         &self,
         velocity: &SVector<f64, D>,
         speed: f64,
@@ -46,5 +42,25 @@ impl Wandering {
             Some(side) => turn(&heading, &side, angle) * speed,
             None => *velocity,
         }
+    }
+}
+
+impl Strategy for Wandering {
+    type Memory<const D: usize> = ();
+
+    fn check(&self, path: &str, _index: usize, _count: usize) -> Result<()> {
+        let field = format!("{path}.angular_diffusion");
+        quantity(&field, self.angular_diffusion)
+    }
+
+    fn steer<const D: usize>(
+        &self,
+        (): &mut (),
+        flight: &Flight<D>,
+        surroundings: &mut Surroundings<'_, D>,
+    ) -> (SVector<f64, D>, f64) {
+        let (velocity, speed) = (&flight.velocity, flight.speed);
+        let turned = self.turned(velocity, speed, surroundings.time_step, surroundings.rng);
+        (turned, speed)
     }
 }

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use flockesc_core::{AtEnd, Batch, Episode, InitialState, Progress};
+use flockesc_core::bindings::AtEnd;
+use flockesc_core::{Batch, Episode, InitialState, Progress};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 

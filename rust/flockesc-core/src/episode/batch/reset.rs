@@ -71,6 +71,7 @@ impl<const D: usize> Batch<D> {
     ///
     /// # Errors
     /// As [`Self::reset_many`].
+    #[doc(hidden)]
     pub fn prepare_reset(
         &self,
         resets: &[(usize, Option<u64>)],
@@ -105,6 +106,7 @@ impl<const D: usize> Batch<D> {
     }
 
     /// Puts the slots of a reset in the places of the old ones.
+    #[doc(hidden)]
     pub fn put(&mut self, reset: Reset<D>) {
         for (index, slot) in reset.slots {
             self.slots[index] = slot;
@@ -112,6 +114,7 @@ impl<const D: usize> Batch<D> {
     }
 
     /// As [`Self::work`], of a reset of so many slots.
+    #[doc(hidden)]
     #[must_use]
     pub fn work_of_reset(&self, slots: usize) -> usize {
         slots

@@ -12,7 +12,7 @@ impl<const D: usize> Batch<D> {
     /// # Errors
     /// [`Error::Argument`] if there is no such slot.
     pub fn save(&self, slots: &[usize]) -> Result<Vec<u8>> {
-        let states: Vec<SlotState> = slots
+        let states: Vec<SlotState<D>> = slots
             .iter()
             .map(|slot| self.slots.get(*slot).map(Slot::save))
             .collect::<Option<_>>()
@@ -30,7 +30,7 @@ impl<const D: usize> Batch<D> {
         if slots.iter().any(|slot| *slot >= self.slots.len()) {
             return Err(self.no_such_slot(slots));
         }
-        let states: Vec<SlotState> = open(self.fingerprint, state)?;
+        let states: Vec<SlotState<D>> = open(self.fingerprint, state)?;
         if states.len() != slots.len() && states.len() != 1 {
             let expected = format!("one of 1 or {} flocks", slots.len());
             return Err(Error::argument("state", expected, states.len()));
@@ -146,7 +146,7 @@ mod tests {
         let error = running.restore(&[0], &bytes).expect_err("another version");
         assert_eq!(
             error.to_string(),
-            "state: expected version 2, got version 3"
+            "state: expected version 3, got version 4"
         );
     }
 }

@@ -1,58 +1,48 @@
 use super::*;
-use crate::agents::PerAgent;
-use crate::flock::{
-    Inertial, InitialHeadings, InitialPositions, Motion, RandomHeadings, Randomization, Square,
-};
-use crate::neighbor::NeighborRule;
 use crate::observation::View;
 use crate::predator::{ConstantVelocity, PredatorConfig};
-use crate::reward::{Objective, Reward};
+use crate::reward::Reward;
 
 const FLOCKS: usize = 5;
 const AGENTS: usize = 30;
 
 pub(super) fn batch(num_flocks: usize, num_threads: usize) -> Batch<2> {
+    let (scenario, config) = documents();
+    Batch::new(scenario, config, num_flocks, Some(num_threads)).expect("a good scenario")
+}
+
+/// One flock with this reward and capture radius.
+fn rewarded(reward: Reward, capture_radius: Option<f64>) -> Batch<2> {
+    let (scenario, config) = documents();
+    let scenario = FlockConfig {
+        capture_radius,
+        ..scenario
+    };
+    let config = EpisodeConfig { reward, ..config };
+    Batch::new(scenario, config, 1, Some(1)).expect("a good scenario")
+}
+
+fn documents() -> (FlockConfig, EpisodeConfig) {
     let predator = ConstantVelocity {
         position: vec![-5.0, -5.0],
         velocity: vec![10.0, 10.0],
     };
     let scenario = FlockConfig {
         num_agents: AGENTS,
-        dimension: 2,
         num_steps: 20,
-        time_step: 0.05,
-        mass: PerAgent::Shared(0.1),
-        speed: PerAgent::Shared(10.0),
         initial_side: 30.0,
-        initial_positions: InitialPositions::Square(Square {}),
-        initial_headings: InitialHeadings::Random(RandomHeadings {}),
-        initial_plane: false,
         predator_range: 20.0,
-        repulsion_strength: PerAgent::Shared(10.0),
-        alignment_strength: PerAgent::Shared(1.0),
-        motion: Motion::Inertial(Inertial {}),
-        angular_noise: 0.0,
-        sensing_noise: 0.0,
-        sensing_delay: 0,
-        constant_speed: true,
         predators: vec![PredatorConfig::ConstantVelocity(predator)],
-        capture_radius: None,
-        neighbor_rule: NeighborRule::Metric {},
-        blind_angle: 0.0,
-        mutual: false,
-        frozen_graph: false,
-        periodic_side: None,
-        randomization: Randomization::default(),
+        ..FlockConfig::default()
     };
     let config = EpisodeConfig {
         view: View::Agent,
-        objective: Objective::Mean,
-        reward: Reward::RunningMinimum,
         max_range: 10.0,
         predator_sensing_range: None,
         steps_per_action: 3,
+        ..EpisodeConfig::default()
     };
-    Batch::new(scenario, config, num_flocks, Some(num_threads)).expect("a good scenario")
+    (scenario, config)
 }
 
 pub(super) fn step(batch: &mut Batch<2>, range: f64) -> Result<(Vec<f64>, Vec<f32>)> {
@@ -245,4 +235,49 @@ fn refused_steps_change_nothing() {
     }
     assert!(matches!(step(&mut batch, 1.0), Err(Error::Episode { .. })));
     assert!(batch.reset(2, &InitialState::seeded(0)).is_err());
+}
+
+#[test]
+fn the_batch_knows_what_teams_and_predators_earn() {
+    let mut batch = batch(2, 1);
+    assert_eq!(batch.team_rewards(), [0.0; 2]);
+    for slot in 0..2 {
+        batch.reset(slot, &InitialState::seeded(9)).expect("a slot");
+    }
+    let (rewards, _) = step(&mut batch, 4.0).expect("steps left");
+    assert_eq!(batch.team_rewards(), [rewards[0], rewards[AGENTS]]);
+    assert!(rewards[0] < 0.0);
+    assert_eq!(batch.predator_rewards(), [-rewards[0], -rewards[AGENTS]]);
+    batch.reset(1, &InitialState::seeded(3)).expect("a slot");
+    assert_eq!(batch.team_rewards(), [rewards[0], 0.0]);
+}
+
+/// Agents that were caught earn nothing, but the mean goes over all.
+#[test]
+fn teams_of_individual_rewards_earn_their_mean() {
+    let mut batch = rewarded(Reward::IndividualDistance, Some(8.0));
+    batch.reset(0, &InitialState::seeded(9)).expect("a slot");
+    for _ in 0..7 {
+        let (rewards, _) = step(&mut batch, 4.0).expect("steps left");
+        let mean = rewards.iter().sum::<f64>() / AGENTS as f64;
+        assert!((batch.team_rewards()[0] - mean).abs() < 1e-12);
+    }
+    let episode = batch.episode(0).expect("an episode");
+    assert!(episode.world().caught().len() > 0);
+}
+
+/// The team's reward is not that of an agent that was caught before, which is 0.
+#[test]
+fn captures_do_not_change_what_the_team_earns() {
+    let mut batch = rewarded(Reward::Distance, Some(8.0));
+    batch.reset(0, &InitialState::seeded(9)).expect("a slot");
+    for _ in 0..7 {
+        let (rewards, _) = step(&mut batch, 4.0).expect("steps left");
+        assert_eq!(
+            batch.team_rewards()[0],
+            rewards.into_iter().fold(0.0, f64::max)
+        );
+    }
+    let episode = batch.episode(0).expect("an episode");
+    assert!(episode.world().caught().len() > 0);
 }

@@ -1,4 +1,4 @@
-//! Where a flock may start: the plane z = 0 or all of R^D, with what shapes are drawn from.
+//! The space that a flock starts in, the plane z = 0 or all of R^D, and elementary distributions in it.
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::base::check::vector;
 use crate::base::error::{Error, Result};
 use crate::base::rng;
-use crate::flock::scenario::FlockConfig;
+use crate::base::vector::SHORTEST;
 
 /// The axes that a flock starts in; coordinates beyond them are 0.
 #[derive(Debug, Clone, Copy)]
@@ -19,18 +19,24 @@ pub(crate) struct Space {
 }
 
 impl Space {
-    pub(crate) fn of(config: &FlockConfig) -> Self {
-        let dimension = config.dimension;
+    /// The plane z = 0 if `is_plane`, otherwise all of R^`dimension`; `side` in m.
+    pub(crate) fn new(dimension: usize, is_plane: bool, side: f64) -> Self {
         Self {
             dimension,
-            axes: if config.initial_plane { 2 } else { dimension },
-            side: config.initial_side,
+            axes: if is_plane { 2 } else { dimension },
+            side,
         }
     }
 
     /// Checks that a scenario's vector has 2 or D finite entries and lies in this space.
     pub(super) fn check(&self, field: &str, entries: &[f64]) -> Result<()> {
-        vector(field, entries, self.dimension)?;
+        let expected = match entries.len() {
+            2 => 2,
+            _ if self.dimension == 2 => 2,
+            3 => 3,
+            given => return Err(Error::config(field, "2 or 3 numbers", given)),
+        };
+        vector(field, entries, expected)?;
         match entries.get(self.axes) {
             Some(&above) if above != 0.0 => Err(Error::config(
                 format!("{field}[{}]", self.axes),
@@ -49,6 +55,17 @@ impl Space {
         }
         let mut places = vectors.iter().enumerate();
         places.try_for_each(|(k, vector)| self.check(&format!("{field}[{k}]"), vector))
+    }
+
+    /// Checks that such a vector has a direction.
+    pub(super) fn check_direction(&self, field: &str, entries: &[f64]) -> Result<()> {
+        self.check(field, entries)?;
+        let norm = embed::<3>(entries).norm();
+        if norm > SHORTEST {
+            return Ok(());
+        }
+        let expected = format!("a vector longer than {SHORTEST:?}");
+        Err(Error::config(field, expected, norm))
     }
 
     fn along_axes<const D: usize>(&self, mut entry: impl FnMut() -> f64) -> SVector<f64, D> {

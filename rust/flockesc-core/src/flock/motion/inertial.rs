@@ -1,31 +1,45 @@
-//! The paper's law: forces change velocities.
+//! The paper's law: forces change velocities (steps 3 and 4).
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
-use super::Force;
+use super::forces::Force;
+use super::law::Law;
+use super::parameters::Parameters;
 use super::traits::Traits;
 use crate::agents::{GROUP, Group};
 use crate::base::vector::{SHORTEST, squared_norm};
-use crate::flock::scenario::FlockConfig;
 
-/// Steps 3 and 4.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+/// Forces change velocities.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Inertial {}
 
-/// r += dt v with the old velocity, v += (dt / m) f, then back to speed v0 (the old v where the new one counts as 0).
+impl Law for Inertial {
+    #[inline(always)]
+    fn integrate<const D: usize>(
+        &self,
+        parameters: &Parameters<'_>,
+        traits: &Traits,
+        force: &Force<D>,
+        group: &mut Group<D>,
+    ) {
+        integrate(parameters, traits, force, group);
+    }
+}
+
+/// r += dt v with the old velocity, v += (dt / m) f, then v is scaled to speed v0 (a v of length 0 is not applied).
 #[inline(always)]
 pub(super) fn integrate<const D: usize>(
-    config: &FlockConfig,
+    parameters: &Parameters<'_>,
     traits: &Traits,
     force: &Force<D>,
     group: &mut Group<D>,
 ) {
-    let FlockConfig {
+    let Parameters {
         time_step,
         constant_speed,
         ..
-    } = *config;
+    } = *parameters;
     for lane in 0..GROUP {
         let speed = traits.speed[lane];
         let velocity: [f64; D] = std::array::from_fn(|axis| group.velocity[axis][lane]);

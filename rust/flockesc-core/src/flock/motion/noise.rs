@@ -1,20 +1,20 @@
-//! What is random about the agents' motion: drawn in the order of their names, nothing where there is no noise.
+//! Sensing noise and angular noise: drawn in the order of ids, and only if the scenario has noise.
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 
+use super::parameters::Parameters;
 use crate::agents::{Agents, GROUP};
 use crate::base::rng::{self, Stream};
 use crate::base::vector::{heading, side_of, turn, unit};
-use crate::flock::scenario::FlockConfig;
 
-/// Errors of one step, by name; empty where there are none.
+/// Errors of one step, by id; empty without noise.
 #[derive(Debug, Clone)]
 pub(super) struct Noise<const D: usize> {
     rng: ChaCha8Rng,
     /// xi_i, unit vectors.
     sensing: Vec<SVector<f64, D>>,
-    /// The angle in rad by which a new heading is wrong, and in space the direction that says toward which side.
+    /// The error of a new heading: an angle in rad and, in space, a direction to turn toward.
     turns: Vec<(f64, SVector<f64, D>)>,
 }
 
@@ -27,26 +27,26 @@ impl<const D: usize> Noise<D> {
         }
     }
 
-    /// How far the stream has been drawn.
+    /// Position in the random stream.
     pub(super) fn drawn(&self) -> u128 {
         self.rng.get_word_pos()
     }
 
-    /// Goes on from where the stream had been drawn to.
+    /// Continues the stream from this position.
     pub(super) fn go_on(&mut self, drawn: u128) {
         self.rng.set_word_pos(drawn);
     }
 
     /// Draws all errors of the next step.
-    pub(super) fn draw(&mut self, config: &FlockConfig) {
+    pub(super) fn draw(&mut self, parameters: &Parameters<'_>) {
         self.sensing.clear();
         self.turns.clear();
-        let (rng, eta) = (&mut self.rng, config.angular_noise);
-        if config.sensing_noise <= 0.0 && eta <= 0.0 {
+        let (rng, eta) = (&mut self.rng, parameters.angular_noise);
+        if parameters.sensing_noise <= 0.0 && eta <= 0.0 {
             return;
         }
-        for _ in 0..config.num_agents {
-            if config.sensing_noise > 0.0 {
+        for _ in 0..parameters.num_agents {
+            if parameters.sensing_noise > 0.0 {
                 self.sensing.push(rng::direction(D, rng));
             }
             if eta > 0.0 {
@@ -58,15 +58,15 @@ impl<const D: usize> Noise<D> {
         }
     }
 
-    /// What the agent of this name believes its neighbors' mean velocity to be, in m/s.
-    pub(super) fn believed(
+    /// The mean velocity in m/s of the neighbors, with the sensing error of the agent with this id.
+    pub(super) fn sensed(
         &self,
-        config: &FlockConfig,
-        name: usize,
+        parameters: &Parameters<'_>,
+        id: usize,
         mean: SVector<f64, D>,
     ) -> SVector<f64, D> {
-        self.sensing.get(name).map_or(mean, |error| {
-            mean + error * (config.sensing_noise * config.speed.of(name))
+        self.sensing.get(id).map_or(mean, |error| {
+            mean + error * (parameters.sensing_noise * parameters.speed.of(id))
         })
     }
 
@@ -75,12 +75,12 @@ impl<const D: usize> Noise<D> {
         if self.turns.is_empty() {
             return;
         }
-        let (groups, names) = agents.groups_and_names();
-        for (place, &name) in names.iter().enumerate() {
+        let (groups, ids) = agents.groups_and_names();
+        for (place, &id) in ids.iter().enumerate() {
             let (group, lane) = (&mut groups[place / GROUP], place % GROUP);
             let velocity = SVector::<f64, D>::from_fn(|axis, _| group.velocity[axis][lane]);
             let ahead = heading(&velocity);
-            let (angle, toward) = &self.turns[name as usize];
+            let (angle, toward) = &self.turns[id as usize];
             if let Some(side) = across(&ahead, toward) {
                 let turned = turn(&ahead, &side, *angle) * group.speed[lane];
                 for axis in 0..D {
@@ -91,8 +91,8 @@ impl<const D: usize> Noise<D> {
     }
 }
 
-/// The unit vector across `ahead`: to its left in the plane, in space on the side where `toward` points. `None` for an
-/// agent at rest.
+/// The unit vector across `ahead`: to its left in the plane, toward the side of `toward` in space. `None` for an agent
+/// at rest.
 fn across<const D: usize>(
     ahead: &SVector<f64, D>,
     toward: &SVector<f64, D>,

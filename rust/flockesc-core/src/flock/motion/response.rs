@@ -1,42 +1,41 @@
-//! What agents do about what they hear, where that is more than to follow it at once: they may mishear it, keep
-//! together and apart, act later, and head elsewhere than they mean to.
+//! Neighbor forces beyond plain alignment: sensing noise, cohesion and separation, delay, and angular noise.
 
 use std::collections::VecDeque;
 
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use super::forces::consensus_force;
+use super::Motion;
+use super::forces::{Force, consensus_force};
+use super::law::PairBuffers;
 use super::noise::Noise;
-use super::reynolds::{Lists, Reynolds};
+use super::parameters::Parameters;
 use super::traits::Traits;
-use super::{Force, Motion};
 use crate::agents::{Agents, GROUP};
 use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::base::vector::heading;
-use crate::flock::scenario::FlockConfig;
-use crate::neighbor::{Heard, Neighborhood};
+use crate::neighbor::{NeighborSums, Neighborhood};
 use crate::parallel;
-use crate::snapshot::{check, check_numbers};
+use crate::snapshot::{are_sound, check};
 
+/// The neighbors' forces of one step, and the state that outlasts a step.
 #[derive(Debug, Clone)]
 pub(crate) struct Response<const D: usize> {
     noise: Noise<D>,
-    /// The neighbors' force in the step being made, by groups.
+    /// The neighbors' force in the current step, by groups.
     forces: Vec<Force<D>>,
-    /// The same by names in the steps before, the oldest one that still counts first.
+    /// The forces of past steps, by id; the oldest first.
     past: VecDeque<Vec<SVector<f64, D>>>,
-    lists: Vec<Lists<D>>,
+    buffers: Vec<PairBuffers<D>>,
 }
 
-/// What of it outlasts a step, as plain data.
+/// The state that outlasts a step.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct ResponseState {
-    /// How far the stream of the noise has been drawn.
+pub(crate) struct ResponseState<const D: usize> {
+    /// Position in the random stream of the noise.
     drawn: u128,
-    /// D entries per agent and step.
-    past: Vec<Vec<f64>>,
+    past: VecDeque<Vec<SVector<f64, D>>>,
 }
 
 impl<const D: usize> Response<D> {
@@ -45,81 +44,85 @@ impl<const D: usize> Response<D> {
             noise: Noise::new(seed),
             forces: Vec::new(),
             past: VecDeque::new(),
-            lists: Vec::new(),
+            buffers: Vec::new(),
         }
     }
 
-    pub(crate) fn save(&self) -> ResponseState {
-        let entries = |forces: &Vec<SVector<f64, D>>| forces.iter().flatten().copied().collect();
+    pub(crate) fn save(&self) -> ResponseState<D> {
         ResponseState {
             drawn: self.noise.drawn(),
-            past: self.past.iter().map(entries).collect(),
+            past: self.past.clone(),
         }
     }
 
-    pub(crate) fn restore(state: ResponseState, config: &FlockConfig, seed: u64) -> Result<Self> {
-        check(state.past.len() <= config.sensing_delay + 1, "past forces")?;
+    pub(crate) fn restore(
+        state: ResponseState<D>,
+        parameters: &Parameters<'_>,
+        seed: u64,
+    ) -> Result<Self> {
+        let is_possible = |forces: &Vec<SVector<f64, D>>| {
+            forces.len() == parameters.num_agents && are_sound(forces.iter().flatten())
+        };
+        check(
+            state.past.len() <= parameters.sensing_delay + 1,
+            "past forces",
+        )?;
+        check(state.past.iter().all(is_possible), "past forces")?;
         let mut response = Self::new(seed);
         response.noise.go_on(state.drawn);
-        for entries in state.past {
-            check_numbers(&entries, config.num_agents * D, "past forces")?;
-            let forces = entries.chunks_exact(D).map(SVector::from_column_slice);
-            response.past.push_back(forces.collect());
-        }
+        response.past = state.past;
         Ok(response)
     }
 
-    /// The neighbors' force in this step, by groups; `None` where it is the consensus force of what was just heard.
-    pub(crate) fn find(
+    /// The neighbors' forces in this step, by groups; `None` if they are the consensus forces of the current sums.
+    pub(crate) fn neighbor_forces(
         &mut self,
-        config: &FlockConfig,
+        motion: &Motion,
+        parameters: &Parameters<'_>,
         agents: &Agents<D>,
         neighborhood: &mut Neighborhood<D>,
     ) -> Option<&[Force<D>]> {
-        self.noise.draw(config);
-        let flocking = match &config.motion {
-            Motion::Reynolds(law) => Some(law),
-            Motion::Inertial(_) | Motion::Vicsek(_) => None,
-        };
-        if config.sensing_noise <= 0.0 && config.sensing_delay == 0 && flocking.is_none() {
+        self.noise.draw(parameters);
+        let needs_pairs = motion.needs_pairs();
+        if parameters.sensing_noise <= 0.0 && parameters.sensing_delay == 0 && !needs_pairs {
             return None;
         }
-        self.agree(config, agents, neighborhood);
-        if let Some(law) = flocking {
-            self.flock(config, law, agents, neighborhood);
+        self.consensus(parameters, agents, neighborhood);
+        if needs_pairs {
+            self.add_boids_forces(motion, parameters, agents, neighborhood);
         }
-        if config.sensing_delay > 0 {
-            self.delay(config, agents.names());
+        if parameters.sensing_delay > 0 {
+            self.delay(parameters, agents.names());
         }
         Some(&self.forces)
     }
 
-    /// Finds the consensus forces.
-    fn agree(
+    /// Computes the consensus forces.
+    fn consensus(
         &mut self,
-        config: &FlockConfig,
+        parameters: &Parameters<'_>,
         agents: &Agents<D>,
         neighborhood: &mut Neighborhood<D>,
     ) {
         let unit = neighborhood.scale();
         self.forces.clear();
-        let mut traits = Traits::of_first(config);
-        let names = agents.names().chunks(GROUP);
-        for (heard, names) in neighborhood.heard_mut().iter_mut().zip(names) {
-            traits.follow(config, names);
-            let mut force = consensus_force(&traits, heard);
-            if config.sensing_noise > 0.0 {
-                self.mishear(config, &traits, names, heard, unit, &mut force);
+        let mut traits = Traits::of_first(parameters);
+        let ids = agents.names().chunks(GROUP);
+        for (sums, ids) in neighborhood.sums_mut().iter_mut().zip(ids) {
+            traits.load(parameters, ids);
+            let mut force = consensus_force(&traits, sums);
+            if parameters.sensing_noise > 0.0 {
+                self.add_sensing_noise(parameters, &traits, ids, sums, unit, &mut force);
             }
             self.forces.push(force);
         }
     }
 
-    /// Adds the forces of separation and cohesion.
-    fn flock(
+    /// Adds the forces between pairs of neighbors.
+    fn add_boids_forces(
         &mut self,
-        config: &FlockConfig,
-        law: &Reynolds,
+        motion: &Motion,
+        parameters: &Parameters<'_>,
         agents: &Agents<D>,
         neighborhood: &Neighborhood<D>,
     ) {
@@ -128,63 +131,63 @@ impl<const D: usize> Response<D> {
         let extent = (0..D).fold(0.0, |most: f64, axis| most.max(high[axis] - low[axis]));
         let scale = Scale::for_registers(extent, agents.len());
         let chunks = parallel::num_chunks(self.forces.len());
-        self.lists.resize_with(chunks, Lists::new);
-        parallel::for_each_chunk_with(&mut self.forces, &mut self.lists, |first, forces, lists| {
-            let mut traits = Traits::of_first(config);
+        self.buffers.resize_with(chunks, PairBuffers::new);
+        let buffers = &mut self.buffers;
+        parallel::for_each_chunk_with(&mut self.forces, buffers, |first, forces, buffers| {
+            let mut traits = Traits::of_first(parameters);
             for (group, force) in (first..).zip(forces) {
-                traits.follow(config, agents.names_of(group));
-                law.add_forces(&pairs, scale, group, &traits, lists, force);
+                traits.load(parameters, agents.names_of(group));
+                motion.add_pair_forces(&pairs, scale, group, &traits, buffers, force);
             }
         });
     }
 
-    /// The consensus force of a mean velocity that was heard with an error.
-    fn mishear(
+    /// Replaces consensus forces by those of mean velocities sensed with an error.
+    fn add_sensing_noise(
         &self,
-        config: &FlockConfig,
+        parameters: &Parameters<'_>,
         traits: &Traits,
-        names: &[u32],
-        heard: &Heard<D>,
+        ids: &[u32],
+        sums: &NeighborSums<D>,
         unit: Scale,
         force: &mut Force<D>,
     ) {
-        for (lane, &name) in names.iter().enumerate() {
-            let mean = |axis: usize, _| unit.mean(heard.sum[axis][lane], heard.count[lane]);
-            let believed = self
-                .noise
-                .believed(config, name as usize, SVector::from_fn(mean));
-            let aim = heading(&believed) * traits.alignment[lane];
+        for (lane, &id) in ids.iter().enumerate() {
+            let mean = |axis: usize, _| unit.mean(sums.sum[axis][lane], sums.count[lane]);
+            let mean = SVector::from_fn(mean);
+            let sensed = self.noise.sensed(parameters, id as usize, mean);
+            let aim = heading(&sensed) * traits.alignment[lane];
             for axis in 0..D {
                 force[axis][lane] = aim[axis];
             }
         }
     }
 
-    /// Keeps the forces for later, and takes those of `sensing_delay` steps ago; until then, those of t = 0.
-    fn delay(&mut self, config: &FlockConfig, names: &[u32]) {
-        let spare = if self.past.len() > config.sensing_delay {
+    /// Stores the forces and replaces them by those of `sensing_delay` steps ago, or of t = 0 until then.
+    fn delay(&mut self, parameters: &Parameters<'_>, ids: &[u32]) {
+        let spare = if self.past.len() > parameters.sensing_delay {
             self.past.pop_front()
         } else {
             None
         };
-        let mut latest = spare.unwrap_or_else(|| vec![SVector::zeros(); config.num_agents]);
+        let mut latest = spare.unwrap_or_else(|| vec![SVector::zeros(); parameters.num_agents]);
         let force = |forces: &[Force<D>], place: usize| {
             SVector::from_fn(|axis, _| forces[place / GROUP][axis][place % GROUP])
         };
-        for (place, &name) in names.iter().enumerate() {
-            latest[name as usize] = force(&self.forces, place);
+        for (place, &id) in ids.iter().enumerate() {
+            latest[id as usize] = force(&self.forces, place);
         }
         self.past.push_back(latest);
         let oldest = &self.past[0];
-        for (place, &name) in names.iter().enumerate() {
+        for (place, &id) in ids.iter().enumerate() {
             for axis in 0..D {
-                self.forces[place / GROUP][axis][place % GROUP] = oldest[name as usize][axis];
+                self.forces[place / GROUP][axis][place % GROUP] = oldest[id as usize][axis];
             }
         }
     }
 
     /// Turns every heading by its error.
-    pub(crate) fn err(&self, agents: &mut Agents<D>) {
+    pub(crate) fn apply_angular_noise(&self, agents: &mut Agents<D>) {
         self.noise.turn(agents);
     }
 }

@@ -1,18 +1,21 @@
-//! Separation and cohesion, the two of the three rules of C. W. Reynolds' boids (1987) that the paper's law has not.
+//! Reynolds' law: the paper's law plus separation and cohesion, as in C. W. Reynolds' boids (1987).
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
-use super::Force;
+use super::forces::Force;
+use super::inertial::integrate;
+use super::law::{Law, PairBuffers};
+use super::parameters::Parameters;
 use super::traits::Traits;
-use crate::agents::GROUP;
+use crate::agents::{GROUP, Group};
 use crate::base::check::{not_negative, quantity};
 use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::base::vector::{SHORTEST, squared_norm};
 use crate::neighbor::Pairs;
 
-/// Agents that also keep together and apart.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+/// Forces change velocities, and neighbors also attract and repel each other.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reynolds {
     /// Weight of the force away from close neighbors, at least 0.
@@ -23,52 +26,39 @@ pub struct Reynolds {
     pub separation_range: f64,
 }
 
-/// Lists that keep their memory from step to step.
-#[derive(Debug, Clone)]
-pub(super) struct Lists<const D: usize> {
-    tiles: Vec<u32>,
-    /// Lane of an agent and what a close neighbor adds to its separation, in 1/m, agent by agent.
-    close: Vec<(usize, [f64; D])>,
-}
-
-impl<const D: usize> Lists<D> {
-    pub(super) fn new() -> Self {
-        Self {
-            tiles: Vec::new(),
-            close: Vec::new(),
-        }
-    }
-}
-
-impl Reynolds {
-    pub(super) fn check(&self) -> Result<()> {
-        quantity(
-            "motion.reynolds.separation_strength",
-            self.separation_strength,
-        )?;
-        quantity("motion.reynolds.cohesion_strength", self.cohesion_strength)?;
-        not_negative("motion.reynolds.separation_range", self.separation_range)
+impl Law for Reynolds {
+    fn check(&self, path: &str, _constant_speed: bool) -> Result<()> {
+        let field = |name: &str| format!("{path}.{name}");
+        quantity(&field("separation_strength"), self.separation_strength)?;
+        quantity(&field("cohesion_strength"), self.cohesion_strength)?;
+        not_negative(&field("separation_range"), self.separation_range)
     }
 
-    /// Adds both forces on the agents of a group, each of the norm of its weight times v0. No coordinate of a way from one
-    /// agent to another is beyond what `scale` is for.
-    pub(super) fn add_forces<const D: usize>(
+    fn needs_pairs(&self) -> bool {
+        true
+    }
+
+    /// Adds separation and cohesion, each of the norm of its weight times v0.
+    fn add_pair_forces<const D: usize>(
         &self,
         pairs: &Pairs<'_, D>,
         scale: Scale,
         group: usize,
         traits: &Traits,
-        lists: &mut Lists<D>,
+        buffers: &mut PairBuffers<D>,
         force: &mut Force<D>,
     ) {
-        let Lists { tiles, close } = lists;
+        let PairBuffers {
+            tiles,
+            terms: close,
+        } = buffers;
         close.clear();
         let range = self.separation_range * self.separation_range;
-        let mut ways = [[0; D]; GROUP];
+        let mut offsets = [[0; D]; GROUP];
         pairs.visit(group, tiles, |lane, place| {
             let (offset, squared) = pairs.offset(group, lane, place);
             for axis in 0..D {
-                ways[lane][axis] += scale.quantize(offset[axis]);
+                offsets[lane][axis] += scale.quantize(offset[axis]);
             }
             if squared > SHORTEST * SHORTEST && squared <= range {
                 close.push((lane, offset.map(|entry| -entry / squared)));
@@ -83,11 +73,11 @@ impl Reynolds {
                 }
             }
         };
-        for (lane, way) in ways.iter().enumerate() {
+        for (lane, sum) in offsets.iter().enumerate() {
             // The direction of the sum is that of the mean.
             add(
                 lane,
-                way.map(|sum| scale.value(sum)),
+                sum.map(|units| scale.value(units)),
                 self.cohesion_strength,
             );
         }
@@ -95,9 +85,20 @@ impl Reynolds {
             add(neighbors[0].0, sum(neighbors), self.separation_strength);
         }
     }
+
+    #[inline(always)]
+    fn integrate<const D: usize>(
+        &self,
+        parameters: &Parameters<'_>,
+        traits: &Traits,
+        force: &Force<D>,
+        group: &mut Group<D>,
+    ) {
+        integrate(parameters, traits, force, group);
+    }
 }
 
-/// The sum of some vectors, free of their order: as multiples of what the largest of their entries allows for.
+/// The sum of some vectors, independent of their order: in fixed point, scaled to their largest entry.
 fn sum<const D: usize>(terms: &[(usize, [f64; D])]) -> [f64; D] {
     let entries = terms.iter().flat_map(|(_, term)| term);
     let largest = entries.fold(0.0, |largest: f64, entry| largest.max(entry.abs()));

@@ -1,8 +1,9 @@
-//! What the agents of one group are like, column by column.
+//! The parameters of the agents of one group, column by column.
 
+use super::parameters::Parameters;
 use crate::agents::{Column, GROUP, PerAgent};
-use crate::flock::scenario::FlockConfig;
 
+/// The parameters of the agents of one group.
 pub(super) struct Traits {
     /// dt / m in s/kg.
     pub(super) gain: Column<f64>,
@@ -12,44 +13,48 @@ pub(super) struct Traits {
     pub(super) alignment: Column<f64>,
     /// s.
     pub(super) repulsion: Column<f64>,
-    /// Whether some of this differs between agents.
+    /// Whether any parameter differs between agents.
     is_mixed: bool,
 }
 
 impl Traits {
-    /// Of a group in which every agent is like the first one of the flock.
+    /// Parameters of a group whose agents all equal the first agent of the flock.
     #[inline(always)]
-    pub(super) fn of_first(config: &FlockConfig) -> Self {
+    pub(super) fn of_first(parameters: &Parameters<'_>) -> Self {
         let fields = [
-            &config.mass,
-            &config.speed,
-            &config.alignment_strength,
-            &config.repulsion_strength,
+            parameters.mass,
+            parameters.speed,
+            parameters.alignment_strength,
+            parameters.repulsion_strength,
         ];
-        let speed = config.speed.of(0);
+        let speed = parameters.speed.of(0);
         Self {
-            gain: [config.time_step / config.mass.of(0); GROUP],
+            gain: [parameters.time_step / parameters.mass.of(0); GROUP],
             speed: [speed; GROUP],
-            alignment: [config.alignment_strength.of(0) * speed; GROUP],
-            repulsion: [config.repulsion_strength.of(0); GROUP],
+            alignment: [parameters.alignment_strength.of(0) * speed; GROUP],
+            repulsion: [parameters.repulsion_strength.of(0); GROUP],
             is_mixed: fields
                 .iter()
                 .any(|field| matches!(field, PerAgent::Each(_))),
         }
     }
 
-    /// Goes on to the group of these agents.
+    /// Loads the parameters of the group with these `ids`.
     #[inline(always)]
-    pub(super) fn follow(&mut self, config: &FlockConfig, names: &[u32]) {
+    pub(super) fn load(&mut self, parameters: &Parameters<'_>, ids: &[u32]) {
         if !self.is_mixed {
             return;
         }
-        config.mass.gather(names, &mut self.gain);
-        config.speed.gather(names, &mut self.speed);
-        config.alignment_strength.gather(names, &mut self.alignment);
-        config.repulsion_strength.gather(names, &mut self.repulsion);
-        for lane in 0..names.len() {
-            self.gain[lane] = config.time_step / self.gain[lane];
+        parameters.mass.gather(ids, &mut self.gain);
+        parameters.speed.gather(ids, &mut self.speed);
+        parameters
+            .alignment_strength
+            .gather(ids, &mut self.alignment);
+        parameters
+            .repulsion_strength
+            .gather(ids, &mut self.repulsion);
+        for lane in 0..ids.len() {
+            self.gain[lane] = parameters.time_step / self.gain[lane];
             self.alignment[lane] *= self.speed[lane];
         }
     }

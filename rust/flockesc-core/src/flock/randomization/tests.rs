@@ -1,8 +1,9 @@
 use std::sync::Arc;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::*;
+use crate::flock::FlockConfig;
 use crate::flock::scenario::tests::paper;
 
 fn scenario(randomization: Value) -> Result<Arc<FlockConfig>> {
@@ -146,6 +147,45 @@ fn distributions_that_do_not_go_together_are_refused() {
                 "{expected}"
             );
         }
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Ends that fit one by one and all together: every draw between them fits, too.
+#[test]
+fn all_draws_between_good_ends_are_good() {
+    let pursuer = "predators[0].pure_pursuit";
+    let mut document = paper();
+    document["initial_positions"] = json!({"ring": {"radius": 40.0, "width": 10.0}});
+    document["predators"] = json!([{"pure_pursuit": {
+        "position": [0.0, 0.0], "velocity": [1.0, 0.0], "max_turn_rate": 1.0, "max_speed": 9.0, "acceleration": 1.0,
+        "target": "nearest", "confusion_rate": 0.0, "sight": 30.0,
+    }}]);
+    document["randomization"] = json!([
+        uniform("initial_positions.ring.radius", 1.0, 40.0),
+        uniform("initial_positions.ring.width", 0.0, 2.0),
+        uniform(&format!("{pursuer}.velocity[0]"), -3.0, 3.0),
+        uniform(&format!("{pursuer}.velocity[1]"), -4.0, 4.0),
+        uniform(&format!("{pursuer}.max_speed"), 5.0, 9.0),
+    ]);
+    let config = Arc::new(FlockConfig::from_json(&document.to_string()).expect("it is good"));
+    assert!((0..2000).all(|seed| config.drawn(seed).check().is_ok()));
+    document["randomization"][4] = uniform(&format!("{pursuer}.max_speed"), 4.5, 9.0);
+    let error = FlockConfig::from_json(&document.to_string()).expect_err("5 m/s is too fast");
+    assert!(error.to_string().contains("max_speed"), "{error}");
+}
+
+#[test]
+fn too_many_combinations_are_refused() {
+    let values: Vec<f64> = (1..70).map(f64::from).collect();
+    let choices: Vec<Value> = (["position[0]", "position[1]"].iter())
+        .map(|number| {
+            let field = format!("predators[0].constant_velocity.{number}");
+            json!({"choice": {"field": field, "values": values}})
+        })
+        .collect();
+    match scenario(json!(choices)) {
+        Err(Error::Config { field, .. }) => assert_eq!(field, "randomization"),
         other => panic!("{other:?}"),
     }
 }

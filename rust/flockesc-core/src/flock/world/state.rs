@@ -1,4 +1,4 @@
-//! A world as plain data; what follows from it is found anew.
+//! Snapshots of a world: one state per component. Distances and summaries are recomputed on restore.
 
 use std::sync::Arc;
 
@@ -15,18 +15,19 @@ use crate::neighbor::{Neighborhood, NeighborhoodState};
 use crate::predator::{Predator, PredatorState};
 use crate::snapshot::check;
 
+/// The components of a world whose state outlasts a step.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct WorldState {
-    agents: AgentsState,
+pub(crate) struct WorldState<const D: usize> {
+    agents: AgentsState<D>,
     predators: Vec<PredatorState>,
-    /// How far the predators' stream has been drawn.
+    /// Position in the random stream of the predators.
     drawn: u128,
-    neighborhood: NeighborhoodState,
-    response: ResponseState,
+    neighborhood: NeighborhoodState<D>,
+    response: ResponseState<D>,
 }
 
 impl<const D: usize> World<D> {
-    pub(crate) fn save(&self) -> WorldState {
+    pub(crate) fn save(&self) -> WorldState<D> {
         WorldState {
             agents: self.agents.save(),
             predators: self.predators.iter().map(Predator::save).collect(),
@@ -37,10 +38,14 @@ impl<const D: usize> World<D> {
     }
 
     /// The world that was started with `seed` in the scenario `config`.
-    pub(crate) fn restore(state: WorldState, config: &Arc<FlockConfig>, seed: u64) -> Result<Self> {
+    pub(crate) fn restore(
+        state: WorldState<D>,
+        config: &Arc<FlockConfig>,
+        seed: u64,
+    ) -> Result<Self> {
         let config = config.clone().drawn(seed);
         let num_agents = config.num_agents;
-        let mut agents = Agents::restore(&state.agents, num_agents)?;
+        let mut agents = Agents::restore(state.agents, num_agents)?;
         check(state.predators.len() == config.predators.len(), "predators")?;
         let predators = state.predators.iter().zip(&config.predators);
         let predators: Vec<Predator<D>> = predators
@@ -57,7 +62,7 @@ impl<const D: usize> World<D> {
             predator_distance: PredatorDistance::of(&agents.groups, agents.len()),
             neighborhood: Neighborhood::restore(state.neighborhood, options, &agents)?,
             rng,
-            response: Response::restore(state.response, &config, seed)?,
+            response: Response::restore(state.response, &config.motion_parameters(), seed)?,
             before: after.clone(),
             after,
             predators,

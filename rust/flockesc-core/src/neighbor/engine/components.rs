@@ -1,4 +1,4 @@
-//! Connected components of the neighbor graph: a union-find over the places, led by the tree.
+//! Connected components of the neighbor graph, by union-find over places and the tree.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -8,7 +8,7 @@ use crate::neighbor::engine::reach::{Reach, bits, squared_norm};
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::ranges::Reaches;
 
-/// The components of the graph in which two agents are linked if either listens to the other.
+/// The weakly connected components: two agents are linked if either is a neighbor of the other.
 pub(in crate::neighbor) fn connect_pairs<const D: usize>(pairs: &Pairs<'_, D>) -> Forest {
     let mut forest = Forest::new(pairs.agents, pairs.tree);
     let mut tiles = Vec::new();
@@ -20,7 +20,7 @@ pub(in crate::neighbor) fn connect_pairs<const D: usize>(pairs: &Pairs<'_, D>) -
     forest
 }
 
-/// The same where how far agents reach says it all.
+/// The same if distances alone decide who is a neighbor.
 pub(in crate::neighbor) fn connect<const D: usize>(
     agents: &Agents<D>,
     tree: &Tree<D>,
@@ -36,7 +36,7 @@ pub(in crate::neighbor) fn connect<const D: usize>(
     forest
 }
 
-/// Sets of places, and what is known of the sets of whole nodes.
+/// Disjoint sets of places, and flags of the nodes that lie in one set.
 pub(in crate::neighbor) struct Forest {
     parents: Vec<u32>,
     count: usize,
@@ -63,7 +63,7 @@ impl Forest {
         self.count
     }
 
-    /// The set of every agent, named by the lowest name in it; in the order of names.
+    /// The set of every agent, labeled by the lowest id in it; in the order of ids.
     pub(in crate::neighbor) fn labels<const D: usize>(mut self, agents: &Agents<D>) -> Vec<u32> {
         let names = || (0..agents.groups.len()).flat_map(|group| agents.names_of(group));
         let mut lowest = vec![u32::MAX; agents.len()];
@@ -197,7 +197,7 @@ impl Listeners {
         self.are_united(forest) && forest.find(self.first) == forest.find(place)
     }
 
-    /// All listeners hear all agents of a node.
+    /// All listeners reach all agents of a node.
     fn unite_with_node(
         &self,
         forest: &mut Forest,
@@ -228,8 +228,8 @@ impl Listeners {
         first: usize,
         last: usize,
     ) {
-        let listening = &agents.groups[self.group].position;
-        let speaking = &agents.groups[first / GROUP].position;
+        let positions = &agents.groups[self.group].position;
+        let others = &agents.groups[first / GROUP].position;
         for place in first..last {
             if self.are_united_with(forest, place) {
                 continue;
@@ -241,8 +241,8 @@ impl Listeners {
                 };
                 let mut offset = [simd.splat_f64s(0.0); D];
                 for axis in 0..D {
-                    let speaker = simd.splat_f64s(speaking[axis][place % GROUP]);
-                    offset[axis] = simd.sub_f64s(load(&listening[axis]), speaker);
+                    let other = simd.splat_f64s(others[axis][place % GROUP]);
+                    offset[axis] = simd.sub_f64s(load(&positions[axis]), other);
                 }
                 let distance = squared_norm(simd, offset);
                 let mut near = bits(simd, simd.less_than_or_equal_f64s(distance, load(squared)));

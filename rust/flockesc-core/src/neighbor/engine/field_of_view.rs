@@ -1,14 +1,14 @@
-//! Who is where, seen from an agent: offsets on a torus, and the blind sector behind.
+//! How an agent sees another one: the offset on a torus, and the blind sector behind the agent.
 
 use std::f64::consts::PI;
 
 use crate::base::vector::{larger, smaller, squared_norm};
 use crate::neighbor::engine::tree::Bounds;
 
-/// Share of the side by which boxes on a torus are taken as nearer than they are: more than rounding makes of offsets.
+/// Fraction of the side by which gaps between boxes on a torus are reduced; larger than the rounding of offsets.
 const MARGIN: f64 = 1e-12;
 
-/// The side in m of a world without border, or that of the open world: infinite.
+/// The side in m of a periodic world; infinite for the open world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Torus(f64);
 
@@ -20,7 +20,7 @@ impl Torus {
         side.map_or(Self::NONE, Self)
     }
 
-    /// The shortest way from `a` to `b` along one axis in m, both in [0, side).
+    /// The shortest offset from `a` to `b` along one axis in m, both in [0, side).
     #[inline(always)]
     pub(in crate::neighbor) fn offset(self, a: f64, b: f64) -> f64 {
         let (offset, half) = (b - a, 0.5 * self.0);
@@ -29,7 +29,7 @@ impl Torus {
         offset - turn + back
     }
 
-    /// The square of a distance that no two agents in these boxes fall below, in m^2.
+    /// A lower bound in m^2 of the squared distance between any agents in the two boxes.
     pub(in crate::neighbor) fn squared_gap<const D: usize>(
         self,
         a: &Bounds<D>,
@@ -54,15 +54,15 @@ impl Torus {
 
 /// The field of view.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Sight {
-    /// Cosine of the largest angle off the heading that is seen; below -1: everything is.
+pub(crate) struct FieldOfView {
+    /// Cosine of the largest visible angle off the heading; below -1 if everything is visible.
     edge: f64,
 }
 
-impl Sight {
+impl FieldOfView {
     pub(crate) const ALL_ROUND: Self = Self { edge: -2.0 };
 
-    /// All but a sector of `blind_angle` rad behind.
+    /// Everything except a sector of `blind_angle` rad behind the agent.
     pub(crate) fn new(blind_angle: f64) -> Self {
         if blind_angle > 0.0 {
             let edge = libm::cos(PI - 0.5 * blind_angle);
@@ -72,8 +72,8 @@ impl Sight {
         }
     }
 
-    /// Whether an agent with this speed sees what is `squared` m^2 away, and has a scalar product of `along` with its velocity.
-    /// One at rest sees all round, and everyone what is in the same place.
+    /// Whether an agent of this speed sees a point at the squared distance `squared` m^2, where `along` is the scalar product
+    /// of its velocity and the offset. An agent at rest sees all round; every agent sees its own point.
     #[inline(always)]
     pub(in crate::neighbor) fn sees(self, along: f64, speed: f64, squared: f64) -> bool {
         along >= self.edge * (speed * squared.sqrt())

@@ -1,10 +1,10 @@
-//! The agent farthest from all others: the tree answers for the few agents that could be it.
+//! The most isolated agent: the one whose nearest other agent is farthest away.
 
 use crate::agents::{Agents, FAN, GROUP, TILE};
 use crate::base::vector::{larger, smaller, squared_norm};
 use crate::neighbor::engine::tree::Tree;
 
-/// The place of the agent whose nearest other agent is farthest; the lowest name among equals.
+/// The place of the agent whose nearest other agent is farthest; the lowest id among equals.
 pub(in crate::neighbor) fn most_isolated<const D: usize>(
     agents: &Agents<D>,
     tree: &Tree<D>,
@@ -15,11 +15,11 @@ pub(in crate::neighbor) fn most_isolated<const D: usize>(
             tree,
             num_agents: agents.len(),
             place,
-            position: tree.speakers[place / GROUP].0[place % GROUP].position,
+            position: tree.agents[place / GROUP].0[place % GROUP].position,
             nearest: f64::INFINITY,
             enough: farthest,
         };
-        // Its own tile first: that alone tells of most agents that they are not it.
+        // Its own tile first: that alone rules most agents out.
         search.visit_tile(place / TILE);
         search.descend(tree.levels.len() - 1, 0);
         let is_named_first = || agents.name(place) < agents.name(best);
@@ -38,7 +38,7 @@ struct Search<'a, const D: usize> {
     position: [f64; D],
     /// Squared distance in m^2 to the nearest agent found.
     nearest: f64,
-    /// Below this squared distance the search is given up.
+    /// The search stops below this squared distance.
     enough: f64,
 }
 
@@ -70,7 +70,7 @@ impl<const D: usize> Search<'_, D> {
     fn visit_tile(&mut self, tile: usize) {
         for place in tile * TILE..self.num_agents.min((tile + 1) * TILE) {
             if place != self.place {
-                let other = &self.tree.speakers[place / GROUP].0[place % GROUP].position;
+                let other = &self.tree.agents[place / GROUP].0[place % GROUP].position;
                 let offset: [f64; D] =
                     std::array::from_fn(|axis| other[axis] - self.position[axis]);
                 self.nearest = smaller(self.nearest, squared_norm(&offset));

@@ -1,65 +1,50 @@
-//! What is found anew in every step where ranges alone do not say who is a neighbor.
+//! Reaches and lists of neighbors that a rule finds in every step.
 
-use crate::agents::{Agents, Column, GROUP};
-use crate::neighbor::engine::lists::Lists;
+use crate::agents::{Agents, GROUP};
+use crate::neighbor::engine::lists::{Lists, NOWHERE};
 use crate::neighbor::engine::pairs::{Candidates, Pairs};
-use crate::neighbor::engine::sums::Scratch;
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::options::NeighborOptions;
-use crate::neighbor::ranges::{Ranges, Reaches, SAMPLE};
-use crate::neighbor::rules::NeighborRule;
-use crate::neighbor::rules::topological::reach_nearest;
-use crate::neighbor::rules::voronoi::voronoi_neighbors;
-use crate::parallel;
+use crate::neighbor::ranges::{Ranges, Reaches};
+use crate::neighbor::rules::rule::{Criterion, Found, Sensing};
 
-/// The place of an agent that was caught.
-pub(in crate::neighbor) const NOWHERE: u32 = u32::MAX;
-
-/// How far agents reach, and who is listed for whom.
+/// The reach and the list of every agent.
 #[derive(Debug, Clone, Default)]
 pub(in crate::neighbor) struct Links {
-    /// Squared reach in m^2 of the agents of every group; empty where ranges say it all.
-    squares: Vec<Column<f64>>,
-    lists: Lists,
-    /// Where the agent of every name is; empty without lists.
+    found: Found,
+    /// Place of every agent by id; empty without lists.
     places: Vec<u32>,
-    /// Whether the lists are the graph of the first step, which stays.
+    /// Whether the lists are the graph of the first step, which is kept.
     is_frozen: bool,
 }
 
 impl Links {
-    /// Brings all up to date with where the agents are.
+    /// Finds reaches and lists for the agents' positions.
     pub(in crate::neighbor) fn update<const D: usize>(
         &mut self,
         options: &NeighborOptions,
         agents: &Agents<D>,
         tree: &Tree<D>,
         ranges: Ranges<'_>,
-        scratch: &mut [Scratch],
     ) {
         if self.is_frozen {
             self.places = places(agents);
             return;
         }
-        if options.rule == (NeighborRule::Metric {}) && options.is_by_reach() && !options.visits {
+        let criterion = options.rule.criterion();
+        if criterion == Criterion::Range && options.is_by_reach() && !options.visits {
             return;
         }
-        self.squares.resize(agents.groups.len(), [0.0; GROUP]);
-        match options.rule {
-            NeighborRule::Metric {} => square(agents, ranges, &mut self.squares),
-            NeighborRule::Topological {} => parallel::for_each_chunk_with(
-                &mut self.squares,
-                scratch,
-                |first, squares, scratch| {
-                    let scratch = &mut scratch.topological;
-                    reach_nearest(agents, tree, options, ranges, first, squares, scratch);
-                },
-            ),
-            NeighborRule::Voronoi {} => {
-                square(agents, ranges, &mut self.squares);
-                self.places = places(agents);
-                self.lists = voronoi_neighbors(agents);
-            }
+        let sensing = Sensing {
+            agents,
+            tree,
+            field_of_view: options.field_of_view,
+            torus: options.torus,
+            ranges,
+        };
+        options.rule.find(&sensing, &mut self.found);
+        if criterion == Criterion::List {
+            self.places = places(agents);
         }
         if options.is_frozen {
             let pairs = self.pairs(options, agents, tree).by_name();
@@ -67,18 +52,18 @@ impl Links {
         }
     }
 
-    /// How far agents reach, if that says it all.
+    /// The reach of every agent, if distances alone decide.
     pub(in crate::neighbor) fn reaches<'a>(
         &'a self,
         options: &NeighborOptions,
         ranges: Ranges<'a>,
     ) -> Option<Reaches<'a>> {
-        options.is_by_reach().then_some(match options.rule {
-            NeighborRule::Metric {} => Reaches::Ranges(ranges),
-            NeighborRule::Topological {} | NeighborRule::Voronoi {} => {
-                Reaches::Squares(&self.squares)
-            }
-        })
+        options
+            .is_by_reach()
+            .then_some(match options.rule.criterion() {
+                Criterion::Range => Reaches::Ranges(ranges),
+                Criterion::Reach | Criterion::List => Reaches::Squares(&self.found.squares),
+            })
     }
 
     /// The neighbor graph of the last update.
@@ -88,62 +73,48 @@ impl Links {
         agents: &'a Agents<D>,
         tree: &'a Tree<D>,
     ) -> Pairs<'a, D> {
+        let (lists, places) = (&self.found.lists, &self.places);
         Pairs {
             agents,
             tree,
             options,
-            squares: &self.squares,
-            candidates: match options.rule {
-                _ if self.is_frozen => Candidates::Frozen(&self.lists, &self.places),
-                NeighborRule::Voronoi {} => Candidates::Listed(&self.lists, &self.places),
-                NeighborRule::Metric {} | NeighborRule::Topological {} => Candidates::All,
+            squares: &self.found.squares,
+            candidates: match options.rule.criterion() {
+                _ if self.is_frozen => Candidates::Frozen(lists, places),
+                Criterion::List => Candidates::Listed(lists, places),
+                Criterion::Range | Criterion::Reach => Candidates::All,
             },
         }
     }
 
-    /// Whether the graph of the first step has been found, and stays.
+    /// Whether the graph of the first step has been found and is kept.
     pub(in crate::neighbor) fn is_frozen(&self) -> bool {
         self.is_frozen
     }
 
-    /// The graph of the first step, if it stays and has been found.
+    /// The graph of the first step, if it has been found and is kept.
     pub(in crate::neighbor) fn frozen(&self) -> Option<&Lists> {
-        self.is_frozen.then_some(&self.lists)
+        self.is_frozen.then_some(&self.found.lists)
     }
 
-    /// Makes `lists` the graph that stays.
+    /// Keeps `lists` as the graph from now on.
     pub(in crate::neighbor) fn freeze<const D: usize>(&mut self, lists: Lists, agents: &Agents<D>) {
-        self.lists = lists;
+        self.found.lists = lists;
         self.places = places(agents);
         self.is_frozen = true;
     }
 
     /// Mean reach over a sample of the agents, in m.
-    pub(in crate::neighbor) fn typical(
+    pub(in crate::neighbor) fn typical_reach(
         &self,
         options: &NeighborOptions,
         ranges: Ranges<'_>,
     ) -> f64 {
-        match options.rule {
-            NeighborRule::Metric {} | NeighborRule::Voronoi {} => ranges.typical(),
-            NeighborRule::Topological {} => {
-                let first = self.squares.iter().map(|squares| squares[0].sqrt());
-                let sample = first.step_by(self.squares.len().div_ceil(SAMPLE).max(1));
-                let (sum, count) =
-                    sample.fold((0.0, 1e-300), |(sum, count), r| (sum + r, count + 1.0));
-                sum / count
-            }
-        }
+        options.rule.typical_reach(ranges, &self.found)
     }
 }
 
-fn square<const D: usize>(agents: &Agents<D>, ranges: Ranges<'_>, squares: &mut [Column<f64>]) {
-    for (group, squares) in squares.iter_mut().enumerate() {
-        ranges.square(agents.names_of(group), squares);
-    }
-}
-
-/// Where the agent of every name is; [`NOWHERE`] if it was caught.
+/// The place of every agent, by id; [`NOWHERE`] for agents that were caught.
 fn places<const D: usize>(agents: &Agents<D>) -> Vec<u32> {
     let mut places = vec![NOWHERE; agents.num_names()];
     for group in 0..agents.groups.len() {

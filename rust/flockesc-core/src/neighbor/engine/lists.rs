@@ -1,29 +1,32 @@
-//! A neighbor graph as lists, in the order of names.
+//! A neighbor graph as adjacency lists, in the order of ids.
 
 use serde::{Deserialize, Serialize};
 
-/// For every agent some others, by name.
+/// The place of an agent that was caught.
+pub(in crate::neighbor) const NOWHERE: u32 = u32::MAX;
+
+/// For every agent the ids of some other agents.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(in crate::neighbor) struct Lists {
-    /// Where the list of each agent begins in `others`, and where the last one ends.
+    /// Start of each agent's list in `others`, and the end of the last list.
     starts: Vec<usize>,
     others: Vec<u32>,
 }
 
 impl Lists {
-    /// The lists of `num_agents` agents, from pairs (whose list, who is in it), none of them twice.
+    /// The lists of `num_agents` agents, from distinct pairs (agent, entry of its list).
     pub(in crate::neighbor) fn new(num_agents: usize, pairs: &[(u32, u32)]) -> Self {
         let mut starts = vec![0; num_agents + 1];
-        for &(name, _) in pairs {
-            starts[name as usize + 1] += 1;
+        for &(id, _) in pairs {
+            starts[id as usize + 1] += 1;
         }
-        for name in 0..num_agents {
-            starts[name + 1] += starts[name];
+        for id in 0..num_agents {
+            starts[id + 1] += starts[id];
         }
         let (mut next, mut others) = (starts.clone(), vec![0; pairs.len()]);
-        for &(name, other) in pairs {
-            others[next[name as usize]] = other;
-            next[name as usize] += 1;
+        for &(id, other) in pairs {
+            others[next[id as usize]] = other;
+            next[id as usize] += 1;
         }
         Self { starts, others }
     }
@@ -34,11 +37,11 @@ impl Lists {
             && self.starts[0] == 0
             && self.starts.is_sorted()
             && self.starts[num_agents] == self.others.len()
-            && self.others.iter().all(|name| (*name as usize) < num_agents)
+            && self.others.iter().all(|id| (*id as usize) < num_agents)
     }
 
-    /// The names in the list of one agent, in no order that means anything.
-    pub(in crate::neighbor) fn of(&self, name: usize) -> &[u32] {
-        &self.others[self.starts[name]..self.starts[name + 1]]
+    /// The ids in the list of one agent, in no particular order.
+    pub(in crate::neighbor) fn of(&self, id: usize) -> &[u32] {
+        &self.others[self.starts[id]..self.starts[id + 1]]
     }
 }

@@ -1,4 +1,4 @@
-//! Every agent and every neighbor of it, one after the other, under any rule.
+//! All pairs of an agent and a neighbor, under any rule.
 
 use std::ops::Range;
 
@@ -6,13 +6,12 @@ use multiversion::multiversion;
 
 use crate::agents::{Agents, Column, FAN, GROUP, TILE};
 use crate::base::vector::{larger, squared_norm};
-use crate::neighbor::engine::field_of_view::{Sight, Torus};
-use crate::neighbor::engine::links::NOWHERE;
-use crate::neighbor::engine::lists::Lists;
-use crate::neighbor::engine::tree::{Bounds, Tree};
+use crate::neighbor::engine::field_of_view::FieldOfView;
+use crate::neighbor::engine::lists::{Lists, NOWHERE};
+use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::options::NeighborOptions;
 
-/// The neighbor graph of one moment.
+/// The neighbor graph at one time.
 #[derive(Clone, Copy)]
 pub(crate) struct Pairs<'a, const D: usize> {
     pub(in crate::neighbor) agents: &'a Agents<D>,
@@ -23,20 +22,20 @@ pub(crate) struct Pairs<'a, const D: usize> {
     pub(in crate::neighbor) candidates: Candidates<'a>,
 }
 
-/// Among whom an agent's neighbors are.
+/// The agents that may be an agent's neighbors.
 #[derive(Clone, Copy)]
 pub(in crate::neighbor) enum Candidates<'a> {
     /// All agents.
     All,
-    /// Those in its list, as far as it reaches and sees.
+    /// The agents in its list that are within its reach and in its view; and the places of all agents, by id.
     Listed(&'a Lists, &'a [u32]),
-    /// Those in its list are its neighbors; the places of all names.
+    /// The agents in its list, all of them neighbors; and the places of all agents, by id.
     Frozen(&'a Lists, &'a [u32]),
 }
 
 impl<const D: usize> Pairs<'_, D> {
-    /// Calls `visit(lane, place of a neighbor)` for the agents of one group and all of their neighbors, of which each agent
-    /// is its own first; tells how many tiles were tested against others. `tiles` is room for a list.
+    /// Calls `visit(lane, place of a neighbor)` for every agent of one group and each of its neighbors, first the agent
+    /// itself. Returns the number of pairs of tiles that were tested. `tiles` is a buffer.
     pub(crate) fn visit(
         &self,
         group: usize,
@@ -46,14 +45,14 @@ impl<const D: usize> Pairs<'_, D> {
         let lanes = self.agents.names_of(group).len();
         match self.candidates {
             Candidates::All => {
-                let mut tests = 0;
+                let mut num_tile_pairs = 0;
                 for tile in 0..lanes.div_ceil(TILE) {
                     self.list_near(group, tile, tiles);
-                    tests += tiles.len();
+                    num_tile_pairs += tiles.len();
                     let lanes = tile * TILE..lanes.min((tile + 1) * TILE);
                     visit_near(self, group, lanes, tiles, &mut visit);
                 }
-                tests
+                num_tile_pairs
             }
             Candidates::Listed(lists, places) => {
                 for (lane, &name) in self.agents.names_of(group).iter().enumerate() {
@@ -97,21 +96,22 @@ impl<const D: usize> Pairs<'_, D> {
         pairs
     }
 
-    /// Lists the tiles that are near a tile, as `visit` needs them.
+    /// Lists the tiles that may hold neighbors of a tile's agents.
     fn list_near(&self, group: usize, tile: usize, tiles: &mut Vec<u32>) {
         let lanes = tile * TILE..self.agents.names_of(group).len().min((tile + 1) * TILE);
         let longest = self.squares[group][lanes].iter().copied().fold(0.0, larger);
         let bounds = self.tree.levels[0][group].bounds_of(tile);
-        tiles.clear();
-        self.tree.near(&bounds, longest, self.options.torus, tiles);
+        let torus = self.options.torus;
+        self.tree
+            .list_tiles(tiles, |node| torus.squared_gap(&bounds, node) <= longest);
     }
 
-    /// Which agents of a tile are within reach of an agent (where it counts, within reach of each other) and seen by it: one
-    /// bit per agent.
+    /// The agents of a tile that are within reach of an agent (within reach of each other in a mutual graph) and in its
+    /// view: one bit per agent.
     #[inline(always)]
     fn near(&self, group: usize, lane: usize, tile: usize) -> u8 {
         let NeighborOptions {
-            sight,
+            field_of_view,
             torus,
             is_mutual,
             ..
@@ -138,7 +138,7 @@ impl<const D: usize> Pairs<'_, D> {
         for k in 0..TILE {
             near[k] = squared[k] <= reaches[k];
         }
-        if sight != Sight::ALL_ROUND {
+        if field_of_view != FieldOfView::ALL_ROUND {
             let mut along = [0.0; TILE];
             for axis in 0..D {
                 let (own, velocity) = (one.position[axis][lane], one.velocity[axis][lane]);
@@ -149,25 +149,27 @@ impl<const D: usize> Pairs<'_, D> {
             }
             let speed = self.speed(group, lane);
             for k in 0..TILE {
-                near[k] &= sight.sees(along[k], speed, squared[k]);
+                near[k] &= field_of_view.sees(along[k], speed, squared[k]);
             }
         }
         (0..TILE).fold(0, |bits, k| bits | u8::from(near[k]) << k)
     }
 
-    /// Whether the agent in `place` is within reach and seen, and the other way round where that counts.
+    /// Whether the agent in `place` is within reach and in view; in a mutual graph, both ways.
     fn is_neighbor(&self, group: usize, lane: usize, place: usize) -> bool {
         let bit = 1 << (place % TILE);
         self.near(group, lane, place / TILE) & bit != 0 && self.sees_back(group, lane, place)
     }
 
-    /// Whether the agent in `place` sees back, where that counts.
+    /// Whether the agent in `place` sees the one in `lane`, if the graph is mutual.
     #[inline(always)]
     fn sees_back(&self, group: usize, lane: usize, place: usize) -> bool {
         let NeighborOptions {
-            sight, is_mutual, ..
+            field_of_view,
+            is_mutual,
+            ..
         } = *self.options;
-        if !is_mutual || sight == Sight::ALL_ROUND {
+        if !is_mutual || field_of_view == FieldOfView::ALL_ROUND {
             return true;
         }
         let (offset, squared) = self.offset(group, lane, place);
@@ -175,10 +177,10 @@ impl<const D: usize> Pairs<'_, D> {
         let along = (0..D).fold(0.0, |sum, axis| {
             sum - velocity[axis][place % GROUP] * offset[axis]
         });
-        sight.sees(along, self.speed(place / GROUP, place % GROUP), squared)
+        field_of_view.sees(along, self.speed(place / GROUP, place % GROUP), squared)
     }
 
-    /// ||v|| in m/s, as the field of view takes it.
+    /// ||v|| in m/s, as the field of view uses it.
     #[inline(always)]
     fn speed(&self, group: usize, lane: usize) -> f64 {
         let columns = &self.agents.groups[group].velocity;
@@ -186,7 +188,7 @@ impl<const D: usize> Pairs<'_, D> {
         squared_norm(&velocity).sqrt()
     }
 
-    /// From an agent to the one in `place` in m, and the square of the distance.
+    /// The offset in m from an agent to the one in `place`, and the squared distance.
     #[inline(always)]
     pub(crate) fn offset(&self, group: usize, lane: usize, place: usize) -> ([f64; D], f64) {
         let one = &self.agents.groups[group].position;
@@ -218,40 +220,6 @@ fn visit_near<const D: usize, F: FnMut(usize, usize)>(
                 near &= near - 1;
                 if place != own && pairs.sees_back(group, lane, place) {
                     visit(lane, place);
-                }
-            }
-        }
-    }
-}
-
-impl<const D: usize> Tree<D> {
-    /// Lists the tiles of which some agent may be within `square` m^2 of some place in `bounds`.
-    pub(in crate::neighbor) fn near(
-        &self,
-        bounds: &Bounds<D>,
-        square: f64,
-        torus: Torus,
-        tiles: &mut Vec<u32>,
-    ) {
-        self.descend(self.levels.len() - 1, 0, tiles, &|node| {
-            torus.squared_gap(bounds, node) <= square
-        });
-    }
-
-    fn descend(
-        &self,
-        level: usize,
-        block: usize,
-        tiles: &mut Vec<u32>,
-        is_near: &impl Fn(&Bounds<D>) -> bool,
-    ) {
-        let nodes = &self.levels[level][block];
-        for child in (0..FAN).filter(|&child| nodes.count[child] > 0) {
-            if is_near(&nodes.bounds_of(child)) {
-                let node = block * FAN + child;
-                match level.checked_sub(1) {
-                    Some(below) => self.descend(below, node, tiles, is_near),
-                    None => tiles.push(node as u32),
                 }
             }
         }

@@ -1,7 +1,7 @@
-//! How far listeners reach, decided for boxes as it would be for each agent inside.
+//! Whether nodes of the tree are out of reach, partly within or wholly within reach of some agents.
 //!
-//! Boxes are compared with the same operations as agents, and rounding keeps order: the squared distance of a box is at
-//! most (the farthest corner: at least) that of any agent in it, as computed. So no margin is needed.
+//! Boxes are compared with the same operations as agents, and rounding keeps order: the computed squared distance to a
+//! box is at most (to its farthest corner: at least) that to any agent in it. No margin is needed.
 
 use bytemuck::{bytes_of, cast_slice};
 use pulp::Simd;
@@ -11,19 +11,19 @@ use crate::base::vector::{larger, smaller};
 use crate::neighbor::engine::tree::{Bounds, Siblings};
 use crate::neighbor::ranges::Reaches;
 
-/// Some listeners, as far as boxes can tell.
+/// The box around some agents, and their shortest and longest reach.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::neighbor) struct Reach<const D: usize> {
     bounds: Bounds<D>,
-    /// Squares of the shortest and the longest of their ranges, in m^2.
+    /// Squares of the shortest and the longest reach, in m^2.
     shortest: f64,
     longest: f64,
-    /// Whether the shortest range is half the diagonal of the box or more: otherwise nothing is wholly within reach.
+    /// Whether the shortest reach is at least half the diagonal of the box; otherwise no node is wholly within reach.
     pub(in crate::neighbor) may_enclose: bool,
 }
 
 impl<const D: usize> Reach<D> {
-    /// Listeners inside of `bounds` with these squared ranges.
+    /// Agents inside `bounds` with these squared reaches.
     #[inline(always)]
     pub(in crate::neighbor) fn new(
         bounds: Bounds<D>,
@@ -51,7 +51,7 @@ impl<const D: usize> Reach<D> {
         }
     }
 
-    /// Which of eight nodes are within reach of some listener, as far as boxes can tell: one bit per node.
+    /// The nodes of eight that may be within reach of some agent: one bit per node.
     #[inline(always)]
     pub(in crate::neighbor) fn near<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> u8 {
         let zero = simd.splat_f64s(0.0);
@@ -72,7 +72,7 @@ impl<const D: usize> Reach<D> {
         mask
     }
 
-    /// Which nodes of one register are wholly within reach of all listeners, if any [may be](Self::may_enclose).
+    /// The nodes of one register that are wholly within reach of all agents, if any [may be](Self::may_enclose).
     #[inline(always)]
     pub(in crate::neighbor) fn encloses<S: Simd>(
         &self,
@@ -92,7 +92,7 @@ impl<const D: usize> Reach<D> {
         simd.less_than_or_equal_f64s(squared_norm(simd, extent), shortest)
     }
 
-    /// Which of eight nodes lie wholly within reach, and which partly: one bit per node.
+    /// The nodes of eight that lie wholly within reach, and those that lie partly: one bit per node.
     #[inline(always)]
     pub(in crate::neighbor) fn classify<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> (u8, u8) {
         let near = self.near(simd, nodes);

@@ -1,96 +1,122 @@
-//! What every agent hears: the sum of its neighbors' velocities and their number, found through the tree.
+//! Sum of the neighbors' velocities and number of neighbors of every agent (Eq. 11), found with the tree.
 //!
-//! A node that lies wholly within range is taken as a whole, one wholly out of range is left out, and only tiles
-//! across the boundary are tested agent by agent.
+//! A node wholly within reach is added as a whole, one wholly out of reach is skipped, and only tiles across the
+//! boundary are tested agent by agent.
 
 use bytemuck::{NoUninit, cast_ref, cast_slice};
+use nalgebra::SVector;
 use pulp::{Arch, Simd, WithSimd};
+use serde::{Deserialize, Serialize};
 
 use crate::agents::{Agents, Column, FAN, GROUP, TILE};
 use crate::base::vector;
 use crate::neighbor::engine::pairs::Pairs;
 use crate::neighbor::engine::reach::{Reach, bits, squared_norm};
-use crate::neighbor::engine::tree::{Siblings, Speaker, Speakers, Tree};
+use crate::neighbor::engine::tree::{FixedPointAgent, FixedPointAgents, Siblings, Tree};
 use crate::neighbor::ranges::Reaches;
-use crate::neighbor::rules::topological;
 
-/// What the agents of one group heard; meaningless where there is no agent.
+/// The sums over the neighbors of one group's agents; arbitrary in empty lanes.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
-pub(crate) struct Heard<const D: usize> {
+pub(crate) struct NeighborSums<const D: usize> {
     /// Sum of v_j over N_i, in the unit of the tree.
     pub(crate) sum: [Column<i64>; D],
     /// |N_i|.
     pub(crate) count: Column<i64>,
-    /// The norm of the sum, left by the step that was made of it.
+    /// Norm of the sum, written by the step that used it.
     pub(crate) norm: Column<f64>,
 }
 
-impl<const D: usize> Heard<D> {
-    /// Every agent hears itself alone.
-    pub(in crate::neighbor) fn alone(speakers: &Speakers<D>) -> Self {
-        let norm =
-            |speaker: Speaker<D>| vector::squared_norm(&speaker.signal.map(|v| v as f64)).sqrt();
+impl<const D: usize> NeighborSums<D> {
+    /// The sums of agents whose only neighbor is themselves.
+    pub(in crate::neighbor) fn alone(agents: &FixedPointAgents<D>) -> Self {
+        let norm = |agent: FixedPointAgent<D>| {
+            vector::squared_norm(&agent.velocity.map(|v| v as f64)).sqrt()
+        };
         Self {
-            sum: std::array::from_fn(|axis| speakers.0.map(|speaker| speaker.signal[axis])),
+            sum: std::array::from_fn(|axis| agents.0.map(|agent| agent.velocity[axis])),
             count: [1; GROUP],
-            norm: speakers.0.map(norm),
+            norm: agents.0.map(norm),
         }
+    }
+
+    /// The sums of the agent in a lane.
+    pub(in crate::neighbor) fn of(&self, lane: usize) -> AgentSums<D> {
+        AgentSums {
+            sum: SVector::from_fn(|axis, _| self.sum[axis][lane]),
+            count: self.count[lane],
+            norm: self.norm[lane],
+        }
+    }
+
+    /// Sets the sums of the agent in a lane.
+    pub(in crate::neighbor) fn set(&mut self, lane: usize, agent: &AgentSums<D>) {
+        for axis in 0..D {
+            self.sum[axis][lane] = agent.sum[axis];
+        }
+        (self.count[lane], self.norm[lane]) = (agent.count, agent.norm);
     }
 }
 
-/// Lists that keep their memory from step to step.
+/// The sums of one agent; a snapshot has one per agent in the flock.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(in crate::neighbor) struct AgentSums<const D: usize> {
+    pub(in crate::neighbor) sum: SVector<i64, D>,
+    pub(in crate::neighbor) count: i64,
+    pub(in crate::neighbor) norm: f64,
+}
+
+/// Buffers that are reused from step to step.
 #[derive(Debug, Clone, Default)]
 pub(in crate::neighbor) struct Scratch {
     /// Nodes still to be opened: level and block.
     nodes: Vec<(usize, usize)>,
-    /// Groups that are partly within reach of a listening group.
+    /// Groups that are partly within reach of a group.
     groups: Vec<usize>,
-    /// Tiles that are partly within reach of a listening tile; only the first ones count, as many as were found.
+    /// Tiles that are partly within reach of a tile; valid up to the number found.
     tiles: Vec<u32>,
-    /// How many of those there were in the last step, over all listening tiles.
-    pub(in crate::neighbor) tests: usize,
-    pub(in crate::neighbor) topological: topological::Scratch,
+    /// Number of pairs of tiles that the last step tested.
+    pub(in crate::neighbor) num_tile_pairs: usize,
 }
 
-/// Fills `heard` for the groups from `first` on.
-pub(in crate::neighbor) fn listen<const D: usize>(
+/// Fills `sums` for the groups from `first` on.
+pub(in crate::neighbor) fn sum_neighbors<const D: usize>(
     agents: &Agents<D>,
     tree: &Tree<D>,
     reaches: Reaches<'_>,
     first: usize,
-    heard: &mut [Heard<D>],
+    sums: &mut [NeighborSums<D>],
     scratch: &mut Scratch,
 ) {
-    Arch::new().dispatch(Listen {
+    Arch::new().dispatch(SumNeighbors {
         agents,
         tree,
         reaches,
         first,
-        heard,
+        sums,
         scratch,
     });
 }
 
-/// The same, one neighbor after the other.
-pub(in crate::neighbor) fn listen_to_pairs<const D: usize>(
+/// The same from pairs of neighbors.
+pub(in crate::neighbor) fn sum_pairs<const D: usize>(
     pairs: Pairs<'_, D>,
     first: usize,
-    heard: &mut [Heard<D>],
+    sums: &mut [NeighborSums<D>],
     scratch: &mut Scratch,
 ) {
-    scratch.tests = 0;
-    for (group, heard) in (first..).zip(heard) {
-        heard.count.fill(0);
-        for sum in &mut heard.sum {
+    scratch.num_tile_pairs = 0;
+    for (group, sums) in (first..).zip(sums) {
+        sums.count.fill(0);
+        for sum in &mut sums.sum {
             sum.fill(0);
         }
-        scratch.tests += pairs.visit(group, &mut scratch.tiles, |lane, place| {
-            let speaker = &pairs.tree.speakers[place / GROUP].0[place % GROUP];
+        scratch.num_tile_pairs += pairs.visit(group, &mut scratch.tiles, |lane, place| {
+            let neighbor = &pairs.tree.agents[place / GROUP].0[place % GROUP];
             for axis in 0..D {
-                heard.sum[axis][lane] += speaker.signal[axis];
+                sums.sum[axis][lane] += neighbor.velocity[axis];
             }
-            heard.count[lane] += 1;
+            sums.count[lane] += 1;
         });
     }
 }
@@ -116,16 +142,16 @@ impl<const D: usize> Whole<D> {
     }
 }
 
-pub(in crate::neighbor) struct Listen<'a, const D: usize> {
+pub(in crate::neighbor) struct SumNeighbors<'a, const D: usize> {
     pub(in crate::neighbor) agents: &'a Agents<D>,
     pub(in crate::neighbor) tree: &'a Tree<D>,
     pub(in crate::neighbor) reaches: Reaches<'a>,
     pub(in crate::neighbor) first: usize,
-    pub(in crate::neighbor) heard: &'a mut [Heard<D>],
+    pub(in crate::neighbor) sums: &'a mut [NeighborSums<D>],
     pub(in crate::neighbor) scratch: &'a mut Scratch,
 }
 
-impl<const D: usize> WithSimd for Listen<'_, D> {
+impl<const D: usize> WithSimd for SumNeighbors<'_, D> {
     type Output = ();
 
     #[inline(always)]
@@ -135,33 +161,33 @@ impl<const D: usize> WithSimd for Listen<'_, D> {
             tree,
             reaches,
             first,
-            heard,
+            sums,
             scratch,
         } = self;
-        scratch.tests = 0;
+        scratch.num_tile_pairs = 0;
         let mut squared = [0.0; GROUP];
-        for (group, heard) in (first..).zip(heard) {
+        for (group, sums) in (first..).zip(sums) {
             let names = agents.names_of(group);
             reaches.square(group, names, &mut squared);
             let tiles = &tree.levels[0][group];
             let reach = Reach::new(tiles.bounds(), reaches, &squared[..names.len()]);
-            let heard_by_all = find_groups(simd, tree, &reach, scratch);
+            let common = find_groups(simd, tree, &reach, scratch);
             for (tile, names) in names.chunks(TILE).enumerate() {
                 let lanes = tile * TILE..tile * TILE + names.len();
                 let reach = Reach::new(tiles.bounds_of(tile), reaches, &squared[lanes]);
-                let (whole, found) = find_tiles(simd, tree, &reach, heard_by_all, scratch);
-                scratch.tests += found;
+                let (whole, found) = find_tiles(simd, tree, &reach, common, scratch);
+                scratch.num_tile_pairs += found;
                 for start in (tile * TILE..(tile + 1) * TILE).step_by(S::F64_LANES) {
-                    let listeners = &agents.groups[group].position;
+                    let positions = &agents.groups[group].position;
                     let across = &scratch.tiles[..found];
-                    hear(simd, listeners, &squared, start, tree, across, whole, heard);
+                    fill(simd, positions, &squared, start, tree, across, whole, sums);
                 }
             }
         }
     }
 }
 
-/// Lists the groups that are partly within reach of a group, and sums the nodes that are wholly.
+/// Lists the groups partly within reach of a group, and sums the nodes wholly within reach.
 #[inline(always)]
 fn find_groups<S: Simd, const D: usize>(
     simd: S,
@@ -196,8 +222,8 @@ fn find_groups<S: Simd, const D: usize>(
     whole
 }
 
-/// Among the groups listed, lists the tiles that are partly within reach of a tile, tells how many they are, and adds
-/// those that are wholly. Without a branch per tile, which no processor could predict.
+/// Among the listed groups, lists the tiles partly within reach of a tile, returns their number, and adds the tiles
+/// wholly within reach. There is no branch per tile, which no processor could predict.
 #[inline(always)]
 fn find_tiles<S: Simd, const D: usize>(
     simd: S,
@@ -258,27 +284,24 @@ const ONES: [[u8; FAN]; 256] = {
     table
 };
 
-/// Fills one register of listeners, from `start` on in their group: what is `whole`, and agent by agent `tiles`.
+/// Fills the sums of one register of agents, from `start` on in their group: `whole`, and the agents of `tiles` in reach.
 #[inline(always)]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "a struct would only give them other names"
-)]
-fn hear<S: Simd, const D: usize>(
+#[expect(clippy::too_many_arguments, reason = "a struct would only rename them")]
+fn fill<S: Simd, const D: usize>(
     simd: S,
-    listeners: &[Column<f64>; D],
+    positions: &[Column<f64>; D],
     squared: &Column<f64>,
     start: usize,
     tree: &Tree<D>,
     tiles: &[u32],
     whole: Whole<D>,
-    heard: &mut Heard<D>,
+    sums: &mut NeighborSums<D>,
 ) {
     let places = start..start + S::F64_LANES;
     let squared = S::as_simd_f64s(&squared[places.clone()]).0[0];
     let mut position = [squared; D];
     for axis in 0..D {
-        position[axis] = S::as_simd_f64s(&listeners[axis][places.clone()]).0[0];
+        position[axis] = S::as_simd_f64s(&positions[axis][places.clone()]).0[0];
     }
     let one = simd.splat_u64s(1);
     let mut sum = [one; D];
@@ -287,25 +310,24 @@ fn hear<S: Simd, const D: usize>(
     }
     let mut count = simd.splat_u64s(whole.count as u64);
     for &tile in tiles {
-        let speakers =
-            &tree.speakers[tile as usize / FAN].0.as_chunks::<TILE>().0[tile as usize % FAN];
-        for speaker in speakers {
+        let others = &tree.agents[tile as usize / FAN].0.as_chunks::<TILE>().0[tile as usize % FAN];
+        for other in others {
             let mut offset = position;
             for axis in 0..D {
-                offset[axis] = simd.sub_f64s(offset[axis], simd.splat_f64s(speaker.position[axis]));
+                offset[axis] = simd.sub_f64s(offset[axis], simd.splat_f64s(other.position[axis]));
             }
             let is_near = simd.less_than_or_equal_f64s(squared_norm(simd, offset), squared);
             for axis in 0..D {
-                let added = simd.add_u64s(sum[axis], simd.splat_u64s(speaker.signal[axis] as u64));
+                let added = simd.add_u64s(sum[axis], simd.splat_u64s(other.velocity[axis] as u64));
                 sum[axis] = simd.select_u64s(is_near, added, sum[axis]);
             }
             count = simd.select_u64s(is_near, simd.add_u64s(count, one), count);
         }
     }
     for axis in 0..D {
-        heard.sum[axis][places.clone()].copy_from_slice(lanes(&sum[axis]));
+        sums.sum[axis][places.clone()].copy_from_slice(lanes(&sum[axis]));
     }
-    heard.count[places].copy_from_slice(lanes(&count));
+    sums.count[places].copy_from_slice(lanes(&count));
 }
 
 /// One register of eight whole numbers.

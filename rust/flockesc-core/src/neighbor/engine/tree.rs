@@ -1,4 +1,4 @@
-//! A tree of boxes over tiles, groups, groups of groups, ..: what is known of many agents at once.
+//! A tree of bounding boxes over tiles, groups, groups of groups and so on, with sums of velocities and numbers of agents.
 
 use multiversion::multiversion;
 
@@ -8,28 +8,28 @@ use crate::base::vector::{larger, smaller};
 use crate::neighbor::ranges::SAMPLE;
 use crate::parallel;
 
-/// An agent as others hear it.
+/// An agent with its velocity in fixed point.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
-pub(in crate::neighbor) struct Speaker<const D: usize> {
+pub(in crate::neighbor) struct FixedPointAgent<const D: usize> {
     /// r in m.
     pub(in crate::neighbor) position: [f64; D],
     /// v in units of the tree's scale.
-    pub(in crate::neighbor) signal: [i64; D],
+    pub(in crate::neighbor) velocity: [i64; D],
 }
 
-/// The agents of one group, one after the other, as they are heard.
+/// The agents of one group, row by row.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
-pub(in crate::neighbor) struct Speakers<const D: usize>(
-    pub(in crate::neighbor) [Speaker<D>; GROUP],
+pub(in crate::neighbor) struct FixedPointAgents<const D: usize>(
+    pub(in crate::neighbor) [FixedPointAgent<D>; GROUP],
 );
 
-impl<const D: usize> Speakers<D> {
-    const SILENT: Self = Self(
-        [Speaker {
+impl<const D: usize> FixedPointAgents<D> {
+    const EMPTY: Self = Self(
+        [FixedPointAgent {
             position: [f64::NAN; D],
-            signal: [0; D],
+            velocity: [0; D],
         }; GROUP],
     );
 }
@@ -46,7 +46,7 @@ pub(in crate::neighbor) struct Siblings<const D: usize> {
     pub(in crate::neighbor) count: [i64; FAN],
 }
 
-/// A box; the smallest around some agents.
+/// The smallest box around some agents.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::neighbor) struct Bounds<const D: usize> {
     pub(in crate::neighbor) low: [f64; D],
@@ -87,12 +87,12 @@ impl<const D: usize> Siblings<D> {
     }
 }
 
-/// The tree over all agents where they stand.
+/// The tree over all agents.
 #[derive(Debug, Clone)]
 pub(in crate::neighbor) struct Tree<const D: usize> {
     /// `levels[0][g]` are the tiles of group g, `levels[1][k]` the groups 8 k to 8 k + 7, and so on to a single block.
     pub(in crate::neighbor) levels: Vec<Vec<Siblings<D>>>,
-    pub(in crate::neighbor) speakers: Vec<Speakers<D>>,
+    pub(in crate::neighbor) agents: Vec<FixedPointAgents<D>>,
     /// Unit of all sums of velocities, in m/s.
     pub(in crate::neighbor) scale: Scale,
     /// Largest component of any velocity, in m/s.
@@ -110,15 +110,15 @@ impl<const D: usize> Tree<D> {
         }
         Self {
             levels,
-            speakers: vec![Speakers::SILENT; num_groups],
+            agents: vec![FixedPointAgents::EMPTY; num_groups],
             scale: Scale::for_registers(0.0, 1),
             largest_speed: 0.0,
         }
     }
 
-    /// Makes it a tree for fewer groups; [`Tree::refresh`] does the rest.
+    /// Resizes the tree for fewer groups; a [`Tree::refresh`] must follow.
     pub(in crate::neighbor) fn shrink(&mut self, num_groups: usize) {
-        self.speakers.truncate(num_groups);
+        self.agents.truncate(num_groups);
         let mut blocks = num_groups;
         self.levels[0].truncate(blocks);
         let mut height = 1;
@@ -130,25 +130,21 @@ impl<const D: usize> Tree<D> {
         self.levels.truncate(height);
     }
 
-    /// Brings boxes and sums up to date with where the agents are and how they move.
+    /// Recomputes boxes and sums from the agents' positions and velocities.
     pub(in crate::neighbor) fn refresh(&mut self, agents: &Agents<D>) {
         let largest = parallel::map_reduce(&agents.groups, largest_speed, larger);
         self.largest_speed = largest.unwrap_or(0.0);
         self.scale = Scale::for_registers(self.largest_speed, agents.len());
         let scale = self.scale;
         let (tiles, nodes) = self.levels.split_at_mut(1);
-        parallel::for_each_chunk(
-            &mut self.speakers,
-            &mut tiles[0],
-            |first, speakers, tiles| {
-                survey(
-                    &agents.groups[first..first + tiles.len()],
-                    scale,
-                    speakers,
-                    tiles,
-                );
-            },
-        );
+        parallel::for_each_chunk(&mut self.agents, &mut tiles[0], |first, rows, tiles| {
+            survey(
+                &agents.groups[first..first + tiles.len()],
+                scale,
+                rows,
+                tiles,
+            );
+        });
         let mut below = &tiles[0];
         for blocks in nodes {
             for (children, block) in below.chunks(FAN).zip(blocks.iter_mut()) {
@@ -158,9 +154,38 @@ impl<const D: usize> Tree<D> {
         }
     }
 
-    /// The block that holds all.
+    /// The block of the highest nodes.
     pub(in crate::neighbor) fn root(&self) -> &Siblings<D> {
         &self.levels[self.levels.len() - 1][0]
+    }
+
+    /// Lists the tiles whose box, and the boxes of all nodes above it, are near.
+    pub(in crate::neighbor) fn list_tiles(
+        &self,
+        tiles: &mut Vec<u32>,
+        is_near: impl Fn(&Bounds<D>) -> bool,
+    ) {
+        tiles.clear();
+        self.descend(self.levels.len() - 1, 0, tiles, &is_near);
+    }
+
+    fn descend(
+        &self,
+        level: usize,
+        block: usize,
+        tiles: &mut Vec<u32>,
+        is_near: &impl Fn(&Bounds<D>) -> bool,
+    ) {
+        let nodes = &self.levels[level][block];
+        for child in (0..FAN).filter(|&child| nodes.count[child] > 0) {
+            if is_near(&nodes.bounds_of(child)) {
+                let node = block * FAN + child;
+                match level.checked_sub(1) {
+                    Some(below) => self.descend(below, node, tiles, is_near),
+                    None => tiles.push(node as u32),
+                }
+            }
+        }
     }
 
     /// Mean extent of a tile along an axis in m, over a sample of the groups.
@@ -194,24 +219,24 @@ fn largest_speed<const D: usize>(groups: &[Group<D>]) -> f64 {
     reduce(largest, larger)
 }
 
-/// Speakers and tiles of some groups.
+/// Fixed-point agents and tiles of some groups.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn survey<const D: usize>(
     groups: &[Group<D>],
     scale: Scale,
-    speakers: &mut [Speakers<D>],
+    rows: &mut [FixedPointAgents<D>],
     tiles: &mut [Siblings<D>],
 ) {
-    for ((group, speakers), tiles) in groups.iter().zip(speakers).zip(tiles) {
+    for ((group, rows), tiles) in groups.iter().zip(rows).zip(tiles) {
         for axis in 0..D {
             let velocity = &group.velocity[axis];
-            let mut signal = [0; GROUP];
+            let mut units = [0; GROUP];
             for lane in 0..GROUP {
-                signal[lane] = scale.quantize(velocity[lane]);
+                units[lane] = scale.quantize(velocity[lane]);
             }
             for lane in 0..GROUP {
-                speakers.0[lane].position[axis] = group.position[axis][lane];
-                speakers.0[lane].signal[axis] = signal[lane];
+                rows.0[lane].position[axis] = group.position[axis][lane];
+                rows.0[lane].velocity[axis] = units[lane];
             }
             let position = &group.position[axis];
             for tile in 0..FAN {
@@ -224,7 +249,7 @@ fn survey<const D: usize>(
                     .iter()
                     .copied()
                     .fold(f64::NEG_INFINITY, larger);
-                tiles.sum[axis][tile] = signal[places].iter().sum();
+                tiles.sum[axis][tile] = units[places].iter().sum();
             }
         }
         for tile in 0..FAN {

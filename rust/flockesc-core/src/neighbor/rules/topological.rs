@@ -1,64 +1,80 @@
-//! How far the k-th nearest agent is, of those that are seen.
+//! Topological neighbors: the k nearest agents in view.
 
 use multiversion::multiversion;
+use serde::{Deserialize, Serialize};
 
-use crate::agents::{Agents, Column, FAN, GROUP, Group, TILE};
+use super::rule::{Criterion, Found, Rule, SearchBuffers, Sensing};
+use crate::agents::{Column, FAN, GROUP, Group, TILE};
 use crate::base::vector::{larger, squared_norm};
-use crate::neighbor::Ranges;
-use crate::neighbor::engine::field_of_view::Sight;
-use crate::neighbor::engine::tree::Tree;
-use crate::neighbor::options::NeighborOptions;
+use crate::neighbor::engine::field_of_view::FieldOfView;
+use crate::neighbor::ranges::{Ranges, SAMPLE};
+use crate::parallel;
+
+/// The k nearest agents in view, and all that are as near as the last of them; an action sets k.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Topological {}
+
+impl Rule for Topological {
+    fn criterion(&self) -> Criterion {
+        Criterion::Reach
+    }
+
+    fn find<const D: usize>(&self, sensing: &Sensing<'_, D>, found: &mut Found) {
+        let num_groups = sensing.agents.groups.len();
+        let Found {
+            squares, searches, ..
+        } = found;
+        squares.resize(num_groups, [0.0; GROUP]);
+        searches.resize_with(parallel::num_chunks(num_groups), SearchBuffers::default);
+        parallel::for_each_chunk_with(squares, searches, |first, squares, buffers| {
+            reach_nearest(sensing, first, squares, buffers);
+        });
+    }
+
+    fn typical_reach(&self, _ranges: Ranges<'_>, found: &Found) -> f64 {
+        let first = found.squares.iter().map(|squares| squares[0].sqrt());
+        let sample = first.step_by(found.squares.len().div_ceil(SAMPLE).max(1));
+        let (sum, count) = sample.fold((0.0, 1e-300), |(sum, count), r| (sum + r, count + 1.0));
+        sum / count
+    }
+}
 
 /// The factor of the squared distance by which a search looks beyond what sufficed in the last step.
 const AHEAD: f64 = 1.3;
 /// The factor by which a search that has found too few is widened.
 const WIDER: f64 = 4.0;
 
-/// Lists that keep their memory from step to step.
-#[derive(Debug, Clone, Default)]
-pub(in crate::neighbor) struct Scratch {
-    tiles: Vec<u32>,
-    /// Squared distances in m^2 as bits, which have the order of the numbers where none is negative.
-    distances: Vec<u64>,
-}
-
-/// Replaces `squares`, of the groups from `first` on, by the squared distance in m^2 to the k-th nearest other agent of
-/// those that are seen: the largest number where there are fewer, 0 for k = 0. What it held guides the search.
+/// Replaces `squares`, of the groups from `first` on, by the squared distance in m^2 to the k-th nearest other agent in
+/// view: the largest number if there are fewer, 0 for k = 0. The old squares guide the search.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-pub(in crate::neighbor) fn reach_nearest<const D: usize>(
-    agents: &Agents<D>,
-    tree: &Tree<D>,
-    options: &NeighborOptions,
-    ranges: Ranges<'_>,
+fn reach_nearest<const D: usize>(
+    sensing: &Sensing<'_, D>,
     first: usize,
     squares: &mut [Column<f64>],
-    scratch: &mut Scratch,
+    buffers: &mut SearchBuffers,
 ) {
     let mut numbers = [0; GROUP];
     for (group, squares) in (first..).zip(squares) {
-        let names = agents.names_of(group);
+        let names = sensing.agents.names_of(group);
         for (number, &name) in numbers.iter_mut().zip(names) {
-            *number = (ranges.of(name) + 0.5) as usize;
+            *number = (sensing.ranges.of(name) + 0.5) as usize;
         }
         for start in (0..names.len()).step_by(TILE) {
             let lanes = start..names.len().min(start + TILE);
             let search = Search {
-                agents,
-                tree,
-                options,
+                sensing,
                 group,
                 start,
             };
-            search.fill(&numbers[lanes.clone()], &mut squares[lanes], scratch);
+            search.fill(&numbers[lanes.clone()], &mut squares[lanes], buffers);
         }
     }
 }
 
 /// The search for the agents of one tile.
 struct Search<'a, const D: usize> {
-    agents: &'a Agents<D>,
-    tree: &'a Tree<D>,
-    options: &'a NeighborOptions,
+    sensing: &'a Sensing<'a, D>,
     group: usize,
     /// Lane of the first agent.
     start: usize,
@@ -66,8 +82,14 @@ struct Search<'a, const D: usize> {
 
 impl<const D: usize> Search<'_, D> {
     #[inline(always)]
-    fn fill(&self, numbers: &[usize], squares: &mut [f64], scratch: &mut Scratch) {
-        let bounds = self.tree.levels[0][self.group].bounds_of(self.start / TILE);
+    fn fill(&self, numbers: &[usize], squares: &mut [f64], buffers: &mut SearchBuffers) {
+        let Sensing {
+            agents,
+            tree,
+            torus,
+            ..
+        } = *self.sensing;
+        let bounds = tree.levels[0][self.group].bounds_of(self.start / TILE);
         let known = squares.iter().copied().filter(|square| *square < f64::MAX);
         let mut square = AHEAD * known.fold(0.0, larger);
         if square <= 0.0 {
@@ -76,14 +98,15 @@ impl<const D: usize> Search<'_, D> {
         }
         let mut next = 0;
         while next < numbers.len() {
-            scratch.tiles.clear();
-            let torus = self.options.torus;
-            self.tree.near(&bounds, square, torus, &mut scratch.tiles);
+            buffers.tiles.clear();
+            tree.list_tiles(&mut buffers.tiles, |node| {
+                torus.squared_gap(&bounds, node) <= square
+            });
             while next < numbers.len() {
                 let own = (AHEAD * squares[next]).min(square);
                 let reach = self
-                    .reach(next, numbers[next], own, scratch)
-                    .or_else(|| self.reach(next, numbers[next], square, scratch));
+                    .reach(next, numbers[next], own, buffers)
+                    .or_else(|| self.reach(next, numbers[next], square, buffers));
                 match reach {
                     Some(reach) => squares[next] = reach,
                     None if square >= f64::MAX => squares[next] = f64::MAX,
@@ -91,7 +114,7 @@ impl<const D: usize> Search<'_, D> {
                 }
                 next += 1;
             }
-            let is_all = scratch.tiles.len() == self.agents.len().div_ceil(TILE);
+            let is_all = buffers.tiles.len() == agents.len().div_ceil(TILE);
             let wider = (WIDER * square).min(f64::MAX);
             square = if is_all || wider <= 0.0 {
                 f64::MAX
@@ -103,10 +126,14 @@ impl<const D: usize> Search<'_, D> {
 
     /// The squared distance to the k-th nearest agent that the agent sees, where it is at most `square`.
     #[inline(always)]
-    fn reach(&self, agent: usize, k: usize, square: f64, scratch: &mut Scratch) -> Option<f64> {
-        let Self {
-            agents, options, ..
-        } = *self;
+    fn reach(
+        &self,
+        agent: usize,
+        k: usize,
+        square: f64,
+        buffers: &mut SearchBuffers,
+    ) -> Option<f64> {
+        let Sensing { agents, torus, .. } = *self.sensing;
         if k == 0 {
             return Some(0.0);
         }
@@ -116,7 +143,7 @@ impl<const D: usize> Search<'_, D> {
         let lane = self.start + agent;
         let group = &agents.groups[self.group];
         let own: [f64; D] = std::array::from_fn(|axis| group.position[axis][lane]);
-        let Scratch { tiles, distances } = scratch;
+        let SearchBuffers { tiles, distances } = buffers;
         distances.resize(tiles.len() * TILE, 0);
         let mut found = 0;
         for &tile in tiles.iter() {
@@ -126,7 +153,7 @@ impl<const D: usize> Search<'_, D> {
             for axis in 0..D {
                 let column = &others.position[axis][first..first + TILE];
                 for (squared, &place) in squared.iter_mut().zip(column) {
-                    let offset = options.torus.offset(own[axis], place);
+                    let offset = torus.offset(own[axis], place);
                     *squared += offset * offset;
                 }
             }
@@ -144,19 +171,22 @@ impl<const D: usize> Search<'_, D> {
     /// Whether the agent in `lane` sees the one in `place` of a group.
     #[inline(always)]
     fn sees(&self, lane: usize, others: &Group<D>, place: usize, squared: f64) -> bool {
-        let Self {
-            agents, options, ..
-        } = *self;
-        if options.sight == Sight::ALL_ROUND {
+        let Sensing {
+            agents,
+            field_of_view,
+            torus,
+            ..
+        } = *self.sensing;
+        if field_of_view == FieldOfView::ALL_ROUND {
             return true;
         }
         let group = &agents.groups[self.group];
         let (mut along, mut speed) = (0.0, 0.0);
         for axis in 0..D {
             let (own, velocity) = (group.position[axis][lane], group.velocity[axis][lane]);
-            along += velocity * options.torus.offset(own, others.position[axis][place]);
+            along += velocity * torus.offset(own, others.position[axis][place]);
             speed += velocity * velocity;
         }
-        options.sight.sees(along, speed.sqrt(), squared)
+        field_of_view.sees(along, speed.sqrt(), squared)
     }
 }

@@ -1,20 +1,54 @@
 //! Voronoi neighbors in the plane, by the Delaunay triangulation.
 //!
-//! Two agents are neighbors where their cells share an edge of positive length. Triangulations of points on a common
+//! Two agents are neighbors if their cells share an edge of positive length. Triangulations of points on a common
 //! circle are not unique, but their superfluous edges belong to cells that meet in a point: exact predicates find and drop
-//! them. Agents in the same place share a cell; they are neighbors of each other and have the same ones.
+//! them. Agents at the same point share a cell. They are neighbors of each other and have the same other neighbors.
 
 use nalgebra::SVector;
 use robust::{Coord, incircle};
+use serde::{Deserialize, Serialize};
 use spade::{
     DelaunayTriangulation, HasPosition, MAX_ALLOWED_VALUE, Point2, Triangulation,
     mitigate_underflow,
 };
 
+use super::rule::{Criterion, Found, Rule, Sensing};
 use crate::agents::Agents;
+use crate::base::error::{Error, Result};
 use crate::neighbor::engine::lists::Lists;
 
-/// A place with at least one agent.
+/// The agents within the interaction range whose Voronoi cells share an edge with the agent's; in the plane only.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Voronoi {}
+
+impl Rule for Voronoi {
+    fn check(&self, dimension: usize, periodic_side: Option<f64>) -> Result<()> {
+        if dimension != 2 {
+            let expected = format!("a rule that is defined in {dimension} dimensions");
+            return Err(Error::config("neighbor_rule", expected, "voronoi"));
+        }
+        match periodic_side {
+            Some(side) => Err(Error::config(
+                "periodic_side",
+                "None with neighbor_rule voronoi",
+                side,
+            )),
+            None => Ok(()),
+        }
+    }
+
+    fn criterion(&self) -> Criterion {
+        Criterion::List
+    }
+
+    fn find<const D: usize>(&self, sensing: &Sensing<'_, D>, found: &mut Found) {
+        found.square_ranges(sensing);
+        found.lists = voronoi_neighbors(sensing.agents);
+    }
+}
+
+/// A point with at least one agent.
 struct Site {
     position: Point2<f64>,
     /// Index of the site.
@@ -29,8 +63,8 @@ impl HasPosition for Site {
     }
 }
 
-/// Every agent's Voronoi neighbors, itself left out. Agents beyond 2^201 m have none but those in the same place.
-pub(in crate::neighbor) fn voronoi_neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
+/// Every agent's Voronoi neighbors, itself excluded. Agents beyond 2^201 m have only those at the same point.
+fn voronoi_neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
     let mut points: Vec<(Point2<f64>, u32)> = agents
         .iter()
         .map(|(name, position, _)| (rounded(&position), name as u32))

@@ -8,10 +8,10 @@ use proptest::prelude::*;
 use pulp::{Scalar, Simd};
 
 use super::engine::components::connect;
-use super::engine::sums::{Listen, Scratch};
+use super::engine::sums::{NeighborSums, Scratch, SumNeighbors};
 use super::engine::tree::Tree;
 use super::ranges::Reaches;
-use super::{Heard, NeighborOptions, Neighborhood, Ranges};
+use super::{NeighborOptions, Neighborhood, Ranges};
 use crate::agents::{Agents, GROUP};
 use crate::base::exact::Scale;
 use crate::base::rng::{self, Stream};
@@ -83,13 +83,13 @@ fn kernel<S: Simd, const D: usize>(
     tree: &Tree<D>,
     ranges: Ranges<'_>,
 ) -> Vec<([i64; D], i64)> {
-    let mut groups: Vec<Heard<D>> = tree.speakers.iter().map(Heard::alone).collect();
-    simd.vectorize(Listen {
+    let mut groups: Vec<NeighborSums<D>> = tree.agents.iter().map(NeighborSums::alone).collect();
+    simd.vectorize(SumNeighbors {
         agents,
         tree,
         reaches: Reaches::Ranges(ranges),
         first: 0,
-        heard: &mut groups,
+        sums: &mut groups,
         scratch: &mut Scratch::default(),
     });
     let mut heard = vec![([0; D], 0); agents.len()];
@@ -224,7 +224,7 @@ fn a_crowd_equals_all_pairs_wherever_its_agents_stand() {
     check(&case).expect("equal");
     let mut agents = Agents::new(&case.positions, &case.velocities);
     let mut neighborhood = Neighborhood::silent(NeighborOptions::METRIC, &agents);
-    neighborhood.listen(&mut agents, Ranges::Shared(7.0));
+    neighborhood.sum_neighbors(&mut agents, Ranges::Shared(7.0));
     let by_name = |neighborhood: &Neighborhood<2>, agents: &Agents<2>| {
         let mut counts = vec![0; agents.len()];
         for (place, (name, ..)) in agents.iter().enumerate() {
@@ -238,7 +238,7 @@ fn a_crowd_equals_all_pairs_wherever_its_agents_stand() {
     case.velocities.reverse();
     let mut agents = Agents::new(&case.positions, &case.velocities);
     let mut neighborhood = Neighborhood::silent(NeighborOptions::METRIC, &agents);
-    neighborhood.listen(&mut agents, Ranges::Shared(7.0));
+    neighborhood.sum_neighbors(&mut agents, Ranges::Shared(7.0));
     let mut reversed = by_name(&neighborhood, &agents);
     reversed.reverse();
     assert_eq!(counts, reversed);

@@ -7,7 +7,10 @@ use proptest::prelude::*;
 
 use super::{Case, cases, range_of};
 use crate::agents::{Agents, GROUP};
-use crate::neighbor::{NeighborOptions, NeighborRule, Neighborhood, Ranges, Sight, Torus};
+use crate::neighbor::{
+    FieldOfView, Metric, NeighborOptions, NeighborRule, Neighborhood, Ranges, Topological, Torus,
+    Voronoi,
+};
 
 /// What holds for a case, in plain words.
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +25,7 @@ impl Options {
     fn internal(self, is_frozen: bool) -> NeighborOptions {
         NeighborOptions {
             rule: self.rule,
-            sight: Sight::new(self.blind_angle),
+            field_of_view: FieldOfView::new(self.blind_angle),
             torus: Torus::new(self.side),
             is_mutual: self.is_mutual,
             is_frozen,
@@ -33,8 +36,8 @@ impl Options {
 
 fn options() -> impl Strategy<Value = Options> {
     let rule = prop_oneof![
-        Just(NeighborRule::Metric {}),
-        Just(NeighborRule::Topological {})
+        Just(NeighborRule::Metric(Metric {})),
+        Just(NeighborRule::Topological(Topological {}))
     ];
     let blind_angle = prop_oneof![Just(0.0), 0.0..2.0 * PI];
     let side = prop_oneof![Just(None), (10.0..80.0_f64).prop_map(Some)];
@@ -83,8 +86,8 @@ fn reference<const D: usize>(
     let reach = |i: usize| {
         let range = range_of(ranges, i);
         match options.rule {
-            NeighborRule::Metric {} | NeighborRule::Voronoi {} => (range * range).min(f64::MAX),
-            NeighborRule::Topological {} => {
+            NeighborRule::Metric(_) | NeighborRule::Voronoi(_) => (range * range).min(f64::MAX),
+            NeighborRule::Topological(_) => {
                 let others = (0..n).filter(|&j| j != i && sees(case, options, i, j));
                 let mut distances: Vec<f64> = others.map(|j| distance(i, j)).collect();
                 distances.sort_by(f64::total_cmp);
@@ -118,7 +121,7 @@ fn check<const D: usize>(
         pairs.sort_unstable();
         prop_assert_eq!(&pairs[..], expected);
     }
-    neighborhood.listen(&mut agents, ranges);
+    neighborhood.sum_neighbors(&mut agents, ranges);
     // A second time, guided by the first; or from the graph that stays, whatever the range.
     let again = if options.is_frozen {
         Ranges::Shared(0.0)
@@ -126,7 +129,7 @@ fn check<const D: usize>(
         ranges
     };
     for ranges in [ranges, again] {
-        neighborhood.listen(&mut agents, ranges);
+        neighborhood.sum_neighbors(&mut agents, ranges);
         let scale = neighborhood.scale();
         let mut sums: Vec<([i64; D], i64)> = case
             .velocities
@@ -248,7 +251,7 @@ proptest! {
             ranges: vec![range],
         };
         let whole: Vec<[i128; 2]> = points.iter().map(|&(x, y)| [x.into(), y.into()]).collect();
-        let options = Options { rule: NeighborRule::Voronoi {}, blind_angle, side: None, is_mutual };
+        let options = Options { rule: NeighborRule::Voronoi(Voronoi {}), blind_angle, side: None, is_mutual };
         let ranges = Ranges::Shared(range);
         let mut expected = reference(&case, ranges, options);
         expected.retain(|&(i, j)| share_an_edge(&whole, i as usize, j as usize));

@@ -1,41 +1,20 @@
-//! Which agent is whose: predators that share out their targets pursue distinct agents, at the smallest sum of distances.
+//! The assignment of distinct agents to predators with the smallest sum of distances.
 
 use nalgebra::SVector;
 use pathfinding::prelude::{Matrix, kuhn_munkres};
 
 use crate::base::exact::Scale;
-use crate::predator::Predator;
 use crate::predator::shared::prey::{Prey, Quarry};
 
-/// Most predators that share out their targets: their distances to all agents that come into question make up
-/// `MAX_SHARING`^3 numbers.
-pub(in crate::predator) const MAX_SHARING: usize = 64;
+/// Most predators with assigned targets: their distances to all agents that matter are `MAX_ASSIGNED`^3 numbers.
+pub(in crate::predator) const MAX_ASSIGNED: usize = 64;
 
-/// Tells the predators that share out their targets where these are.
-pub(in crate::predator) fn share_out<const D: usize>(
-    predators: &mut [Predator<D>],
+/// A distinct agent for each of at least two `places`; the nearest agent for places that get none.
+pub(in crate::predator) fn assign<const D: usize>(
+    places: &[SVector<f64, D>],
     prey: Prey<'_, D>,
-) {
-    let count = predators.iter().filter(|p| p.shares_targets()).count();
-    let sharing = predators.iter_mut().filter(|p| p.shares_targets());
-    if count < 2 {
-        for predator in sharing {
-            let nearest = prey.nearest(&predator.position);
-            predator.agreed = nearest.map(|quarry| quarry.position);
-        }
-        return;
-    }
-    let mut sharing: Vec<_> = sharing.collect();
-    let places: Vec<_> = sharing.iter().map(|p| p.position).collect();
-    let targets = assign(&places, prey);
-    for (predator, quarry) in sharing.iter_mut().zip(targets) {
-        predator.agreed = quarry.map(|quarry| quarry.position);
-    }
-}
-
-/// A distinct agent for every one of at least two `places`; the nearest one for those that go without.
-fn assign<const D: usize>(places: &[SVector<f64, D>], prey: Prey<'_, D>) -> Vec<Option<Quarry<D>>> {
-    // Of as many agents as there are predators one is left to the last to choose: none needs to go farther.
+) -> Vec<Option<Quarry<D>>> {
+    // As many agents as there are predators always leave one for the last to choose: none needs to go farther.
     let nearest: Vec<_> = places
         .iter()
         .map(|r| prey.nearest_few(r, places.len()))
@@ -53,7 +32,7 @@ fn assign<const D: usize>(places: &[SVector<f64, D>], prey: Prey<'_, D>) -> Vec<
     // Whole numbers, which add up the same in every order; room for the sums of the search as well.
     let pairs = (0..places.len()).flat_map(|p| (0..quarries.len()).map(move |q| (p, q)));
     let largest = pairs.map(|(p, q)| distance(p, q)).fold(0.0, f64::max);
-    let scale = Scale::new(largest, 8 * MAX_SHARING);
+    let scale = Scale::new(largest, 8 * MAX_ASSIGNED);
     let gain = |place, quarry| -scale.truncate(distance(place, quarry));
     if places.len() <= quarries.len() {
         let gains = Matrix::from_fn(places.len(), quarries.len(), |(p, q)| gain(p, q));

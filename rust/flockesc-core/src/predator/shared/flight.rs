@@ -1,10 +1,12 @@
-//! What all predators that steer have in common: where they start, how fast they turn and how fast they get.
+//! What all predators that turn toward something have in common: where they start, and their limits.
 
 use nalgebra::SVector;
 
 use crate::base::check::{LARGEST, quantity};
 use crate::base::error::{Error, Result};
 use crate::base::vector::unit;
+use crate::predator::shared::steering::heading_toward;
+use crate::predator::strategy::Flight;
 
 /// Relative error that the norm of a velocity may have where it was made to be `max_speed`.
 const ROUNDING: f64 = 1e-12;
@@ -13,7 +15,7 @@ const ROUNDING: f64 = 1e-12;
 macro_rules! steering {
     ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $field:ident: $kind:ty,)* }) => {
         $(#[$about])*
-        #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
+        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
         #[serde(deny_unknown_fields)]
         pub struct $name {
             /// r_p(0) in m.
@@ -71,6 +73,19 @@ impl Limits {
             )),
             _ => Ok(()),
         }
+    }
+
+    /// The velocity of a predator that turns toward `aim` in m, and its norm; it flies straight on without an aim.
+    pub(in crate::predator) fn toward<const D: usize>(
+        &self,
+        aim: Option<SVector<f64, D>>,
+        flight: &Flight<D>,
+        time_step: f64,
+    ) -> (SVector<f64, D>, f64) {
+        let velocity = &flight.velocity;
+        let limit = self.max_turn_rate * time_step;
+        let heading = aim.and_then(|aim| heading_toward(velocity, &(aim - flight.position), limit));
+        self.next(velocity, flight.speed, heading, time_step)
     }
 
     /// The velocity after `velocity`, and its norm after `speed`, along `heading`, a unit vector, or straight on where

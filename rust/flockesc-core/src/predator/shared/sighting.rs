@@ -1,4 +1,4 @@
-//! What a learned predator sees at one moment: vectors in m and m/s, and the frame that is made of them.
+//! What a predator sees at one moment: vectors in m and m/s, and the frame that is made of them.
 
 use nalgebra::SVector;
 
@@ -53,7 +53,7 @@ impl<const D: usize> Sighting<D> {
                 .map(mean_velocity)
                 .map_or_else(SVector::zeros, |mean| mean - own.velocity),
             other,
-            rest: own.learned().map_or(0.0, |own| own.max_speed * REST),
+            rest: own.steered_max_speed().map_or(0.0, |speed| speed * REST),
         }
     }
 

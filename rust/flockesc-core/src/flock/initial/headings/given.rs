@@ -1,31 +1,38 @@
 //! Given directions.
 
 use nalgebra::SVector;
-use serde::Deserialize;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 
-use super::check_direction;
 use crate::base::error::Result;
 use crate::base::vector::heading;
+use crate::flock::initial::distribution::Distribution;
 use crate::flock::initial::space::{Space, embed};
 
 /// One direction per agent, in the order of their names.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GivenHeadings {
     /// n vectors of any length but 0, each of length D, or 2 for a direction in the plane.
     pub directions: Vec<Vec<f64>>,
 }
 
-impl GivenHeadings {
-    pub(super) fn check(&self, space: &Space, count: usize) -> Result<()> {
-        let field = "initial_headings.given_headings.directions";
-        space.check_each(field, &self.directions, count)?;
-        let mut places = self.directions.iter().enumerate();
-        places.try_for_each(|(k, direction)| check_direction(|| format!("{field}[{k}]"), direction))
+impl Distribution for GivenHeadings {
+    fn check(&self, path: &str, space: &Space, count: usize) -> Result<()> {
+        let field = format!("{path}.directions");
+        space.check_each(&field, &self.directions, count)?;
+        let mut directions = self.directions.iter().enumerate();
+        directions
+            .try_for_each(|(k, entries)| space.check_direction(&format!("{field}[{k}]"), entries))
     }
 
-    pub(super) fn vectors<const D: usize>(&self) -> Vec<SVector<f64, D>> {
-        let vectors = self.directions.iter();
-        vectors.map(|vector| heading(&embed(vector))).collect()
+    fn draw<const D: usize>(
+        &self,
+        _space: &Space,
+        _count: usize,
+        _rng: &mut ChaCha8Rng,
+    ) -> Vec<SVector<f64, D>> {
+        let directions = self.directions.iter();
+        directions.map(|vector| heading(&embed(vector))).collect()
     }
 }

@@ -2,31 +2,35 @@
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
-use super::times;
 use crate::base::check::{MAX_AGENTS, quantity, within};
 use crate::base::error::Result;
+use crate::flock::initial::distribution::{Distribution, times};
 use crate::flock::initial::space::Space;
 
 /// Normal around centers that are uniform in the initial region; agent i belongs to center i modulo their number.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Clusters {
     /// Number of centers, at least 1.
     pub num_clusters: usize,
     /// Standard deviation of every coordinate around its center in m, at least 0.
-    pub spread: f64,
+    pub standard_deviation: f64,
 }
 
-impl Clusters {
-    pub(super) fn check(&self) -> Result<()> {
-        let field = "initial_positions.clusters.num_clusters";
-        within(field, self.num_clusters, 1, MAX_AGENTS)?;
-        quantity("initial_positions.clusters.spread", self.spread)
+impl Distribution for Clusters {
+    fn check(&self, path: &str, _space: &Space, _count: usize) -> Result<()> {
+        within(
+            &format!("{path}.num_clusters"),
+            self.num_clusters,
+            1,
+            MAX_AGENTS,
+        )?;
+        quantity(&format!("{path}.standard_deviation"), self.standard_deviation)
     }
 
-    pub(super) fn draw<const D: usize>(
+    fn draw<const D: usize>(
         &self,
         space: &Space,
         count: usize,
@@ -36,7 +40,7 @@ impl Clusters {
         let centers: Vec<SVector<f64, D>> = times(num_centers, || space.uniform(rng));
         let center = centers.iter().cycle().take(count);
         center
-            .map(|center| center + space.normal(self.spread, rng))
+            .map(|center| center + space.normal(self.standard_deviation, rng))
             .collect()
     }
 }

@@ -2,31 +2,32 @@
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::base::check::positive_quantity;
 use crate::base::error::Result;
+use crate::flock::initial::distribution::{Distribution, times};
 use crate::flock::initial::space::Space;
 
 /// Uniform within `radius` of the center of the initial region.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Disc {
     /// In m, from 1e-20 to 1e20.
     pub radius: f64,
 }
 
-impl Disc {
-    pub(super) fn check(&self) -> Result<()> {
-        let field = "initial_positions.disc.radius";
-        positive_quantity(field, self.radius)
+impl Distribution for Disc {
+    fn check(&self, path: &str, _space: &Space, _count: usize) -> Result<()> {
+        positive_quantity(&format!("{path}.radius"), self.radius)
     }
 
-    pub(super) fn draw<const D: usize>(
+    fn draw<const D: usize>(
         &self,
         space: &Space,
+        count: usize,
         rng: &mut ChaCha8Rng,
-    ) -> SVector<f64, D> {
-        space.shell(0.0, self.radius, rng)
+    ) -> Vec<SVector<f64, D>> {
+        times(count, || space.shell(0.0, self.radius, rng))
     }
 }

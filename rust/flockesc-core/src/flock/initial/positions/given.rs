@@ -1,26 +1,32 @@
 //! Given points.
 
 use nalgebra::SVector;
-use serde::Deserialize;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 
 use crate::base::error::Result;
+use crate::flock::initial::distribution::Distribution;
 use crate::flock::initial::space::{Space, embed};
 
 /// One point per agent, in the order of their names.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GivenPositions {
     /// n points in m, each of length D, or 2 for a point in the plane.
     pub points: Vec<Vec<f64>>,
 }
 
-impl GivenPositions {
-    pub(super) fn check(&self, space: &Space, count: usize) -> Result<()> {
-        let field = "initial_positions.given_positions.points";
-        space.check_each(field, &self.points, count)
+impl Distribution for GivenPositions {
+    fn check(&self, path: &str, space: &Space, count: usize) -> Result<()> {
+        space.check_each(&format!("{path}.points"), &self.points, count)
     }
 
-    pub(super) fn vectors<const D: usize>(&self) -> Vec<SVector<f64, D>> {
+    fn draw<const D: usize>(
+        &self,
+        _space: &Space,
+        _count: usize,
+        _rng: &mut ChaCha8Rng,
+    ) -> Vec<SVector<f64, D>> {
         self.points.iter().map(|point| embed(point)).collect()
     }
 }

@@ -2,14 +2,15 @@
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::base::check::positive_quantity;
 use crate::base::error::{Error, Result};
+use crate::flock::initial::distribution::{Distribution, times};
 use crate::flock::initial::space::Space;
 
 /// Uniform within `width` / 2 of the circle of `radius` around the center of the initial region.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ring {
     /// In m, from 1e-20 to 1e20.
@@ -18,26 +19,24 @@ pub struct Ring {
     pub width: f64,
 }
 
-impl Ring {
-    pub(super) fn check(&self) -> Result<()> {
-        let field = "initial_positions.ring.radius";
-        positive_quantity(field, self.radius)?;
+impl Distribution for Ring {
+    fn check(&self, path: &str, _space: &Space, _count: usize) -> Result<()> {
+        positive_quantity(&format!("{path}.radius"), self.radius)?;
         if (0.0..=2.0).contains(&(self.width / self.radius)) {
             return Ok(());
         }
-        Err(Error::config(
-            "initial_positions.ring.width",
-            "a number from 0 to 2 radius",
-            self.width,
-        ))
+        let expected = "a number from 0 to 2 radius";
+        Err(Error::config(format!("{path}.width"), expected, self.width))
     }
 
-    pub(super) fn draw<const D: usize>(
+    fn draw<const D: usize>(
         &self,
         space: &Space,
+        count: usize,
         rng: &mut ChaCha8Rng,
-    ) -> SVector<f64, D> {
+    ) -> Vec<SVector<f64, D>> {
         let half = self.width / 2.0;
-        space.shell(self.radius - half, self.radius + half, rng)
+        let (inner, outer) = (self.radius - half, self.radius + half);
+        times(count, || space.shell(inner, outer, rng))
     }
 }

@@ -2,14 +2,15 @@
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::base::error::Result;
 use crate::base::rng;
+use crate::flock::initial::distribution::{Distribution, times};
 use crate::flock::initial::space::{Space, embed};
 
 /// Uniform between `start` and `end`, each of length D, or 2 for a point in the plane.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Segment {
     /// In m.
@@ -18,14 +19,21 @@ pub struct Segment {
     pub end: Vec<f64>,
 }
 
-impl Segment {
-    pub(super) fn check(&self, space: &Space) -> Result<()> {
-        space.check("initial_positions.segment.start", &self.start)?;
-        space.check("initial_positions.segment.end", &self.end)
+impl Distribution for Segment {
+    fn check(&self, path: &str, space: &Space, _count: usize) -> Result<()> {
+        space.check(&format!("{path}.start"), &self.start)?;
+        space.check(&format!("{path}.end"), &self.end)
     }
 
-    pub(super) fn draw<const D: usize>(&self, rng: &mut ChaCha8Rng) -> SVector<f64, D> {
-        let part = rng::uniform(rng, 1.0);
-        embed(&self.start) * (1.0 - part) + embed(&self.end) * part
+    fn draw<const D: usize>(
+        &self,
+        _space: &Space,
+        count: usize,
+        rng: &mut ChaCha8Rng,
+    ) -> Vec<SVector<f64, D>> {
+        times(count, || {
+            let part = rng::uniform(rng, 1.0);
+            embed(&self.start) * (1.0 - part) + embed(&self.end) * part
+        })
     }
 }

@@ -1,0 +1,32 @@
+"""Optional libraries, and which extra of the package installs them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from importlib.util import find_spec
+
+from gymnasium.error import DependencyNotInstalled
+
+from flockesc_env.common.errors import FlockescError
+
+
+class MissingExtraError(FlockescError, ImportError, DependencyNotInstalled):
+    """A library of an extra is not installed."""
+
+    def __str__(self) -> str:
+        return f"{self.field} is not installed, run `{self.expected}`"
+
+
+def require(extra: str, modules: Iterable[str]) -> None:
+    """Check that modules of an extra are installed, without importing them.
+
+    Args:
+        extra: name of the extra, for example ``"analysis"``.
+        modules: names of top-level modules.
+
+    Raises:
+        MissingExtraError: naming the first missing module and the pip command that installs the extra.
+    """
+    for module in modules:
+        if find_spec(module) is None:
+            raise MissingExtraError(module, f'pip install "flockesc-env[{extra}]"', "no such module")

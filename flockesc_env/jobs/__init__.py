@@ -1,0 +1,6 @@
+"""Long work cut into jobs, and a cache of their results."""
+
+from flockesc_env.jobs.cache import Cache
+from flockesc_env.jobs.job import Arrays, Job
+
+__all__ = ["Arrays", "Cache", "Job"]

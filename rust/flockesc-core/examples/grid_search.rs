@@ -1,0 +1,17 @@
+//! The paper's grid search: 100 interaction ranges on the same 40 flocks.
+
+use std::sync::Arc;
+
+use flockesc_core::{FlockConfig, Progress, Result, sweep_flock};
+
+fn main() -> Result<()> {
+    let ranges: Vec<f64> = (1..=100).map(f64::from).collect();
+    let seeds: Vec<u64> = (0..40).collect();
+    let flock = Arc::new(FlockConfig::default());
+    let outcomes = sweep_flock(&flock, &ranges, &seeds, None, &Progress::default())?;
+    for (range, flocks) in ranges.iter().zip(outcomes.chunks(seeds.len())) {
+        let sum: f64 = flocks.iter().map(|flock| flock.min_mean_distance).sum();
+        println!("{range} m: J_mean = {:.2} m", sum / seeds.len() as f64);
+    }
+    Ok(())
+}

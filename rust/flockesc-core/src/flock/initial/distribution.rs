@@ -1,0 +1,73 @@
+//! The trait of initial positions and headings, and what the list of a family generates.
+
+use nalgebra::SVector;
+use rand_chacha::ChaCha8Rng;
+
+use super::space::Space;
+use crate::base::error::Result;
+
+/// A distribution of one vector per agent.
+pub(super) trait Distribution {
+    /// Checks the parameters for a flock of `count` agents; fields of errors begin with `path`.
+    fn check(&self, _path: &str, _space: &Space, _count: usize) -> Result<()> {
+        Ok(())
+    }
+
+    /// The vectors of `count` agents: positions in m, or headings of length 1 up to rounding.
+    fn draw<const D: usize>(
+        &self,
+        space: &Space,
+        count: usize,
+        rng: &mut ChaCha8Rng,
+    ) -> Vec<SVector<f64, D>>;
+}
+
+/// One draw after the other.
+pub(super) fn times<T>(count: usize, draw: impl FnMut() -> T) -> Vec<T> {
+    std::iter::repeat_with(draw).take(count).collect()
+}
+
+/// Makes the list of all distributions of a family: the enum of a scenario, and everything that matches on a distribution.
+macro_rules! distributions {
+    (
+        $(#[$about:meta])*
+        pub enum $Family:ident in $field:literal {
+            $($(#[$note:meta])* $Variant:ident($Part:ident),)+
+        }
+    ) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[derive(strum::AsRefStr, strum::VariantNames)]
+        #[serde(rename_all = "snake_case")]
+        #[strum(serialize_all = "snake_case")]
+        pub enum $Family {
+            $($(#[$note])* $Variant($Part),)+
+        }
+
+        impl $Family {
+            /// Names of all distributions in a scenario.
+            pub const KINDS: &'static [&'static str] = <Self as strum::VariantNames>::VARIANTS;
+
+            /// Checks the parameters for a flock of `count` agents.
+            pub(crate) fn check(&self, space: &Space, count: usize) -> Result<()> {
+                let path = format!("{}.{}", $field, self.as_ref());
+                match self {
+                    $(Self::$Variant(part) => part.check(&path, space, count),)+
+                }
+            }
+
+            /// The vectors of `count` agents.
+            pub(crate) fn draw<const D: usize>(
+                &self,
+                space: &Space,
+                count: usize,
+                rng: &mut ChaCha8Rng,
+            ) -> Vec<SVector<f64, D>> {
+                match self {
+                    $(Self::$Variant(part) => part.draw(space, count, rng),)+
+                }
+            }
+        }
+    };
+}
+pub(super) use distributions;

@@ -1,0 +1,106 @@
+//! The flock at t = 0: drawn from a seed, or given.
+
+use nalgebra::SVector;
+
+use crate::base::check::coordinates;
+use crate::base::error::{Error, Result};
+use crate::base::rng::{self, Stream};
+use crate::base::vector::unit;
+use crate::flock::scenario::FlockConfig;
+use crate::predator::Predator;
+
+/// The start of an episode. `None`: agents are drawn from the seed, predators start as in the scenario.
+///
+/// Arrays are flat: agent after agent, coordinate after coordinate.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct InitialState {
+    /// Seed of everything random: the flock at t = 0, noise, predators and drawn parameters.
+    pub seed: u64,
+    /// r(0) in m, n * D entries.
+    pub positions: Option<Vec<f64>>,
+    /// v(0) in m/s, n * D entries.
+    pub velocities: Option<Vec<f64>>,
+    /// r_p(0) in m, P * D entries.
+    pub predator_positions: Option<Vec<f64>>,
+    /// v_p(0) in m/s, P * D entries.
+    pub predator_velocities: Option<Vec<f64>>,
+}
+
+impl InitialState {
+    /// The flock drawn from `seed`.
+    #[must_use]
+    pub fn seeded(seed: u64) -> Self {
+        Self {
+            seed,
+            ..Self::default()
+        }
+    }
+
+    /// Checks shapes and magnitudes.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] naming the array and, for a value out of bounds, its entry.
+    pub fn check(&self, config: &FlockConfig) -> Result<()> {
+        let (n, p, d) = (config.num_agents, config.predators.len(), config.dimension);
+        check("initial_positions", &self.positions, n, d)?;
+        check("initial_velocities", &self.velocities, n, d)?;
+        check("predator_positions", &self.predator_positions, p, d)?;
+        check("predator_velocities", &self.predator_velocities, p, d)
+    }
+
+    pub(super) fn positions<const D: usize>(&self, config: &FlockConfig) -> Vec<SVector<f64, D>> {
+        if let Some(given) = &self.positions {
+            return rows(given).collect();
+        }
+        let mut rng = rng::stream(self.seed, Stream::Positions);
+        let positions = &config.initial_positions;
+        positions.draw(&config.space(), config.num_agents, &mut rng)
+    }
+
+    pub(super) fn velocities<const D: usize>(&self, config: &FlockConfig) -> Vec<SVector<f64, D>> {
+        if let Some(given) = &self.velocities {
+            return rows(given).collect();
+        }
+        let mut rng = rng::stream(self.seed, Stream::Headings);
+        let headings = &config.initial_headings;
+        let headings = headings.draw::<D>(&config.space(), config.num_agents, &mut rng);
+        let speeds = (0..config.num_agents).map(|id| config.speed.of(id));
+        headings
+            .into_iter()
+            .zip(speeds)
+            .map(|(heading, speed)| unit(&heading).unwrap_or(heading) * speed)
+            .collect()
+    }
+
+    pub(super) fn predators<const D: usize>(&self, config: &FlockConfig) -> Vec<Predator<D>> {
+        let mut predators: Vec<_> = config.predators.iter().map(Predator::new).collect();
+        if let Some(given) = &self.predator_positions {
+            for (predator, row) in predators.iter_mut().zip(rows(given)) {
+                predator.position = row;
+            }
+        }
+        if let Some(given) = &self.predator_velocities {
+            for (predator, row) in predators.iter_mut().zip(rows(given)) {
+                predator.fly(row);
+            }
+        }
+        predators
+    }
+}
+
+fn rows<const D: usize>(flat: &[f64]) -> impl Iterator<Item = SVector<f64, D>> {
+    flat.chunks_exact(D).map(SVector::from_column_slice)
+}
+
+fn check(field: &str, values: &Option<Vec<f64>>, rows: usize, axes: usize) -> Result<()> {
+    let Some(values) = values else {
+        return Ok(());
+    };
+    if values.len() != rows * axes {
+        let expected = format!("{rows} x {axes} numbers");
+        return Err(Error::argument(field, expected, values.len()));
+    }
+    coordinates(values, |at| {
+        format!("{field}[{}, {}]", at / axes, at % axes)
+    })
+}

@@ -1,0 +1,44 @@
+//! One of several numbers.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Draw, End};
+use crate::base::check::finite;
+use crate::base::error::{Error, Result};
+
+/// One of several numbers, all equally likely.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Choice {
+    /// Path of the number in the scenario, as errors name it.
+    pub field: String,
+    /// At least one.
+    pub values: Vec<f64>,
+}
+
+impl Draw for Choice {
+    fn field(&self) -> &str {
+        &self.field
+    }
+
+    fn check(&self, path: &str) -> Result<()> {
+        let field = format!("{path}.values");
+        if self.values.is_empty() {
+            return Err(Error::config(field, "at least one number", "none"));
+        }
+        let mut places = self.values.iter().enumerate();
+        places.try_for_each(|(k, &value)| finite(&format!("{field}[{k}]"), value))
+    }
+
+    fn ends(&self) -> Vec<End> {
+        let places = self.values.iter().enumerate();
+        places
+            .map(|(k, &value)| (format!("values[{k}]"), value))
+            .collect()
+    }
+
+    fn draw(&self, part: f64) -> f64 {
+        let place = (part * self.values.len() as f64) as usize;
+        self.values[place.min(self.values.len() - 1)]
+    }
+}

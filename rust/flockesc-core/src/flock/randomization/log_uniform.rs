@@ -1,0 +1,40 @@
+//! A number that is uniform in its logarithm.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Draw, End, between, check_interval, interval_ends};
+use crate::base::check::positive;
+use crate::base::error::Result;
+
+/// A number between two others above 0, uniform in its logarithm.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LogUniform {
+    /// Path of the number in the scenario, as errors name it.
+    pub field: String,
+    /// Smallest value, above 0.
+    pub low: f64,
+    /// Largest value.
+    pub high: f64,
+}
+
+impl Draw for LogUniform {
+    fn field(&self) -> &str {
+        &self.field
+    }
+
+    fn check(&self, path: &str) -> Result<()> {
+        positive(&format!("{path}.low"), self.low)?;
+        check_interval(path, self.low, self.high)
+    }
+
+    fn ends(&self) -> Vec<End> {
+        interval_ends(self.low, self.high)
+    }
+
+    fn draw(&self, part: f64) -> f64 {
+        // libm, not the platform's: a seed means the same scenario on every machine.
+        let logarithm = between(libm::log(self.low), libm::log(self.high), part);
+        libm::exp(logarithm).clamp(self.low, self.high)
+    }
+}

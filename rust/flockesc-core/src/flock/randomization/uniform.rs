@@ -1,0 +1,36 @@
+//! A uniform number.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Draw, End, between, check_interval, interval_ends};
+use crate::base::error::Result;
+
+/// A number between two others.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Uniform {
+    /// Path of the number in the scenario, as errors name it.
+    pub field: String,
+    /// Smallest value.
+    pub low: f64,
+    /// Largest value.
+    pub high: f64,
+}
+
+impl Draw for Uniform {
+    fn field(&self) -> &str {
+        &self.field
+    }
+
+    fn check(&self, path: &str) -> Result<()> {
+        check_interval(path, self.low, self.high)
+    }
+
+    fn ends(&self) -> Vec<End> {
+        interval_ends(self.low, self.high)
+    }
+
+    fn draw(&self, part: f64) -> f64 {
+        between(self.low, self.high, part).clamp(self.low, self.high)
+    }
+}

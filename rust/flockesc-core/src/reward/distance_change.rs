@@ -1,0 +1,47 @@
+//! The change of distance in a step: each agent's own, or the mean over its neighborhood.
+
+use super::{Moment, add_changes};
+use crate::agents::GROUP;
+use crate::base::exact::Scale;
+use crate::neighbor::Ranges;
+
+/// Adds d_i(t) - d_i(t-1).
+pub(super) fn individual<const D: usize>(moment: &Moment<'_, D>, rewards: &mut [f64]) {
+    add_changes(moment.distances, moment.distances_before, rewards);
+}
+
+/// Adds for every agent in the flock the mean of d_j(t) - d_j(t-1) in m over its neighbors at t under the largest
+/// range, itself included.
+pub(super) fn neighborhood<const D: usize>(moment: &Moment<'_, D>, rewards: &mut [f64]) {
+    let agents = moment.world.agents();
+    if agents.len() == 0 {
+        return;
+    }
+    let now = moment.distances;
+    let change = |&name: &u32| now[name as usize] - moment.distances_before[name as usize];
+    let changes: Vec<f64> = agents.names().iter().map(change).collect();
+    let largest = changes
+        .iter()
+        .fold(0.0, |most: f64, change| most.max(change.abs()));
+    let scale = Scale::for_registers(largest, changes.len());
+    let units: Vec<i64> = changes
+        .iter()
+        .map(|change| scale.quantize(*change))
+        .collect();
+    let (ranges, mut tiles) = (Ranges::Shared(moment.max_range), Vec::new());
+    moment
+        .world
+        .neighborhood()
+        .with_pairs(agents, ranges, |pairs| {
+            for group in 0..agents.groups.len() {
+                let (mut sums, mut counts) = ([0; GROUP], [0; GROUP]);
+                pairs.visit(group, &mut tiles, |lane, place| {
+                    sums[lane] += units[place];
+                    counts[lane] += 1;
+                });
+                for (lane, &name) in agents.names_of(group).iter().enumerate() {
+                    rewards[name as usize] += scale.mean(sums[lane], counts[lane]);
+                }
+            }
+        });
+}

@@ -1,0 +1,147 @@
+//! Steps of the two models and of a batch, without Python: `cargo bench --package flockesc-kernels`. Peers are measured by `make bench`.
+
+use std::hint::black_box;
+use std::sync::Arc;
+
+use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
+use flockesc_core::{
+    Batch, EpisodeConfig, FlockConfig, InitialState, Line, LineConfig, Ranges, Result, World,
+};
+
+/// The density of the paper's flock in the plane, in agents per m^2.
+const DENSITY: f64 = 0.03;
+const EPISODE: usize = 240;
+
+fn main() -> Result<()> {
+    let mut criterion = Criterion::default().sample_size(20).configure_from_args();
+    shared_range(&mut criterion);
+    range_per_agent(&mut criterion);
+    three_dimensions(&mut criterion);
+    line(&mut criterion)?;
+    batch(&mut criterion)?;
+    criterion.final_summary();
+    Ok(())
+}
+
+fn shared_range(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("flock step, shared range");
+    for (num_agents, steps) in [(300, EPISODE), (10_000, 24)] {
+        let start = world::<2>(num_agents);
+        group.throughput(Throughput::Elements((num_agents * steps) as u64));
+        for range in [0.0, 10.0, 30.0, 100.0] {
+            let id = BenchmarkId::new(format!("n = {num_agents}, {steps} steps"), range);
+            group.bench_function(id, |bencher| {
+                bencher.iter_batched(
+                    || start.clone(),
+                    |world| run(world, steps, Ranges::Shared(range)),
+                    BatchSize::LargeInput,
+                );
+            });
+        }
+    }
+}
+
+fn range_per_agent(criterion: &mut Criterion) {
+    let start = world::<2>(300);
+    let ranges: Vec<f64> = (0..300).map(|agent| f64::from(agent % 21)).collect();
+    let mut group = criterion.benchmark_group("flock step, range per agent");
+    group.throughput(Throughput::Elements((ranges.len() * EPISODE) as u64));
+    group.bench_function("n = 300, 240 steps, 0 to 20 m", |bencher| {
+        bencher.iter_batched(
+            || start.clone(),
+            |world| run(world, EPISODE, Ranges::PerAgent(&ranges)),
+            BatchSize::LargeInput,
+        );
+    });
+}
+
+fn three_dimensions(criterion: &mut Criterion) {
+    let start = world::<3>(300);
+    let mut group = criterion.benchmark_group("flock step, D = 3");
+    group.throughput(Throughput::Elements((300 * EPISODE) as u64));
+    for range in [0.0, 10.0, 30.0, 100.0] {
+        group.bench_function(BenchmarkId::new("n = 300, 240 steps", range), |bencher| {
+            bencher.iter_batched(
+                || start.clone(),
+                |world| run(world, EPISODE, Ranges::Shared(range)),
+                BatchSize::LargeInput,
+            );
+        });
+    }
+}
+
+/// Until the line stands still; throughput counts its steps.
+fn line(criterion: &mut Criterion) -> Result<()> {
+    let config = Arc::new(LineConfig::default());
+    let start = Line::new(config, 7, None)?;
+    let mut group = criterion.benchmark_group("line until it stands still, n = 100");
+    for range in [0.05, 0.1, 0.5] {
+        let steps = settle(start.clone(), range)?;
+        group.throughput(Throughput::Elements(steps));
+        group.bench_function(BenchmarkId::from_parameter(range), |bencher| {
+            bencher.iter_batched(
+                || start.clone(),
+                |line| black_box(settle(line, range)),
+                BatchSize::SmallInput,
+            );
+        });
+    }
+    Ok(())
+}
+
+fn batch(criterion: &mut Criterion) -> Result<()> {
+    const FLOCKS: usize = 64;
+    let episode = EpisodeConfig::default();
+    let mut start = Batch::<2>::new(flock(300, 2), episode, FLOCKS, Some(1))?;
+    for slot in 0..FLOCKS {
+        start.reset(slot, &InitialState::seeded(slot as u64))?;
+    }
+    let ranges = [10.0; FLOCKS];
+    let mut rewards = [0.0; FLOCKS];
+    let mut observations = vec![0.0; FLOCKS * start.row_length()];
+    let mut group = criterion.benchmark_group("batch step, 64 flocks, n = 300");
+    group.throughput(Throughput::Elements((FLOCKS * EPISODE) as u64));
+    group.bench_function("240 steps, 10 m, rewards and observations", |bencher| {
+        bencher.iter_batched_ref(
+            || start.clone(),
+            |batch| {
+                (0..EPISODE).try_for_each(|_| batch.step(&ranges, &mut rewards, &mut observations))
+            },
+            BatchSize::PerIteration,
+        );
+    });
+    Ok(())
+}
+
+fn run<const D: usize>(mut world: World<D>, steps: usize, ranges: Ranges<'_>) -> World<D> {
+    for _ in 0..steps {
+        world.step(ranges);
+    }
+    world
+}
+
+/// Steps until no agent moves any more.
+fn settle(mut line: Line, range: f64) -> Result<u64> {
+    for step in 1..=1000 {
+        let moved = line.step(range)?;
+        if line.is_steady(moved) {
+            return Ok(step);
+        }
+    }
+    Ok(1000)
+}
+
+fn world<const D: usize>(num_agents: usize) -> World<D> {
+    World::new(Arc::new(flock(num_agents, D)), &InitialState::seeded(7))
+}
+
+/// The paper's flock at its density in the plane, of any size.
+fn flock(num_agents: usize, dimension: usize) -> FlockConfig {
+    FlockConfig {
+        num_agents,
+        dimension,
+        num_steps: EPISODE,
+        initial_side: (num_agents as f64 / DENSITY).sqrt(),
+        ..FlockConfig::default()
+    }
+}

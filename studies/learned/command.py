@@ -1,0 +1,88 @@
+"""``python -m studies learned``, ``learned-page`` and ``learned-submit``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import Positional, arg
+
+from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.output import note, require, show
+
+RESULTS, PAGE = Path("results/learned"), Path("docs/results.md")
+
+Setting = Annotated[Positional[str], arg(help="name of a preset of training/configs", metavar="SETTING")]
+Results = Annotated[Path, arg(help="folder of the studies")]
+Page = Annotated[Path, arg(help="file of the Markdown page")]
+
+
+def run(
+    setting: Setting,
+    *,
+    output: Annotated[
+        Path, arg(help="folder of results; the setting's go into a folder of its name")
+    ] = RESULTS,
+    runs: Annotated[Path, arg(help="folder of training runs; unfinished ones are continued")] = Path(
+        "runs/study"
+    ),
+    learners: Annotated[
+        tuple[str, ...], arg(help="some of the preset's learners; none: all that have training seeds")
+    ] = (),
+    held_out_flocks: Annotated[int, arg(help="flocks that results are reported on")] = 1000,
+    tuning_flocks: Annotated[int, arg(help="other flocks, which choose the best fixed range")] = 1000,
+    jobs: Annotated[int, arg(help="training runs at a time, each on one core")] = 2,
+) -> Exit:
+    """Train and evaluate all learners of one setting: one row of docs/results.md.
+
+    Interrupted, run it again to go on.
+
+    Example: python -m studies learned shared
+    """
+    _require("learned")
+    from studies.learned.study import StudyArgs, study
+
+    args = StudyArgs(setting, output, runs, learners, held_out_flocks, tuning_flocks, jobs)
+    note(f"saved: {study(args)}; now run python -m studies learned-page")
+    return Exit.DONE
+
+
+def page(*, results: Results = RESULTS, page: Page = PAGE) -> Exit:
+    """Write the page of results and its figures from the studies' files; print the README's table.
+
+    Example: python -m studies learned-page
+    """
+    _require("learned-page")
+    from studies.learned.page import write_page
+
+    show(write_page(results, page))
+    note(f"saved: {page}")
+    return Exit.DONE
+
+
+def submit(
+    setting: Setting,
+    policy: Annotated[
+        Positional[str],
+        arg(help="built-in policy, policy file, folder of a run, or module:function", metavar="POLICY"),
+    ],
+    name: Annotated[Positional[str], arg(help="name in tables and figures", metavar="NAME")],
+    *,
+    results: Results = RESULTS,
+    page: Page = PAGE,
+) -> Exit:
+    """Run your own policy on the held-out flocks of a setting, add it to the results and write the page.
+
+    Example: python -m studies learned-submit per-agent-visible my_module:my_policy "my policy"
+    """
+    _require("learned-submit")
+    from studies.learned.submit import submit as run_submission
+
+    show(run_submission(setting, policy, name, results, page))
+    note(f"saved: {page}")
+    return Exit.DONE
+
+
+def _require(command: str) -> None:
+    for module in ("matplotlib", "polars", "rliable", "jinja2"):
+        require(module, "train", command)

@@ -1,0 +1,28 @@
+"""Markdown pages from templates."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from flockesc_env.common.files import atomic_write
+
+
+def templates(package: str) -> Environment:
+    """Return the environment that renders the templates of a package."""
+    # No text that a user typed gets onto the pages unchecked, so nothing has to be escaped.
+    return Environment(
+        loader=PackageLoader(package),
+        autoescape=False,  # noqa: S701
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file; an older one stays whole until this is complete."""
+    with atomic_write(path) as file:
+        file.write(text.encode())

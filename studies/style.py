@@ -1,0 +1,60 @@
+"""What the figures share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from flockesc_env.common.files import atomic_write
+from flockesc_env.common.stats import FloatArray
+from flockesc_env.render.colors import label_colors
+from flockesc_env.render.palette import LIGHT
+
+INK = "0.25"
+BAND = "0.85"
+ALONE = LIGHT.alone
+PREDATOR = LIGHT.predator
+
+_DPI = 130
+_PALETTE: list[Any] = (label_colors(20) / 255).tolist()
+
+
+def letter(axes: Axes, index: int) -> None:
+    """Name a panel in the paper's way: (a), (b), .."""
+    axes.text(
+        0.0, 1.02, f"({chr(ord('a') + index)})", transform=axes.transAxes, fontweight="bold", fontsize=9
+    )
+
+
+def component_colors(labels: NDArray[np.int64]) -> list[Any]:
+    """Return a color per agent: the larger its component, the earlier in the palette; gray if alone."""
+    names, sizes = np.unique(labels, return_counts=True)
+    order = np.argsort(-sizes, kind="stable")
+    color = {
+        int(names[index]): _PALETTE[rank % len(_PALETTE)] if sizes[index] > 1 else ALONE
+        for rank, index in enumerate(order)
+    }
+    return [color[int(label)] for label in labels]
+
+
+def cluster_colors(final: FloatArray, rho: float) -> list[Any]:
+    """Return a color per agent of a line: that of its cluster, counted from below."""
+    order = np.argsort(final, kind="stable")
+    numbers = np.zeros(len(final), int)
+    numbers[order] = np.concatenate([[0], np.cumsum(np.diff(final[order]) > rho)])
+    return [_PALETTE[number % len(_PALETTE)] for number in numbers]
+
+
+def save(figure: Figure, stem: Path) -> None:
+    """Write PNG and SVG, whole or not at all."""
+    # The same bytes for the same picture.
+    with mpl.rc_context({"svg.hashsalt": "flockesc_env", "svg.fonttype": "none"}):
+        for suffix, metadata in (("svg", {"Date": None}), ("png", {"Software": None})):
+            with atomic_write(stem.with_suffix(f".{suffix}")) as file:
+                figure.savefig(file, format=suffix, dpi=_DPI, metadata=metadata)

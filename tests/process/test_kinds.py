@@ -1,0 +1,101 @@
+"""The core's list of parts against Python's classes, the docs' tables and the presets: none may lack one."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any, get_args
+
+import pytest
+
+from flockesc_env import FlockScenario, LineScenario, _core
+from flockesc_env.episodes import options
+from flockesc_env.scenario import initial, motion, neighbors, predators, randomization
+from flockesc_env.scenario.flock import EscapeForce
+from flockesc_env.scenario.presets import PRESETS
+
+DOCS = (Path(__file__).parents[2] / "docs" / "model.md").read_text()
+
+CLASSES: dict[str, Any] = {
+    "predators": predators.Predator,
+    "neighbor_rules": neighbors.NeighborRule,
+    "motions": motion.Motion,
+    "initial_positions": initial.InitialPositions,
+    "initial_headings": initial.InitialHeadings,
+    "distributions": randomization.Distribution,
+}
+WORDS: dict[str, Any] = {
+    "targets": predators.Target,
+    "objectives": options.Objective,
+    "rewards": options.Reward,
+    "escape_forces": EscapeForce,
+    "line_rewards": options.LineReward,
+}
+FIELDS = {
+    "predators": "predators",
+    "neighbor_rules": "neighbor_rule",
+    "motions": "motion",
+    "initial_positions": "initial_positions",
+    "initial_headings": "initial_headings",
+    "distributions": "randomization",
+}
+EXCEPTIONS: dict[str, dict[str, str]] = {
+    "initial_positions": {
+        "ring": "a disc without its middle, in which the predator's path is as long",
+        "segment": "a disc that is thin",
+        "gaussian": "one cluster of the preset with several",
+        "given_positions": "positions of one's own data, a row per agent",
+    },
+    "initial_headings": {"given_headings": "headings of one's own data, a row per agent"},
+    "distributions": {"choice": "a few values of a uniform draw"},
+}
+"""Kinds that no preset shows, and why."""
+
+
+def test_every_family_is_compared() -> None:
+    assert _core.kinds().keys() == {"views", *CLASSES, *WORDS}
+
+
+@pytest.mark.parametrize("family", CLASSES)
+def test_python_has_a_class_for_every_part(family: str) -> None:
+    assert sorted(cls.kind for cls in get_args(CLASSES[family])) == sorted(_core.kinds()[family])
+
+
+@pytest.mark.parametrize("family", WORDS)
+def test_python_has_the_word_for_every_part(family: str) -> None:
+    assert sorted(get_args(WORDS[family])) == sorted(_core.kinds()[family])
+
+
+@pytest.mark.parametrize("family", CLASSES)
+def test_every_part_is_a_row_of_a_table_of_the_docs(family: str) -> None:
+    rows = re.findall(r"^\| `(\w+)", DOCS, re.MULTILINE)
+    assert {cls.__name__ for cls in get_args(CLASSES[family])} <= set(rows)
+
+
+@pytest.mark.parametrize("family", WORDS)
+def test_the_docs_name_every_word(family: str) -> None:
+    assert not [kind for kind in _core.kinds()[family] if f'`"{kind}"`' not in DOCS and f"`{kind}`" not in DOCS]
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("per_agent", [False, True])
+def test_the_docs_name_every_entry_of_an_observation(per_agent: bool, dimension: int) -> None:
+    entries = _core.observation_entries(per_agent, dimension) + _core.predator_observation_entries(dimension)
+    names = {re.sub("_(ahead|left|up)$", "", name) for name, *_ in entries}
+    assert not [name for name in names if f"`{name}`" not in DOCS and f"`{name}_ahead`" not in DOCS]
+
+
+@pytest.mark.parametrize("family", FIELDS)
+def test_a_preset_shows_every_part(family: str) -> None:
+    scenarios = [preset.scenario for preset in PRESETS.values()]
+    flocks = [json.loads(each.to_json()) for each in scenarios if isinstance(each, FlockScenario)]
+    parts = [flock[FIELDS[family]] for flock in flocks]
+    found = {kind for part in parts for each in (part if isinstance(part, list) else [part]) for kind in each}
+    missing = set(_core.kinds()[family]) - found
+    assert missing == EXCEPTIONS.get(family, {}).keys()
+
+
+def test_the_defaults_of_both_languages_are_equal() -> None:
+    assert json.loads(FlockScenario().to_json()) == json.loads(_core.default_flock_scenario())
+    assert json.loads(LineScenario().to_json()) == json.loads(_core.default_line_scenario())

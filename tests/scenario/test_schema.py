@@ -1,0 +1,102 @@
+"""Python and the core know the same fields and the same kinds of parts.
+
+An unknown name is refused by the core with a list of all names that it knows; the list is compared with what
+Python writes.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from argument_parts import SLOTS
+from option_table import small_flock
+
+from flockesc_env import (
+    EnvOptions,
+    FlockEscapeEnv,
+    FlockScenario,
+    LineOptions,
+    LineScenario,
+    _core,
+)
+from flockesc_env.common.errors import ScenarioError
+
+UNKNOWN = "no_such_name"
+PARTS = [
+    pytest.param(slot, kind(**{name: given.good for name, given in arguments.items()}), id=kind.kind)
+    for slot, (_, kinds) in SLOTS.items()
+    for kind, arguments in kinds.items()
+]
+
+
+def known_to(check: Callable[[str], Any], document: Any) -> set[str]:
+    """Return the names that a refusal of the unknown name lists."""
+    with pytest.raises(ScenarioError, match=UNKNOWN) as caught:
+        check(json.dumps(document))
+    return set(re.findall(r"`(\w+)`", caught.value.expected))
+
+
+def is_accepted(check: Callable[[str], Any], document: Any) -> bool:
+    try:
+        check(json.dumps(document))
+    except ScenarioError:
+        return False
+    return True
+
+
+def check_options(document: str) -> None:
+    actions = FlockEscapeEnv(small_flock()).policy_spec.actions.core
+    _core.FlockBatch(small_flock().to_json(), document, actions, 1, 1, False, 0)
+
+
+def check_line_options(document: str) -> None:
+    _core.LineEpisode(LineScenario().to_json(), document, 0)
+
+
+DOCUMENTS: dict[str, tuple[Callable[[str], Any], str]] = {
+    "flock": (_core.check_flock_scenario, FlockScenario().to_json()),
+    "line": (_core.check_line_scenario, LineScenario().to_json()),
+    "options": (check_options, EnvOptions().to_core(per_agent=False)),
+    "options of lines": (check_line_options, LineOptions().to_core()),
+}
+documents = pytest.mark.parametrize(("check", "text"), DOCUMENTS.values(), ids=DOCUMENTS)
+
+
+@documents
+def test_fields(check: Callable[[str], Any], text: str) -> None:
+    document = json.loads(text)
+    check(text)
+    assert known_to(check, document | {UNKNOWN: 1}) == set(document)
+
+
+@documents
+def test_only_none_may_be_left_out(check: Callable[[str], Any], text: str) -> None:
+    """A document is the record of a run: the core fills in no defaults of its own."""
+    document = json.loads(text)
+    without = {name: {key: document[key] for key in document if key != name} for name in document}
+    may_be_none = {name for name in document if is_accepted(check, document | {name: None})}
+    assert {name for name in document if is_accepted(check, without[name])} == may_be_none
+
+
+@pytest.mark.parametrize("slot", SLOTS)
+def test_kinds_of_parts(slot: str) -> None:
+    document = json.loads(small_flock().to_json())
+    part = {UNKNOWN: {}}
+    document[slot] = [part] if isinstance(document[slot], list) else part
+    assert known_to(_core.check_flock_scenario, document) == {kind.kind for kind in SLOTS[slot][1]}
+
+
+@pytest.mark.parametrize(("slot", "part"), PARTS)
+def test_fields_of_parts(slot: str, part: Any) -> None:
+    place, _ = SLOTS[slot]
+    document = json.loads(small_flock(**{slot: place(part)}).to_json())
+    written = document[slot]
+    ((kind, fields),) = (written[-1] if isinstance(written, list) else written).items()
+    assert kind == part.kind
+    known = set(fields)
+    fields[UNKNOWN] = 1
+    assert known_to(_core.check_flock_scenario, document) == known

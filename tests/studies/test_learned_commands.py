@@ -1,0 +1,49 @@
+"""The commands of ``python -m studies`` about learned policies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from unittest.mock import Mock
+
+import pytest
+from studies_runs import StudiesRan
+
+from flockesc_env.cli.exits import Exit
+from studies.learned.study import StudyArgs
+
+COMMANDS = [
+    (
+        "study.study",
+        ["learned", "shared", "--learners", "search", "tqc", "--held-out-flocks", "7", "--jobs", "1"],
+        (StudyArgs("shared", learners=("search", "tqc"), held_out_flocks=7, jobs=1),),
+    ),
+    ("page.write_page", ["learned-page", "--results", "a"], (Path("a"), Path("docs/results.md"))),
+    (
+        "submit.submit",
+        ["learned-submit", "line", "my:policy", "it", "--page", "b.md"],
+        ("line", "my:policy", "it", Path("results/learned"), Path("b.md")),
+    ),
+]
+
+
+@pytest.mark.parametrize(("function", "words", "expected"), COMMANDS)
+def test_commands_take_what_their_functions_do(
+    function: str,
+    words: list[str],
+    expected: tuple[Any, ...],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    called = Mock(return_value="done")
+    monkeypatch.setattr(f"studies.learned.{function}", called)
+    ran = StudiesRan(capsys, *words)
+    assert ran.code == Exit.DONE, ran.err
+    called.assert_called_once_with(*expected)
+
+
+def test_a_mistake_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    ran = StudiesRan(capsys, "learned", "nowhere")
+    assert ran.code == Exit.REFUSED
+    assert ran.err.startswith("flockesc: error: setting: expected one of")
+    assert ran.err.count("\n") == 1

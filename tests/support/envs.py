@@ -1,0 +1,137 @@
+"""Every environment adapter, one row each, and calls that drive them all alike.
+
+Every test of robustness runs over ``ADAPTERS``: lifecycles, threads, states, copies, aliasing.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.spaces import Box, MultiDiscrete
+from option_table import UNLIKE, small_flock
+from pettingzoo import AECEnv, ParallelEnv
+from stable_baselines3.common.vec_env import VecEnv
+
+import flockesc_env as fe
+from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+
+FLOCK = small_flock()
+CAPTURE = small_flock(capture_radius=6.0)
+LINE = fe.LineScenario(num_agents=30, escape_force="linear_as_printed", max_steps=10)
+PICTURES = {"render_mode": "rgb_array", "render_options": fe.RenderOptions(size=160)}
+
+
+@dataclass(frozen=True)
+class Adapter:
+    """How to make a small environment, and what it is able to do."""
+
+    make: Callable[[], Any]
+    has_states: bool = True
+    """Whether it has ``get_state`` and ``set_state``."""
+    has_pictures: bool = False
+    """Whether it draws, which SDL does in one thread only."""
+    reuses_buffers: bool = False
+    """Whether the next step overwrites the arrays that it returned."""
+
+
+def _vector(mode: str, **options: Any) -> fe.FlockVectorEnv:
+    return fe.FlockVectorEnv(3, FLOCK, autoreset_mode=mode, num_threads=2, **options)
+
+
+ADAPTERS = {
+    "gymnasium": Adapter(lambda: fe.FlockEscapeEnv(FLOCK)),
+    "gymnasium.make": Adapter(
+        lambda: gymnasium.make("flockesc/FlockEscape-v0", scenario=FLOCK), has_states=False
+    ),
+    "unlike agents that err and lag": Adapter(lambda: fe.FlockEscapeEnv(small_flock(**UNLIKE))),
+    "discrete": Adapter(lambda: fe.FlockEscapeEnv(FLOCK, action_mode="discrete", range_grid=[1.0, 5.0, 9.0])),
+    "pictures": Adapter(lambda: fe.FlockEscapeEnv(FLOCK, **PICTURES), has_pictures=True),
+    "pursuit": Adapter(lambda: fe.FlockPursuitEnv(FLOCK)),
+    "line": Adapter(lambda: fe.LineEscapeEnv(LINE)),
+    "line in pictures": Adapter(lambda: fe.LineEscapeEnv(LINE, **PICTURES), has_pictures=True),
+    "vector": Adapter(lambda: _vector("NextStep")),
+    "vector in the same step": Adapter(lambda: _vector("SameStep", action_mode="discrete")),
+    "vector in pictures": Adapter(lambda: _vector("SameStep", **PICTURES), has_pictures=True),
+    "vector without copies": Adapter(lambda: _vector("NextStep", copy=False), reuses_buffers=True),
+    "parallel": Adapter(lambda: fe.parallel_env(small_flock(3), reward="individual_running_minimum")),
+    "parallel with capture": Adapter(lambda: fe.parallel_env(CAPTURE, reward="individual_distance")),
+    "parallel with predators": Adapter(lambda: fe.parallel_env(FLOCK.with_learned_predators())),
+    "agent by agent": Adapter(lambda: fe.env(FLOCK), has_states=False),
+    "stable-baselines3": Adapter(lambda: FlockVecEnv(3, FLOCK, num_threads=2)),
+    "stable-baselines3, a slot per agent": Adapter(lambda: AgentVecEnv(2, CAPTURE, num_threads=2)),
+}
+
+
+def adapters(is_wanted: Callable[[Adapter], bool] = lambda _: True) -> pytest.MarkDecorator:
+    """Return a mark that runs a test with the ``make`` of each adapter that is wanted."""
+    made = {name: adapter.make for name, adapter in ADAPTERS.items() if is_wanted(adapter)}
+    return pytest.mark.parametrize("make", made.values(), ids=made)
+
+
+def start(env: Any, seed: int | None = None) -> Any:
+    """Reset with a seed, or without one."""
+    if isinstance(env, VecEnv):
+        if seed is not None:
+            env.seed(seed)
+        return env.reset()
+    return env.reset(seed=seed)
+
+
+def _drawn(space: Any, rng: np.random.Generator) -> Any:
+    if isinstance(space, Box):
+        return rng.uniform(space.low, space.high).astype(space.dtype)
+    return rng.integers(space.nvec if isinstance(space, MultiDiscrete) else space.n)
+
+
+def draw(env: Any, rng: np.random.Generator) -> Any:
+    """Return a random action of every agent, or of every slot."""
+    if isinstance(env, ParallelEnv | AECEnv):
+        return {agent: _drawn(env.action_space(agent), rng) for agent in env.agents}
+    if isinstance(env, VecEnv):
+        return np.stack([_drawn(env.action_space, rng) for _ in range(env.num_envs)])
+    return _drawn(env.action_space, rng)
+
+
+def step(env: Any, actions: Any) -> Any:
+    """Take a step; agent by agent, a round of all agents."""
+    if not isinstance(env, AECEnv):
+        return env.step(actions)
+    seen = []
+    for _ in range(len(env.agents)):
+        seen.append(env.last())
+        is_over = seen[-1][2] or seen[-1][3]
+        env.step(None if is_over else actions[env.agent_selection])
+    return seen
+
+
+def has_ended(env: Any, returned: Any) -> bool:
+    """Return whether an environment needs a reset after a step."""
+    if isinstance(env, ParallelEnv | AECEnv):
+        return not env.agents
+    return isinstance(env, gymnasium.Env) and bool(returned[2] or returned[3])
+
+
+def play(env: Any, rng: np.random.Generator, num_steps: int) -> list[Any]:
+    """Take random actions, with a reset after the end of an episode, and return copies of all results."""
+    seen: list[Any] = []
+    for _ in range(num_steps):
+        returned = step(env, draw(env, rng))
+        seen.append(plain(copy.deepcopy(returned)))
+        if getattr(env, "render_mode", None) == "rgb_array":
+            seen.append(copy.deepcopy(env.render()))
+        if has_ended(env, returned):
+            seen.append(copy.deepcopy(env.reset()))
+    return seen
+
+
+def plain(returned: Any) -> Any:
+    """Return a step's results without arrays of arrays, which NumPy cannot compare."""
+    if isinstance(returned, tuple) and isinstance(returned[-1], dict) and "final_obs" in returned[-1]:
+        returned[-1]["final_obs"] = list(returned[-1]["final_obs"])
+    return returned

@@ -1,0 +1,28 @@
+"""A flock that goes on in a child process, which imports no more than this."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from option_table import UNLIKE, small_flock
+
+from flockesc_env import FlockEscapeEnv
+
+
+def make() -> FlockEscapeEnv:
+    return FlockEscapeEnv(small_flock(**UNLIKE), num_threads=2)
+
+
+def steps(env: FlockEscapeEnv) -> list[Any]:
+    """Return what 8 steps give, to the end of the episode and beyond a reset."""
+    return [
+        env.reset() if number == 5 else env.step(np.array([0.1 * number], np.float32)) for number in range(8)
+    ]
+
+
+def go_on(state: bytes, sender: Any) -> None:
+    """Restore a state and send what follows."""
+    env = make()
+    env.set_state(state)
+    sender.send(steps(env))

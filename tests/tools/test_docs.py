@@ -1,0 +1,93 @@
+"""The documents name files, folders, functions and modules that exist."""
+
+from __future__ import annotations
+
+import re
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+SOURCES = (
+    "benchmarks",
+    "compat",
+    "docs",
+    "flockesc_env",
+    "fuzz",
+    "results",
+    "rust",
+    "studies",
+    "tests",
+    "training",
+)
+SUFFIX = re.compile(r"\.(css|gif|html|js|json|lock|md|parquet|png|py|pyi|rs|svg|toml)$")
+
+FILES = [path.relative_to(ROOT).as_posix() for path in ROOT.iterdir()]
+FILES += [path.relative_to(ROOT).as_posix() for source in SOURCES for path in (ROOT / source).rglob("*")]
+ENDINGS = {"/".join(parts[at:]) for parts in (name.split("/") for name in FILES) for at in range(len(parts))}
+
+CODE_ROW = re.compile(r"\| (?P<what>[^|]+) \| (?P<code>[^|]*\]\(\.\./[^|]*) \| (?P<function>[^|]*) \|")
+
+
+def prose(page: Path) -> str:
+    """Return the text of a page without its blocks of code."""
+    return re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.DOTALL)
+
+
+def is_path(code: str) -> bool:
+    """Whether code in backquotes names a file or a folder of the repository."""
+    if not re.fullmatch(r"[\w./-]+", code) or code.startswith("runs/"):  # what commands write
+        return False
+    return bool(SUFFIX.search(code)) or code.endswith("/") or code.split("/")[0] in SOURCES
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_files_that_a_page_names_exist(page: Path) -> None:
+    named = {code for code in re.findall(r"`([^`\n]+)`", prose(page)) if is_path(code)}
+    assert sorted(code for code in named if code.rstrip("/") not in ENDINGS) == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_within_the_repository_lead_somewhere(page: Path) -> None:
+    links = re.findall(r"\]\(([^)#\s]+)", prose(page))
+    inside = [link for link in links if not re.match(r"https?:|mailto:", link)]
+    assert [link for link in inside if not (page.parent / link).exists()] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_modules_that_a_page_names_exist(page: Path) -> None:
+    for name in set(re.findall(r"`(flockesc_env(?:\.\w+)+)", prose(page))):
+        module, rest = name.split("."), list[str]()
+        while module:
+            try:
+                found = import_module(".".join(module))
+                break
+            except ModuleNotFoundError:
+                rest.insert(0, module.pop())
+        for part in rest:
+            found = getattr(found, part)
+
+
+def test_every_row_of_the_code_table_leads_to_its_code() -> None:
+    page = ROOT / "docs" / "model.md"
+    table = page.read_text("utf-8").split("\n## Code\n")[1].split("\n## ")[0]
+    rows = list(CODE_ROW.finditer(table))
+    assert len(rows) == table.count("](../") - sum(row["code"].count("](") - 1 for row in rows)
+    for row in rows:
+        links = re.findall(r"\[`([^`]+)`\]\(([^)]+)\)", row["code"])
+        for label, link in links:
+            assert link.endswith(f"/{label}")
+        for function in re.findall(r"`(\w+)`", row["function"]):
+            code = "".join((page.parent / link).read_text("utf-8") for _, link in links)
+            assert re.search(rf"\b(fn|class|def|struct|enum) {function}\b", code), row["what"]
+
+
+@pytest.mark.parametrize(
+    "wanted",
+    ["Eq. 11", "escape force", "rewards: `running_minimum`", "observation of an agent", "autoreset rule"],
+)
+def test_a_stranger_finds_it_in_the_code_table(wanted: str) -> None:
+    text = (ROOT / "docs" / "model.md").read_text("utf-8")
+    assert any(wanted in row["what"] for row in CODE_ROW.finditer(text))
