@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_floats, as_seed, as_threads
+from flockesc_env.common.checks import FloatArray, as_floats, as_instance, as_seed, as_threads
 from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.scenario.flock import FlockScenario, LineScenario, as_model

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any, overload
+from typing import Any, Unpack, cast, overload
 
 from flockesc_env.common.checks import as_callback, as_count, as_flag, as_policy, as_seed, as_seeds
 from flockesc_env.common.errors import ArgumentError, shown
-from flockesc_env.episodes.options import EnvOptions, LineOptions
+from flockesc_env.episodes.options import EnvOptionsDict, LineOptionsDict, env_options, line_options
 from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.models.simulate import Trajectory, named_scenario
 from flockesc_env.policies.base import Policy, is_per_agent
@@ -35,7 +35,7 @@ def rollout(
     num_threads: int | None = None,
     predator_policy: PredatorPolicy | None = None,
     progress: Callable[[int, int], None] | None = None,
-    **options: Any,
+    **options: Unpack[EnvOptionsDict],
 ) -> Episodes: ...
 @overload
 def rollout(
@@ -45,7 +45,7 @@ def rollout(
     *,
     batch_size: int | None = None,
     progress: Callable[[int, int], None] | None = None,
-    **options: Any,
+    **options: Unpack[LineOptionsDict],
 ) -> LineEpisodes: ...
 @overload
 def rollout(
@@ -75,8 +75,8 @@ def rollout(
         batch_size: flocks stepped together, default 64, or lines, default 256. Only a policy that draws at
             random depends on it.
         num_threads: threads over which flocks are spread; ``None``: one per core. Lines take one.
-        predator_policy: controls the learned predators, for example ``Pursue()`` or a trained ``SB3Policy``;
-            in a scenario without any, all predators become ``Learned``. ``None``: they fly straight on.
+        predator_policy: controls the ``Learned`` predators, for example ``Pursue()`` or a trained
+            ``SB3Policy``. ``None``: they fly straight on.
         progress: called with (finished episodes, all episodes).
         **options: see ``EnvOptions`` or, for a line, ``LineOptions``.
 
@@ -85,7 +85,8 @@ def rollout(
 
     Raises:
         ArgumentError: naming the argument of a wrong type or value.
-        ScenarioError: for an option out of bounds, or a line without predator.
+        OptionError: for an option that is unknown, missing or out of bounds.
+        ScenarioError: for a line without predator.
     """
     entry = _named(policy, per_agent)
     model = _scenario(scenario, entry)
@@ -97,13 +98,13 @@ def rollout(
         for name, value in (("per_agent", per_agent or None), ("predator_policy", predator_policy)):
             if value is not None:
                 raise ArgumentError(name, "None for a line", shown(value))
-        line_options = LineOptions(**chosen)
-        return play_lines(entry.policy, checked, model, line_options, batch_size=size, progress=progress)
+        of_line = line_options(cast("LineOptionsDict", chosen))
+        return play_lines(entry.policy, checked, model, of_line, batch_size=size, progress=progress)
     return play_flocks(
         entry.policy,
         checked,
         model,
-        EnvOptions(**chosen),
+        env_options(model, cast("EnvOptionsDict", chosen)),
         per_agent=entry.per_agent,
         batch_size=size,
         num_threads=num_threads,
@@ -138,7 +139,7 @@ def record(
     entry = _named(policy, per_agent)
     chosen: Any = entry.scenario if scenario is None else scenario
     model = as_scenario(chosen, FlockScenario)
-    flock_options = EnvOptions(**{**entry.options, **options})
+    flock_options = env_options(model, cast("EnvOptionsDict", {**entry.options, **options}))
     return record_flock(
         entry.policy,
         as_seed(seed),

@@ -152,7 +152,9 @@ def test_individual_distance_averages_to_the_mean_distance(
 
 @per_agent_interfaces
 @steps_per_action
-def test_individual_distance_change_sums_to_what_each_agent_gained(interface: str, steps_per_action: int) -> None:
+def test_individual_distance_change_sums_to_what_each_agent_gained(
+    interface: str, steps_per_action: int
+) -> None:
     rewards = PER_AGENT[interface](
         SCENARIO, reward="individual_distance_change", steps_per_action=steps_per_action
     )
