@@ -13,9 +13,6 @@ from flockesc_env.common.errors import FlockescError
 class MissingExtraError(FlockescError, ImportError, DependencyNotInstalled):
     """A library of an extra is not installed."""
 
-    def __str__(self) -> str:
-        return f"{self.field} is not installed, run `{self.expected}`"
-
 
 def require(extra: str, modules: Iterable[str]) -> None:
     """Check that modules of an extra are installed, without importing them.
@@ -29,4 +26,5 @@ def require(extra: str, modules: Iterable[str]) -> None:
     """
     for module in modules:
         if find_spec(module) is None:
-            raise MissingExtraError(module, f'pip install "flockesc-env[{extra}]"', "no such module")
+            command = f'pip install "flockesc-env[{extra}]"'
+            raise MissingExtraError(f"{module} is not installed, run `{command}`")

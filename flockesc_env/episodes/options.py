@@ -13,7 +13,8 @@ import numpy as np
 
 from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats
 from flockesc_env.common.errors import OptionError, shown
-from flockesc_env.scenario.flock import FlockScenario, LineScenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.neighbors import Topological
 
 ActionMode = Literal["normalized", "range", "discrete"]

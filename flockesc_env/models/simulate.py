@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_floats, as_instance, as_seed, as_threads
+from flockesc_env.common.checks import FloatArray, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.episodes.seeds import fresh_seed
-from flockesc_env.scenario.flock import FlockScenario, LineScenario, as_model
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.predators import Learned
-from flockesc_env.scenario.presets import as_scenario, preset
+from flockesc_env.scenario.presets import as_model, as_scenario
 
 IntArray = NDArray[np.int64]
 
@@ -119,16 +120,6 @@ def as_runs(value: Any) -> list[tuple[str, Trajectory]]:
     return list(value)
 
 
-def named_scenario(value: Any) -> FlockScenario | LineScenario:
-    """Return a scenario: ``value`` itself, or the preset of that name.
-
-    Raises:
-        ArgumentError: if it is neither a scenario nor a name.
-        ScenarioError: if no preset has that name.
-    """
-    return preset(value) if isinstance(value, str) else as_model(value)
-
-
 @overload
 def simulate(
     scenario: FlockScenario,
@@ -190,7 +181,7 @@ def simulate(
         ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
         ScenarioError: if no preset has the name.
     """
-    model = named_scenario(scenario)
+    model = as_model(scenario)
     if isinstance(model, LineScenario):
         given = {
             "schedule": schedule,
@@ -255,8 +246,7 @@ def simulate_line(
         ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
         ScenarioError: if no preset of a line has the name.
     """
-    model = as_scenario(scenario, LineScenario) if isinstance(scenario, str) else scenario
-    as_instance(model, "scenario", LineScenario)
+    model = as_scenario(scenario, LineScenario)
     states = None if initial_state is None else as_floats(initial_state, "initial_state", (model.num_agents,))
     start = _seed(seed)
     rho = float(as_floats(interaction_range, "interaction_range", (), least=0.0))

@@ -23,8 +23,10 @@ from flockesc_env.common.checks import (
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import atomic_write
-from flockesc_env.models.simulate import IntArray, named_scenario
-from flockesc_env.scenario.flock import FlockScenario, LineScenario
+from flockesc_env.models.simulate import IntArray
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import as_model
 
 if TYPE_CHECKING:
     import polars as pl
@@ -222,7 +224,7 @@ def sweep(
         ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
         ScenarioError: if no preset has the name.
     """
-    model = named_scenario(scenario)
+    model = as_model(scenario)
     ranges = as_floats(interaction_ranges, "interaction_ranges", least=0.0)
     if ranges.ndim != 1 or not ranges.size:
         raise ArgumentError("interaction_ranges", "shape (k,) with k >= 1", f"shape {ranges.shape}")

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 from flockesc_env.common.checks import as_flag, as_instance, as_policy, as_seed, as_text
 from flockesc_env.common.errors import ArgumentError, shown
-from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, env_options
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.base import Policy
 from flockesc_env.policies.playing import record_flock
 from flockesc_env.policies.ranges import FixedRange, RandomRange
 from flockesc_env.policies.rules import StubbornLeaders, StubbornWitnesses
-from flockesc_env.scenario.flock import FlockScenario, LineScenario, as_model
-from flockesc_env.scenario.presets import as_scenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import as_model, as_scenario
 
 NAMES = ("fixed:RHO", "random", "stubborn-leaders", "stubborn-leaders-local", "stubborn-witnesses")
 """Names that ``built_in`` knows: one range RHO in m for all agents; random ranges; the rule of thumb with the
@@ -63,7 +64,8 @@ class NamedPolicy:
         """
         if isinstance(self.scenario, LineScenario):
             raise ArgumentError("policy", "one for a flock", f"one for a line, {self.name}")
-        flock, options = as_scenario(scenario, FlockScenario), EnvOptions(**self.options)
+        flock = as_scenario(scenario, FlockScenario)
+        options = env_options(flock, cast("EnvOptionsDict", self.options))
         return record_flock(self.policy, as_seed(seed), flock, options, per_agent=self.per_agent)
 
 

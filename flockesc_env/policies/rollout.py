@@ -9,14 +9,15 @@ from flockesc_env.common.checks import as_callback, as_count, as_flag, as_policy
 from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.episodes.options import EnvOptionsDict, LineOptionsDict, env_options, line_options
 from flockesc_env.episodes.predators import PredatorPolicy
-from flockesc_env.models.simulate import Trajectory, named_scenario
+from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.base import Policy, is_per_agent
 from flockesc_env.policies.files import find_policy
 from flockesc_env.policies.playing import Episodes, play_flocks, record_flock
 from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.policies.rollout_line import LineEpisodes, play_lines
-from flockesc_env.scenario.flock import FlockScenario, LineScenario
-from flockesc_env.scenario.presets import as_scenario
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import as_model, as_scenario
 
 AnyPolicy = Policy | NamedPolicy | str
 """A policy, one with its options, the name of a built-in one, or a file of ``save_policy``."""
@@ -75,8 +76,8 @@ def rollout(
         batch_size: flocks stepped together, default 64, or lines, default 256. Only a policy that draws at
             random depends on it.
         num_threads: threads over which flocks are spread; ``None``: one per core. Lines take one.
-        predator_policy: controls the ``Learned`` predators, for example ``Pursue()`` or a trained
-            ``SB3Policy``. ``None``: they fly straight on.
+        predator_policy: controls the learned predators, for example ``Pursue()`` or a trained ``SB3Policy``;
+            in a scenario without any, all predators become ``Learned``. ``None``: they fly straight on.
         progress: called with (finished episodes, all episodes).
         **options: see ``EnvOptions`` or, for a line, ``LineOptions``.
 
@@ -85,8 +86,7 @@ def rollout(
 
     Raises:
         ArgumentError: naming the argument of a wrong type or value.
-        OptionError: for an option that is unknown, missing or out of bounds.
-        ScenarioError: for a line without predator.
+        ScenarioError: for an option out of bounds, or a line without predator.
     """
     entry = _named(policy, per_agent)
     model = _scenario(scenario, entry)
@@ -98,8 +98,8 @@ def rollout(
         for name, value in (("per_agent", per_agent or None), ("predator_policy", predator_policy)):
             if value is not None:
                 raise ArgumentError(name, "None for a line", shown(value))
-        of_line = line_options(cast("LineOptionsDict", chosen))
-        return play_lines(entry.policy, checked, model, of_line, batch_size=size, progress=progress)
+        checked_options = line_options(cast("LineOptionsDict", chosen))
+        return play_lines(entry.policy, checked, model, checked_options, batch_size=size, progress=progress)
     return play_flocks(
         entry.policy,
         checked,
@@ -167,4 +167,4 @@ def _scenario(
 ) -> FlockScenario | LineScenario:
     if scenario is None:
         return entry.scenario or FlockScenario()
-    return named_scenario(scenario)
+    return as_model(scenario)

@@ -15,7 +15,7 @@ from flockesc_env.episodes.options import LineOptions
 from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec, RangeActions
 from flockesc_env.models.simulate import IntArray
 from flockesc_env.policies.base import Policy
-from flockesc_env.scenario.flock import LineScenario
+from flockesc_env.scenario.line import LineScenario
 
 
 @dataclass(frozen=True, eq=False)
