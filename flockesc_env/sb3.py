@@ -84,7 +84,7 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
         """
         step = _autoreset.step(self._batch, self._actions, AutoresetMode.SAME_STEP)
         slot_infos = self._slot_infos(step.columns, step.ranges)
-        dones = np.repeat(step.terminations | step.truncations, self._batch.rows)
+        dones = np.repeat(step.ended, self._batch.rows)
         if step.ending is not None:
             self._add_final(dones, step.ending, slot_infos)
         self._show()

@@ -43,8 +43,8 @@ class VectorStep(NamedTuple):
     Attributes:
         observations: shape (f * rows, entries).
         rewards: shape (f * rows,).
-        terminations: whether each flock has lost all its agents, shape (f,).
-        truncations: whether each other flock has reached the horizon, shape (f,).
+        ended: whether each flock's episode has ended, shape (f,).
+        terminations: whether it ended because all agents are caught; otherwise it is truncated, shape (f,).
         ranges: in m, shape (f * rows,).
         columns: ``info`` after the step, before any reset.
         ending: the episodes that have ended, under ``SAME_STEP``; ``None``: none has.
@@ -52,8 +52,8 @@ class VectorStep(NamedTuple):
 
     observations: Observations
     rewards: FloatArray
+    ended: NDArray[np.bool]
     terminations: NDArray[np.bool]
-    truncations: NDArray[np.bool]
     ranges: FloatArray
     columns: Columns
     ending: Ending | None
@@ -87,4 +87,4 @@ def step(
         last, caught = observations[rows], batch.caught()[ended]
         observations[rows], started = batch.reset(slots)
         ending = Ending(slots, last, caught, started)
-    return VectorStep(observations, rewards, terminations, ended & ~terminations, ranges, columns, ending)
+    return VectorStep(observations, rewards, ended, terminations, ranges, columns, ending)

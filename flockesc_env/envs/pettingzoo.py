@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from itertools import compress
 from typing import Any, Unpack
@@ -199,9 +200,9 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         known = {name: value for name, value in given.items() if name in RESET_OPTIONS}
         if len(known) < len(given):
             unknown = ", ".join(shown(name) for name in given if name not in known)
-            gymnasium.logger.warn(
-                f"reset ignores the unknown options {unknown}; known: {', '.join(RESET_OPTIONS)}"
-            )
+            known_names = ", ".join(RESET_OPTIONS)
+            message = f"reset ignores the unknown options {unknown}; known: {known_names}"
+            warnings.warn(message, UserWarning, stacklevel=3)
         start = self._batch.start(known)
         started = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
         self.agents = self.possible_agents.copy()

@@ -121,7 +121,8 @@ class FlockVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[A
         if step.ending is not None:
             self._add_final(step, step.ending, infos)
         self._show()
-        return step.observations, step.rewards, step.terminations, step.truncations, infos
+        truncations = step.ended & ~step.terminations
+        return step.observations, step.rewards, step.terminations, truncations, infos
 
     def set_state(self, state: bytes, flocks: Any = None) -> Observations:  # noqa: D102, inherited
         observations = super().set_state(state, flocks)

@@ -161,7 +161,7 @@ class FlockBatch:
             Observations (len(slots) * rows, entries) and columns of ``info``, of ``slots`` only.
         """
         began = self._core.reset(slots, seeds or [None] * len(slots), **start)
-        self._begun += slots
+        self._note_begun(slots)
         return began
 
     def step(
@@ -195,9 +195,11 @@ class FlockBatch:
         """
         if predator_actions is None:
             predator_actions = self._predator_actions()
+        restarted: list[int] = []
+        if self._predator_policy is not None and at_end == "restart":
+            restarted = [slot for slot in range(self.num_flocks) if self._core.has_ended(slot)]
         step = self._core.step(actions, label, at_end, out, predator_actions)
-        if at_end == "restart":
-            self._begun += np.flatnonzero(step[2]).tolist()
+        self._note_begun(restarted)
         return step
 
     def step_one(self, action: Any) -> tuple[Observations, float, bool, dict[str, Any]]:
@@ -281,7 +283,7 @@ class FlockBatch:
         for other in set(range(self.num_flocks)).difference(chosen):
             self._core.has_ended(other)  # raises if it was never reset
         self._core.set_state(chosen, as_bytes(state, "state"))
-        self._begun += chosen  # a predator policy's memory is not part of a state
+        self._note_begun(chosen)  # a predator policy's memory is not part of a state
         return chosen
 
     def _slots(self, slots: Any) -> list[int]:
@@ -296,6 +298,10 @@ class FlockBatch:
             if slot >= self.num_flocks:
                 raise ArgumentError(f"flocks[{place}]", f"an integer below {self.num_flocks}", slot)
         return chosen
+
+    def _note_begun(self, slots: Sequence[int]) -> None:
+        if self._predator_policy is not None:
+            self._begun += slots
 
     def _predator_actions(self) -> FloatArray | None:
         if self._predator_policy is None:

@@ -217,7 +217,7 @@ def test_step_before_reset(interface: str) -> None:
     else:
         environment = parallel_env(FLOCK)
         action = dict.fromkeys(environment.possible_agents, GOOD["normalized"])
-    with pytest.raises(ResetNeeded, match=r"step\(\) called before reset\(\)"):
+    with pytest.raises(ResetNeeded, match=r"reset\(\)"):
         environment.step(action)
     environment.reset()
     environment.step(action)

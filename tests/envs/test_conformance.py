@@ -30,6 +30,9 @@ LINE_ID = "flockesc_env:flockesc/LineEscape-v0"
 
 Options = dict[str, Any]
 
+# PettingZoo's suites pass options={"options": 1}.
+pytestmark = pytest.mark.filterwarnings("ignore:reset ignores the unknown options:UserWarning")
+
 flock_options = every_option(FLOCK, dimension=DIMENSIONS)
 agent_options = every_option(AGENTS, dimension=DIMENSIONS)
 line_options = pytest.mark.parametrize("options", LINE_OPTIONS, ids=label)

@@ -16,6 +16,7 @@ from flockesc_env import (
     FlockPursuitEnv,
     FlockVectorEnv,
     LineEscapeEnv,
+    LineScenario,
     PurePursuit,
     Topological,
     env,
@@ -24,7 +25,6 @@ from flockesc_env import (
     raw_env,
     record,
     rollout,
-    rollout_line,
 )
 from flockesc_env.common.errors import ArgumentError, OptionError
 from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptions, LineOptionsDict
@@ -42,12 +42,12 @@ FLOCKS: dict[str, Callable[..., Any]] = {
     "FlockVectorEnv": lambda scenario=None, **options: FlockVectorEnv(2, scenario, **options),
     "FlockVecEnv": lambda scenario=None, **options: FlockVecEnv(2, scenario, **options),
     "AgentVecEnv": lambda scenario=None, **options: AgentVecEnv(2, scenario, **options),
-    "rollout": lambda scenario=None, **options: rollout(FixedRange(1.0), [0], scenario=scenario, **options),
-    "record": lambda scenario=None, **options: record(FixedRange(1.0), 0, scenario=scenario, **options),
+    "rollout": lambda scenario=None, **options: rollout(scenario, FixedRange(1.0), [0], **options),
+    "record": lambda scenario=None, **options: record(scenario, FixedRange(1.0), 0, **options),
 }
 LINES: dict[str, Callable[..., Any]] = {
     "LineEscapeEnv": LineEscapeEnv,
-    "rollout_line": lambda **options: rollout_line(FixedRange(0.1), [0], **options),
+    "rollout of a line": lambda **options: rollout(LineScenario(), FixedRange(0.1), [0], **options),
 }
 
 
@@ -109,9 +109,3 @@ def test_a_predator_policy_never_replaces_predators(interface: str) -> None:
         FLOCKS[interface](scenario, predator_policy=Pursue())
     assert caught.value.field == "predator_policy"
     FLOCKS[interface](scenario.with_learned_predators(), predator_policy=Pursue())
-
-
-def test_unknown_reset_options_of_the_parallel_environment_warn() -> None:
-    environment = parallel_env(small_flock())
-    with pytest.warns(UserWarning, match="'initial_position'"):
-        environment.reset(seed=0, options={"initial_position": np.zeros((5, 2))})

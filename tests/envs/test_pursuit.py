@@ -33,6 +33,9 @@ from flockesc_env.policies.predators import FlyStraight, Pursue
 PURSUIT_ID = "flockesc_env:flockesc/FlockPursuit-v0"
 TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))
 
+# PettingZoo's suites pass options={"options": 1}.
+pytestmark = pytest.mark.filterwarnings("ignore:reset ignores the unknown options:UserWarning")
+
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 modes = pytest.mark.parametrize("mode", ACTION_MODES)
 counts = pytest.mark.parametrize("count", [1, 2])
@@ -47,6 +50,10 @@ def hunted(dimension: int = 2, count: int = 1, **changes: Any) -> FlockScenario:
     return small_flock(dimension, predators=TWO[:count], **changes)
 
 
+def learned(dimension: int = 2, count: int = 1, **changes: Any) -> FlockScenario:
+    return hunted(dimension, count, **changes).with_learned_predators()
+
+
 @dimensions
 @modes
 @counts
@@ -54,16 +61,15 @@ def hunted(dimension: int = 2, count: int = 1, **changes: Any) -> FlockScenario:
 @pytest.mark.parametrize("steps_per_action", [1, 4])
 def test_pettingzoo(dimension: int, mode: str, count: int, steps_per_action: int) -> None:
     options: dict[str, Any] = {
-        "predator": "learned",
         "action_mode": mode,
         "steps_per_action": steps_per_action,
     }
 
     def parallel(max_cycles: int = 10) -> Any:
-        return parallel_env(hunted(dimension, count, num_steps=max_cycles), **options)
+        return parallel_env(learned(dimension, count, num_steps=max_cycles), **options)
 
     def turns(max_cycles: int = 10) -> Any:
-        return flockesc_env.env(hunted(dimension, count, num_steps=max_cycles), **options)
+        return flockesc_env.env(learned(dimension, count, num_steps=max_cycles), **options)
 
     parallel_api_test(parallel(), num_cycles=30)
     api_test(turns(), num_cycles=30)
@@ -71,7 +77,7 @@ def test_pettingzoo(dimension: int, mode: str, count: int, steps_per_action: int
     seed_test(turns, num_cycles=30)
     if steps_per_action == 1:
         max_cycles_test(SimpleNamespace(parallel_env=parallel, env=turns))
-    api_test(flockesc_env.raw_env(hunted(dimension, count), **options), num_cycles=30)
+    api_test(flockesc_env.raw_env(learned(dimension, count), **options), num_cycles=30)
 
 
 @dimensions

@@ -224,7 +224,7 @@ def test_team_rewards_pay_every_agent_the_same(reward: str) -> None:
     np.testing.assert_array_equal(rewards[:, :1], play_gymnasium(SCENARIO, reward=reward))
 
 
-@pytest.mark.parametrize("reward", ["difference", "terminal"])
+@pytest.mark.parametrize("reward", ["change", "terminal"])
 @pytest.mark.parametrize("escape_force", ["constant", "linear", "linear_as_printed"])
 @steps_per_action
 def test_line_return_is_the_change_of_the_escape_distance(

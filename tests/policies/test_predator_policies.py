@@ -146,3 +146,27 @@ def test_a_hunt_that_catches_all_is_replayed(tmp_path: Any) -> None:
     loaded = load_run(tmp_path / "run.npz").trajectory
     assert run_differences(loaded, replay_run(loaded)) == []
     assert run.fraction_surviving[-1] == 0
+
+
+class Counting:
+    """Flies straight on, and counts the episodes that begin in each row."""
+
+    def __init__(self) -> None:
+        self.begun = np.zeros(3, int)
+
+    def reset(self, rows: np.ndarray) -> None:
+        self.begun += rows
+
+    def act(self, observations: np.ndarray, spec: Any) -> np.ndarray:
+        return np.zeros((len(observations), spec.dimension))
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+def test_predator_policies_are_reset_in_every_episode(mode: str) -> None:
+    policy = Counting()
+    scenario = small_flock(num_steps=2).with_learned_predators()
+    env = FlockVectorEnv(3, scenario, predator_policy=policy, autoreset_mode=mode)
+    env.reset(seed=0)
+    for _ in range(7):
+        env.step(np.zeros((3, 1), np.float32))
+    assert policy.begun.tolist() == ([3] * 3 if mode == "NextStep" else [4] * 3)

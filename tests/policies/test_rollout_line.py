@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flockesc_env import LineEscapeEnv, LineScenario, rollout, sweep
-from flockesc_env.common.errors import ArgumentError, ScenarioError
+from flockesc_env.common.errors import ArgumentError, OptionError, ScenarioError
 from flockesc_env.policies import FixedRange, FlyStraight, Policy, StubbornLeaders, bind
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 
@@ -107,8 +107,8 @@ def test_presets_are_known_by_name() -> None:
         ({"per_agent": True}, ArgumentError, "per_agent: expected None for a line, got True"),
         ({"predator_policy": FlyStraight()}, ArgumentError, "predator_policy: expected None for a line"),
         ({"scenario": LineScenario(predator_position=None)}, ScenarioError, "predator_position: expected"),
-        ({"max_range": 0.0}, ScenarioError, "max_range: expected"),
-        ({"reward": "individual_distance"}, ScenarioError, "reward: expected one of difference, terminal"),
+        ({"max_range": 0.0}, OptionError, "max_range: expected"),
+        ({"reward": "individual_distance"}, OptionError, "reward: expected one of change, terminal"),
         ({"policy": FixedRange(2.0)}, ArgumentError, "interaction_range: expected a number from 0"),
         ({"policy": StubbornLeaders()}, ArgumentError, "per_agent: expected True"),
     ],

@@ -27,7 +27,7 @@ LEARNERS = ("per-agent PPO", "shared PPO", "TQC", "line PPO", "line TQC")
 
 def learner_args(folder: Path, learner: str, **changes: Any) -> PPOArgs | TQCArgs:
     if learner.startswith("line"):
-        line = {"scenario": "paper-line", "reward": "difference", "max_range": 1.0, "steps_per_action": 1}
+        line = {"scenario": "paper-line", "reward": "change", "max_range": 1.0, "steps_per_action": 1}
         changes = {**line, "per_agent": False, "num_episodes": 2, "batch_size": 64, **changes}
         learner = learner.replace("line", "shared").replace("shared TQC", "TQC")
     args = small_run(folder, learner, **changes)
