@@ -6,9 +6,9 @@ from typing import Annotated
 import tyro
 
 from training.arguments import CompareArgs, EvaluateArgs, TuneArgs
-from training.config import train_presets
+from training.config import train_descriptions, train_presets
 
-Preset = tyro.extras.subcommand_type_from_defaults(train_presets(), prefix_names=False)
+Preset = tyro.extras.subcommand_type_from_defaults(train_presets(), train_descriptions(), prefix_names=False)
 
 app = tyro.extras.SubcommandApp()
 

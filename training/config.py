@@ -284,6 +284,15 @@ def train_presets() -> dict[str, Args]:
     }
 
 
+def train_descriptions() -> dict[str, str]:
+    """Return a line about every entry of ``train_presets``."""
+    return {
+        f"{name}-{learner}": "; ".join(filter(None, (chosen.title, KINDS[type(entry.args)], entry.note)))
+        for name, chosen in presets().items()
+        for learner, entry in chosen.learners.items()
+    }
+
+
 def _preset(document: dict[str, Any], name: str) -> Preset:
     setting = document.get("setting", {})
     learners = {}

@@ -62,7 +62,7 @@ QUESTIONS: Final[dict[str, Callable[[FlockScenario], bool]]] = {
     "other neighbor rules": _listens_otherwise,
     "other laws of motion, noise, delay, unlike agents": _moves_otherwise,
     "controls: a frozen graph, no flight": _is_control,
-    "parameters that are drawn for every episode": lambda scenario: bool(scenario.randomization),
+    "parameters drawn for every episode": lambda scenario: bool(scenario.randomization),
     "other flocks and predators": lambda _: True,
 }
 """What differs from the paper, in order of precedence: a preset belongs to the first that is true of it."""

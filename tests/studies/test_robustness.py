@@ -123,7 +123,7 @@ def test_findings_follow_one_rule(over_zero: float, over_longest: float, expecte
         (FlockScenario(predators=(PurePursuit(*approach("edge")),)), "a predator that steers"),
         (FlockScenario(predators=(ConstantVelocity(), Intercept())), "several predators on their own"),
         (FlockScenario(predators=(Wandering(),)), "other flocks and predators"),
-        (FlockScenario(randomization=(Uniform("mass", 0.1, 0.2),)), "parameters that are drawn anew"),
+        (FlockScenario(randomization=(Uniform("mass", 0.1, 0.2),)), "parameters drawn for every episode"),
         (preset("space"), "other flocks and predators"),
         (preset("encircled"), "predators that cooperate"),
         (preset("assigned-pair"), "predators that cooperate"),

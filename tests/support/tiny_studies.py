@@ -5,8 +5,9 @@ from __future__ import annotations
 import runpy
 import subprocess
 import sys
-import traceback
 from collections.abc import Callable
+from contextlib import redirect_stderr
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -110,11 +111,11 @@ class Spy:
         self.commands.append(command)
         self._is_training = True
         try:
-            with self._patch.context() as patch:
+            with self._patch.context() as patch, redirect_stderr(StringIO()) as told:
                 patch.setattr(sys, "argv", [str(COMMANDS), *command[3:]])
                 runpy.run_path(str(COMMANDS), run_name="__main__")
-        except (Exception, SystemExit):
-            return subprocess.CompletedProcess(command, 1, "", traceback.format_exc())
+        except SystemExit as stop:
+            return subprocess.CompletedProcess(command, int(stop.code or 0), "", told.getvalue())
         finally:
             self._is_training = False
         return subprocess.CompletedProcess(command, 0, "", "")
