@@ -94,7 +94,7 @@ impl<const D: usize> Batch<D> {
             parallel::pool(num_threads)?; // refused now rather than in the first step
         }
         Ok(Self {
-            fingerprint: Fingerprint::of(&(&*scenario, &config)),
+            fingerprint: Fingerprint::of(&(&scenario, &config)),
             row_length: observation::entries(config.view, scenario.dimension).len(),
             work_each: work_each(&scenario, &config),
             scenario: Arc::new(scenario),
