@@ -106,28 +106,29 @@ impl Module {
         }
     }
 
-    /// A macro's tokens are not parsed: paths that begin with `crate` are found, and the names of types.
+    /// Records the paths among a macro's tokens, and single names of types. Other names may be local.
     fn record_tokens(&mut self, tokens: TokenStream) {
         let mut path = Names::new();
+        let mut num_colons = 0;
         for token in tokens {
-            match token {
-                TokenTree::Group(group) => self.record_tokens(group.stream()),
-                TokenTree::Punct(punct) if punct.as_char() == ':' => continue,
-                TokenTree::Ident(name) if path.first().is_some_and(|first| first == "crate") => {
-                    path.push(name.to_string());
-                    self.written.insert(path.clone());
+            match &token {
+                TokenTree::Punct(punct) if punct.as_char() == ':' => {
+                    num_colons += 1;
                     continue;
                 }
                 TokenTree::Ident(name) => {
-                    path = vec![name.to_string()];
-                    if path[0].starts_with(char::is_uppercase) {
+                    if num_colons != 2 {
+                        path.clear();
+                    }
+                    path.push(name.to_string());
+                    if path.len() > 1 || path[0].starts_with(char::is_uppercase) {
                         self.written.insert(path.clone());
                     }
-                    continue;
                 }
-                TokenTree::Punct(_) | TokenTree::Literal(_) => {}
+                TokenTree::Group(group) => self.record_tokens(group.stream()),
+                TokenTree::Punct(_) | TokenTree::Literal(_) => path.clear(),
             }
-            path.clear();
+            num_colons = 0;
         }
     }
 }
