@@ -22,7 +22,7 @@ const LAYERS: [&[&str]; 10] = [
     &["reward"],
     &["observation"],
     &["episode"],
-    &["sweep", "graph", "kinds"],
+    &["sweep", "graph", "kinds", "bindings"],
 ];
 
 type Names = Vec<String>;
