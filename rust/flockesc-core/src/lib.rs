@@ -3,6 +3,8 @@
 
 mod agents;
 mod base;
+#[doc(hidden)]
+pub mod bindings;
 mod episode;
 mod flock;
 mod graph;
@@ -43,10 +45,3 @@ pub use predator::{
 };
 pub use reward::{Objective, Reward};
 pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};
-
-/// What the Python bindings need beyond the public interface; may change at any time.
-#[doc(hidden)]
-pub mod bindings {
-    pub use crate::episode::{AtEnd, Reset};
-    pub use crate::parallel::forked;
-}

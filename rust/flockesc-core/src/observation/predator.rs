@@ -7,7 +7,7 @@ use super::table::{Row, Table, squash};
 use crate::base::frame::Frame;
 use crate::base::vector::unit;
 use crate::flock::Summary;
-use crate::predator::Sighting;
+use crate::predator::{self, Sighting};
 
 /// What one predator sees.
 pub(super) struct Seen<'a, const D: usize> {
@@ -16,8 +16,6 @@ pub(super) struct Seen<'a, const D: usize> {
     /// Scales of lengths in m and speeds in m/s.
     length: f64,
     speed: f64,
-    /// Its own largest speed in m/s.
-    max_speed: f64,
     sighting: Sighting<D>,
     frame: Frame<D>,
     flock: &'a Summary<D>,
@@ -31,7 +29,7 @@ pub(super) fn table<'a, const D: usize>(table: &mut impl Table<Seen<'a, D>>) {
     table.number("time", 0.0, |seen| seen.time);
     table.number("running_minimum", 0.0, |seen| seen.running_minimum);
     table.number("speed", 0.0, |seen| {
-        seen.sighting.velocity.norm() / seen.max_speed
+        seen.sighting.velocity.norm() / seen.sighting.max_speed
     });
     table.vector("nearest_direction", |seen| {
         seen.direction(&seen.sighting.nearest)
@@ -89,14 +87,11 @@ impl<const D: usize> Seen<'_, D> {
 pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
     let (world, scenario) = (scene.world, scene.scenario());
     let predators = world.predators();
-    let steered = predators
-        .iter()
-        .enumerate()
-        .filter_map(|(index, predator)| Some((index, predator.steered_max_speed()?)));
+    let prey = world.prey();
+    let sightings =
+        (0..predators.len()).filter_map(|k| Some((k, predator::sighting(predators, k, prey)?)));
     let length = out.len() / scenario.num_learned().max(1);
-    for ((index, max_speed), row) in steered.zip(out.chunks_exact_mut(length.max(1))) {
-        let prey = world.prey();
-        let sighting = Sighting::of(predators, index, prey);
+    for ((index, sighting), row) in sightings.zip(out.chunks_exact_mut(length.max(1))) {
         let position = &predators[index].position;
         let in_range = prey.within(position, scenario.predator_range).count();
         let seen = Seen {
@@ -104,7 +99,6 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
             running_minimum: scene.running_minimum(),
             length: scene.length(),
             speed: scene.speed(),
-            max_speed,
             frame: sighting.frame(),
             sighting,
             flock: scene.summary,

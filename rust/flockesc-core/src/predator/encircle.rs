@@ -5,10 +5,9 @@ use std::f64::consts::TAU;
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use super::Predator;
 use super::shared::flight::steering;
 use super::shared::prey::Prey;
-use super::strategy::{Flight, Listed, Recall, Strategy, Surroundings};
+use super::strategy::{Flight, Pack, Recall, Strategy, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::Result;
 use crate::snapshot::check_vector;
@@ -54,15 +53,20 @@ impl Strategy for Encircle {
     }
 
     /// Gives every encircling predator its station.
-    fn agree<const D: usize>(predators: &mut [Predator<D>], time_step: f64, prey: Prey<'_, D>) {
-        if Self::among(predators).next().is_none() {
+    fn agree<const D: usize>(
+        pack: &mut (impl Pack<Self, D> + ?Sized),
+        time_step: f64,
+        prey: Prey<'_, D>,
+    ) {
+        if pack.members().next().is_none() {
             return;
         }
         let Some(center) = prey.centroid() else {
             return;
         };
         // In the order of their bearings, so that no predator has to pass another one.
-        let mut bearings: Vec<_> = Self::among(predators)
+        let mut bearings: Vec<_> = pack
+            .members()
             .map(|predator| {
                 let offset = predator.position - center;
                 (libm::atan2(offset[1], offset[0]), predator)

@@ -3,10 +3,9 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use super::Predator;
 use super::shared::flight::steering;
 use super::shared::prey::Prey;
-use super::strategy::{Flight, Listed, Recall, Strategy, Surroundings};
+use super::strategy::{Flight, Pack, Recall, Strategy, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::{Error, Result};
 use crate::base::vector::unit;
@@ -50,20 +49,24 @@ impl Strategy for Herd {
     }
 
     /// Gives every herding predator its post.
-    fn agree<const D: usize>(predators: &mut [Predator<D>], _time_step: f64, prey: Prey<'_, D>) {
-        if Self::among(predators).next().is_none() {
+    fn agree<const D: usize>(
+        pack: &mut (impl Pack<Self, D> + ?Sized),
+        _time_step: f64,
+        prey: Prey<'_, D>,
+    ) {
+        if pack.members().next().is_none() {
             return;
         }
         let Some(center) = prey.centroid() else {
             return;
         };
-        for index in 0..predators.len() {
-            let Some(herd) = Self::of(&mut predators[index]) else {
+        for index in 0..pack.len() {
+            let Some(herd) = pack.member(index) else {
                 continue;
             };
             let (partner, distance) = (herd.strategy.partner, herd.strategy.distance);
-            let behind = unit(&(center - predators[partner].position));
-            if let Some(herd) = Self::of(&mut predators[index]) {
+            let behind = unit(&(center - pack.flight(partner).position));
+            if let Some(herd) = pack.member(index) {
                 herd.memory.0 = behind.map(|away| center + away * distance);
             }
         }

@@ -3,10 +3,9 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use super::Predator;
 use super::shared::prey::Prey;
 use super::shared::sighting::Sighting;
-use super::strategy::{Flight, Listed, Recall, Steered, Strategy, Surroundings};
+use super::strategy::{Flight, Pack, Recall, Steered, Strategy, Surroundings};
 use crate::base::check::{positive_quantity, quantity};
 use crate::base::error::Result;
 use crate::snapshot::check_vector;
@@ -26,6 +25,12 @@ pub struct Learned {
 }
 
 impl Learned {
+    fn steering(&self) -> Steered {
+        Steered {
+            max_speed: self.max_speed,
+        }
+    }
+
     /// v_p + `push`, shortened to `max_speed` where it is longer.
     fn pushed<const D: usize>(
         &self,
@@ -76,9 +81,7 @@ impl Strategy for Learned {
     }
 
     fn steered(&self) -> Option<Steered> {
-        Some(Steered {
-            max_speed: self.max_speed,
-        })
+        Some(self.steering())
     }
 
     fn set_action<const D: usize>(steering: &mut Steering<D>, action: SVector<f64, D>) {
@@ -86,20 +89,26 @@ impl Strategy for Learned {
     }
 
     /// Computes the accelerations of the step from what the predators see before anything moves.
-    fn prepare<const D: usize>(predators: &mut [Predator<D>], time_step: f64, prey: Prey<'_, D>) {
-        for index in 0..predators.len() {
-            let Some(own) = Self::of(&mut predators[index]) else {
+    fn prepare<const D: usize>(
+        pack: &mut (impl Pack<Self, D> + ?Sized),
+        time_step: f64,
+        prey: Prey<'_, D>,
+    ) {
+        for index in 0..pack.len() {
+            let Some(own) = pack.member(index) else {
                 continue;
             };
             let size = own.strategy.max_acceleration * time_step;
-            let action = own.memory.action;
+            let (action, steered) = (own.memory.action, own.strategy.steering());
             let push = if action.norm() > 0.0 {
-                let sighting = Sighting::of(predators, index, prey);
+                let others = (0..pack.len()).filter(|other| *other != index);
+                let others = others.map(|other| pack.flight(other).position);
+                let sighting = Sighting::of(&pack.flight(index), steered, others, prey);
                 sighting.frame().vector(&action) * size
             } else {
                 SVector::zeros()
             };
-            if let Some(own) = Self::of(&mut predators[index]) {
+            if let Some(own) = pack.member(index) {
                 own.memory.push = push;
             }
         }

@@ -19,7 +19,7 @@ pub(crate) use shared::prey::Prey;
 pub(crate) use shared::sighting::Sighting;
 pub(crate) use state::PredatorState;
 
-use strategy::{Flight, Listed, Member, Recall, Steered, Strategy, Surroundings, strategies};
+use strategy::{Flight, Member, Pack, Recall, Steered, Strategy, Surroundings, strategies};
 
 use crate::base::check;
 use crate::base::error::Result;
@@ -100,10 +100,53 @@ impl<const D: usize> Predator<D> {
         self.speed = velocity.norm();
     }
 
-    /// Largest speed in m/s of a predator that is steered from outside; `None` for others.
-    pub(crate) fn steered_max_speed(&self) -> Option<f64> {
-        self.mind.steered().map(|steered| steered.max_speed)
+    fn flight(&self) -> Flight<D> {
+        Flight {
+            position: self.position,
+            velocity: self.velocity,
+            speed: self.speed,
+        }
     }
+}
+
+/// A strategy in the list: access to its parameters and memory.
+trait Listed: Strategy {
+    /// The parameters, if `config` is of this strategy.
+    fn of_config(config: &PredatorConfig) -> Option<&Self>;
+
+    /// The predator, if it is of this strategy.
+    fn of<const D: usize>(predator: &mut Predator<D>) -> Option<Member<'_, Self, D>>;
+}
+
+impl<S: Listed, const D: usize> Pack<S, D> for [Predator<D>] {
+    fn len(&self) -> usize {
+        self.len()
+    }
+
+    fn flight(&self, index: usize) -> Flight<D> {
+        self[index].flight()
+    }
+
+    fn member(&mut self, index: usize) -> Option<Member<'_, S, D>> {
+        S::of(&mut self[index])
+    }
+
+    fn members(&mut self) -> impl Iterator<Item = Member<'_, S, D>> {
+        self.iter_mut().filter_map(S::of)
+    }
+}
+
+/// What the predator at `index` sees; `None` if it is not steered from outside.
+pub(crate) fn sighting<const D: usize>(
+    predators: &[Predator<D>],
+    index: usize,
+    prey: Prey<'_, D>,
+) -> Option<Sighting<D>> {
+    let steered = predators[index].mind.steered()?;
+    let others = predators.iter().enumerate().filter(|(k, _)| *k != index);
+    let others = others.map(|(_, other)| other.position);
+    let own = predators[index].flight();
+    Some(Sighting::of(&own, steered, others, prey))
 }
 
 /// Sets the actions of the predators that are steered from outside: D entries in [-1, 1] for each, in order. Missing
@@ -133,11 +176,7 @@ pub(crate) fn steer<const D: usize>(
         rng,
     };
     for predator in predators {
-        let flight = Flight {
-            position: predator.position,
-            velocity: predator.velocity,
-            speed: predator.speed,
-        };
+        let flight = predator.flight();
         (predator.velocity, predator.speed) = predator.mind.steer(&flight, &mut surroundings);
     }
 }

@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::shared::assignment::{MAX_ASSIGNED, assign};
 use super::shared::flight::steering;
 use super::shared::prey::{Prey, Quarry};
-use super::strategy::{Flight, Listed, Recall, Strategy, Surroundings};
-use super::{Predator, PredatorConfig};
+use super::strategy::{Flight, Pack, Recall, Strategy, Surroundings};
 use crate::base::check::{not_negative, quantity};
 use crate::base::error::{Error, Result};
 use crate::base::rng;
@@ -79,9 +78,8 @@ impl Strategy for PurePursuit {
         Ok(())
     }
 
-    fn check_all(predators: &[PredatorConfig]) -> Result<()> {
-        let own = predators.iter().filter_map(Self::of_config);
-        let assigned = own.filter(|p| p.target == Target::Assigned).count();
+    fn check_all<'a>(predators: impl Iterator<Item = &'a Self>) -> Result<()> {
+        let assigned = predators.filter(|p| p.target == Target::Assigned).count();
         if assigned > MAX_ASSIGNED {
             let expected = format!("at most {MAX_ASSIGNED} with assigned targets");
             return Err(Error::config("predators", expected, assigned));
@@ -90,8 +88,14 @@ impl Strategy for PurePursuit {
     }
 
     /// Assigns an agent to every predator whose target is assigned.
-    fn agree<const D: usize>(predators: &mut [Predator<D>], _time_step: f64, prey: Prey<'_, D>) {
-        let mut assigned = Self::among(predators).filter(|p| p.strategy.target == Target::Assigned);
+    fn agree<const D: usize>(
+        pack: &mut (impl Pack<Self, D> + ?Sized),
+        _time_step: f64,
+        prey: Prey<'_, D>,
+    ) {
+        let mut assigned = pack
+            .members()
+            .filter(|p| p.strategy.target == Target::Assigned);
         let Some(first) = assigned.next() else {
             return;
         };

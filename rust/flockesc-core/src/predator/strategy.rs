@@ -8,11 +8,10 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::shared::prey::Prey;
-use super::{Predator, PredatorConfig};
 use crate::base::error::Result;
 
 /// The rule by which a predator sets its next velocity (step 5).
-pub(crate) trait Strategy: Listed {
+pub(crate) trait Strategy: Sized + 'static {
     /// What a predator with this strategy remembers between steps.
     type Memory<const D: usize>: Recall;
 
@@ -20,7 +19,7 @@ pub(crate) trait Strategy: Listed {
     fn check(&self, path: &str, index: usize, count: usize) -> Result<()>;
 
     /// Checks what must hold for all predators of this strategy together.
-    fn check_all(_predators: &[PredatorConfig]) -> Result<()> {
+    fn check_all<'a>(_predators: impl Iterator<Item = &'a Self>) -> Result<()> {
         Ok(())
     }
 
@@ -34,14 +33,19 @@ pub(crate) trait Strategy: Listed {
 
     /// Prepares a step, before anything moves.
     fn prepare<const D: usize>(
-        _predators: &mut [Predator<D>],
+        _pack: &mut (impl Pack<Self, D> + ?Sized),
         _time_step: f64,
         _prey: Prey<'_, D>,
     ) {
     }
 
     /// Settles what predators of this strategy decide together, before any of them turns.
-    fn agree<const D: usize>(_predators: &mut [Predator<D>], _time_step: f64, _prey: Prey<'_, D>) {}
+    fn agree<const D: usize>(
+        _pack: &mut (impl Pack<Self, D> + ?Sized),
+        _time_step: f64,
+        _prey: Prey<'_, D>,
+    ) {
+    }
 
     /// The velocity in m/s for the next step, and its norm.
     fn steer<const D: usize>(
@@ -91,25 +95,19 @@ impl Recall for () {
     }
 }
 
-/// Access to the predators of one strategy among all; the list of strategies implements it.
-pub(crate) trait Listed: Sized {
-    /// The parameters, if `config` is of this strategy.
-    fn of_config(config: &PredatorConfig) -> Option<&Self>;
+/// All predators of a flock, as the strategy `S` sees them.
+pub(crate) trait Pack<S: Strategy, const D: usize> {
+    /// How many there are, of all strategies.
+    fn len(&self) -> usize;
 
-    /// The predator, if it is of this strategy.
-    fn of<const D: usize>(predator: &mut Predator<D>) -> Option<Member<'_, Self, D>>
-    where
-        Self: Strategy;
+    /// Where the predator at `index` is and how it moves.
+    fn flight(&self, index: usize) -> Flight<D>;
+
+    /// The predator at `index`, if it is of this strategy.
+    fn member(&mut self, index: usize) -> Option<Member<'_, S, D>>;
 
     /// The predators of this strategy.
-    fn among<const D: usize>(
-        predators: &mut [Predator<D>],
-    ) -> impl Iterator<Item = Member<'_, Self, D>>
-    where
-        Self: Strategy + 'static,
-    {
-        predators.iter_mut().filter_map(Self::of)
-    }
+    fn members(&mut self) -> impl Iterator<Item = Member<'_, S, D>>;
 }
 
 /// A predator of one strategy.
@@ -167,7 +165,7 @@ macro_rules! strategies {
 
             /// Checks what must hold for all predators of a strategy together.
             fn check_all(predators: &[Self]) -> Result<()> {
-                $($Strategy::check_all(predators)?;)*
+                $($Strategy::check_all(predators.iter().filter_map($Strategy::of_config))?;)*
                 Ok(())
             }
         }

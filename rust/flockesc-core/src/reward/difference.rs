@@ -1,7 +1,7 @@
 //! Difference rewards (Wolpert and Tumer, "Optimal payoff functions for members of collectives", 2002): what the flock
 //! gains because one agent hears its neighbors.
 
-use super::Action;
+use super::term::Action;
 use crate::base::error::Result;
 use crate::neighbor::Ranges;
 use crate::parallel::Progress;

@@ -1,6 +1,6 @@
 //! The distance to the predators itself.
 
-use super::Moment;
+use super::term::Moment;
 
 /// The objective's value over T.
 pub(super) fn team<const D: usize>(moment: &Moment<'_, D>) -> f64 {

@@ -1,6 +1,6 @@
 //! The change of distance in a step: each agent's own, or the mean over its neighborhood.
 
-use super::{Moment, add_changes};
+use super::term::{Moment, add_changes};
 use crate::agents::GROUP;
 use crate::base::exact::Scale;
 use crate::neighbor::Ranges;

@@ -1,6 +1,6 @@
 //! The change of the objective's running minimum.
 
-use super::{Moment, add_changes};
+use super::term::{Moment, add_changes};
 
 /// m_t - m_(t-1).
 pub(super) fn team<const D: usize>(moment: &Moment<'_, D>) -> f64 {

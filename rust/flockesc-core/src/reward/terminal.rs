@@ -1,6 +1,6 @@
 //! The whole return on the last step.
 
-use super::Moment;
+use super::term::Moment;
 
 /// J - m_0 on the last step, 0 before.
 pub(super) fn team<const D: usize>(moment: &Moment<'_, D>) -> f64 {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Draw, End};
+use super::distribution::{Draw, End};
 use crate::base::check::finite;
 use crate::base::error::{Error, Result};
 

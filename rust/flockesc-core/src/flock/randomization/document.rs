@@ -2,7 +2,8 @@
 
 use serde_json::Value;
 
-use super::{Distribution, End};
+use super::Distribution;
+use super::distribution::End;
 use crate::base::error::{Error, Result};
 use crate::base::rng::{self, Stream};
 

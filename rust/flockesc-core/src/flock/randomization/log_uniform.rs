@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Draw, End, between, check_interval, interval_ends};
+use super::distribution::{Draw, End, between, check_interval, interval_ends};
 use crate::base::check::positive;
 use crate::base::error::Result;
 

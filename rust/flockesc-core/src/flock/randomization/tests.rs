@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::*;
+use crate::base::error::{Error, Result};
 use crate::flock::FlockConfig;
 use crate::flock::scenario::tests::paper;
 

@@ -4,8 +4,8 @@ use nalgebra::SVector;
 
 use crate::base::frame::Frame;
 use crate::base::vector::unit;
-use crate::predator::Predator;
 use crate::predator::shared::prey::{Prey, Quarry};
+use crate::predator::strategy::{Flight, Steered};
 
 /// Offsets and velocities relative to one predator; 0 for what is not there.
 #[derive(Debug, Clone, Copy)]
@@ -20,17 +20,21 @@ pub(crate) struct Sighting<const D: usize> {
     pub(crate) flock_velocity: SVector<f64, D>,
     /// Toward the nearest other predator, in m.
     pub(crate) other: Option<SVector<f64, D>>,
-    /// Speed in m/s up to which a predator rests: below it, a heading is rounding.
-    rest: f64,
+    /// The predator's largest speed in m/s.
+    pub(crate) max_speed: f64,
 }
 
-/// Speed of rest over the largest speed.
+/// Up to this speed over the largest one a predator rests: its heading would be rounding.
 const REST: f64 = 1e-9;
 
 impl<const D: usize> Sighting<D> {
-    /// What the predator at `index` sees.
-    pub(crate) fn of(predators: &[Predator<D>], index: usize, prey: Prey<'_, D>) -> Self {
-        let own = &predators[index];
+    /// What a predator that is steered from outside sees; `others` are the positions of the other predators.
+    pub(in crate::predator) fn of(
+        own: &Flight<D>,
+        steered: Steered,
+        others: impl Iterator<Item = SVector<f64, D>>,
+        prey: Prey<'_, D>,
+    ) -> Self {
         let nearest = prey.nearest(&own.position);
         let of_nearest = |vector: fn(&Quarry<D>) -> SVector<f64, D>, own: &SVector<f64, D>| {
             nearest.map_or_else(SVector::zeros, |quarry| vector(&quarry) - own)
@@ -38,11 +42,8 @@ impl<const D: usize> Sighting<D> {
         let centroid = prey.centroid();
         let mean_velocity =
             |_| SVector::from(prey.neighborhood.total_velocity()) / prey.agents.len() as f64;
-        let other = predators
-            .iter()
-            .enumerate()
-            .filter(|(other, _)| *other != index)
-            .map(|(_, other)| other.position - own.position)
+        let other = others
+            .map(|position| position - own.position)
             .min_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
         Self {
             velocity: own.velocity,
@@ -53,7 +54,7 @@ impl<const D: usize> Sighting<D> {
                 .map(mean_velocity)
                 .map_or_else(SVector::zeros, |mean| mean - own.velocity),
             other,
-            rest: own.steered_max_speed().map_or(0.0, |speed| speed * REST),
+            max_speed: steered.max_speed,
         }
     }
 
@@ -66,7 +67,7 @@ impl<const D: usize> Sighting<D> {
             self.flock_velocity,
             self.other.unwrap_or_else(SVector::zeros),
         ];
-        let is_moving = self.velocity.norm() > self.rest;
+        let is_moving = self.velocity.norm() > self.max_speed * REST;
         let ahead = std::iter::once(&self.velocity)
             .filter(|_| is_moving)
             .chain(&seen)
