@@ -19,7 +19,10 @@ from option_table import UNLIKE, small_flock
 
 from flockesc_env import FlockEscapeEnv, LineEscapeEnv, LineScenario, PurePursuit, Wandering
 
-HUNTERS = (Wandering((10.0, 10.0), (5.0, 0.0), 2.0), PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0))
+HUNTERS = (
+    Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
+    PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0),
+)
 
 MAKERS: dict[str, Callable[[], Any]] = {
     "flock": lambda: FlockEscapeEnv(
