@@ -1,7 +1,8 @@
-//! What runs, as bytes: a head that says what they are, and a body that is checked before any of it is used.
+//! Snapshots: bytes with a head that identifies them and a body that is checked before it is used.
 //!
-//! The head is [`MAGIC`], [`VERSION`], the CRC-32 of the body and that of what the body is a state of (each four bytes,
-//! little-endian); the body is written by postcard.
+//! The head holds [`MAGIC`], [`VERSION`], the CRC-32 of the body and the [`Fingerprint`] of the scenario and options, each
+//! four bytes, little-endian. The body is written by postcard. Where a component's memory layout serves the processor
+//! (groups of columns, random streams), a small struct of rows is serialized instead of the component.
 
 use nalgebra::SVector;
 use serde::Serialize;
@@ -11,22 +12,23 @@ use crate::base::error::{Error, Result};
 
 const MAGIC: [u8; 4] = *b"FESC";
 
-/// Changes whenever the body does.
+/// Version of the body's format.
 const VERSION: u32 = 3;
 
 const HEAD: usize = 16;
 
-/// No step leaves a number beyond this, so that none has a square, or a sum of squares, that is infinite.
+/// Bound of every number that a step leaves; squares and sums of squares of such numbers are finite.
 const LARGEST: f64 = 1e120;
 
-/// Stands for what a state is a state of; what differs has another one, but for one chance in 2^32.
+/// CRC-32 of the scenario and options that a snapshot belongs to. Different ones collide with probability 2^-32.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Fingerprint(u32);
 
 impl Fingerprint {
-    /// Of documents, by all that they say.
-    pub(crate) fn of(documents: &impl std::fmt::Debug) -> Self {
-        Self(crc32fast::hash(format!("{documents:?}").as_bytes()))
+    /// The fingerprint of documents, from their JSON.
+    pub(crate) fn of(documents: &impl Serialize) -> Self {
+        let json = serde_json::to_vec(documents).unwrap_or_default(); // documents can always be written
+        Self(crc32fast::hash(&json))
     }
 }
 
@@ -43,10 +45,10 @@ pub(crate) fn seal(of: Fingerprint, body: &impl Serialize) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Reads what [`seal`] wrote.
+/// Checks the head that [`seal`] wrote and reads the body.
 ///
 /// # Errors
-/// [`Error::Argument`] on `state` for bytes that are damaged, of another version or `of` something else.
+/// [`Error::Argument`] on `state` for bytes that are damaged, of another version, or not `of` these documents.
 pub(crate) fn open<T: DeserializeOwned>(of: Fingerprint, state: &[u8]) -> Result<T> {
     let refused = |expected: &str, given: String| Err(Error::argument("state", expected, given));
     let Some((head, body)) = state.split_at_checked(HEAD) else {
@@ -62,7 +64,7 @@ pub(crate) fn open<T: DeserializeOwned>(of: Fingerprint, state: &[u8]) -> Result
     }
     let [magic, version, sum, made_of] = words;
     if magic != u32::from_le_bytes(MAGIC) {
-        return refused("bytes of get_state", "others".to_owned());
+        return refused("bytes of get_state", "other bytes".to_owned());
     }
     if version != VERSION {
         return refused(&format!("version {VERSION}"), format!("version {version}"));
@@ -91,13 +93,13 @@ pub(crate) fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T> {
     }
 }
 
-/// What bytes say that no state does.
+/// The error for bytes that no snapshot has.
 pub(crate) fn damaged(what: impl std::fmt::Display) -> Error {
     let given = format!("damaged ones: {what}");
     Error::argument("state", "bytes of get_state", given)
 }
 
-/// Refuses what does not hold of a state.
+/// Refuses a state for which a condition does not hold.
 pub(crate) fn check(holds: bool, what: &str) -> Result<()> {
     if holds { Ok(()) } else { Err(damaged(what)) }
 }
@@ -107,7 +109,7 @@ pub(crate) fn is_sound(number: f64) -> bool {
     number.abs() <= LARGEST
 }
 
-/// Whether this is an interaction range, which may be beyond everything.
+/// Whether this is an interaction range, which may exceed [`LARGEST`].
 pub(crate) fn is_range(number: f64) -> bool {
     number.is_finite() && number >= 0.0
 }
@@ -117,7 +119,7 @@ pub(crate) fn are_sound<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> bool 
     numbers.into_iter().all(|number| is_sound(*number))
 }
 
-/// Refuses numbers that are not as many, or not [sound](is_sound).
+/// Refuses numbers that are not `count` [sound](is_sound) ones.
 pub(crate) fn check_numbers(numbers: &[f64], count: usize, what: &str) -> Result<()> {
     check(numbers.len() == count, what)?;
     check(numbers.iter().all(|number| is_sound(*number)), what)

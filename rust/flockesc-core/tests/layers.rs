@@ -106,29 +106,29 @@ impl Module {
         }
     }
 
-    /// A macro's tokens are not parsed: paths that begin with `crate` are found, and the names of types.
+    /// Records the paths among a macro's tokens, and single names of types. Other names may be local.
     fn record_tokens(&mut self, tokens: TokenStream) {
-        let mut path = Names::new();
+        let mut paths = vec![Names::new()];
+        let mut num_colons = 0;
         for token in tokens {
+            let last = paths.len() - 1;
             match token {
+                TokenTree::Punct(punct) if punct.as_char() == ':' => {
+                    num_colons += 1;
+                    continue;
+                }
+                TokenTree::Ident(name) if num_colons == 2 => paths[last].push(name.to_string()),
+                TokenTree::Ident(name) => paths.push(vec![name.to_string()]),
+                // The path of `pub(in ..)` is no use.
+                TokenTree::Group(_) if paths[last] == ["pub"] => {}
                 TokenTree::Group(group) => self.record_tokens(group.stream()),
-                TokenTree::Punct(punct) if punct.as_char() == ':' => continue,
-                TokenTree::Ident(name) if path.first().is_some_and(|first| first == "crate") => {
-                    path.push(name.to_string());
-                    self.written.insert(path.clone());
-                    continue;
-                }
-                TokenTree::Ident(name) => {
-                    path = vec![name.to_string()];
-                    if path[0].starts_with(char::is_uppercase) {
-                        self.written.insert(path.clone());
-                    }
-                    continue;
-                }
-                TokenTree::Punct(_) | TokenTree::Literal(_) => {}
+                TokenTree::Punct(_) | TokenTree::Literal(_) => paths.push(Names::new()),
             }
-            path.clear();
+            num_colons = 0;
         }
+        let is_type = |path: &Names| path.iter().any(|name| name.starts_with(char::is_uppercase));
+        let found = paths.into_iter().filter(|path| path.len() > 1 || is_type(path));
+        self.written.extend(found);
     }
 }
 

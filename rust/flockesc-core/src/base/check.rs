@@ -1,24 +1,24 @@
-//! Bounds of single fields; what is out of them is refused by name.
+//! Checks of single fields. Errors name the field.
 
 use crate::base::error::{Error, Result};
 
-/// Largest flock or line that a scenario may name; guards against allocations no machine has.
+/// Largest number of agents of a scenario; guards against allocations that no machine can serve.
 pub const MAX_AGENTS: usize = 10_000_000;
-/// Largest number of steps that a scenario may name.
+/// Largest number of steps of a scenario.
 pub const MAX_STEPS: usize = 1_000_000_000;
 
-/// Largest magnitude of any number that a step computes with. Whatever up to [`MAX_STEPS`] steps make of such
-/// numbers, 1e119 m at most, has a square that is finite.
+/// Largest magnitude of any number that a step computes with. [`MAX_STEPS`] steps with such numbers stay below 1e119 m,
+/// whose square is finite.
 pub(crate) const LARGEST: f64 = 1e20;
 
-/// Smallest number of those that divide.
+/// Smallest number that a step divides by.
 const SMALLEST: f64 = 1e-20;
 
 pub(crate) fn finite(field: &str, value: f64) -> Result<()> {
     check(field, shown(value), "a finite number", value.is_finite())
 }
 
-/// For what is only compared: a range may be beyond everything.
+/// A number that is only compared: a range may exceed [`LARGEST`].
 pub(crate) fn not_negative(field: &str, value: f64) -> Result<()> {
     let good = value.is_finite() && value >= 0.0;
     check(field, shown(value), "a finite number of at least 0", good)
@@ -67,13 +67,10 @@ pub(crate) fn within_bounds(field: &str, value: f64, low: f64, high: f64) -> Res
     )
 }
 
-/// A point, velocity or direction: 2 or `dimension` coordinates.
+/// A point, velocity or direction with `dimension` coordinates.
 pub(crate) fn vector(field: &str, entries: &[f64], dimension: usize) -> Result<()> {
-    if entries.len() != 2 && entries.len() != dimension {
-        let expected = match dimension {
-            2 => "2 numbers".to_owned(),
-            _ => format!("2 or {dimension} numbers"),
-        };
+    if entries.len() != dimension {
+        let expected = format!("{dimension} numbers");
         return Err(Error::config(field, expected, entries.len()));
     }
     let mut places = entries.iter().enumerate();
@@ -85,7 +82,7 @@ pub(crate) fn within(field: &str, value: usize, low: usize, high: usize) -> Resu
     check(field, value, &expected, (low..=high).contains(&value))
 }
 
-/// The number in few digits, however large or small it is.
+/// The number in its shortest form.
 fn shown(value: f64) -> String {
     let text = format!("{value:?}");
     text.strip_suffix(".0").unwrap_or(&text).to_owned()

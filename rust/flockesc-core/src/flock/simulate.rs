@@ -1,4 +1,4 @@
-//! A flock under a fixed range or a schedule of ranges, with everything recorded.
+//! A recorded run of a flock under a fixed range or a schedule of ranges.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::flock::scenario::FlockConfig;
 use crate::neighbor::Ranges;
 use crate::parallel::{self, Progress};
 
-/// Ranges over time, where `rows` is 1 (fixed) or T and `columns` is 1 (shared) or n, and what steers learned predators.
+/// Ranges over time and actions of learned predators. `rows` is 1 (fixed range) or T, `columns` is 1 (shared range) or n.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Schedule {
     /// Ranges in m, row after row.
@@ -69,7 +69,7 @@ pub(crate) fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
     }
 }
 
-/// Refuses actions of learned predators that are none in [-1, 1], or not `count` of them; no actions at all are fine.
+/// Refuses actions of learned predators outside [-1, 1], or another number of them than `count` or 0.
 pub(crate) fn check_controls(controls: &[f64], count: usize) -> Result<()> {
     if !controls.is_empty() && controls.len() != count {
         let expected = format!("{count} entries");
@@ -89,7 +89,20 @@ pub(crate) fn check_controls(controls: &[f64], count: usize) -> Result<()> {
     }
 }
 
-/// What a run of the flock leaves: one entry per time 0..=T; arrays are flat, row after row.
+/// A recorded run of the flock: one entry per time 0..=T. Arrays are flat, row after row.
+///
+/// ```
+/// use std::sync::Arc;
+/// use flockesc_core::{FlockConfig, InitialState, Progress, Schedule, simulate_flock};
+///
+/// let config = FlockConfig { num_steps: 20, ..FlockConfig::default() };
+/// let schedule = Schedule { values: vec![12.0], rows: 1, columns: 1, ..Schedule::default() };
+/// let start = InitialState::seeded(7);
+/// let run = simulate_flock(Arc::new(config), &schedule, &start, None, &Progress::default())?;
+/// assert_eq!(run.mean_distance.len(), 21);
+/// assert_eq!(run.positions.len(), 21 * 300 * 2);
+/// # Ok::<(), flockesc_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Trajectory {
     /// r_i(t) in m, (T + 1) * n * D entries.
@@ -106,14 +119,14 @@ pub struct Trajectory {
     pub num_components: Vec<i64>,
     /// Norm of the mean heading.
     pub polarization: Vec<f64>,
-    /// Share of the agents that were not caught.
+    /// Fraction of the agents that were not caught.
     pub fraction_surviving: Vec<f64>,
     /// The step that caught each agent, 1..=T, or -1; n entries.
     pub caught_at: Vec<i64>,
 }
 
 impl Trajectory {
-    /// Empty, with room for the whole run; refused here rather than when memory has run out.
+    /// An empty record with memory for the whole run; an error if there is not enough memory.
     fn with_room_for(config: &FlockConfig) -> Result<Self> {
         let mut trajectory = Self {
             caught_at: vec![-1; config.num_agents],

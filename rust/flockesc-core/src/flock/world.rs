@@ -19,7 +19,20 @@ use crate::neighbor::{Neighborhood, Ranges};
 use crate::parallel;
 use crate::predator::{self, Predator, Prey};
 
-/// A flock and its predators at one moment.
+/// A flock and its predators at one time.
+///
+/// ```
+/// use std::sync::Arc;
+/// use flockesc_core::{FlockConfig, InitialState, Ranges, World};
+///
+/// let mut world = World::<2>::new(Arc::new(FlockConfig::default()), &InitialState::seeded(7));
+/// for _ in 0..10 {
+///     world.step(Ranges::Shared(12.0));
+/// }
+/// let distance = world.predator_distance();
+/// assert!(distance.minimum < distance.mean);
+/// assert_eq!(world.positions().len(), world.config().num_agents);
+/// ```
 #[derive(Debug, Clone)]
 pub struct World<const D: usize> {
     config: Arc<FlockConfig>,

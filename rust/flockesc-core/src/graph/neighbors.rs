@@ -1,4 +1,4 @@
-//! Who listens to whom in a flock at one moment, and who hangs together with whom.
+//! The neighbor graph of a flock at one time: pairs of neighbors, connected components.
 
 use nalgebra::SVector;
 
@@ -7,7 +7,19 @@ use crate::base::error::{Error, Result};
 use crate::flock::{FlockConfig, check_ranges};
 use crate::neighbor::{NeighborOptions, Neighborhood, Ranges};
 
-/// A flock at one moment, and how its neighbor graph is made.
+/// The neighbor graph of a flock at one time, for any interaction ranges.
+///
+/// ```
+/// use flockesc_core::{NeighborGraph, Ranges};
+/// use nalgebra::vector;
+///
+/// let positions = [vector![0.0, 0.0], vector![1.0, 0.0], vector![5.0, 0.0]];
+/// let velocities = [vector![1.0, 0.0]; 3];
+/// let graph = NeighborGraph::new(None, &positions, &velocities);
+/// assert_eq!(graph.pairs(Ranges::Shared(1.0))?, [(0, 1), (1, 0)]);
+/// assert_eq!(graph.component_labels(Ranges::Shared(1.0))?, [0, 0, 2]);
+/// # Ok::<(), flockesc_core::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct NeighborGraph<const D: usize> {
     agents: Agents<D>,
@@ -15,8 +27,8 @@ pub struct NeighborGraph<const D: usize> {
 }
 
 impl<const D: usize> NeighborGraph<D> {
-    /// The graph of agents at `positions` in m that move at `velocities` in m/s, as many, by the rule of a scenario;
-    /// `None`: neighbors are those within range. A frozen graph is that of this moment.
+    /// The graph of agents at `positions` in m with `velocities` in m/s, one each, by the neighbor rule of a scenario.
+    /// `None`: all agents within range are neighbors. A frozen graph is the one of these positions.
     #[must_use]
     pub fn new(
         config: Option<&FlockConfig>,
@@ -37,7 +49,7 @@ impl<const D: usize> NeighborGraph<D> {
         }
     }
 
-    /// Pairs (listener, neighbor) of different agents, in order.
+    /// Pairs (agent, neighbor) of different agents, in rising order.
     ///
     /// # Errors
     /// [`Error::Argument`] for ranges that are negative, not finite or not one per agent.
@@ -48,7 +60,7 @@ impl<const D: usize> NeighborGraph<D> {
         Ok(pairs)
     }
 
-    /// The weakly connected component of every agent, named by the lowest index in it.
+    /// The weakly connected component of every agent, labeled by the lowest id in it.
     ///
     /// # Errors
     /// As [`Self::pairs`].

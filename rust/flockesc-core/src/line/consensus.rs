@@ -3,10 +3,10 @@
 use super::groups::Group;
 use crate::base::exact::Scale;
 
-/// Groups by which the upper end of a window moves at a time; comparing so many takes no branch.
+/// Number of groups compared at a time, without a branch, as the upper end of a window moves.
 const STRIDE: usize = 4;
 
-/// The means of a line, with room for what it takes to find them.
+/// The means of a line, and buffers to compute them.
 #[derive(Debug, Clone)]
 pub(super) struct Consensus {
     means: Vec<f64>,
@@ -32,7 +32,7 @@ pub(super) fn components(groups: &[Group], range: f64) -> impl Iterator<Item = &
 }
 
 impl Consensus {
-    /// Room for `num_groups` groups.
+    /// Buffers for `num_groups` groups.
     pub(super) fn with_capacity(num_groups: usize) -> Self {
         Self {
             means: Vec::with_capacity(num_groups),
@@ -50,7 +50,7 @@ impl Consensus {
         for component in components(groups, range) {
             let (first, last) = (component[0].state, component[component.len() - 1].state);
             if first == last {
-                // Nobody moves, not even by a rounding.
+                // No agent moves, not even by a rounding.
                 self.means.extend(component.iter().map(|group| group.state));
             } else {
                 let scale = Scale::new(first.abs().max(last.abs()), num_agents);
@@ -89,7 +89,7 @@ impl Consensus {
                 if high < component.len() {
                     high = window_end(states, high, group.state, range);
                 }
-                // Neighbors are mutual: the first that this group does not hear is the first not to hear it.
+                // Neighbors are mutual: the first group out of this group's window is the first whose window excludes this group.
                 leaving[high] += 1;
                 low += leaving[k] as usize;
                 let (below, up_to) = (prefixes[low], prefixes[high]);
@@ -102,9 +102,9 @@ impl Consensus {
 fn window_end(states: &[f64], from: usize, state: f64, range: f64) -> usize {
     let mut end = from;
     while let Some(next) = states[end..].first_chunk::<STRIDE>() {
-        let heard = next.iter().filter(|&next| next - state <= range).count();
-        end += heard;
-        if heard < STRIDE {
+        let inside = next.iter().filter(|&next| next - state <= range).count();
+        end += inside;
+        if inside < STRIDE {
             break;
         }
     }

@@ -1,4 +1,4 @@
-//! A line from its start to its steady state: steps under actions, with rewards.
+//! An episode of a line, from its start to its steady state: actions, rewards, observations.
 
 mod state;
 
@@ -6,8 +6,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::Line;
-use super::step::check_range;
+use super::step::{Line, check_range};
 use crate::base::check::{MAX_STEPS, positive, within};
 use crate::base::document::parse;
 use crate::base::entry::Entry;
@@ -15,11 +14,11 @@ use crate::base::error::{Error, Result};
 use crate::line::scenario::LineConfig;
 use crate::parallel::Progress;
 
-/// What a line environment pays and how long an action holds (docs/model.md).
+/// The options of a line environment (docs/model.md).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LineEpisodeConfig {
-    /// What a step pays.
+    /// The reward of a step.
     pub reward: LineReward,
     /// Largest range that an action can set, above 0; scales the observed last range.
     pub max_range: f64,
@@ -71,9 +70,19 @@ impl LineEpisodeConfig {
 pub struct LineEpisode {
     config: LineEpisodeConfig,
     line: Line,
+    course: Course,
+}
+
+/// The course of an episode so far.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Course {
+    /// Steps made.
     step: usize,
+    /// d(0).
     start_distance: f64,
+    /// Range of the last action; 0 before the first.
     last_range: f64,
+    /// Whether the last step moved no agent by more than the tolerance.
     is_steady: bool,
 }
 
@@ -89,25 +98,28 @@ impl LineEpisode {
         initial_state: Option<&[f64]>,
     ) -> Result<Self> {
         if scenario.predator_position.is_none() {
-            let why = "a number: an environment pays for the distance to the predator";
+            let why = "a number: rewards depend on the distance to the predator";
             return Err(Error::config("predator_position", why, "none"));
         }
         let line = Line::new(scenario, seed, initial_state)?;
-        Ok(Self {
-            config,
-            start_distance: line.escape_distance(),
-            line,
+        let course = Course {
             step: 0,
+            start_distance: line.escape_distance(),
             last_range: 0.0,
             is_steady: false,
+        };
+        Ok(Self {
+            config,
+            line,
+            course,
         })
     }
 
-    /// Holds `range` for `steps_per_action` steps or until the end, and returns what that pays.
+    /// Holds `range` for `steps_per_action` steps or until the end, and returns the reward.
     ///
     /// # Errors
     /// [`Error::Argument`] for a range that is negative or not finite; [`Error::Episode`] after the end.
-    /// Nothing has changed then. [`Error::Interrupted`] if `progress` was cancelled; the episode is worth nothing then.
+    /// These change nothing. [`Error::Interrupted`] if `progress` was cancelled, after part of the action was applied.
     pub fn advance(&mut self, range: f64, progress: &Progress) -> Result<f64> {
         check_range(range)?;
         if self.has_ended() {
@@ -118,20 +130,20 @@ impl LineEpisode {
             ));
         }
         let before = self.line.escape_distance();
-        self.last_range = range;
+        self.course.last_range = range;
         for _ in 0..self.config.steps_per_action {
             if self.has_ended() {
                 break;
             }
             progress.check()?;
             let moved = self.line.step(range)?;
-            self.is_steady = self.line.is_steady(moved);
-            self.step += 1;
+            self.course.is_steady = self.line.is_steady(moved);
+            self.course.step += 1;
         }
         let now = self.line.escape_distance();
         Ok(match self.config.reward {
             LineReward::Change => now - before,
-            LineReward::Terminal if self.has_ended() => now - self.start_distance,
+            LineReward::Terminal if self.has_ended() => now - self.course.start_distance,
             LineReward::Terminal => 0.0,
         })
     }
@@ -139,7 +151,7 @@ impl LineEpisode {
     /// The observation: t / max_steps, d / (1 + d), rho / max_range, then the offsets u = x_i - x_p in
     /// rising order as u / (1 + |u|).
     ///
-    /// The order statistics are the whole state up to the agents' names, so the problem stays Markov.
+    /// The order statistics are the whole state up to the agents' ids, so the problem stays Markov.
     #[must_use]
     pub fn observation(&self) -> Vec<f32> {
         let scenario = self.line.config();
@@ -147,9 +159,9 @@ impl LineEpisode {
         let distance = self.line.escape_distance();
         let offsets = self.line.sorted_states().map(|x| x - predator);
         let scalars = [
-            self.step as f64 / scenario.max_steps as f64,
+            self.course.step as f64 / scenario.max_steps as f64,
             distance / (1.0 + distance),
-            (self.last_range / self.config.max_range).min(1.0),
+            (self.course.last_range / self.config.max_range).min(1.0),
         ];
         scalars
             .into_iter()
@@ -158,7 +170,7 @@ impl LineEpisode {
             .collect()
     }
 
-    /// About how many agents a step visits, which tells a long one from a short one.
+    /// Estimated number of agents that an action visits; a measure of its run time.
     #[must_use]
     pub fn work(&self) -> usize {
         let scenario = self.line.config();
@@ -169,19 +181,19 @@ impl LineEpisode {
     /// Steps made so far.
     #[must_use]
     pub fn steps(&self) -> usize {
-        self.step
+        self.course.step
     }
 
-    /// Whether the line stands still, or `max_steps` are made.
+    /// Whether the line stands still or has made `max_steps`.
     #[must_use]
     pub fn has_ended(&self) -> bool {
-        self.is_steady || self.step >= self.line.config().max_steps
+        self.course.is_steady || self.course.step >= self.line.config().max_steps
     }
 
     /// Whether the last step moved no agent by more than the tolerance.
     #[must_use]
     pub fn is_steady(&self) -> bool {
-        self.is_steady
+        self.course.is_steady
     }
 
     /// The line itself.
@@ -193,7 +205,7 @@ impl LineEpisode {
     /// Range of the last action; 0 before the first.
     #[must_use]
     pub fn last_range(&self) -> f64 {
-        self.last_range
+        self.course.last_range
     }
 }
 

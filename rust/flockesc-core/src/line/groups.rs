@@ -14,26 +14,26 @@ use crate::snapshot::is_sound;
 pub(super) struct Group {
     /// Their state.
     pub(super) state: f64,
-    /// How many they are.
+    /// Number of agents.
     pub(super) size: u32,
     /// The first of them in the caller's order.
     first: u32,
 }
 
-/// What comes before the first group: equal to none.
-const NOBODY: Group = Group {
+/// Stands before the first group: NaN equals no state.
+const NO_GROUP: Group = Group {
     state: f64::NAN,
     size: 0,
     first: 0,
 };
 
-/// Shifts per group that insertion may take; beyond, the library's sort is cheaper.
+/// Shifts per group after which insertion sort gives up and the library sorts.
 const MAX_SHIFTS: usize = 16;
 
 /// All groups of a line.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Groups {
-    /// Rising. Two may meet unnoticed, until the next move.
+    /// In rising order. Two groups may share a state until the next move.
     sorted: Vec<Group>,
     /// For every agent one before it that shares its state, or itself if it is the first that does.
     companion: Vec<u32>,
@@ -57,14 +57,14 @@ impl Groups {
 
     /// Whether these can be the groups of a line of `num_agents` agents.
     pub(super) fn fit(&self, num_agents: usize) -> bool {
-        let is_agent = |name: u32| (name as usize) < num_agents;
+        let is_agent = |id: u32| (id as usize) < num_agents;
         let sizes: usize = self.sorted.iter().map(|group| group.size as usize).sum();
         self.companion.len() == num_agents
             && self
                 .companion
                 .iter()
                 .zip(0..)
-                .all(|(companion, name)| *companion <= name)
+                .all(|(companion, id)| *companion <= id)
             && sizes == num_agents
             && self.sorted.len() <= num_agents
             && self
@@ -83,9 +83,9 @@ impl Groups {
     pub(super) fn move_to(&mut self, next: &[f64]) -> f64 {
         let mut moved = 0.0;
         let mut is_falling = false;
-        let mut last = NOBODY;
+        let mut last = NO_GROUP;
         let mut len = 0;
-        // Who meets is not to be foretold: no branches.
+        // Meetings are unpredictable: no branches.
         for i in 0..self.sorted.len() {
             let Group {
                 state: before,

@@ -1,13 +1,13 @@
-//! A line under one fixed range, run until it stands still.
+//! A recorded run of a line under a fixed range, until it stands still.
 
 use std::sync::Arc;
 
-use super::Line;
+use super::step::Line;
 use crate::base::error::Result;
 use crate::line::scenario::LineConfig;
 use crate::parallel::Progress;
 
-/// What a run of the line leaves: one entry per time 0..=steps.
+/// A recorded run of the line: one entry per time 0..=steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LineTrajectory {
     /// x(t), row after row, (steps + 1) * n entries.

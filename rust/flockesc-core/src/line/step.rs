@@ -9,7 +9,21 @@ use crate::base::error::{Error, Result};
 use crate::base::rng::{self, Stream};
 use crate::line::scenario::LineConfig;
 
-/// A line of agents at one moment.
+/// A line of agents at one time.
+///
+/// ```
+/// use std::sync::Arc;
+/// use flockesc_core::{Line, LineConfig};
+///
+/// let mut line = Line::new(Arc::new(LineConfig::default()), 7, None)?;
+/// let start = line.escape_distance();
+/// let mut moved = f64::INFINITY;
+/// while !line.is_steady(moved) {
+///     moved = line.step(0.1)?;
+/// }
+/// assert!(line.escape_distance() > start);
+/// # Ok::<(), flockesc_core::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Line {
     config: Arc<LineConfig>,
@@ -18,7 +32,7 @@ pub struct Line {
 }
 
 impl Line {
-    /// The line at the moment when these were its groups.
+    /// The line in this state.
     pub(super) fn of_groups(config: Arc<LineConfig>, groups: Groups) -> Self {
         Self {
             consensus: Consensus::with_capacity(config.num_agents),
@@ -91,7 +105,7 @@ impl Line {
                 escape_force,
                 ..
             } = *self.config;
-            // Who feels the predator stands side by side.
+            // The groups in the predator's range are contiguous.
             let offset = |group: &Group| group.state - predator;
             let start = groups.partition_point(|group| offset(group) <= -predator_range);
             let num_chased =

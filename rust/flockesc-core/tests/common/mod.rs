@@ -9,6 +9,7 @@ pub(crate) fn scenario(
     num_steps: usize,
     initial_side: f64,
 ) -> FlockConfig {
+    let vector = |x: f64, y: f64| [x, y, 0.0][..dimension].to_vec();
     FlockConfig {
         num_agents,
         dimension,
@@ -16,12 +17,12 @@ pub(crate) fn scenario(
         initial_side,
         predators: vec![
             PredatorConfig::ConstantVelocity(ConstantVelocity {
-                position: vec![-30.0, -30.0],
-                velocity: vec![10.0, 10.0],
+                position: vector(-30.0, -30.0),
+                velocity: vector(10.0, 10.0),
             }),
             PredatorConfig::PurePursuit(PurePursuit {
-                position: vec![initial_side / 2.0, 0.0],
-                velocity: vec![0.0, 8.0],
+                position: vector(initial_side / 2.0, 0.0),
+                velocity: vector(0.0, 8.0),
                 max_turn_rate: 1.0,
                 max_speed: None,
                 acceleration: 0.0,

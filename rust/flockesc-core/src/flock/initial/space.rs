@@ -30,7 +30,13 @@ impl Space {
 
     /// Checks that a scenario's vector has 2 or D finite entries and lies in this space.
     pub(super) fn check(&self, field: &str, entries: &[f64]) -> Result<()> {
-        vector(field, entries, self.dimension)?;
+        let expected = match entries.len() {
+            2 => 2,
+            _ if self.dimension == 2 => 2,
+            3 => 3,
+            given => return Err(Error::config(field, "2 or 3 numbers", given)),
+        };
+        vector(field, entries, expected)?;
         match entries.get(self.axes) {
             Some(&above) if above != 0.0 => Err(Error::config(
                 format!("{field}[{}]", self.axes),
