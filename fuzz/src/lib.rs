@@ -4,7 +4,7 @@ mod scenario;
 
 use flockesc_core::{Ranges, World};
 
-pub use scenario::{any_range, coordinates, episode, flock, rarely};
+pub use scenario::{any_range, coordinates, documents, rarely};
 
 /// Every number is finite, and every count and share is one.
 pub fn assert_world_is_sound<const D: usize>(world: &World<D>, ranges: Ranges<'_>) {

@@ -3,8 +3,9 @@
 #![no_main]
 
 use arbitrary::{Result, Unstructured};
-use flockesc_core::{AtEnd, Batch, EpisodeConfig, FlockConfig, InitialState, Progress};
-use flockesc_fuzz::{any_range, episode, flock};
+use flockesc_core::bindings::AtEnd;
+use flockesc_core::{Batch, EpisodeConfig, FlockConfig, InitialState, Progress};
+use flockesc_fuzz::{any_range, documents};
 use libfuzzer_sys::fuzz_target;
 
 /// Bytes before the body; those from 8 to 12 are its checksum.
@@ -20,13 +21,6 @@ fuzz_target!(|bytes: &[u8]| {
         _ => play::<3>(&scenario, &options, &mut u),
     };
 });
-
-fn documents(u: &mut Unstructured<'_>) -> Result<(FlockConfig, EpisodeConfig)> {
-    let refused = |_| arbitrary::Error::IncorrectFormat;
-    let scenario = FlockConfig::from_json(&flock(u)?.to_string()).map_err(refused)?;
-    let options = EpisodeConfig::from_json(&episode(u)?.to_string()).map_err(refused)?;
-    Ok((scenario, options))
-}
 
 fn play<const D: usize>(
     scenario: &FlockConfig,

@@ -4,11 +4,11 @@
 #![no_main]
 
 use arbitrary::{Result, Unstructured};
+use flockesc_core::bindings::AtEnd;
 use flockesc_core::{
-    AtEnd, Batch, EpisodeConfig, FlockConfig, InitialState, Metrics, PerAgent, Progress, Ranges,
-    View,
+    Batch, EpisodeConfig, FlockConfig, InitialState, Metrics, PerAgent, Progress, Ranges, View,
 };
-use flockesc_fuzz::{any_range, assert_world_is_sound, coordinates, episode, flock, rarely};
+use flockesc_fuzz::{any_range, assert_world_is_sound, coordinates, documents, rarely};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -21,14 +21,6 @@ fuzz_target!(|bytes: &[u8]| {
         _ => play::<3>(scenario, options, &mut u),
     };
 });
-
-/// A scenario and options that are accepted.
-fn documents(u: &mut Unstructured<'_>) -> Result<(FlockConfig, EpisodeConfig)> {
-    let refused = |_| arbitrary::Error::IncorrectFormat;
-    let scenario = FlockConfig::from_json(&flock(u)?.to_string()).map_err(refused)?;
-    let options = EpisodeConfig::from_json(&episode(u)?.to_string()).map_err(refused)?;
-    Ok((scenario, options))
-}
 
 fn start(scenario: &FlockConfig, u: &mut Unstructured<'_>) -> Result<InitialState> {
     let mut given = |rows: usize| match rarely(u, 3)? {

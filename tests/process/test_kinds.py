@@ -75,7 +75,7 @@ def test_every_part_is_a_row_of_a_table_of_the_docs(family: str) -> None:
 
 @pytest.mark.parametrize("family", WORDS)
 def test_the_docs_name_every_word(family: str) -> None:
-    assert not [kind for kind in _core.kinds()[family] if f'`"{kind}"`' not in DOCS and f"`{kind}`" not in DOCS]
+    assert not [kind for kind in _core.kinds()[family] if not re.search(f'[`"]{kind}[`"]', DOCS)]
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
