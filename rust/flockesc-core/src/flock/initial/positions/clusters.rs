@@ -27,7 +27,10 @@ impl Distribution for Clusters {
             1,
             MAX_AGENTS,
         )?;
-        quantity(&format!("{path}.standard_deviation"), self.standard_deviation)
+        quantity(
+            &format!("{path}.standard_deviation"),
+            self.standard_deviation,
+        )
     }
 
     fn draw<const D: usize>(
