@@ -34,7 +34,7 @@ from flockesc_env import (
     parallel_env,
     rollout,
 )
-from flockesc_env.common.errors import ScenarioError
+from flockesc_env.common.errors import OptionError, ScenarioError
 from flockesc_env.policies import FixedRange
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
@@ -192,7 +192,7 @@ def test_unknown_fields_of_a_line() -> None:
 @pytest.mark.parametrize("options", [EnvOptions, LineOptions])
 def test_replaced_options_are_checked(options: Any) -> None:
     good = options()
-    with pytest.raises(ScenarioError) as caught:
+    with pytest.raises(OptionError) as caught:
         good.replace(min_range=-1.0)
     assert caught.value.field == "min_range"
     assert good == options()
@@ -217,7 +217,7 @@ AGENT_VIEWS = {
 @pytest.mark.parametrize("interface", FLOCK_VIEWS)
 @pytest.mark.parametrize("reward", INDIVIDUAL_REWARDS)
 def test_own_rewards_need_a_range_per_agent(interface: str, reward: str) -> None:
-    with pytest.raises(ScenarioError) as caught:
+    with pytest.raises(OptionError) as caught:
         FLOCK_VIEWS[interface](small_flock(), reward=reward)
     assert caught.value.field == "reward"
 
