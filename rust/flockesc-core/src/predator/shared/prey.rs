@@ -1,4 +1,4 @@
-//! What predators see: all agents where they now are.
+//! What predators see: all agents where they are now.
 
 use nalgebra::SVector;
 
@@ -56,7 +56,7 @@ impl<const D: usize> Prey<'_, D> {
         few.into_iter().map(|(_, quarry)| quarry).collect()
     }
 
-    /// The agents within `sight` m of `place`, boundary included, in no order that means anything.
+    /// The agents within `sight` m of `place`, boundary included, in any order.
     pub(crate) fn within(
         &self,
         place: &SVector<f64, D>,
@@ -66,14 +66,14 @@ impl<const D: usize> Prey<'_, D> {
             .filter(move |quarry| (quarry.position - place).norm_squared() <= sight * sight)
     }
 
-    /// Of the agents within `sight` m of `place` the one before which there are `rank`, in the order of names.
+    /// The agent of this `rank` in the order of names among those within `sight` m of `place`.
     pub(in crate::predator) fn at_rank(
         &self,
         place: &SVector<f64, D>,
         sight: f64,
         rank: usize,
     ) -> Option<Quarry<D>> {
-        // Places say nothing of names: halve the names, counting, until one is left.
+        // The order in memory is not that of names: halve the names, counting, until one is left.
         let (mut low, mut high) = (0, self.agents.num_names());
         while high - low > 1 {
             let middle = low.midpoint(high);
