@@ -14,10 +14,10 @@ use flockesc_core::{
 };
 
 const AGENTS: usize = 300;
-/// Long enough for the flock to spread far, and for its agents to be arranged anew several times.
+/// Long enough for the flock to spread far, and for its agents to be re-sorted several times.
 const STEPS: usize = 480;
 
-/// Ranges in m that come and go, from nobody heard to everybody.
+/// Ranges in m that oscillate between 0 and the whole flock.
 fn range(step: usize) -> f64 {
     let phase = step as f64 / 20.0;
     30.0 * (1.0 - phase.cos())
@@ -117,7 +117,7 @@ fn assert_steered_steps_allocate_nothing<const D: usize>() {
         for (index, control) in controls.iter_mut().enumerate() {
             *control = ((step + 7 * index) as f64 / 10.0).sin();
         }
-        world.control(&controls);
+        world.set_predator_actions(&controls);
         world.step(Ranges::Shared(range(step)));
     };
     (0..STEPS).for_each(&mut step);

@@ -127,7 +127,9 @@ impl Module {
             num_colons = 0;
         }
         let is_type = |path: &Names| path.iter().any(|name| name.starts_with(char::is_uppercase));
-        let found = paths.into_iter().filter(|path| path.len() > 1 || is_type(path));
+        let found = paths
+            .into_iter()
+            .filter(|path| path.len() > 1 || is_type(path));
         self.written.extend(found);
     }
 }

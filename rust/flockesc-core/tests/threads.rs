@@ -38,7 +38,7 @@ fn run(
     num_threads: usize,
 ) -> Trajectory {
     let schedule = Schedule {
-        controls: vec![],
+        predator_actions: vec![],
         values: values.to_vec(),
         rows: 1,
         columns: values.len(),

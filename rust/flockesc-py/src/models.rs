@@ -70,7 +70,7 @@ pub(crate) fn simulate_flock<'py>(
         values: vector(&ranges)?,
         rows,
         columns,
-        controls: flat(controls)?.unwrap_or_default(),
+        predator_actions: flat(controls)?.unwrap_or_default(),
     };
     let start = InitialState {
         seed,

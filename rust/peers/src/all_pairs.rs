@@ -2,9 +2,14 @@
 
 use crate::flock::Point;
 
-pub(crate) fn listen(positions: &[Point], velocities: &[Point], range: f64, heard: &mut [Point]) {
-    for (position, heard) in positions.iter().zip(heard) {
-        *heard = sum_in_range(*position, positions, velocities, range);
+pub(crate) fn sum_neighbors(
+    positions: &[Point],
+    velocities: &[Point],
+    range: f64,
+    sums: &mut [Point],
+) {
+    for (position, sums) in positions.iter().zip(sums) {
+        *sums = sum_in_range(*position, positions, velocities, range);
     }
 }
 

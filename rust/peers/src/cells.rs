@@ -3,7 +3,7 @@
 use crate::all_pairs::sum_in_range;
 use crate::flock::Point;
 
-/// The cells of one moment; buffers are kept from step to step.
+/// The cells at one time; buffers are kept from step to step.
 #[derive(Default)]
 pub(crate) struct CellList {
     /// Cell of every agent.
@@ -17,12 +17,12 @@ pub(crate) struct CellList {
 }
 
 impl CellList {
-    pub(crate) fn listen(
+    pub(crate) fn sum_neighbors(
         &mut self,
         positions: &[Point],
         velocities: &[Point],
         range: f64,
-        heard: &mut [Point],
+        sums: &mut [Point],
     ) {
         let (columns, rows) = self.sort(positions, range);
         self.positions.clear();
@@ -43,7 +43,7 @@ impl CellList {
                 let part = sum_in_range(position, r, v, range);
                 sum = [sum[0] + part[0], sum[1] + part[1]];
             }
-            heard[agent] = sum;
+            sums[agent] = sum;
         }
     }
 

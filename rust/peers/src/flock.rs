@@ -1,4 +1,4 @@
-//! One step of the flock (docs/model.md) around whatever search finds the neighbors.
+//! One step of the flock (docs/model.md) around a search for neighbors.
 
 use pyo3::FromPyObject;
 
@@ -17,7 +17,7 @@ pub(crate) struct Model {
     predator_velocity: Point,
 }
 
-/// A flock and its predator at one moment.
+/// A flock and its predator at one time.
 pub(crate) struct Flock {
     model: Model,
     pub(crate) positions: Vec<Point>,
@@ -35,32 +35,32 @@ impl Flock {
         }
     }
 
-    /// Runs `steps` steps and returns J_mean. `listen` writes the sum of the velocities that each agent hears.
+    /// Runs `steps` steps and returns J_mean. `sum_neighbors` writes the sum of the velocities of each agent's neighbors.
     pub(crate) fn run(
         &mut self,
         steps: usize,
-        mut listen: impl FnMut(&[Point], &[Point], &mut [Point]),
+        mut sum_neighbors: impl FnMut(&[Point], &[Point], &mut [Point]),
     ) -> f64 {
-        let mut heard = vec![[0.0; 2]; self.positions.len()];
+        let mut sums = vec![[0.0; 2]; self.positions.len()];
         let mut minimum = self.mean_distance();
         for _ in 0..steps {
-            listen(&self.positions, &self.velocities, &mut heard);
-            self.step(&heard);
+            sum_neighbors(&self.positions, &self.velocities, &mut sums);
+            self.step(&sums);
             minimum = minimum.min(self.mean_distance());
         }
         minimum
     }
 
-    fn step(&mut self, heard: &[Point]) {
+    fn step(&mut self, sums: &[Point]) {
         let model = &self.model;
-        for ((position, velocity), heard) in self
+        for ((position, velocity), sums) in self
             .positions
             .iter_mut()
             .zip(&mut self.velocities)
-            .zip(heard)
+            .zip(sums)
         {
             // The direction of a sum is that of the mean.
-            let mut force = scaled(*heard, model.speed);
+            let mut force = scaled(*sums, model.speed);
             let offset = [
                 position[0] - self.predator[0],
                 position[1] - self.predator[1],

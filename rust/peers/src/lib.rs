@@ -25,8 +25,8 @@ fn flock_all_pairs<'py>(
     steps: usize,
 ) -> Outcome<'py> {
     let mut flock = Flock::new(model, points(&positions), points(&velocities));
-    let minimum = flock.run(steps, |positions, velocities, heard| {
-        all_pairs::listen(positions, velocities, range, heard);
+    let minimum = flock.run(steps, |positions, velocities, sums| {
+        all_pairs::sum_neighbors(positions, velocities, range, sums);
     });
     outcome(py, &flock, minimum)
 }
@@ -42,8 +42,8 @@ fn flock_cells<'py>(
 ) -> Outcome<'py> {
     let mut flock = Flock::new(model, points(&positions), points(&velocities));
     let mut cells = CellList::default();
-    let minimum = flock.run(steps, |positions, velocities, heard| {
-        cells.listen(positions, velocities, range, heard);
+    let minimum = flock.run(steps, |positions, velocities, sums| {
+        cells.sum_neighbors(positions, velocities, range, sums);
     });
     outcome(py, &flock, minimum)
 }

@@ -63,7 +63,7 @@ impl<const D: usize> Agents<D> {
     }
 
     /// Number of agents at t = 0; ids are below it.
-    pub(crate) fn num_names(&self) -> usize {
+    pub(crate) fn num_agents(&self) -> usize {
         self.ids.len() + self.caught.len()
     }
 
@@ -73,22 +73,22 @@ impl<const D: usize> Agents<D> {
     }
 
     /// Ids of the agents of a group, in the order of places.
-    pub(crate) fn names_of(&self, group: usize) -> &[u32] {
+    pub(crate) fn ids_of(&self, group: usize) -> &[u32] {
         &self.ids[group * GROUP..self.len().min((group + 1) * GROUP)]
     }
 
     /// The groups, for changes to them, and the ids of the agents in the order of places.
-    pub(crate) fn groups_and_names(&mut self) -> (&mut [Group<D>], &[u32]) {
+    pub(crate) fn groups_and_ids(&mut self) -> (&mut [Group<D>], &[u32]) {
         (&mut self.groups, &self.ids)
     }
 
     /// Ids of all agents, in the order of places.
-    pub(crate) fn names(&self) -> &[u32] {
+    pub(crate) fn ids(&self) -> &[u32] {
         &self.ids
     }
 
     /// Id of the agent in a place.
-    pub(crate) fn name(&self, place: usize) -> usize {
+    pub(crate) fn id(&self, place: usize) -> usize {
         self.ids[place] as usize
     }
 
@@ -96,7 +96,7 @@ impl<const D: usize> Agents<D> {
     pub(crate) fn at(&self, place: usize) -> (usize, SVector<f64, D>, SVector<f64, D>) {
         let (group, lane) = (&self.groups[place / GROUP], place % GROUP);
         (
-            self.name(place),
+            self.id(place),
             SVector::from_fn(|axis, _| group.position[axis][lane]),
             SVector::from_fn(|axis, _| group.velocity[axis][lane]),
         )
@@ -108,14 +108,14 @@ impl<const D: usize> Agents<D> {
     }
 
     /// The vectors in some columns, in the order of ids; 0 for caught agents.
-    pub(crate) fn by_name(
+    pub(crate) fn by_id(
         &self,
         columns: impl Fn(&Group<D>) -> &[Column<f64>; D],
     ) -> Vec<SVector<f64, D>> {
-        let mut vectors = vec![SVector::zeros(); self.num_names()];
+        let mut vectors = vec![SVector::zeros(); self.num_agents()];
         for (index, group) in self.groups.iter().enumerate() {
             let columns = columns(group);
-            for (lane, &id) in self.names_of(index).iter().enumerate() {
+            for (lane, &id) in self.ids_of(index).iter().enumerate() {
                 vectors[id as usize] = SVector::from_fn(|axis, _| columns[axis][lane]);
             }
         }

@@ -113,10 +113,14 @@ impl<'de> Visitor<'de> for NumberOrNumbers {
 mod tests {
     use super::*;
     use crate::base::check::positive;
-    use crate::base::document::parse;
+    use crate::base::document::parse_value;
+
+    fn parse(document: &str) -> Result<PerAgent> {
+        parse_value(&serde_json::from_str(document).expect("valid JSON"))
+    }
 
     fn refused(document: &str) -> (String, String) {
-        let parsed = parse::<PerAgent>(document);
+        let parsed = parse(document);
         match parsed.and_then(|value| value.check("mass", 3, positive)) {
             Err(Error::Config {
                 field, expected, ..
@@ -132,7 +136,7 @@ mod tests {
             ("0.5", [0.5; 3]),
             ("[1, 2.5, 3]", [1.0, 2.5, 3.0]),
         ] {
-            let value: PerAgent = parse(document).expect("a good document");
+            let value = parse(document).expect("a good document");
             assert!(value.check("mass", 3, positive).is_ok());
             assert_eq!([0, 1, 2].map(|id| value.of(id)), expected);
             assert_eq!(value.largest(), expected[2]);

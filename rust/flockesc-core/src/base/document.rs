@@ -5,15 +5,22 @@ use serde_json::Value;
 
 use crate::base::error::{Error, Result};
 
-/// Parses a document.
+/// Parses a document, a JSON object.
 pub(crate) fn parse<T: DeserializeOwned>(document: &str) -> Result<T> {
-    parse_value(&read(document)?)
+    let value: Value = serde_json::from_str(document)
+        .map_err(|error| Error::config("document", "valid JSON", error))?;
+    // A list would be taken as the values of the first fields.
+    if !value.is_object() {
+        return Err(Error::config(
+            "document",
+            "an object with its fields",
+            value,
+        ));
+    }
+    parse_value(&value)
 }
 
-pub(crate) fn read(document: &str) -> Result<Value> {
-    serde_json::from_str(document).map_err(|error| Error::config("document", "valid JSON", error))
-}
-
+/// Parses a JSON value.
 pub(crate) fn parse_value<T: DeserializeOwned>(value: &Value) -> Result<T> {
     serde_path_to_error::deserialize(value).map_err(|error| {
         let path = error.path().to_string();

@@ -15,9 +15,9 @@ use super::{Episode, Metrics, rows};
 use crate::agents;
 use crate::base::error::{Error, Result};
 use crate::base::rng::episode_seed;
-use crate::flock::{FlockConfig, InitialState, check_controls, check_ranges};
+use crate::flock::{FlockConfig, InitialState, check_predator_actions, check_ranges};
 use crate::observation;
-use crate::parallel::{self, Pool, Progress, spread};
+use crate::parallel::{self, Pool, Progress, dispatch};
 use crate::reward::Term;
 use crate::snapshot::Fingerprint;
 
@@ -228,7 +228,7 @@ impl<const D: usize> Batch<D> {
     ) -> Result<Vec<T>> {
         self.check_step(ranges, at_end, rewards.len(), observations.len())?;
         let steered = self.num_flocks() * self.num_learned() * self.scenario.dimension;
-        check_controls(controls, steered)?;
+        check_predator_actions(controls, steered)?;
         let controls_each = controls.len() / self.num_flocks();
         let rows = self.rows();
         let size = rows * self.row_length;
@@ -241,7 +241,7 @@ impl<const D: usize> Batch<D> {
             .zip(ranges.chunks_exact(rows))
             .zip(rewards.chunks_exact_mut(rows))
             .zip(observations.chunks_exact_mut(size));
-        let measured = spread(pool, work, |((((index, slot), ranges), rewards), out)| {
+        let measured = dispatch(pool, work, |((((index, slot), ranges), rewards), out)| {
             let controls = &controls[index * controls_each..(index + 1) * controls_each];
             let is_over = !slot.advance(ranges, controls, rewards, progress)?;
             if is_over && at_end == AtEnd::Restart {
@@ -279,7 +279,7 @@ impl<const D: usize> Batch<D> {
         check_length("observations", observations.len(), slots.len() * size)?;
         let episodes = self.episodes(slots.iter().copied())?;
         let work = episodes.iter().zip(observations.chunks_exact_mut(size));
-        spread(self.pool(slots.len())?, work, |(episode, out)| {
+        dispatch(self.pool(slots.len())?, work, |(episode, out)| {
             episode.observe(out);
         });
         Ok(())
@@ -296,7 +296,7 @@ impl<const D: usize> Batch<D> {
         let episodes = self.episodes(slots.iter().copied())?;
         if size > 0 {
             let work = episodes.iter().zip(observations.chunks_exact_mut(size));
-            spread(self.pool(slots.len())?, work, |(episode, out)| {
+            dispatch(self.pool(slots.len())?, work, |(episode, out)| {
                 episode.observe_predators(out);
             });
         }
@@ -322,7 +322,7 @@ impl<const D: usize> Batch<D> {
     fn map<T: Send>(&self, measure: fn(&Episode<D>) -> T) -> Result<Vec<T>> {
         let episodes = self.episodes(0..self.num_flocks())?;
         let pool = self.pool(episodes.len())?;
-        Ok(spread(pool, episodes.into_iter(), measure))
+        Ok(dispatch(pool, episodes.into_iter(), measure))
     }
 
     fn episodes(&self, slots: impl Iterator<Item = usize>) -> Result<Vec<&Episode<D>>> {

@@ -87,7 +87,7 @@ impl<const D: usize> Episode<D> {
         rewards: &mut [f64],
         progress: &Progress,
     ) -> Result<()> {
-        self.world.control(controls);
+        self.world.set_predator_actions(controls);
         self.ranges.copy_from_slice(ranges);
         let caught_before = self.world.caught().len();
         let term = self.config.reward.term::<D>();

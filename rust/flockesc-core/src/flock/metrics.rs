@@ -1,4 +1,4 @@
-//! Predator distances and polarization: pure functions of the state, free of the order of the agents.
+//! Distances to predators, independent of the order of the agents.
 
 use multiversion::multiversion;
 
@@ -7,14 +7,14 @@ use crate::base::exact::Scale;
 use crate::base::vector::{larger, smaller, squared_norm};
 use crate::parallel;
 
-/// d_i, the distance of every agent of a group to its nearest predator, in m; infinite where there is none, NaN where
-/// there is no agent.
+/// d_i, the distance of every agent of a group to its nearest predator in m; infinite without predators, NaN in empty
+/// lanes.
 #[inline(always)]
 pub(crate) fn distances<const D: usize>(
     position: &[Column<f64>; D],
     predators: &[[f64; D]],
 ) -> Column<f64> {
-    // Infinity for agents, NaN where there is none.
+    // Infinity for agents, NaN in empty lanes.
     let mut squared = [f64::INFINITY; GROUP];
     for lane in 0..GROUP {
         let is_empty = position[0][lane].is_nan();

@@ -20,7 +20,7 @@ pub use motion::{Inertial, Motion, Reynolds, Vicsek};
 pub use randomization::{Choice, Distribution, LogUniform, Uniform};
 pub use scenario::FlockConfig;
 pub use simulate::{Schedule, Trajectory, simulate_flock};
-pub(crate) use simulate::{check_controls, check_ranges};
+pub(crate) use simulate::{check_predator_actions, check_ranges};
 pub(crate) use summary::{HALF_COUNT, Summary};
 pub use world::World;
 pub(crate) use world::WorldState;

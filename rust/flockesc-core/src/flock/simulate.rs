@@ -21,7 +21,7 @@ pub struct Schedule {
     /// 1, or one column per agent.
     pub columns: usize,
     /// Actions of the learned predators in [-1, 1], D entries for each in every step; empty: they fly straight on.
-    pub controls: Vec<f64>,
+    pub predator_actions: Vec<f64>,
 }
 
 impl Schedule {
@@ -39,13 +39,13 @@ impl Schedule {
         }
         check_ranges("interaction_range", &self.values)?;
         let each = config.num_learned() * config.dimension;
-        check_controls(&self.controls, config.num_steps * each)
+        check_predator_actions(&self.predator_actions, config.num_steps * each)
     }
 
     /// Actions of the learned predators in a step.
-    fn controls_at(&self, step: usize, num_steps: usize) -> &[f64] {
-        let each = self.controls.len() / num_steps;
-        &self.controls[step * each..(step + 1) * each]
+    fn actions_at(&self, step: usize, num_steps: usize) -> &[f64] {
+        let each = self.predator_actions.len() / num_steps;
+        &self.predator_actions[step * each..(step + 1) * each]
     }
 
     fn at(&self, step: usize) -> Ranges<'_> {
@@ -70,20 +70,16 @@ pub(crate) fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
 }
 
 /// Refuses actions of learned predators outside [-1, 1], or another number of them than `count` or 0.
-pub(crate) fn check_controls(controls: &[f64], count: usize) -> Result<()> {
-    if !controls.is_empty() && controls.len() != count {
+pub(crate) fn check_predator_actions(actions: &[f64], count: usize) -> Result<()> {
+    if !actions.is_empty() && actions.len() != count {
         let expected = format!("{count} entries");
-        return Err(Error::argument(
-            "predator_actions",
-            expected,
-            controls.len(),
-        ));
+        return Err(Error::argument("predator_actions", expected, actions.len()));
     }
-    match controls.iter().position(|c| !(-1.0..=1.0).contains(c)) {
+    match actions.iter().position(|c| !(-1.0..=1.0).contains(c)) {
         Some(at) => Err(Error::argument(
             format!("predator_actions[{at}]"),
             "a number from -1 to 1",
-            controls[at],
+            actions[at],
         )),
         None => Ok(()),
     }
@@ -212,7 +208,7 @@ fn run<const D: usize>(
     for step in 0..num_steps {
         progress.check()?;
         trajectory.record(&world, schedule.at(step));
-        world.control(schedule.controls_at(step, num_steps));
+        world.set_predator_actions(schedule.actions_at(step, num_steps));
         world.step(schedule.at(step));
     }
     trajectory.record(&world, schedule.at(num_steps - 1));

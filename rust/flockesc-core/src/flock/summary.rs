@@ -8,13 +8,13 @@ use crate::base::vector::{SHORTEST, squared_norm};
 use crate::flock::world::World;
 use crate::neighbor::NeighborSums;
 
-/// Means over all agents in the flock at one moment. A scaled value x of scale s is x / (x + s).
+/// Means over all agents in the flock at one time. A scaled value x of scale s is x / (x + s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Summary<const D: usize> {
     /// r in m.
     pub(crate) centroid: [f64; D],
     /// Root mean square distance to the centroid, in m.
-    pub(crate) spread: f64,
+    pub(crate) dispersion: f64,
     /// v in m/s.
     pub(crate) velocity: [f64; D],
     /// ||v|| in m/s.
@@ -67,9 +67,9 @@ struct Sums<const D: usize> {
 
 impl<const D: usize> Summary<D> {
     /// The summary of a flock without agents.
-    const NOBODY: Self = Self {
+    const EMPTY: Self = Self {
         centroid: [0.0; D],
-        spread: 0.0,
+        dispersion: 0.0,
         velocity: [0.0; D],
         speed: 0.0,
         polarization: 0.0,
@@ -84,7 +84,7 @@ impl<const D: usize> Summary<D> {
         let config = world.config();
         let num_agents = world.agents().len();
         if num_agents == 0 {
-            return Self::NOBODY;
+            return Self::EMPTY;
         }
         let n = num_agents as f64;
         let (low, high) = world.neighborhood().bounds();
@@ -95,7 +95,7 @@ impl<const D: usize> Summary<D> {
         };
         let flock = Flock {
             groups: &world.agents().groups,
-            sums: world.neighborhood().heard(),
+            sums: world.neighborhood().sums(),
             predators: world.predator_positions(),
             unit: world.neighborhood().scale(),
             speed: config.speed.largest(),
@@ -109,7 +109,7 @@ impl<const D: usize> Summary<D> {
         let squares = add_up_squares(flock.groups, &centroid, square);
         Self {
             centroid,
-            spread: (square.value(squares) / n).sqrt(),
+            dispersion: (square.value(squares) / n).sqrt(),
             velocity: world.neighborhood().total_velocity().map(|sum| sum / n),
             speed: scales.speed.value(sums.speed) / n,
             polarization: squared_norm(&sums.heading.map(share)).sqrt().min(1.0),

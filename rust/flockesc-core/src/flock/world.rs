@@ -65,7 +65,7 @@ impl<const D: usize> World<D> {
         }
         Self {
             predator_distance: PredatorDistance::of(&agents.groups, agents.len()),
-            neighborhood: Neighborhood::silent(config.neighbor_options(), &agents),
+            neighborhood: Neighborhood::new(config.neighbor_options(), &agents),
             rng: rng::stream(start.seed, Stream::Predators),
             response: Response::new(start.seed),
             before: after.clone(),
@@ -101,7 +101,7 @@ impl<const D: usize> World<D> {
             .response
             .neighbor_forces(motion, &parameters, &self.agents, neighborhood);
         let sums = neighborhood.sums_mut();
-        let (groups, ids) = self.agents.groups_and_names();
+        let (groups, ids) = self.agents.groups_and_ids();
         parallel::for_each_chunk(groups, sums, |first, groups, sums| {
             let ids = &ids[first * GROUP..];
             let forces = forces.map(|forces| &forces[first..]);
@@ -133,8 +133,8 @@ impl<const D: usize> World<D> {
 
     /// Sets the actions of learned predators from now on: D entries in [-1, 1] for each. An empty slice: they fly
     /// straight on.
-    pub fn control(&mut self, controls: &[f64]) {
-        predator::set_actions(&mut self.predators, controls);
+    pub fn set_predator_actions(&mut self, actions: &[f64]) {
+        predator::set_actions(&mut self.predators, actions);
     }
 
     /// The parameters, with drawn values.
@@ -146,7 +146,7 @@ impl<const D: usize> World<D> {
     /// r_i in m, in the order of ids. The position of a caught agent is where it was caught.
     #[must_use]
     pub fn positions(&self) -> Vec<SVector<f64, D>> {
-        let mut positions = self.agents.by_name(|group| &group.position);
+        let mut positions = self.agents.by_id(|group| &group.position);
         for caught in self.agents.caught() {
             positions[caught.id as usize] = caught.position;
         }
@@ -156,7 +156,7 @@ impl<const D: usize> World<D> {
     /// v_i in m/s, in the order of ids; 0 for caught agents.
     #[must_use]
     pub fn velocities(&self) -> Vec<SVector<f64, D>> {
-        self.agents.by_name(|group| &group.velocity)
+        self.agents.by_id(|group| &group.velocity)
     }
 
     /// The predators.
@@ -187,15 +187,15 @@ impl<const D: usize> World<D> {
     /// Fraction of the agents that were not caught.
     #[must_use]
     pub fn fraction_surviving(&self) -> f64 {
-        self.agents.len() as f64 / self.agents.num_names() as f64
+        self.agents.len() as f64 / self.agents.num_agents() as f64
     }
 
     /// Writes d_i, the distance of every agent to its nearest predator in m, in the order of ids; 0 for caught agents.
     pub fn write_distances(&self, out: &mut Vec<f64>) {
         out.clear();
-        out.resize(self.agents.num_names(), 0.0);
+        out.resize(self.agents.num_agents(), 0.0);
         for (index, group) in self.agents.groups.iter().enumerate() {
-            for (&id, distance) in self.agents.names_of(index).iter().zip(&group.distance) {
+            for (&id, distance) in self.agents.ids_of(index).iter().zip(&group.distance) {
                 out[id as usize] = *distance;
             }
         }

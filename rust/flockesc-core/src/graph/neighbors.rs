@@ -44,7 +44,7 @@ impl<const D: usize> NeighborGraph<D> {
             ..config.map_or(NeighborOptions::METRIC, FlockConfig::neighbor_options)
         };
         Self {
-            neighborhood: Neighborhood::silent(options, &agents),
+            neighborhood: Neighborhood::new(options, &agents),
             agents,
         }
     }
@@ -55,7 +55,7 @@ impl<const D: usize> NeighborGraph<D> {
     /// [`Error::Argument`] for ranges that are negative, not finite or not one per agent.
     pub fn pairs(&self, ranges: Ranges<'_>) -> Result<Vec<(u32, u32)>> {
         self.check(ranges)?;
-        let mut pairs = self.neighborhood.pairs_by_name(&self.agents, ranges);
+        let mut pairs = self.neighborhood.pairs_by_id(&self.agents, ranges);
         pairs.sort_unstable();
         Ok(pairs)
     }

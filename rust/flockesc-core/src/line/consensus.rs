@@ -44,7 +44,7 @@ impl Consensus {
 
     /// For every group the mean state of the agents within `range` of it, the boundary included.
     ///
-    /// Groups with the same neighbors get the same bits, whatever the order of the agents.
+    /// Groups with the same neighbors get the same bits, in any order of the agents.
     pub(super) fn means(&mut self, groups: &[Group], num_agents: usize, range: f64) -> &mut [f64] {
         self.means.clear();
         for component in components(groups, range) {

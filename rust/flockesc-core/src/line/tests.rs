@@ -21,8 +21,8 @@ const PEACE: LineConfig = LineConfig {
 /// x(t+1) of Eqs. 1 and 7, one pair at a time.
 fn reference(config: &LineConfig, states: &[f64], range: f64) -> Vec<f64> {
     let next = |state: &f64| {
-        let heard = neighbors(states, *state, range);
-        let mean = heard.iter().map(|&j| states[j]).sum::<f64>() / heard.len() as f64;
+        let near = neighbors(states, *state, range);
+        let mean = near.iter().map(|&j| states[j]).sum::<f64>() / near.len() as f64;
         let force = config.predator_position.map_or(0.0, |predator| {
             let LineConfig {
                 predator_range,
@@ -147,7 +147,7 @@ proptest! {
         }
     }
 
-    /// An agent that nobody hears costs the others no precision, however far away.
+    /// An isolated agent costs the others no precision, at any distance.
     #[test]
     fn precision_is_that_of_the_component(states in states(), range in 0.0..0.5_f64) {
         let far: Vec<f64> = states.iter().copied().chain([1e20, -1e20]).collect();

@@ -1,4 +1,4 @@
-//! The neighbor graph: who is whose neighbor, and the sums over neighbors' velocities (Eq. 11).
+//! The neighbor graph of a flock, and the sums over neighbors' velocities (Eq. 11).
 
 mod engine;
 mod neighborhood;

@@ -36,7 +36,7 @@ pub(crate) struct Neighborhood<const D: usize> {
 
 impl<const D: usize> Neighborhood<D> {
     /// The neighborhood at t = 0, where every agent's only neighbor is itself.
-    pub(crate) fn silent(options: NeighborOptions, agents: &Agents<D>) -> Self {
+    pub(crate) fn new(options: NeighborOptions, agents: &Agents<D>) -> Self {
         let mut tree = Tree::new(agents.groups.len());
         tree.refresh(agents);
         Self {
@@ -100,7 +100,7 @@ impl<const D: usize> Neighborhood<D> {
     }
 
     /// The sums of the last step, group by group.
-    pub(crate) fn heard(&self) -> &[NeighborSums<D>] {
+    pub(crate) fn sums(&self) -> &[NeighborSums<D>] {
         &self.sums
     }
 
@@ -142,8 +142,8 @@ impl<const D: usize> Neighborhood<D> {
     }
 
     /// Pairs of the ids of an agent and a neighbor other than itself, at the current positions.
-    pub(crate) fn pairs_by_name(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> Vec<(u32, u32)> {
-        self.with_pairs(agents, ranges, |pairs| pairs.by_name())
+    pub(crate) fn pairs_by_id(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> Vec<(u32, u32)> {
+        self.with_pairs(agents, ranges, |pairs| pairs.by_id())
     }
 
     /// Calls `look` with the neighbor graph at the current positions.

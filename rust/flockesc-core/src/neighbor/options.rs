@@ -10,7 +10,7 @@ pub(crate) struct NeighborOptions {
     pub(crate) rule: NeighborRule,
     pub(crate) field_of_view: FieldOfView,
     pub(crate) torus: Torus,
-    /// Whether only agents that would both listen to each other are neighbors.
+    /// Whether agents are neighbors only if each is a neighbor of the other.
     pub(crate) is_mutual: bool,
     /// Whether the graph of the first step is kept.
     pub(crate) is_frozen: bool,

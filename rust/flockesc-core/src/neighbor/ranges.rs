@@ -16,23 +16,23 @@ pub enum Ranges<'a> {
 
 impl Ranges<'_> {
     /// The range of the agent with this id.
-    pub(in crate::neighbor) fn of(self, name: u32) -> f64 {
+    pub(in crate::neighbor) fn of(self, id: u32) -> f64 {
         match self {
             Self::Shared(range) => range,
-            Self::PerAgent(ranges) => ranges[name as usize],
+            Self::PerAgent(ranges) => ranges[id as usize],
         }
     }
 
     /// Squared ranges in m^2 of the agents with these ids.
     #[inline(always)]
-    pub(in crate::neighbor) fn square(self, names: &[u32], out: &mut Column<f64>) {
+    pub(in crate::neighbor) fn square(self, ids: &[u32], out: &mut Column<f64>) {
         // Finite, so that the empty boxes at infinity are out of reach.
         let square = |range: f64| (range * range).min(f64::MAX);
         match self {
             Self::Shared(range) => out.fill(square(range)),
             Self::PerAgent(ranges) => {
-                for (squared, &name) in out.iter_mut().zip(names) {
-                    *squared = square(ranges[name as usize]);
+                for (squared, &id) in out.iter_mut().zip(ids) {
+                    *squared = square(ranges[id as usize]);
                 }
             }
         }
@@ -69,11 +69,11 @@ impl Reaches<'_> {
         }
     }
 
-    /// The squared reaches in m^2 of a group's agents, whose ids are `names`.
+    /// The squared reaches in m^2 of a group's agents, whose ids are `ids`.
     #[inline(always)]
-    pub(in crate::neighbor) fn square(self, group: usize, names: &[u32], out: &mut Column<f64>) {
+    pub(in crate::neighbor) fn square(self, group: usize, ids: &[u32], out: &mut Column<f64>) {
         match self {
-            Self::Ranges(ranges) => ranges.square(names, out),
+            Self::Ranges(ranges) => ranges.square(ids, out),
             Self::Squares(squares) => *out = squares[group],
         }
     }

@@ -75,7 +75,7 @@ impl<const D: usize> Seen<'_, D> {
 /// Writes n rows; zeros for agents that were caught.
 pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
     let world = scene.world;
-    let (heard, scale) = (world.neighborhood().heard(), world.neighborhood().scale());
+    let (heard, scale) = (world.neighborhood().sums(), world.neighborhood().scale());
     let common = Common {
         time: scene.time(),
         running_minimum: scene.running_minimum(),

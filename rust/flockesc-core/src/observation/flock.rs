@@ -38,7 +38,9 @@ pub(super) fn table<'a, const D: usize>(table: &mut impl Table<Seen<'a, D>>) {
     table.number("last_range", 0.0, |seen| seen.last_range);
     table.number("speed", 0.0, |seen| squash(seen.flock.speed, seen.speed));
     table.number("polarization", 0.0, |seen| seen.flock.polarization);
-    table.number("spread", 0.0, |seen| squash(seen.flock.spread, seen.length));
+    table.number("spread", 0.0, |seen| {
+        squash(seen.flock.dispersion, seen.length)
+    });
     table.number("neighbor_count", 0.0, |seen| seen.flock.neighbor_count);
     table.number("heard_alignment", 0.0, |seen| seen.flock.heard_alignment);
     table.number("predator_sensed", 0.0, |seen| seen.of_predator(|_| 1.0));

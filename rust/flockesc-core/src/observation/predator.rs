@@ -49,7 +49,9 @@ pub(super) fn table<'a, const D: usize>(table: &mut impl Table<Seen<'a, D>>) {
     table.vector("flock_velocity", |seen| {
         seen.scaled(&seen.sighting.flock_velocity)
     });
-    table.number("spread", 0.0, |seen| squash(seen.flock.spread, seen.length));
+    table.number("spread", 0.0, |seen| {
+        squash(seen.flock.dispersion, seen.length)
+    });
     table.number("polarization", 0.0, |seen| seen.flock.polarization);
     table.number("fraction_in_range", 0.0, |seen| seen.fraction_in_range);
     table.number("other_present", 0.0, |seen| {

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 /// Number of checks for the end of the work before the caller sleeps: about 50 us.
 const SPINS: usize = 1000;
 
-/// The threads that [`spread`] uses.
+/// The threads that [`dispatch`] uses.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Pool {
     /// Only the calling thread.
@@ -23,7 +23,7 @@ pub(crate) enum Pool {
 }
 
 /// Runs every piece of work; results are in order.
-pub(crate) fn spread<T: Send, R: Send>(
+pub(crate) fn dispatch<T: Send, R: Send>(
     pool: Pool,
     work: impl ExactSizeIterator<Item = T> + Send,
     run: impl Fn(T) -> R + Send + Sync,
@@ -106,7 +106,7 @@ mod tests {
                 let counts: Vec<_> = (0..pieces).map(|_| AtomicUsize::new(0)).collect();
                 let expected: Vec<_> = (0..pieces).collect();
                 for pool in [Pool::None, Pool::Beside(pool), Pool::Within(pool)] {
-                    let done = spread(pool, counts.iter().enumerate(), |(index, count)| {
+                    let done = dispatch(pool, counts.iter().enumerate(), |(index, count)| {
                         count.fetch_add(1, Ordering::Relaxed);
                         index
                     });
@@ -126,7 +126,7 @@ mod tests {
         let pool = Pool::Beside(pool_of(Some(2)).expect("few threads"));
         let done = AtomicUsize::new(0);
         let panicked = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-            spread(pool, 0..100, |piece| {
+            dispatch(pool, 0..100, |piece| {
                 assert_ne!(piece, 99, "as meant");
                 done.fetch_add(1, Ordering::Relaxed);
             })

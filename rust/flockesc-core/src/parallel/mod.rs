@@ -8,7 +8,7 @@ mod progress;
 pub(crate) use chunks::{
     MIN_ITEMS, for_each_chunk, for_each_chunk_with, join, map_reduce, num_chunks,
 };
-pub(crate) use dispatch::{Pool, spread};
+pub(crate) use dispatch::{Pool, dispatch};
 pub use pools::forked;
 pub(crate) use pools::pool;
 pub use progress::Progress;

@@ -138,7 +138,7 @@ impl PurePursuit {
         match self.target {
             Target::Nearest if self.can_be_confused() => {
                 let quarry = self.choose(position, quarries.kept, surroundings);
-                quarries.kept = quarry.map(|quarry| quarry.name);
+                quarries.kept = quarry.map(|quarry| quarry.id);
                 quarry.map(|quarry| quarry.position)
             }
             Target::Nearest => prey.nearest(position).map(|quarry| quarry.position),
@@ -165,7 +165,7 @@ impl PurePursuit {
             return prey.at_rank(position, self.sight, rank);
         }
         prey.within(position, self.sight)
-            .find(|quarry| Some(quarry.name) == kept)
+            .find(|quarry| Some(quarry.id) == kept)
             .or_else(|| prey.nearest(position))
     }
 }
@@ -193,7 +193,7 @@ mod tests {
         let agents = Agents::new(&positions, &positions);
         let prey = Prey {
             agents: &agents,
-            neighborhood: &Neighborhood::silent(NeighborOptions::METRIC, &agents),
+            neighborhood: &Neighborhood::new(NeighborOptions::METRIC, &agents),
         };
         let mut surroundings = Surroundings {
             time_step: 0.05,

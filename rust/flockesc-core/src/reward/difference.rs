@@ -17,11 +17,11 @@ pub(super) fn add<const D: usize>(
     progress: &Progress,
 ) -> Result<()> {
     let mut others = action.ranges.to_vec();
-    for &name in action.before.agents().names() {
-        let name = name as usize;
+    for &id in action.before.agents().ids() {
+        let id = id as usize;
         // Without neighbors, an agent makes no difference.
-        if action.ranges[name] > 0.0 {
-            others[name] = 0.0;
+        if action.ranges[id] > 0.0 {
+            others[id] = 0.0;
             let mut world = action.before.clone();
             for _ in 0..action.num_steps {
                 if world.agents().len() == 0 {
@@ -30,8 +30,8 @@ pub(super) fn add<const D: usize>(
                 progress.check()?;
                 world.step(Ranges::PerAgent(&others));
             }
-            rewards[name] += action.value - action.objective.value_of(&world);
-            others[name] = action.ranges[name];
+            rewards[id] += action.value - action.objective.value_of(&world);
+            others[id] = action.ranges[id];
         }
     }
     Ok(())

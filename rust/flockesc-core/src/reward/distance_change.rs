@@ -18,8 +18,8 @@ pub(super) fn neighborhood<const D: usize>(moment: &Moment<'_, D>, rewards: &mut
         return;
     }
     let now = moment.distances;
-    let change = |&name: &u32| now[name as usize] - moment.distances_before[name as usize];
-    let changes: Vec<f64> = agents.names().iter().map(change).collect();
+    let change = |&id: &u32| now[id as usize] - moment.distances_before[id as usize];
+    let changes: Vec<f64> = agents.ids().iter().map(change).collect();
     let largest = changes
         .iter()
         .fold(0.0, |most: f64, change| most.max(change.abs()));
@@ -39,8 +39,8 @@ pub(super) fn neighborhood<const D: usize>(moment: &Moment<'_, D>, rewards: &mut
                     sums[lane] += units[place];
                     counts[lane] += 1;
                 });
-                for (lane, &name) in agents.names_of(group).iter().enumerate() {
-                    rewards[name as usize] += scale.mean(sums[lane], counts[lane]);
+                for (lane, &id) in agents.ids_of(group).iter().enumerate() {
+                    rewards[id as usize] += scale.mean(sums[lane], counts[lane]);
                 }
             }
         });

@@ -8,7 +8,7 @@ use crate::base::error::{Error, Result};
 use crate::episode::options::EpisodeConfig;
 use crate::episode::slot::Slot;
 use crate::flock::{FlockConfig, InitialState};
-use crate::parallel::{Pool, Progress, spread};
+use crate::parallel::{Pool, Progress, dispatch};
 
 /// Cost of drawing and arranging an agent, in steps of it.
 const START: usize = 16;
@@ -30,7 +30,7 @@ impl<const D: usize> Reset<D> {
     /// [`Error::Interrupted`] if `progress` was cancelled.
     pub fn build(mut self, progress: &Progress) -> Result<Self> {
         let (scenario, config, start) = (&self.scenario, &self.config, &self.start);
-        let built = spread(self.pool, self.slots.values_mut(), |slot| {
+        let built = dispatch(self.pool, self.slots.values_mut(), |slot| {
             progress.check()?;
             slot.start(scenario, config, start);
             Ok(())

@@ -75,7 +75,7 @@ impl<const D: usize> Noise<D> {
         if self.turns.is_empty() {
             return;
         }
-        let (groups, ids) = agents.groups_and_names();
+        let (groups, ids) = agents.groups_and_ids();
         for (place, &id) in ids.iter().enumerate() {
             let (group, lane) = (&mut groups[place / GROUP], place % GROUP);
             let velocity = SVector::<f64, D>::from_fn(|axis, _| group.velocity[axis][lane]);

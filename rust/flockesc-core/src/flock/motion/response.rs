@@ -92,7 +92,7 @@ impl<const D: usize> Response<D> {
             self.add_boids_forces(motion, parameters, agents, neighborhood);
         }
         if parameters.sensing_delay > 0 {
-            self.delay(parameters, agents.names());
+            self.delay(parameters, agents.ids());
         }
         Some(&self.forces)
     }
@@ -107,7 +107,7 @@ impl<const D: usize> Response<D> {
         let unit = neighborhood.scale();
         self.forces.clear();
         let mut traits = Traits::of_first(parameters);
-        let ids = agents.names().chunks(GROUP);
+        let ids = agents.ids().chunks(GROUP);
         for (sums, ids) in neighborhood.sums_mut().iter_mut().zip(ids) {
             traits.load(parameters, ids);
             let mut force = consensus_force(&traits, sums);
@@ -136,7 +136,7 @@ impl<const D: usize> Response<D> {
         parallel::for_each_chunk_with(&mut self.forces, buffers, |first, forces, buffers| {
             let mut traits = Traits::of_first(parameters);
             for (group, force) in (first..).zip(forces) {
-                traits.load(parameters, agents.names_of(group));
+                traits.load(parameters, agents.ids_of(group));
                 motion.add_pair_forces(&pairs, scale, group, &traits, buffers, force);
             }
         });

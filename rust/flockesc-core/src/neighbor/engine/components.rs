@@ -65,15 +65,15 @@ impl Forest {
 
     /// The set of every agent, labeled by the lowest id in it; in the order of ids.
     pub(in crate::neighbor) fn labels<const D: usize>(mut self, agents: &Agents<D>) -> Vec<u32> {
-        let names = || (0..agents.groups.len()).flat_map(|group| agents.names_of(group));
+        let ids = || (0..agents.groups.len()).flat_map(|group| agents.ids_of(group));
         let mut lowest = vec![u32::MAX; agents.len()];
-        for (place, &name) in names().enumerate() {
+        for (place, &id) in ids().enumerate() {
             let root = self.find(place);
-            lowest[root] = lowest[root].min(name);
+            lowest[root] = lowest[root].min(id);
         }
-        let mut labels = vec![0; agents.num_names()];
-        for (place, &name) in names().enumerate() {
-            labels[name as usize] = lowest[self.find(place)];
+        let mut labels = vec![0; agents.num_agents()];
+        for (place, &id) in ids().enumerate() {
+            labels[id as usize] = lowest[self.find(place)];
         }
         labels
     }
@@ -128,16 +128,16 @@ impl<const D: usize> WithSimd for Connect<'_, D> {
         let mut squared = [0.0; GROUP];
         let mut nodes = Vec::new();
         for group in 0..agents.groups.len() {
-            let names = agents.names_of(group);
-            reaches.square(group, names, &mut squared);
-            for (tile, names) in names.chunks(TILE).enumerate() {
-                let lanes = tile * TILE..tile * TILE + names.len();
+            let ids = agents.ids_of(group);
+            reaches.square(group, ids, &mut squared);
+            for (tile, ids) in ids.chunks(TILE).enumerate() {
+                let lanes = tile * TILE..tile * TILE + ids.len();
                 let reach = Reach::new(
                     tree.levels[0][group].bounds_of(tile),
                     reaches,
                     &squared[lanes.clone()],
                 );
-                let listeners = Listeners {
+                let own = Tile {
                     first: group * GROUP + lanes.start,
                     last: group * GROUP + lanes.end,
                     group,
@@ -155,22 +155,22 @@ impl<const D: usize> WithSimd for Connect<'_, D> {
                     while inside != 0 {
                         let child = inside.trailing_zeros() as usize;
                         inside &= inside - 1;
-                        listeners.unite_with_node(forest, level, index, child, places(child));
+                        own.unite_with_node(forest, level, index, child, places(child));
                     }
                     while across != 0 {
                         let child = across.trailing_zeros() as usize;
                         across &= across - 1;
                         let (first, last) = places(child);
-                        let is_later = last > listeners.first;
+                        let is_later = last > own.first;
                         let is_needed = is_later || !reaches.are_equal();
                         let is_united = forest.united[level][index] & 1 << child != 0;
-                        if !is_needed || (is_united && listeners.are_united_with(forest, first)) {
+                        if !is_needed || (is_united && own.are_united_with(forest, first)) {
                             continue;
                         }
                         if level > 0 {
                             nodes.push((level - 1, index * FAN + child));
                         } else {
-                            listeners.test(simd, agents, &squared, forest, first, last);
+                            own.test(simd, agents, &squared, forest, first, last);
                         }
                     }
                 }
@@ -180,7 +180,7 @@ impl<const D: usize> WithSimd for Connect<'_, D> {
 }
 
 /// The agents of one tile.
-struct Listeners {
+struct Tile {
     /// Their places.
     first: usize,
     last: usize,
@@ -188,7 +188,7 @@ struct Listeners {
     tile: usize,
 }
 
-impl Listeners {
+impl Tile {
     fn are_united(&self, forest: &Forest) -> bool {
         forest.united[0][self.group] & 1 << self.tile != 0
     }
@@ -197,7 +197,7 @@ impl Listeners {
         self.are_united(forest) && forest.find(self.first) == forest.find(place)
     }
 
-    /// All listeners reach all agents of a node.
+    /// Unites the tile with a node whose agents are all within reach of all its agents.
     fn unite_with_node(
         &self,
         forest: &mut Forest,
@@ -217,7 +217,7 @@ impl Listeners {
         forest.union(self.first, first);
     }
 
-    /// Tests the listeners against the places of one tile.
+    /// Tests the agents of this tile against those of another tile.
     #[inline(always)]
     fn test<S: Simd, const D: usize>(
         &self,

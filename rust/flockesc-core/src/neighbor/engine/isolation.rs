@@ -22,8 +22,8 @@ pub(in crate::neighbor) fn most_isolated<const D: usize>(
         // Its own tile first: that alone rules most agents out.
         search.visit_tile(place / TILE);
         search.descend(tree.levels.len() - 1, 0);
-        let is_named_first = || agents.name(place) < agents.name(best);
-        if search.nearest > farthest || (search.nearest == farthest && is_named_first()) {
+        let has_lower_id = || agents.id(place) < agents.id(best);
+        if search.nearest > farthest || (search.nearest == farthest && has_lower_id()) {
             (farthest, best) = (search.nearest, place);
         }
     }
@@ -107,7 +107,7 @@ mod tests {
                 best
             }
         });
-        (agents.name(most_isolated(&agents, &tree)), expected.0)
+        (agents.id(most_isolated(&agents, &tree)), expected.0)
     }
 
     proptest! {

@@ -47,8 +47,8 @@ impl Links {
             self.places = places(agents);
         }
         if options.is_frozen {
-            let pairs = self.pairs(options, agents, tree).by_name();
-            self.freeze(Lists::new(agents.num_names(), &pairs), agents);
+            let pairs = self.pairs(options, agents, tree).by_id();
+            self.freeze(Lists::new(agents.num_agents(), &pairs), agents);
         }
     }
 
@@ -116,10 +116,10 @@ impl Links {
 
 /// The place of every agent, by id; [`NOWHERE`] for agents that were caught.
 fn places<const D: usize>(agents: &Agents<D>) -> Vec<u32> {
-    let mut places = vec![NOWHERE; agents.num_names()];
+    let mut places = vec![NOWHERE; agents.num_agents()];
     for group in 0..agents.groups.len() {
-        for (place, &name) in (group * GROUP..).zip(agents.names_of(group)) {
-            places[name as usize] = place as u32;
+        for (place, &id) in (group * GROUP..).zip(agents.ids_of(group)) {
+            places[id as usize] = place as u32;
         }
     }
     places

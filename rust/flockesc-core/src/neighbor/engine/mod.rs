@@ -1,4 +1,4 @@
-//! How neighbors are found and their velocities summed, whatever the rule.
+//! The search for neighbors and the sums over them, under any rule.
 
 pub(super) mod components;
 pub(super) mod field_of_view;

@@ -42,7 +42,7 @@ impl<const D: usize> Pairs<'_, D> {
         tiles: &mut Vec<u32>,
         mut visit: impl FnMut(usize, usize),
     ) -> usize {
-        let lanes = self.agents.names_of(group).len();
+        let lanes = self.agents.ids_of(group).len();
         match self.candidates {
             Candidates::All => {
                 let mut num_tile_pairs = 0;
@@ -55,9 +55,9 @@ impl<const D: usize> Pairs<'_, D> {
                 num_tile_pairs
             }
             Candidates::Listed(lists, places) => {
-                for (lane, &name) in self.agents.names_of(group).iter().enumerate() {
+                for (lane, &id) in self.agents.ids_of(group).iter().enumerate() {
                     visit(lane, group * GROUP + lane);
-                    for &other in lists.of(name as usize) {
+                    for &other in lists.of(id as usize) {
                         let place = places[other as usize] as usize;
                         if self.is_neighbor(group, lane, place) {
                             visit(lane, place);
@@ -67,9 +67,9 @@ impl<const D: usize> Pairs<'_, D> {
                 0
             }
             Candidates::Frozen(lists, places) => {
-                for (lane, &name) in self.agents.names_of(group).iter().enumerate() {
+                for (lane, &id) in self.agents.ids_of(group).iter().enumerate() {
                     visit(lane, group * GROUP + lane);
-                    let others = lists.of(name as usize).iter();
+                    let others = lists.of(id as usize).iter();
                     for place in others.map(|&other| places[other as usize]) {
                         if place != NOWHERE {
                             visit(lane, place as usize);
@@ -81,15 +81,15 @@ impl<const D: usize> Pairs<'_, D> {
         }
     }
 
-    /// All pairs of an agent and a neighbor other than itself, by name.
-    pub(crate) fn by_name(&self) -> Vec<(u32, u32)> {
+    /// All pairs of an agent and a neighbor other than itself, by id.
+    pub(crate) fn by_id(&self) -> Vec<(u32, u32)> {
         let mut pairs = Vec::new();
         let mut tiles = Vec::new();
         for group in 0..self.agents.groups.len() {
             self.visit(group, &mut tiles, |lane, place| {
                 if place != group * GROUP + lane {
-                    let name = self.agents.names_of(group)[lane];
-                    pairs.push((name, self.agents.name(place) as u32));
+                    let id = self.agents.ids_of(group)[lane];
+                    pairs.push((id, self.agents.id(place) as u32));
                 }
             });
         }
@@ -98,7 +98,7 @@ impl<const D: usize> Pairs<'_, D> {
 
     /// Lists the tiles that may hold neighbors of a tile's agents.
     fn list_near(&self, group: usize, tile: usize, tiles: &mut Vec<u32>) {
-        let lanes = tile * TILE..self.agents.names_of(group).len().min((tile + 1) * TILE);
+        let lanes = tile * TILE..self.agents.ids_of(group).len().min((tile + 1) * TILE);
         let longest = self.squares[group][lanes].iter().copied().fold(0.0, larger);
         let bounds = self.tree.levels[0][group].bounds_of(tile);
         let torus = self.options.torus;

@@ -167,13 +167,13 @@ impl<const D: usize> WithSimd for SumNeighbors<'_, D> {
         scratch.num_tile_pairs = 0;
         let mut squared = [0.0; GROUP];
         for (group, sums) in (first..).zip(sums) {
-            let names = agents.names_of(group);
-            reaches.square(group, names, &mut squared);
+            let ids = agents.ids_of(group);
+            reaches.square(group, ids, &mut squared);
             let tiles = &tree.levels[0][group];
-            let reach = Reach::new(tiles.bounds(), reaches, &squared[..names.len()]);
+            let reach = Reach::new(tiles.bounds(), reaches, &squared[..ids.len()]);
             let common = find_groups(simd, tree, &reach, scratch);
-            for (tile, names) in names.chunks(TILE).enumerate() {
-                let lanes = tile * TILE..tile * TILE + names.len();
+            for (tile, ids) in ids.chunks(TILE).enumerate() {
+                let lanes = tile * TILE..tile * TILE + ids.len();
                 let reach = Reach::new(tiles.bounds_of(tile), reaches, &squared[lanes]);
                 let (whole, found) = find_tiles(simd, tree, &reach, common, scratch);
                 scratch.num_tile_pairs += found;

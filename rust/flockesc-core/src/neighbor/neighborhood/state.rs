@@ -38,20 +38,20 @@ impl<const D: usize> Neighborhood<D> {
         options: NeighborOptions,
         agents: &Agents<D>,
     ) -> Result<Self> {
-        let counts = 1..=agents.num_names() as i64;
+        let counts = 1..=agents.num_agents() as i64;
         let is_possible = |agent: &AgentSums<D>| {
             counts.contains(&agent.count) && is_sound(agent.norm) && agent.norm >= 0.0
         };
         check(state.sums.len() == agents.len(), "sums over neighbors")?;
         check(state.sums.iter().all(is_possible), "sums over neighbors")?;
-        let mut neighborhood = Self::silent(options, agents);
+        let mut neighborhood = Self::new(options, agents);
         let scale = Scale::of_unit(state.unit).filter(|_| is_sound(state.unit));
         neighborhood.scale = scale.ok_or_else(|| damaged("unit of sums over neighbors"))?;
         for (place, agent) in state.sums.iter().enumerate() {
             neighborhood.sums[place / GROUP].set(place % GROUP, agent);
         }
         if let Some(lists) = state.frozen {
-            let fits = options.is_frozen && lists.fit(agents.num_names());
+            let fits = options.is_frozen && lists.fit(agents.num_agents());
             check(fits, "neighbor graph")?;
             neighborhood.links.freeze(lists, agents);
         }

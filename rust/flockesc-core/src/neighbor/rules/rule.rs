@@ -52,9 +52,7 @@ impl Found {
         self.squares
             .resize(sensing.agents.groups.len(), [0.0; GROUP]);
         for (group, squares) in self.squares.iter_mut().enumerate() {
-            sensing
-                .ranges
-                .square(sensing.agents.names_of(group), squares);
+            sensing.ranges.square(sensing.agents.ids_of(group), squares);
         }
     }
 }

@@ -56,12 +56,12 @@ fn reach_nearest<const D: usize>(
 ) {
     let mut numbers = [0; GROUP];
     for (group, squares) in (first..).zip(squares) {
-        let names = sensing.agents.names_of(group);
-        for (number, &name) in numbers.iter_mut().zip(names) {
-            *number = (sensing.ranges.of(name) + 0.5) as usize;
+        let ids = sensing.agents.ids_of(group);
+        for (number, &id) in numbers.iter_mut().zip(ids) {
+            *number = (sensing.ranges.of(id) + 0.5) as usize;
         }
-        for start in (0..names.len()).step_by(TILE) {
-            let lanes = start..names.len().min(start + TILE);
+        for start in (0..ids.len()).step_by(TILE) {
+            let lanes = start..ids.len().min(start + TILE);
             let search = Search {
                 sensing,
                 group,

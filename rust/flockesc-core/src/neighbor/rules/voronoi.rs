@@ -67,7 +67,7 @@ impl HasPosition for Site {
 fn voronoi_neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
     let mut points: Vec<(Point2<f64>, u32)> = agents
         .iter()
-        .map(|(name, position, _)| (rounded(&position), name as u32))
+        .map(|(id, position, _)| (rounded(&position), id as u32))
         .collect();
     points.sort_unstable_by(|(a, one), (b, other)| {
         let by_place = a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y));
@@ -76,8 +76,8 @@ fn voronoi_neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
     let sites: Vec<&[(Point2<f64>, u32)]> = points.chunk_by(|a, b| a.0 == b.0).collect();
     let mut pairs = Vec::with_capacity(6 * points.len());
     let mut link = |one: usize, other: usize| {
-        for &(_, name) in sites[one] {
-            pairs.extend(sites[other].iter().map(|&(_, other)| (name, other)));
+        for &(_, id) in sites[one] {
+            pairs.extend(sites[other].iter().map(|&(_, other)| (id, other)));
         }
     };
     for (index, site) in sites.iter().enumerate() {
@@ -89,8 +89,8 @@ fn voronoi_neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
         link(one, other);
         link(other, one);
     }
-    pairs.retain(|(name, other)| name != other);
-    Lists::new(agents.num_names(), &pairs)
+    pairs.retain(|(id, other)| id != other);
+    Lists::new(agents.num_agents(), &pairs)
 }
 
 /// The position as the triangulation takes it: tiny coordinates are 0, and there is one 0 only.

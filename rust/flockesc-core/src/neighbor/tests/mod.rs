@@ -42,16 +42,16 @@ fn reference<const D: usize>(
     scale: Scale,
 ) -> Vec<([i64; D], i64)> {
     let listener = |i: usize| {
-        let mut heard = ([0; D], 0);
+        let mut sums = ([0; D], 0);
         for (position, velocity) in case.positions.iter().zip(&case.velocities) {
             if squared_distance(&case.positions[i], position) <= range_of(ranges, i).powi(2) {
                 for axis in 0..D {
-                    heard.0[axis] += scale.quantize(velocity[axis]);
+                    sums.0[axis] += scale.quantize(velocity[axis]);
                 }
-                heard.1 += 1;
+                sums.1 += 1;
             }
         }
-        heard
+        sums
     };
     (0..case.positions.len()).map(listener).collect()
 }
@@ -76,7 +76,7 @@ fn reference_labels<const D: usize>(case: &Case<D>, ranges: Ranges<'_>) -> Vec<u
     labels
 }
 
-/// What the kernel finds with the registers of `simd`, in the order of names.
+/// The sums of the kernel with the registers of `simd`, in the order of ids.
 fn kernel<S: Simd, const D: usize>(
     simd: S,
     agents: &Agents<D>,
@@ -92,15 +92,15 @@ fn kernel<S: Simd, const D: usize>(
         sums: &mut groups,
         scratch: &mut Scratch::default(),
     });
-    let mut heard = vec![([0; D], 0); agents.len()];
-    for (place, (name, ..)) in agents.iter().enumerate() {
+    let mut sums = vec![([0; D], 0); agents.len()];
+    for (place, (id, ..)) in agents.iter().enumerate() {
         let (group, lane) = (&groups[place / GROUP], place % GROUP);
-        heard[name] = (
+        sums[id] = (
             std::array::from_fn(|axis| group.sum[axis][lane]),
             group.count[lane],
         );
     }
-    heard
+    sums
 }
 
 fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
@@ -123,7 +123,7 @@ fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
             }
         }
         let labels = reference_labels(case, ranges);
-        let first = |&(name, label): &(usize, &u32)| name == *label as usize;
+        let first = |&(id, label): &(usize, &u32)| id == *label as usize;
         let forest = connect(&agents, &tree, Reaches::Ranges(ranges));
         prop_assert_eq!(
             forest.count(),
@@ -223,23 +223,23 @@ fn a_crowd_equals_all_pairs_wherever_its_agents_stand() {
     };
     check(&case).expect("equal");
     let mut agents = Agents::new(&case.positions, &case.velocities);
-    let mut neighborhood = Neighborhood::silent(NeighborOptions::METRIC, &agents);
+    let mut neighborhood = Neighborhood::new(NeighborOptions::METRIC, &agents);
     neighborhood.sum_neighbors(&mut agents, Ranges::Shared(7.0));
-    let by_name = |neighborhood: &Neighborhood<2>, agents: &Agents<2>| {
+    let by_id = |neighborhood: &Neighborhood<2>, agents: &Agents<2>| {
         let mut counts = vec![0; agents.len()];
-        for (place, (name, ..)) in agents.iter().enumerate() {
-            counts[name] = neighborhood.heard()[place / GROUP].count[place % GROUP];
+        for (place, (id, ..)) in agents.iter().enumerate() {
+            counts[id] = neighborhood.sums()[place / GROUP].count[place % GROUP];
         }
         counts
     };
-    let counts = by_name(&neighborhood, &agents);
-    // The same agents under other names, which puts them into other places.
+    let counts = by_id(&neighborhood, &agents);
+    // The same agents under other ids, which puts them into other places.
     case.positions.reverse();
     case.velocities.reverse();
     let mut agents = Agents::new(&case.positions, &case.velocities);
-    let mut neighborhood = Neighborhood::silent(NeighborOptions::METRIC, &agents);
+    let mut neighborhood = Neighborhood::new(NeighborOptions::METRIC, &agents);
     neighborhood.sum_neighbors(&mut agents, Ranges::Shared(7.0));
-    let mut reversed = by_name(&neighborhood, &agents);
+    let mut reversed = by_id(&neighborhood, &agents);
     reversed.reverse();
     assert_eq!(counts, reversed);
 }

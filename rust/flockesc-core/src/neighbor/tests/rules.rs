@@ -75,7 +75,7 @@ fn sees<const D: usize>(case: &Case<D>, options: Options, i: usize, j: usize) ->
     options.blind_angle == 0.0 || along >= edge * (speed * squared(&offset).sqrt())
 }
 
-/// All pairs (listener, neighbor) of different agents, by definition.
+/// All pairs (agent, neighbor) of different agents, by definition.
 fn reference<const D: usize>(
     case: &Case<D>,
     ranges: Ranges<'_>,
@@ -99,15 +99,16 @@ fn reference<const D: usize>(
         }
     };
     let reaches: Vec<f64> = (0..n).map(reach).collect();
-    let hears = |i: usize, j: usize| distance(i, j) <= reaches[i] && sees(case, options, i, j);
+    let is_neighbor =
+        |i: usize, j: usize| distance(i, j) <= reaches[i] && sees(case, options, i, j);
     let pairs = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
     pairs
-        .filter(|&(i, j)| i != j && hears(i, j) && (!options.is_mutual || hears(j, i)))
+        .filter(|&(i, j)| i != j && is_neighbor(i, j) && (!options.is_mutual || is_neighbor(j, i)))
         .map(|(i, j)| (i as u32, j as u32))
         .collect()
 }
 
-/// Pairs that the engine finds, in order, and what is heard by them, agent after agent.
+/// Compares pairs, sums and components of the engine with those of the expected pairs.
 fn check<const D: usize>(
     case: &Case<D>,
     ranges: Ranges<'_>,
@@ -115,14 +116,14 @@ fn check<const D: usize>(
     expected: &[(u32, u32)],
 ) -> Result<(), TestCaseError> {
     let mut agents = Agents::new(&case.positions, &case.velocities);
-    let mut neighborhood = Neighborhood::silent(options, &agents);
+    let mut neighborhood = Neighborhood::new(options, &agents);
     if !options.is_frozen {
-        let mut pairs = neighborhood.pairs_by_name(&agents, ranges);
+        let mut pairs = neighborhood.pairs_by_id(&agents, ranges);
         pairs.sort_unstable();
         prop_assert_eq!(&pairs[..], expected);
     }
     neighborhood.sum_neighbors(&mut agents, ranges);
-    // A second time, guided by the first; or from the graph that stays, whatever the range.
+    // A second time, guided by the first; or from the frozen graph, under any range.
     let again = if options.is_frozen {
         Ranges::Shared(0.0)
     } else {
@@ -147,10 +148,10 @@ fn check<const D: usize>(
             }
             sums[i as usize].1 += 1;
         }
-        for (place, (name, ..)) in agents.iter().enumerate() {
-            let (heard, lane) = (&neighborhood.heard()[place / GROUP], place % GROUP);
-            let sum: [i64; D] = std::array::from_fn(|axis| heard.sum[axis][lane]);
-            prop_assert_eq!((sum, heard.count[lane]), sums[name]);
+        for (place, (id, ..)) in agents.iter().enumerate() {
+            let (found, lane) = (&neighborhood.sums()[place / GROUP], place % GROUP);
+            let sum: [i64; D] = std::array::from_fn(|axis| found.sum[axis][lane]);
+            prop_assert_eq!((sum, found.count[lane]), sums[id]);
         }
         let mut labels: Vec<u32> = (0..agents.len() as u32).collect();
         let mut is_settled = false;

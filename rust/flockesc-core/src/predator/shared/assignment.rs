@@ -22,8 +22,8 @@ pub(in crate::predator) fn assign<const D: usize>(
     let mut targets: Vec<Option<Quarry<D>>> =
         nearest.iter().map(|few| few.first().copied()).collect();
     let mut quarries: Vec<Quarry<D>> = nearest.into_iter().flatten().collect();
-    quarries.sort_unstable_by_key(|quarry| quarry.name);
-    quarries.dedup_by_key(|quarry| quarry.name);
+    quarries.sort_unstable_by_key(|quarry| quarry.id);
+    quarries.dedup_by_key(|quarry| quarry.id);
 
     let distance = |place: usize, quarry: usize| {
         let offset: SVector<f64, D> = quarries[quarry].position - places[place];

@@ -16,7 +16,7 @@ pub(crate) struct Prey<'a, const D: usize> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Quarry<const D: usize> {
     /// The index that users know.
-    pub(crate) name: usize,
+    pub(crate) id: usize,
     /// r in m.
     pub(crate) position: SVector<f64, D>,
     /// v in m/s.
@@ -24,19 +24,19 @@ pub(crate) struct Quarry<const D: usize> {
 }
 
 impl<const D: usize> Prey<'_, D> {
-    /// The agent nearest to `place`; the lowest name among equals.
+    /// The agent nearest to `place`; the lowest id among equals.
     pub(in crate::predator) fn nearest(&self, place: &SVector<f64, D>) -> Option<Quarry<D>> {
         let mut best = (f64::INFINITY, usize::MAX, None);
         for quarry in self.all() {
             let squared = (quarry.position - place).norm_squared();
-            if squared < best.0 || (squared == best.0 && quarry.name < best.1) {
-                best = (squared, quarry.name, Some(quarry));
+            if squared < best.0 || (squared == best.0 && quarry.id < best.1) {
+                best = (squared, quarry.id, Some(quarry));
             }
         }
         best.2
     }
 
-    /// The `count` agents nearest to `place`, or all, nearest first; lower names first among equals.
+    /// The `count` agents nearest to `place`, or all, nearest first; lower ids first among equals.
     pub(in crate::predator) fn nearest_few(
         &self,
         place: &SVector<f64, D>,
@@ -45,8 +45,7 @@ impl<const D: usize> Prey<'_, D> {
         let mut few: Vec<(f64, Quarry<D>)> = Vec::with_capacity(count + 1);
         for quarry in self.all() {
             let squared = (quarry.position - place).norm_squared();
-            let is_before =
-                |(other, q): &(f64, Quarry<D>)| (*other, q.name) < (squared, quarry.name);
+            let is_before = |(other, q): &(f64, Quarry<D>)| (*other, q.id) < (squared, quarry.id);
             let rank = few.partition_point(is_before);
             if rank < count {
                 few.insert(rank, (squared, quarry));
@@ -66,33 +65,30 @@ impl<const D: usize> Prey<'_, D> {
             .filter(move |quarry| (quarry.position - place).norm_squared() <= sight * sight)
     }
 
-    /// The agent of this `rank` in the order of names among those within `sight` m of `place`.
+    /// The agent of this `rank` in the order of ids among those within `sight` m of `place`.
     pub(in crate::predator) fn at_rank(
         &self,
         place: &SVector<f64, D>,
         sight: f64,
         rank: usize,
     ) -> Option<Quarry<D>> {
-        // The order in memory is not that of names: halve the names, counting, until one is left.
-        let (mut low, mut high) = (0, self.agents.num_names());
+        // Places are not in the order of ids: bisect the ids by counting.
+        let (mut low, mut high) = (0, self.agents.num_agents());
         while high - low > 1 {
             let middle = low.midpoint(high);
-            let before = self
-                .within(place, sight)
-                .filter(|q| q.name < middle)
-                .count();
+            let before = self.within(place, sight).filter(|q| q.id < middle).count();
             if before <= rank {
                 low = middle;
             } else {
                 high = middle;
             }
         }
-        self.within(place, sight).find(|quarry| quarry.name == low)
+        self.within(place, sight).find(|quarry| quarry.id == low)
     }
 
     fn all(&self) -> impl Iterator<Item = Quarry<D>> {
-        self.agents.iter().map(|(name, position, velocity)| Quarry {
-            name,
+        self.agents.iter().map(|(id, position, velocity)| Quarry {
+            id,
             position,
             velocity,
         })
@@ -105,7 +101,7 @@ impl<const D: usize> Prey<'_, D> {
         (agents.len() > 0).then(|| centroid(&agents.groups, bounds, agents.len()).into())
     }
 
-    /// Position in m of the agent whose nearest other agent is farthest; the lowest name among equals.
+    /// Position in m of the agent whose nearest other agent is farthest; the lowest id among equals.
     pub(in crate::predator) fn most_isolated(&self) -> Option<SVector<f64, D>> {
         let agents = self.agents;
         (agents.len() > 0).then(|| agents.at(self.neighborhood.most_isolated(agents)).1)

@@ -9,7 +9,7 @@ use crate::base::vector::heading;
 use crate::flock::initial::distribution::Distribution;
 use crate::flock::initial::space::{Space, embed};
 
-/// One direction per agent, in the order of their names.
+/// One direction per agent, in the order of ids.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GivenHeadings {

@@ -8,7 +8,7 @@ use crate::base::error::Result;
 use crate::flock::initial::distribution::Distribution;
 use crate::flock::initial::space::{Space, embed};
 
-/// One point per agent, in the order of their names.
+/// One point per agent, in the order of ids.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GivenPositions {
