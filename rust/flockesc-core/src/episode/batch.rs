@@ -134,7 +134,7 @@ impl<const D: usize> Batch<D> {
         self.scenario.num_learned()
     }
 
-    /// Starts the schedules of all slots anew, slot i from [`episode_seed`]`(seed, i + 1)`, without touching what
+    /// Restarts the schedules of all slots, slot i from [`episode_seed`]`(seed, i + 1)`, without touching what
     /// runs. Before that slot i plays the schedule of seed i.
     pub fn seed(&mut self, seed: u64) {
         for (index, slot) in (1..).zip(&mut self.slots) {
@@ -215,7 +215,7 @@ impl<const D: usize> Batch<D> {
     /// empty.
     ///
     /// # Errors
-    /// As [`Self::step`]; [`Error::Interrupted`] if `progress` was cancelled, and all episodes are worth nothing then.
+    /// As [`Self::step`]; [`Error::Interrupted`] if `progress` was cancelled, and all episodes are then unusable until a reset.
     #[doc(hidden)]
     pub fn step_measured<T: Send>(
         &mut self,

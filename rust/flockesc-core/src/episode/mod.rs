@@ -74,11 +74,11 @@ impl<const D: usize> Episode<D> {
     }
 
     /// Holds `ranges` (one entry, or one per agent) and `controls` (D entries per learned predator; none: they fly
-    /// straight on) for `steps_per_action` steps or until the end, and writes what that pays: one entry for the
-    /// flock, or one per agent, 0 for those that were caught before.
+    /// straight on) for `steps_per_action` steps or until the end, and writes the rewards: one entry for the
+    /// flock, or one per agent, 0 for agents that were caught before.
     ///
     /// # Errors
-    /// [`crate::Error::Interrupted`] if `progress` was cancelled. The episode is worth nothing then: part of the action
+    /// [`crate::Error::Interrupted`] if `progress` was cancelled. The episode is then unusable: only part of the action
     /// was held.
     pub fn advance(
         &mut self,
@@ -159,7 +159,7 @@ impl<const D: usize> Episode<D> {
         self.scene().observe(self.config.view, out);
     }
 
-    /// Writes what learned predators see, one row for each.
+    /// Writes the observations of the learned predators, one row for each.
     pub fn observe_predators(&self, out: &mut [f32]) {
         self.scene().observe_predators(out);
     }
@@ -182,7 +182,7 @@ impl<const D: usize> Episode<D> {
         self.team_reward
     }
 
-    /// Whether the horizon is reached or nobody is left.
+    /// Whether the horizon is reached or no agent is left.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.step >= self.world.config().num_steps || self.world.agents().len() == 0
@@ -200,7 +200,7 @@ impl<const D: usize> Episode<D> {
         &self.world
     }
 
-    /// What is rewarded and shown.
+    /// The options.
     #[must_use]
     pub fn config(&self) -> &EpisodeConfig {
         &self.config
@@ -224,7 +224,7 @@ impl<const D: usize> Episode<D> {
         self.fraction_surviving
     }
 
-    /// What the objective is about.
+    /// The objective's value.
     #[must_use]
     pub fn objective(&self) -> Running {
         match self.config.objective {

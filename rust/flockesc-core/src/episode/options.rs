@@ -1,4 +1,4 @@
-//! What an environment makes of the flock model.
+//! The options of an episode: rewards, observations and how long an action holds.
 
 use serde::{Deserialize, Serialize};
 
@@ -20,11 +20,11 @@ use crate::reward::{Objective, Reward};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct EpisodeConfig {
-    /// Whose eyes the observation is made for.
+    /// Who observes: the flock as a whole, or every agent.
     pub view: View,
-    /// Which distance the episode is about.
+    /// The value that the episode is to keep large.
     pub objective: Objective,
-    /// What a step pays.
+    /// What a step earns.
     pub reward: Reward,
     /// Largest range in m that an action can set, above 0; scales the observed last range.
     pub max_range: f64,

@@ -1,4 +1,4 @@
-//! A flock's place in a batch: its episode, and the seeds of those to come.
+//! A flock's place in a batch: its episode, and the seeds of later ones.
 
 use std::sync::Arc;
 
@@ -81,7 +81,7 @@ impl<const D: usize> Slot<D> {
         }
     }
 
-    /// Begins the schedule anew; the episode goes on.
+    /// Restarts the schedule; the episode goes on.
     pub(crate) fn seed(&mut self, seed: u64) {
         (self.seed, self.next) = (seed, 0);
     }
@@ -124,7 +124,7 @@ impl<const D: usize> Slot<D> {
         exact_sum(&self.earned) / self.earned.len().max(1) as f64
     }
 
-    /// Advances the episode, unless it has ended: that pays nothing and gives `false`.
+    /// Advances the episode. One that has ended earns nothing, and the result is `false`.
     ///
     /// # Errors
     /// As [`Episode::advance`].

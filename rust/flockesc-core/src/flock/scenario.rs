@@ -51,7 +51,7 @@ pub struct FlockConfig {
     pub initial_side: f64,
     /// Where agents start.
     pub initial_positions: InitialPositions,
-    /// Where they head then.
+    /// Their headings at the start.
     pub initial_headings: InitialHeadings,
     /// Whether a flock in space starts in the plane z = 0, positions and headings.
     pub initial_plane: bool,
@@ -71,11 +71,11 @@ pub struct FlockConfig {
     pub sensing_delay: usize,
     /// Whether step 4 (constant speed) is applied; `false` is the literal law of the paper.
     pub constant_speed: bool,
-    /// Distance in m to the nearest predator up to which an agent is caught, at least 0; `None`: nobody is.
+    /// Distance in m to the nearest predator up to which an agent is caught, at least 0; `None`: no captures.
     pub capture_radius: Option<f64>,
-    /// Predators; none is allowed.
+    /// Any number of predators, also 0.
     pub predators: Vec<PredatorConfig>,
-    /// Who is a neighbor.
+    /// Which agents are neighbors.
     pub neighbor_rule: NeighborRule,
     /// Full angle in rad of the sector behind an agent in which it sees no neighbor, from 0 to 2 pi.
     pub blind_angle: f64,
@@ -229,7 +229,7 @@ impl FlockConfig {
         }
     }
 
-    /// What this says of the neighbor graph.
+    /// The options of the neighbor graph.
     pub(crate) fn neighbor_options(&self) -> NeighborOptions {
         NeighborOptions {
             rule: self.neighbor_rule,

@@ -13,11 +13,11 @@ use crate::base::rng;
 use crate::snapshot;
 
 steering! {
-    /// Turns toward its target where that is at the time.
+    /// Turns toward the current position of its target.
     PurePursuit {
         /// What is pursued.
         target: Target,
-        /// How often every further agent in sight draws the predator off its target, in 1/s, at least 0.
+        /// Rate in 1/s at which every further agent in sight distracts the predator from its target, at least 0.
         confusion_rate: f64,
         /// How far a predator that can be confused sees, in m, at least 0.
         sight: f64,

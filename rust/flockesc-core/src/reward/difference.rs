@@ -19,7 +19,7 @@ pub(super) fn add<const D: usize>(
     let mut others = action.ranges.to_vec();
     for &id in action.before.agents().ids() {
         let id = id as usize;
-        // An agent that hears nobody anyway makes no difference.
+        // Without neighbors, an agent makes no difference.
         if action.ranges[id] > 0.0 {
             others[id] = 0.0;
             let mut world = action.before.clone();

@@ -82,7 +82,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the body says: it is refused and nothing has changed, or what it says can be played.
+        /// A damaged body is refused and changes nothing, or can be played.
         #[test]
         fn a_body_that_somebody_made_does_no_harm(
             edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_range_beyond_everything_comes_back() {
+    fn the_largest_range_comes_back() {
         let mut running = running();
         step(&mut running, f64::MAX).expect("steps left");
         let state = running.save(&[0, 1]).expect("slots");

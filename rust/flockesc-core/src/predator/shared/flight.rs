@@ -8,10 +8,10 @@ use crate::base::vector::unit;
 use crate::predator::shared::steering::heading_toward;
 use crate::predator::strategy::Flight;
 
-/// Relative error that the norm of a velocity may have where it was made to be `max_speed`.
+/// Relative error of the norm of a velocity that was scaled to `max_speed`.
 const ROUNDING: f64 = 1e-12;
 
-/// Declares a strategy with the fields that all that steer have, and its own.
+/// Declares a strategy that turns toward something: the fields that all of them have, and its own.
 macro_rules! steering {
     ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $field:ident: $kind:ty,)* }) => {
         $(#[$about])*
@@ -44,7 +44,7 @@ macro_rules! steering {
 }
 pub(in crate::predator) use steering;
 
-/// How fast a predator may turn and get.
+/// How fast a predator may turn and fly.
 pub(in crate::predator) struct Limits {
     pub(in crate::predator) max_turn_rate: f64,
     pub(in crate::predator) max_speed: Option<f64>,
@@ -68,7 +68,7 @@ impl Limits {
             }
             None if self.acceleration > 0.0 => Err(Error::config(
                 format!("{path}.acceleration"),
-                "0 where there is no max_speed",
+                "0 without a max_speed",
                 self.acceleration,
             )),
             _ => Ok(()),
@@ -88,8 +88,8 @@ impl Limits {
         self.next(velocity, flight.speed, heading, time_step)
     }
 
-    /// The velocity after `velocity`, and its norm after `speed`, along `heading`, a unit vector, or straight on where
-    /// there is none.
+    /// The velocity after `velocity`, and its norm after `speed`, along the unit vector `heading`; without one, straight
+    /// on.
     pub(in crate::predator) fn next<const D: usize>(
         &self,
         velocity: &SVector<f64, D>,
@@ -105,7 +105,7 @@ impl Limits {
         };
         match heading {
             Some(heading) => (heading * grown, grown),
-            // As it is, bit for bit.
+            // Unchanged, bit for bit.
             None if grown <= speed => (*velocity, speed),
             None => unit(velocity).map_or((*velocity, speed), |heading| (heading * grown, grown)),
         }

@@ -1,4 +1,4 @@
-//! What several strategies have in common.
+//! Code that several strategies share.
 
 pub(super) mod assignment;
 pub(super) mod flight;

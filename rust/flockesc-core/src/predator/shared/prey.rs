@@ -1,4 +1,4 @@
-//! What predators see: all agents where they now are.
+//! What predators see: all agents where they are now.
 
 use nalgebra::SVector;
 
@@ -55,7 +55,7 @@ impl<const D: usize> Prey<'_, D> {
         few.into_iter().map(|(_, quarry)| quarry).collect()
     }
 
-    /// The agents within `sight` m of `place`, boundary included, in no order that means anything.
+    /// The agents within `sight` m of `place`, boundary included, in any order.
     pub(crate) fn within(
         &self,
         place: &SVector<f64, D>,
@@ -65,7 +65,7 @@ impl<const D: usize> Prey<'_, D> {
             .filter(move |quarry| (quarry.position - place).norm_squared() <= sight * sight)
     }
 
-    /// Of the agents within `sight` m of `place` the one before which there are `rank`, in the order of ids.
+    /// The agent of this `rank` in the order of ids among those within `sight` m of `place`.
     pub(in crate::predator) fn at_rank(
         &self,
         place: &SVector<f64, D>,

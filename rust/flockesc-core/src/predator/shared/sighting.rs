@@ -7,7 +7,7 @@ use crate::base::vector::unit;
 use crate::predator::shared::prey::{Prey, Quarry};
 use crate::predator::strategy::{Flight, Steered};
 
-/// Offsets and velocities relative to one predator; 0 for what is not there.
+/// Offsets and velocities relative to one predator; 0 for agents that do not exist.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sighting<const D: usize> {
     /// v_p in m/s.
@@ -58,7 +58,7 @@ impl<const D: usize> Sighting<D> {
         }
     }
 
-    /// The predator's own frame: ahead is its heading or, at rest, the first direction that there is to see.
+    /// The predator's own frame: ahead is its heading or, at rest, the first direction that it sees.
     pub(crate) fn frame(&self) -> Frame<D> {
         let seen = [
             self.nearest,

@@ -14,13 +14,13 @@ fn turn_toward<const D: usize>(
     if libm::atan2((sight - heading * along).norm(), along) <= limit {
         return *sight;
     }
-    // Straight behind, every side is as good: the axis least along the heading settles it.
+    // For an aim straight behind both sides are equal: it turns to the axis least along the heading.
     let side = side_of(heading, sight).or_else(|| side_of(heading, &least_aligned_axis(heading)));
     side.map_or(*heading, |side| turn(heading, &side, limit))
 }
 
-/// The next heading of a predator that turns by at most `limit` rad toward a place at `offset`; `None` where it is there.
-/// From rest it sets off straight toward it.
+/// The next heading of a predator that turns by at most `limit` rad toward a place at `offset`; `None` if it is there.
+/// From rest it sets off straight toward the place.
 pub(in crate::predator) fn heading_toward<const D: usize>(
     velocity: &SVector<f64, D>,
     offset: &SVector<f64, D>,
