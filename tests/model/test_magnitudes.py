@@ -32,7 +32,7 @@ from flockesc_env import (
     simulate,
     simulate_line,
 )
-from flockesc_env.common.errors import ArgumentError, ScenarioError
+from flockesc_env.common.errors import ArgumentError, OptionError, ScenarioError
 from flockesc_env.policies.predators import Pursue
 
 SMALLEST, LARGEST = 1e-20, 1e20
@@ -88,7 +88,7 @@ def test_bounds_of_the_line(field: str) -> None:
 
 
 def test_actions_that_are_ranges_fit_into_their_space() -> None:
-    with pytest.raises(ScenarioError) as caught:
+    with pytest.raises(OptionError) as caught:
         FlockEscapeEnv(action_mode="range", max_range=1e39)
     assert caught.value.field == "max_range"
 

@@ -151,13 +151,12 @@ def assert_follows_reference(run: Trajectory, schedule: np.ndarray) -> None:
 def test_flock(data: st.DataObject, scenario: FlockScenario, seed: int) -> None:
     rho = data.draw(ranges(scenario.num_agents, (0.0, SIDE * 10, HUGE), SIDE))
     schedule = np.broadcast_to(rho, (STEPS, scenario.num_agents))
-    # One axis will do, unless it could mean agents as well as steps.
-    if rho.size == 1:
-        rho = rho[0, 0]
-    elif 1 in rho.shape and scenario.num_agents != STEPS:
-        rho = rho.ravel()
+    if len(rho) == 1:
+        given = {"interaction_range": rho[0, 0] if rho.size == 1 else rho[0]}
+    else:
+        given = {"schedule": rho}
     positions, velocities = random_start(scenario, np.random.default_rng(seed))
-    run = simulate(scenario, rho, initial_positions=positions, initial_velocities=velocities)
+    run = simulate(scenario, **given, initial_positions=positions, initial_velocities=velocities)
     np.testing.assert_array_equal(run.positions[0], positions)
     np.testing.assert_array_equal(run.velocities[0], velocities)
     assert_follows_reference(run, schedule)

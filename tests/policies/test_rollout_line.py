@@ -103,7 +103,7 @@ def test_presets_are_known_by_name() -> None:
         ({"batch_size": 0}, ArgumentError, "batch_size: expected an integer of at least 1"),
         ({"batch_size": 1.5}, ArgumentError, "batch_size: expected an integer"),
         ({"scenario": "nowhere"}, ScenarioError, "scenario: expected"),
-        ({"scenario": 7}, ArgumentError, "scenario: expected"),
+        ({"scenario": 7}, ScenarioError, "scenario: expected"),
         ({"per_agent": True}, ArgumentError, "per_agent: expected None for a line, got True"),
         ({"predator_policy": FlyStraight()}, ArgumentError, "predator_policy: expected None for a line"),
         ({"scenario": LineScenario(predator_position=None)}, ScenarioError, "predator_position: expected"),

@@ -12,7 +12,7 @@ import pytest
 from flockesc_env import FlockScenario, LineScenario, _core
 from flockesc_env.episodes import options
 from flockesc_env.scenario import initial, motion, neighbors, predators, randomization
-from flockesc_env.scenario.flock import EscapeForce
+from flockesc_env.scenario.line import EscapeForce
 from flockesc_env.scenario.presets import PRESETS
 
 DOCS = (Path(__file__).parents[2] / "docs" / "model.md").read_text()

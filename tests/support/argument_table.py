@@ -135,7 +135,8 @@ ENV_OPTIONS = ACTION_OPTIONS | {
 }
 LINE_OPTIONS = ACTION_OPTIONS | {"reward": Choice("terminal")}
 SCENARIO = Part(FLOCK, True, confusing=(LINE, fe.Disc()))
-HUNTER = Part(predator_policies.Pursue(), True)
+HUNTER = Part(None, True)
+"""Only scenarios with a learned predator take a policy."""
 ENV = {"scenario": SCENARIO, **RENDER, "num_threads": THREADS, "predator_policy": HUNTER}
 START = {
     "initial_positions": Floats(POINTS, True),
@@ -231,7 +232,7 @@ FUNCTIONS: dict[str, Row] = {
     "rollout of lines": Row(
         fe.rollout,
         {
-            "scenario": Part(LINE, confusing=(fe.Disc(),)),
+            "scenario": Part(LINE, True, confusing=(fe.Disc(),)),
             "policy": Part(policies.FixedRange(0.25)),
             "seeds": Seeds([0, 1]),
             "batch_size": optional(Count(2)),

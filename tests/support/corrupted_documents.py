@@ -48,7 +48,9 @@ def play(scenario: FlockScenario | LineScenario) -> str:
     """Reset and step a few times."""
     try:
         env: Any = (
-            FlockEscapeEnv(scenario) if isinstance(scenario, FlockScenario) else LineEscapeEnv(scenario)
+            FlockEscapeEnv(scenario, max_range=50.0)
+            if isinstance(scenario, FlockScenario)
+            else LineEscapeEnv(scenario)
         )
     except ScenarioError as error:
         if "predator" not in error.field:

@@ -58,7 +58,7 @@ def place(run: Trajectory, point: Any) -> np.ndarray:
 def test_predator_and_agents_are_where_the_camera_says(dimension: int) -> None:
     depth = (0.0,) * (dimension - 2)
     predator, agents = (30.0, 20.0, *depth), [(80.0, 60.0, *depth), (10.0, 95.0, *depth)]
-    run = still(agents, 0.0, predators=(ConstantVelocity(position=predator, velocity=(1.0, 0.0)),))
+    run = still(agents, 0.0, predators=(ConstantVelocity(position=predator, velocity=(1.0, 0.0, *depth)),))
     picture = draw(run, 1)
     assert near(picture, place(run, predator), PREDATOR)
     assert not near(picture, place(run, (80.0, 20.0, *depth)), PREDATOR, reach=9)

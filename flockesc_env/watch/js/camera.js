@@ -5,7 +5,7 @@
 const TURN_PER_PIXEL = 0.008; // radians
 const FROM_ABOVE = { yaw: 0, pitch: 0 }; // radians
 const FROM_ASIDE = { yaw: -0.6, pitch: 1.1 };
-const MARGIN = { plane: 1.1, space: 0.9 }; // size of the window over that of the box; in space the corners of the box stay empty
+const MARGIN = 1.1; // size of the window over that of the box
 
 class Camera {
   constructor(isSpatial) {
@@ -90,9 +90,8 @@ class Camera {
         high[axis] = Math.max(high[axis], value);
       });
     }
-    const margin = this.isSpatial ? MARGIN.space : MARGIN.plane;
     const extent = high.map((value, axis) => Math.max(value - low[axis], 1)); // the box around one agent has no extent
-    this.pixelsPerMetre = Math.min(this.width / extent[0], this.height / extent[1]) / margin;
+    this.pixelsPerMetre = Math.min(this.width / extent[0], this.height / extent[1]) / MARGIN;
     this.middle = high.map((value, axis) => (value + low[axis]) / 2);
   }
 
