@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain, repeat
 from typing import Any, ClassVar, Unpack
 
 import numpy as np
@@ -152,7 +153,8 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
     def _slot_infos(self, columns: Columns, ranges: NDArray[np.float64]) -> list[dict[str, Any]]:
         added = {"interaction_range": 0.0, "TimeLimit.truncated": False}
         shared = [{**info, **added} for info in infos(columns)]
-        slot_infos = [info.copy() for info in shared for _ in range(self._batch.rows)]
+        slots = chain.from_iterable(repeat(info, self._batch.rows) for info in shared)
+        slot_infos = list(map(dict.copy, slots))  # without a loop in Python: hundreds of slots a step
         for info, rho in zip(slot_infos, ranges.tolist(), strict=True):
             info["interaction_range"] = rho
         return slot_infos

@@ -33,7 +33,6 @@ import flockesc_env as fe
 from flockesc_env import policies
 from flockesc_env.models import graph, records
 from flockesc_env.policies import network, registry
-from flockesc_env.policies import predators as predator_policies
 
 FLOCK = small_flock(num_steps=24)
 LINE = fe.LineScenario(num_agents=5, max_steps=24)
