@@ -37,6 +37,15 @@ from studies.paper.plan import aimed
 every_preset = pytest.mark.parametrize("name", PRESETS)
 
 
+GOLDEN = Path(__file__).parents[1] / "golden" / "presets.json"
+
+
+def test_presets_are_what_they_were() -> None:
+    """A changed default or preset is another scenario under the same name: results would no longer compare."""
+    documents = {name: json.loads(preset(name).to_json()) for name in PRESETS}
+    assert documents == json.loads(GOLDEN.read_text())
+
+
 @every_preset
 def test_round_trips(name: str) -> None:
     scenario = preset(name)
