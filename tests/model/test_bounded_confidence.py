@@ -126,7 +126,7 @@ def test_one_more_agent_unites_two_clusters_up_to_the_stable_distance(
     heavy: int, light: int, agents: int
 ) -> None:
     """V. D. Blondel, J. M. Hendrickx, J. N. Tsitsiklis, "On Krause's multi-agent consensus model with
-    state-dependent connectivity", IEEE Trans. Automat. PolicySpec 54 (2009) 2586, arXiv:0807.2028.
+    state-dependent connectivity", IEEE Trans. Automat. Control 54 (2009) 2586, arXiv:0807.2028.
 
     Two clusters withstand an agent of little weight between them if they are more than
     (1 + min(W_A, W_B) / max(W_A, W_B)) rho apart, and do not if they are less. The agent goes to their center
