@@ -8,14 +8,20 @@ from pathlib import Path
 from typing import Any, get_args
 
 import pytest
+from envs import ADAPTERS
 
+import flockesc_env
 from flockesc_env import FlockScenario, LineScenario, _core
+from flockesc_env.envs._base import FlockEnvironment
 from flockesc_env.episodes import options
 from flockesc_env.scenario import initial, motion, neighbors, predators, randomization
 from flockesc_env.scenario.line import EscapeForce
 from flockesc_env.scenario.presets import PRESETS
 
 DOCS = (Path(__file__).parents[2] / "docs" / "model.md").read_text()
+SECTIONS = DOCS[DOCS.index("\n## Line\n") :]
+"""The page after its table of code, which names every part, too."""
+OBSERVATIONS = DOCS.partition("\n### Observations\n")[2].partition("\n### ")[0]
 
 CLASSES: dict[str, Any] = {
     "predators": predators.Predator,
@@ -59,23 +65,28 @@ def test_every_family_is_compared() -> None:
 
 @pytest.mark.parametrize("family", CLASSES)
 def test_python_has_a_class_for_every_part(family: str) -> None:
-    assert sorted(cls.kind for cls in get_args(CLASSES[family])) == sorted(_core.kinds()[family])
+    classes = get_args(CLASSES[family])
+    differing = {cls.kind for cls in classes} ^ set(_core.kinds()[family])
+    assert not differing
+    assert {cls.__name__ for cls in classes} <= set(flockesc_env.__all__)
 
 
 @pytest.mark.parametrize("family", WORDS)
 def test_python_has_the_word_for_every_part(family: str) -> None:
-    assert sorted(get_args(WORDS[family])) == sorted(_core.kinds()[family])
+    differing = set(get_args(WORDS[family])) ^ set(_core.kinds()[family])
+    assert not differing
 
 
 @pytest.mark.parametrize("family", CLASSES)
 def test_every_part_is_a_row_of_a_table_of_the_docs(family: str) -> None:
-    rows = re.findall(r"^\| `(\w+)", DOCS, re.MULTILINE)
-    assert {cls.__name__ for cls in get_args(CLASSES[family])} <= set(rows)
+    rows = re.findall(r"^\| `(\w+)", SECTIONS, re.MULTILINE)
+    missing = {cls.__name__ for cls in get_args(CLASSES[family])} - set(rows)
+    assert not missing
 
 
 @pytest.mark.parametrize("family", WORDS)
 def test_the_docs_name_every_word(family: str) -> None:
-    assert not [kind for kind in _core.kinds()[family] if not re.search(f'[`"]{kind}[`"]', DOCS)]
+    assert not [kind for kind in _core.kinds()[family] if not re.search(f'[`"]{kind}[`"]', SECTIONS)]
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -83,7 +94,7 @@ def test_the_docs_name_every_word(family: str) -> None:
 def test_the_docs_name_every_entry_of_an_observation(per_agent: bool, dimension: int) -> None:
     entries = _core.observation_entries(per_agent, dimension) + _core.predator_observation_entries(dimension)
     names = {re.sub("_(ahead|left|up)$", "", name) for name, *_ in entries}
-    assert not [name for name in names if f"`{name}`" not in DOCS and f"`{name}_ahead`" not in DOCS]
+    assert not [name for name in names if f"`{name}" not in OBSERVATIONS]
 
 
 @pytest.mark.parametrize("family", FIELDS)
@@ -99,3 +110,15 @@ def test_a_preset_shows_every_part(family: str) -> None:
 def test_the_defaults_of_both_languages_are_equal() -> None:
     assert json.loads(FlockScenario().to_json()) == json.loads(_core.default_flock_scenario())
     assert json.loads(LineScenario().to_json()) == json.loads(_core.default_line_scenario())
+
+
+def _concrete(cls: type) -> set[type]:
+    found = cls.__subclasses__()
+    return set().union(*map(_concrete, found)) if found else {cls}
+
+
+def test_every_adapter_is_a_row_of_the_registry() -> None:
+    classes = {cls for cls in _concrete(FlockEnvironment) if cls.__module__.startswith("flockesc_env.")}
+    made = [adapter.make() for adapter in ADAPTERS.values()]
+    missing = classes - {type(getattr(env, "unwrapped", env)) for env in made}
+    assert not missing

@@ -41,7 +41,7 @@ GOLDEN = Path(__file__).parents[1] / "golden" / "presets.json"
 
 
 def test_presets_are_what_they_were() -> None:
-    """A changed default or preset is another scenario under the same name: results would no longer compare."""
+    """A changed default is another scenario under the same name, with which results no longer compare."""
     documents = {name: json.loads(preset(name).to_json()) for name in PRESETS}
     assert documents == json.loads(GOLDEN.read_text())
 

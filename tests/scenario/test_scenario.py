@@ -326,7 +326,6 @@ def test_kinds_are_those_of_the_unions() -> None:
         *("predators", "neighbor_rules", "motions"),
         *("initial_positions", "initial_headings", "distributions"),
     }
-    assert KINDS["neighbor_rules"] == ("metric", "topological", "voronoi")
     assert len(KINDS["predators"]) == len(get_args(Predator))
 
 

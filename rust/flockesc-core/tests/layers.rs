@@ -294,6 +294,20 @@ fn no_room_uses_one_above_it() {
 }
 
 #[test]
+fn every_file_is_a_module_of_the_crate() {
+    fn count(folder: &Path) -> usize {
+        let entries = fs::read_dir(folder).expect("a folder of the crate");
+        let paths = entries.map(|entry| entry.expect("an entry").path());
+        paths
+            .filter(|path| path.file_stem().is_some_and(|name| name != "tests"))
+            .map(|path| if path.is_dir() { count(&path) } else { 1 })
+            .sum()
+    }
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    assert_eq!(Crate::read().0.len(), count(&source));
+}
+
+#[test]
 fn no_files_use_each_other_in_a_circle() {
     let circles = Crate::read().circles();
     assert!(circles.is_empty(), "{circles:#?}");
