@@ -13,6 +13,9 @@ sys.path.append(str(Path(__file__).parent / "support"))
 # Windows open nowhere, on machines with and without a display.
 os.environ["SDL_VIDEODRIVER"] = "dummy"
 
+# Workers share the cores: more threads of torch in each make tests of training four times slower.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 # No deadline: machines are shared. Derandomized: a red run means that the code has changed.
 settings.register_profile("suite", deadline=None, derandomize=True, database=None, print_blob=True)
 settings.load_profile("suite")
