@@ -1,4 +1,4 @@
-"""A corrupted scenario document is refused by its schema or loads and plays; ten thousand are in ``tests/slow``."""
+"""A corrupted scenario is refused by its schema, or loads and plays; ten thousand are in ``tests/slow``."""
 
 from __future__ import annotations
 
