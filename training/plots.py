@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import cycle
+from itertools import cycle, islice
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +21,13 @@ Run = tuple[str, Trajectory]
 """Name of a policy, and what the flock did under it."""
 
 _DPI = 150
-_COLORS = (LIGHT.learned, *LIGHT.others)
 _RANGES = LinearSegmentedColormap.from_list("ranges", LIGHT.ranges)
 _LABELS = {"mean": "min. over time of mean predator distance (m)", "minimum": "min. predator distance (m)"}
+
+
+def _colors(count: int) -> list[str]:
+    """Return a color per policy: the first is the best fixed range, the last the policy compared with it."""
+    return [LIGHT.fixed, *islice(cycle(LIGHT.others), count - 2), LIGHT.learned]
 
 
 def objective_against_range(
@@ -36,7 +40,7 @@ def objective_against_range(
     ranges = search.interaction_ranges
     axes.fill_between(ranges, low, high, color="0.85", lw=0)
     axes.plot(ranges, center, color="0.3", label="fixed range, same for all agents")
-    for (name, values), color in zip(outcomes.items(), cycle(_COLORS), strict=False):
+    for (name, values), color in zip(outcomes.items(), _colors(len(outcomes)), strict=True):
         level = stats.mean(values)
         axes.axhspan(level.low, level.high, color=color, alpha=0.2, lw=0)
         axes.axhline(level.mean, color=color, label=f"{name}: {level.mean:.1f}")
@@ -57,7 +61,7 @@ def flock_over_time(runs: list[Run], folder: Path) -> Path:
     """Draw distances and ranges against time for one flock under each policy; return the file."""
     figure = Figure(figsize=(8, 6), layout="constrained")
     above, below = figure.subplots(2, sharex=True)
-    for (name, trajectory), color in zip(runs, cycle(_COLORS), strict=False):
+    for (name, trajectory), color in zip(runs, _colors(len(runs)), strict=True):
         times, ranges = trajectory.times, trajectory.interaction_ranges
         above.plot(times, trajectory.mean_distance, color=color, label=name)
         at = int(np.argmin(trajectory.mean_distance))
