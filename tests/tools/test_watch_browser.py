@@ -1,4 +1,4 @@
-"""The watch page in a browser: it opens from a file, plays, scrubs and turns; served, it runs flocks again."""
+"""The watch page in a browser: it opens from a file, plays, scrubs, turns and, served, runs flocks again."""
 
 from __future__ import annotations
 
