@@ -1,4 +1,4 @@
-"""The official test suites of Gymnasium, PettingZoo and stable-baselines3, over every three options."""
+"""The official test suites of Gymnasium, PettingZoo and stable-baselines3, over every two options."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ Options = dict[str, Any]
 # PettingZoo's suites pass options={"options": 1}.
 pytestmark = pytest.mark.filterwarnings("ignore:reset ignores the unknown options:UserWarning")
 
-flock_options = every_option(FLOCK, dimension=DIMENSIONS)
-agent_options = every_option(AGENTS, dimension=DIMENSIONS)
+flock_options = every_option(FLOCK, 2, dimension=DIMENSIONS)
+agent_options = every_option(AGENTS, 2, dimension=DIMENSIONS)
 line_options = pytest.mark.parametrize("options", LINE_OPTIONS, ids=label)
 
 
@@ -55,18 +55,16 @@ def small_line() -> LineScenario:
 def test_gymnasium_flock(options: Options, dimension: int) -> None:
     env = gymnasium.make(FLOCK_ID, scenario=small_flock(dimension), **options)
     with allowing_unscaled_actions(options):
-        check_gymnasium(
-            env.unwrapped, skip_render_check=True
-        )  # a window waits; tests/tools/test_render_environments.py
+        # A window waits for a person: tests/tools/test_render_environments.py checks rendering.
+        check_gymnasium(env.unwrapped, skip_render_check=True)
 
 
 @line_options
 def test_gymnasium_line(options: Options) -> None:
     env = gymnasium.make(LINE_ID, scenario=small_line(), **options)
     with allowing_unscaled_actions(options):
-        check_gymnasium(
-            env.unwrapped, skip_render_check=True
-        )  # a window waits; tests/tools/test_render_environments.py
+        # A window waits for a person: tests/tools/test_render_environments.py checks rendering.
+        check_gymnasium(env.unwrapped, skip_render_check=True)
 
 
 @flock_options
@@ -118,7 +116,7 @@ def test_state(options: Options, dimension: int) -> None:
     state_test(env, flockesc_env.parallel_env(scenario, **options))
 
 
-@every_option(AGENTS | {"steps_per_action": (1,)}, dimension=DIMENSIONS)
+@every_option(AGENTS | {"steps_per_action": (1,)}, 2, dimension=DIMENSIONS)
 def test_max_cycles(options: Options, dimension: int) -> None:
     """A cycle is an action of every agent; here each holds for one step of the model."""
 

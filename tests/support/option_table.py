@@ -1,6 +1,7 @@
-"""The options that a user can choose: rows in which every three values of three options meet."""
+"""The options that a user can choose, and tables of rows in which every two or three values meet."""
 
 import dataclasses
+from collections.abc import Iterable
 from typing import Any, get_args
 
 import numpy as np
@@ -34,12 +35,19 @@ UNLIKE: dict[str, Any] = {
 }
 
 
-def covering(**values: tuple[Any, ...]) -> list[dict[str, Any]]:
-    """Return rows of named values: each combination of three values of three names is in one of them.
+def covering(strength: int = 3, **values: Iterable[Any]) -> list[dict[str, Any]]:
+    """Return rows of named values that contain each combination of values of ``strength`` names.
 
     No interaction in the code is deeper than three.
     """
-    return [{name: row[name] for name in values} for row in make(values, strength=3)]
+    choices = {name: tuple(each) for name, each in values.items()}
+    return [{name: row[name] for name in choices} for row in make(choices, strength=strength)]
+
+
+def every_pair(**values: Iterable[Any]) -> pytest.MarkDecorator:
+    """Return a mark that runs a test over arguments of which every two values of two names meet."""
+    rows = [tuple(row.values()) for row in covering(2, **values)]
+    return pytest.mark.parametrize(tuple(values), rows)
 
 
 def _values(rewards: tuple[str, ...]) -> dict[str, tuple[Any, ...]]:
@@ -62,11 +70,13 @@ def label(options: dict[str, Any]) -> str:
     return "-".join(str(value) for value in options.values())
 
 
-def every_option(values: dict[str, tuple[Any, ...]], **other: tuple[Any, ...]) -> pytest.MarkDecorator:
+def every_option(
+    values: dict[str, tuple[Any, ...]], strength: int = 3, **other: tuple[Any, ...]
+) -> pytest.MarkDecorator:
     """Return a mark that runs a test over ``options`` and one more argument."""
     (name,) = other
     cases = []
-    for row in covering(**values, **other):
+    for row in covering(strength, **values, **other):
         test_id = label(row)
         cases.append(pytest.param(row.pop(name), row, id=test_id))
     return pytest.mark.parametrize((name, "options"), cases)
