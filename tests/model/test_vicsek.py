@@ -49,7 +49,7 @@ def mean_and_error(order: np.ndarray) -> tuple[float, float]:
     return float(each.mean()), float(each.std(ddof=1) / np.sqrt(len(each)))
 
 
-@pytest.mark.parametrize("eta", [0.5, 1.5, 2.5, 3.5, 4.0, 4.5, 5.0, 6.0])
+@pytest.mark.parametrize("eta", [0.5, 2.5, 4.0, 6.0])
 def test_order_parameter(eta: float) -> None:
     here, there = order_here(eta), order_of_1995(eta, np.random.default_rng(1995))
     for times in (slice(1, 6), slice(TRANSIENT, None)):

@@ -53,6 +53,7 @@ def test_contenders_take_turns_and_a_shared_set_up_does_not_count(monkeypatch: p
         order.append(name)
 
     monkeypatch.setitem(measure._CLOCKS, "cpu", lambda: now)
+    monkeypatch.setattr(measure.gc, "collect", int)  # slow where many modules are loaded
     contenders = [
         Candidate("a", lambda: costs("a", 0.5), units=10),
         Candidate("b", lambda: costs("b", 0.75), units=10, before=lambda: costs("set-up", 0.25)),
