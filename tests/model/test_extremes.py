@@ -25,6 +25,7 @@ from flockesc_env import (
     Vicsek,
     Voronoi,
     Wandering,
+    _core,
     simulate,
 )
 
@@ -94,6 +95,10 @@ def isometries(dimension: int) -> list[tuple[np.ndarray, np.ndarray]]:
     mirrors = [(np.diag(signs), none) for signs in np.where(np.eye(dimension), -1.0, 1.0)]
     swap = one[[1, 0, *range(2, dimension)]]  # a circle of predators lies in the plane of these two axes
     return [*turns, *mirrors, (swap, none), (one, np.full(dimension, 64.0)), (-one, none - 17.0)]
+
+
+def test_every_motion_is_here() -> None:
+    assert {motion.kind for motion in MOTIONS} == set(_core.kinds()["motions"])
 
 
 @settings

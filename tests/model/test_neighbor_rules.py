@@ -14,6 +14,7 @@ from flockesc_env import (
     NeighborRule,
     Topological,
     Voronoi,
+    _core,
     simulate,
     sweep,
 )
@@ -89,6 +90,10 @@ def name_of(scenario: FlockScenario) -> str:
     on_top = [f"{scenario.dimension}d", scenario.neighbor_rule.kind]
     on_top += ["blind"] * (scenario.blind_angle > 0) + ["mutual"] * scenario.mutual
     return "-".join(on_top + ["torus"] * (scenario.periodic_side is not None))
+
+
+def test_the_reference_has_every_rule() -> None:
+    assert {scenario.neighbor_rule.kind for scenario in VARIANTS} == set(_core.kinds()["neighbor_rules"])
 
 
 @pytest.mark.parametrize("scenario", VARIANTS, ids=name_of)

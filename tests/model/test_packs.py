@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import reference
-from option_table import small_flock
+from option_table import DIMENSIONS, every_pair, small_flock
 from scipy.optimize import linear_sum_assignment
 
 from flockesc_env import (
@@ -21,6 +21,7 @@ from flockesc_env import (
     PurePursuit,
     Trajectory,
     Wandering,
+    _core,
     simulate,
 )
 
@@ -55,7 +56,7 @@ PACKS: dict[str, Any] = {
     ],
 }
 every_pack = pytest.mark.parametrize("pack", PACKS)
-dimensions = pytest.mark.parametrize("dimension", [2, 3])
+dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 
 def drawn(dimension: int, seed: int, agents: int = 30) -> tuple[Starts, dict[str, np.ndarray]]:
@@ -75,9 +76,15 @@ def hunt(predators: Any, start: dict[str, np.ndarray], **changes: Any) -> Trajec
     return simulate(small_flock(dimension, **{**fields, **changes}), 7.3, seed=5, **start)
 
 
-@every_pack
-@dimensions
-@pytest.mark.parametrize("agents", [1, 3, 30])
+def test_a_pack_has_every_strategy() -> None:
+    """A learned predator has none of its own: tests/envs/test_pursuit.py flies it."""
+    starts, _ = drawn(2, 0)
+    assert {predator.kind for pack in PACKS.values() for predator in pack(starts)} == (
+        set(_core.kinds()["predators"]) - {"learned"}
+    )
+
+
+@every_pair(pack=PACKS, dimension=DIMENSIONS, agents=(1, 3, 30))
 def test_packs_follow_the_plain_model(pack: str, dimension: int, agents: int) -> None:
     """Rounding is of the order of 1e-12 m, but grows to 1e-7 m where a predator passes closely by its aim."""
     starts, start = drawn(dimension, agents + dimension, agents)
