@@ -1,4 +1,4 @@
-"""Deep copies continue an episode equally and independently; planners rely on it."""
+"""Deep copies continue an episode identically and independently; planners rely on it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OTHER_ACTION = np.array([0.9], np.float32)
 
 MAKERS = {
     "gymnasium": lambda: FlockEscapeEnv(small_flock()),
-    "unlike agents that err and lag": lambda: FlockEscapeEnv(small_flock(**UNLIKE)),
+    "different agents with noise and delay": lambda: FlockEscapeEnv(small_flock(**UNLIKE)),
     "line": lambda: LineEscapeEnv(LineScenario(num_agents=30, escape_force="linear_as_printed")),
     "parallel": lambda: parallel_env(small_flock(3), reward="individual_distance"),
     "gymnasium in a window": lambda: FlockEscapeEnv(small_flock(), render_mode="human"),
@@ -34,14 +34,14 @@ def step(env: Any, action: np.ndarray) -> Any:
 
 
 @interfaces
-def test_copy_continues_equally(interface: str) -> None:
+def test_copy_continues_identically(interface: str) -> None:
     env = MAKERS[interface]()
     env.reset(seed=0)
     step(env, OTHER_ACTION)
     twin = copy.deepcopy(env)
     results = [step(env, action) for action in (ACTION, OTHER_ACTION)]
     np.testing.assert_equal([step(twin, action) for action in (ACTION, OTHER_ACTION)], results)
-    # The seeds of episodes to come are part of the state.
+    # The seeds of later episodes are part of the state.
     np.testing.assert_equal(twin.reset(), env.reset())
 
 
@@ -67,7 +67,7 @@ def test_copy_before_the_first_reset(interface: str) -> None:
 
 
 @pytest.mark.parametrize("mode", ["normalized", "range", "discrete"])
-def test_controls_are_copied_and_pickled(mode: str) -> None:
+def test_policy_specs_are_copied_and_pickled(mode: str) -> None:
     spec = FlockEscapeEnv(small_flock(), action_mode=mode, min_range=2.0, max_range=9.0).policy_spec
     actions = spec.actions.from_ranges(np.array([2.0, 5.5, 9.0]))
     expected = spec.actions.to_ranges(actions, 3)
@@ -77,7 +77,7 @@ def test_controls_are_copied_and_pickled(mode: str) -> None:
 
 @interfaces
 def test_copies_of_copies_branch(interface: str) -> None:
-    """What a tree search does: every branch from the same moment gives the same."""
+    """Tree search: branches that start from the same state and take the same actions are equal."""
     root = MAKERS[interface]()
     root.reset(seed=2)
     step(root, OTHER_ACTION)
