@@ -130,7 +130,7 @@ def test_one_more_agent_unites_two_clusters_up_to_the_stable_distance(
 
     Two clusters stay apart despite a light agent between them if they are more than
     (1 + min(W_A, W_B) / max(W_A, W_B)) rho apart, and unite if they are closer. The agent moves to the center
-    of mass; at the limit the lighter cluster is exactly rho away from it, which is within range here.
+    of mass. At the limiting distance the lighter cluster is exactly rho away from it, which is in range here.
     """
     rho, stable = heavy, heavy + light  # integers in the ratio 1 : 1 + light / heavy
     left, right = agents * heavy, agents * light

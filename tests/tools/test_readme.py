@@ -1,4 +1,4 @@
-"""Every Python snippet of the README and of docs/model.md runs unchanged."""
+"""Every Python snippet of the README and of the model's page runs as it stands."""
 
 import re
 from pathlib import Path
