@@ -26,7 +26,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:De
 
 
 @METHODS
-def test_child_sweeps_after_its_parent_has(method: str) -> None:
+def test_a_child_can_sweep_after_its_parent(method: str) -> None:
     flocks, lines, seeds = small_flock(num_agents=30), LineScenario(), range(8)
     here = sweep(flocks, [0.0, 9.0], seeds, num_threads=2)
     here_line = sweep(lines, [0.1], seeds)
@@ -73,7 +73,7 @@ def large_played(num_threads: int | None) -> list[np.ndarray]:
 
 
 @METHODS
-def test_child_steps_a_large_flock_after_its_parent_has(method: str) -> None:
+def test_a_child_can_step_a_large_flock_after_its_parent(method: str) -> None:
     here = large_played(2)
     with multiprocessing.get_context(method).Pool(2) as pool:
         there = [pool.apply_async(large_played, (num_threads,)) for num_threads in (1, 2, None, 2)]
@@ -111,7 +111,7 @@ def played(num_threads: int | None) -> list[np.ndarray]:
 
 
 @METHODS
-def test_child_steps_a_vector_environment_after_its_parent_has(method: str) -> None:
+def test_a_child_can_step_a_vector_environment_after_its_parent(method: str) -> None:
     here = played(2)
     with multiprocessing.get_context(method).Pool(2) as pool:
         there = [pool.apply_async(played, (num_threads,)) for num_threads in (1, 2, None, 2)]
