@@ -1,4 +1,4 @@
-//! Documents of arbitrary bytes: every accepted document can be played and gives finite numbers.
+//! Documents of any bytes: whatever is accepted can be played, and every number that comes of it is finite.
 
 #![no_main]
 

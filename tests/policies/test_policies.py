@@ -457,6 +457,6 @@ def test_rollout_without_a_scenario_uses_the_policys() -> None:
     assert outcome(paper).tolist() == outcome(rollout("paper-flock", FixedRange(5.0), [1])).tolist()
 
 
-def test_a_rule_per_agent_names_the_missing_option() -> None:
+def test_a_rule_for_agents_says_that_it_needs_them() -> None:
     with pytest.raises(ArgumentError, match="per_agent: expected True: this policy needs an observation per"):
         rollout(SCENARIO, StubbornLeaders(), SEEDS, per_agent=False)

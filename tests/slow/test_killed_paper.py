@@ -1,4 +1,4 @@
-"""A killed reproduction of the paper continues from its finished chunks and ends with the same bytes."""
+"""A killed reproduction of the paper goes on from its finished chunks and ends with the same bytes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_a_killed_run_continues_and_ends_with_equal_bytes(tmp_path: Path) -> Non
     stamps = {path: path.stat().st_mtime_ns for path in finished}
     assert finished
     assert not (killed / RESULTS_FILE).exists()
-    time.sleep(0.01)  # later files get later time stamps
+    time.sleep(0.01)  # later files have later stamps
     for folder in (killed, whole):
         subprocess.run(  # noqa: S603
             [*command, str(folder)], check=True, stdout=subprocess.DEVNULL, env=environment

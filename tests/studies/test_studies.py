@@ -164,7 +164,7 @@ def test_a_second_call_trains_and_sweeps_nothing(found: Study, folder: Path, spy
     study(study_args(folder))
     assert (spy.commands, spy.jobs) == ([], [])
     assert (contents(folder / "results"), contents(folder / "runs")) == before
-    assert spy.elsewhere >= set(HELD_OUT[:FLOCKS])  # policies play again
+    assert spy.elsewhere >= set(HELD_OUT[:FLOCKS])  # policies are played again
 
 
 def test_a_killed_study_continues(

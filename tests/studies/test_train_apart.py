@@ -1,4 +1,4 @@
-"""Training runs in separate processes: their flags give their arguments."""
+"""Training runs in processes of their own: their flags say what their arguments are."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ CHANGES: list[tuple[str, dict[str, Any]]] = [
 
 
 @pytest.mark.parametrize(("name", "changes"), CHANGES)
-def test_flags_give_the_differences_from_the_preset(
+def test_flags_say_what_differs_from_the_preset(
     name: str, changes: dict[str, Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     given: list[Args] = []
@@ -42,7 +42,7 @@ def test_flags_give_the_differences_from_the_preset(
     assert flags == 2 + len(changes)  # --no-progress and --run
 
 
-def test_a_process_trains_on_one_core_or_reports_its_error(tmp_path: Path) -> None:
+def test_a_process_trains_on_one_core_or_says_why_not(tmp_path: Path) -> None:
     scenario = tmp_path / "tiny.toml"
     scenario.write_text(TINY.to_toml())
     args = dataclasses.replace(

@@ -1,4 +1,4 @@
-"""A setting so small that its study takes seconds, with training in this process."""
+"""A setting so small that all of its study takes seconds, and training runs in this process."""
 
 from __future__ import annotations
 
@@ -70,13 +70,13 @@ def write_preset(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class Spy:
-    """Runs commands in this process, one at a time, and records the seeds of all flocks.
+    """Runs commands in this process, one at a time, and notes the seeds of all flocks.
 
     Attributes:
-        commands: the commands run.
-        training: seeds of the flocks played by the commands.
-        elsewhere: seeds of all other flocks.
-        jobs: the fixed ranges computed.
+        commands: that were run.
+        training: seeds of the flocks that were played while one ran.
+        elsewhere: seeds of all others.
+        jobs: fixed ranges that were computed.
     """
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -99,7 +99,7 @@ class Spy:
         monkeypatch.setattr(Job, "run", run_job)
 
     def forget(self) -> None:
-        """Clear all records."""
+        """Begin anew."""
         self.commands.clear()
         self.training.clear()
         self.elsewhere.clear()
