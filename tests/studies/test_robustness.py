@@ -171,7 +171,7 @@ def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
         assert means == pytest.approx(told.min_mean_distance.mean(axis=1), abs=1e-9)
         means = [point.mean for point in row.outcomes["J_min"].curve]
         assert means == pytest.approx(told.min_min_distance.mean(axis=1), abs=1e-9)
-        assert page.count(f"| {row.name} |") == 3  # tables of J_mean, J_min and the presets
+        assert page.count(f"| {row.name} |") == 3  # J_mean, J_min, and what it is
     for symbol in ("J_mean", "J_min"):
         for answer in answers(results, symbol):
             assert f"| {answer.question} | {answer} |" in page

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.skipif(chromium.EXECUTABLE is None, reason=chromium.MIS
 
 FLOCK = FlockScenario(num_agents=40, num_steps=80)  # 4 s
 SPECS = ("fixed:15", "stubborn-leaders")
-TIMEOUT = 60  # seconds; reached only if the page is broken
+TIMEOUT = 60  # seconds; reached only by a page that does not do what it should
 
 
 @pytest.fixture(scope="module")
@@ -375,7 +375,7 @@ def test_another_policy_and_another_flock(tab: Page, address: str) -> None:
     assert "seed 4" in tab.evaluate("document.getElementById('facts').textContent")
 
 
-def test_the_recording_requested_last_stays(tab: Page, address: str) -> None:
+def test_a_recording_that_is_asked_for_last_stays(tab: Page, address: str) -> None:
     open_page(tab, address)
     tab.evaluate("""(({ live }) => {
         globalThis.shown = [];
