@@ -59,7 +59,7 @@ def test_curves_equal_those_of_simulate() -> None:
 
 
 @pytest.mark.parametrize("force", ["constant", "linear", None])
-def test_consensus_equals_a_slow_reference(force: str | None) -> None:
+def test_consensus_is_what_a_slow_reference_finds(force: str | None) -> None:
     fields = {"predator_position": None} if force is None else {"escape_force": force}
     scenario = LineScenario(num_agents=30, **fields)
     found = jobs.consensus(scenario, (0.1, 0.2), range(8))
