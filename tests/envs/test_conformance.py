@@ -1,4 +1,4 @@
-"""The official test suites of Gymnasium, PettingZoo and stable-baselines3, over every two options."""
+"""Official test suites of Gymnasium, PettingZoo and stable-baselines3, over all pairs of options."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ line_options = pytest.mark.parametrize("options", LINE_OPTIONS, ids=label)
 
 @contextlib.contextmanager
 def allowing_unscaled_actions(options: Options) -> Iterator[None]:
-    """Let the checkers advise against Box spaces other than [-1, 1] where the user asked for one."""
+    """Ignore the checkers' advice against Box spaces other than [-1, 1] if an option sets one."""
     with warnings.catch_warnings():
         if options["action_mode"] == "range":
             warnings.filterwarnings("ignore", ".*symmetric and normalized.*")
@@ -83,7 +83,7 @@ def test_sb3_line(options: Options) -> None:
 
 @pytest.mark.parametrize("name", [FLOCK_ID, LINE_ID])
 def test_gymnasium_defaults(name: str) -> None:
-    """The paper's setting, as ``gymnasium.make`` gives it without arguments."""
+    """``gymnasium.make`` without arguments gives the paper's setting."""
     check_gymnasium(gymnasium.make(name).unwrapped)
 
 
@@ -118,7 +118,7 @@ def test_state(options: Options, dimension: int) -> None:
 
 @every_option(AGENTS | {"steps_per_action": (1,)}, 2, dimension=DIMENSIONS)
 def test_max_cycles(options: Options, dimension: int) -> None:
-    """A cycle is an action of every agent; here each holds for one step of the model."""
+    """A cycle is one action of every agent, which here holds for one model step."""
 
     def scenario(max_cycles: int) -> flockesc_env.FlockScenario:
         return small_flock(dimension, num_steps=max_cycles)

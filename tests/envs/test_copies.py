@@ -1,4 +1,4 @@
-"""Deep copies do not touch their original; tests/envs/test_states.py checks that they go on equally."""
+"""Deep copies are independent of the original; tests/envs/test_states.py compares how both continue."""
 
 from __future__ import annotations
 
@@ -31,6 +31,13 @@ def test_a_copy_leaves_its_original_alone(make: Callable[[], Any]) -> None:
 def test_a_copy_before_the_first_reset(make: Callable[[], Any]) -> None:
     env = make()
     np.testing.assert_equal(start(copy.deepcopy(env), 1), start(env, 1))
+
+
+def test_a_copy_of_an_environment_with_a_window() -> None:
+    env = FlockEscapeEnv(small_flock(), render_mode="human")
+    env.reset(seed=0)
+    twin = copy.deepcopy(env)
+    np.testing.assert_equal(*(play(each, np.random.default_rng(0), 2) for each in (twin, env)))
 
 
 @pytest.mark.parametrize("mode", ["normalized", "range", "discrete"])

@@ -1,4 +1,4 @@
-"""Flocks that start where a file, or the caller, says."""
+"""Initial states from files and from ``GivenPositions`` and ``GivenHeadings``."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def write(path: Path, positions: Any, velocities: Any = None) -> Path:
 
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("suffix", [".csv", ".npy", ".npz"])
-def test_a_file_is_the_start_bit_for_bit(tmp_path: Path, suffix: str, dimension: int) -> None:
+def test_a_file_sets_the_start_bit_for_bit(tmp_path: Path, suffix: str, dimension: int) -> None:
     positions, velocities = state(dimension)
     fields = read_initial_state(write(tmp_path / f"flock{suffix}", positions, velocities))
     scenario = FlockScenario(num_steps=5, **fields)
@@ -73,7 +73,7 @@ def test_a_file_is_the_start_bit_for_bit(tmp_path: Path, suffix: str, dimension:
     assert FlockScenario(**fields).initial_headings == RandomHeadings()
 
 
-def test_given_starts_travel_in_documents(tmp_path: Path) -> None:
+def test_given_starts_are_part_of_documents(tmp_path: Path) -> None:
     positions, velocities = state(2)
     scenario = FlockScenario(
         num_agents=7,

@@ -1,4 +1,4 @@
-"""The options that a user can choose, and tables of rows in which every two or three values meet."""
+"""Covering arrays of options: every combination of two or three values occurs in a row."""
 
 import dataclasses
 from collections.abc import Iterable
@@ -12,7 +12,7 @@ from flockesc_env import FlockScenario
 from flockesc_env.episodes.options import ActionMode, IndividualReward, LineReward, Objective, TeamReward
 from flockesc_env.scenario.predators import Start
 
-# Taken from the schema, so that a new variant is tested without a change here.
+# Read from the schema, so that a new variant is tested without a change here.
 ACTION_MODES = get_args(ActionMode)
 OBJECTIVES = get_args(Objective)
 FLOCK_REWARDS = get_args(TeamReward)
@@ -23,7 +23,7 @@ STEPS_PER_ACTION = (1, 4, 7)
 DIMENSIONS = (2, 3)
 
 
-# Five agents of their own kind, whose motion is random and late.
+# Five different agents with noise and delay.
 UNLIKE: dict[str, Any] = {
     "mass": (0.1, 0.2, 0.3, 0.4, 0.5),
     "speed": (10.0, 8.0, 6.0, 4.0, 2.0),
@@ -36,7 +36,7 @@ UNLIKE: dict[str, Any] = {
 
 
 def covering(strength: int = 3, **values: Iterable[Any]) -> list[dict[str, Any]]:
-    """Return rows of named values that contain each combination of values of ``strength`` names.
+    """Return rows of named values that contain each combination of ``strength`` values of different names.
 
     No interaction in the code is deeper than three.
     """
@@ -83,7 +83,7 @@ def every_option(
 
 
 def small_flock(dimension: int = 2, **changes: Any) -> FlockScenario:
-    """Return a flock small enough to be stepped thousands of times, with the predator within reach."""
+    """Return a flock that is small enough for thousands of steps, with the predator in range."""
     fields = {"num_agents": 5, "num_steps": 10, "initial_side": 30.0, "dimension": dimension}
     if "predators" in changes:
         changes["predators"] = tuple(embedded(predator, dimension) for predator in changes["predators"])
@@ -91,7 +91,7 @@ def small_flock(dimension: int = 2, **changes: Any) -> FlockScenario:
 
 
 def embedded(predator: Any, dimension: int) -> Any:
-    """Return a predator that starts in the plane z = 0 of a world of some dimension."""
+    """Return a predator that starts in the plane z = 0 of a world with the given dimension."""
     if not isinstance(predator, Start):
         return predator
     vectors = {"position": predator.position, "velocity": predator.velocity}

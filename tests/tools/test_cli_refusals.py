@@ -1,4 +1,4 @@
-"""The command line names what it refuses, before anything is written."""
+"""The command line names bad input before it writes anything."""
 
 from __future__ import annotations
 
