@@ -97,7 +97,7 @@ class Rounds(ABC, Generic[A]):
         """Train, or go on with an unfinished run, and return the policy's file.
 
         Raises:
-            FileExistsError: as ``begin``.
+            FileExistsError: if the folder holds a finished run, or a run with other arguments.
         """
         args = self.args
         begin(args)

@@ -43,7 +43,7 @@ def search(args: SearchArgs) -> Path:
     """Search, or continue an unfinished search, and return the policy's file.
 
     Raises:
-        FileExistsError: as ``begin``.
+        FileExistsError: if the folder holds a finished run, or a run with other arguments.
     """
     family = family_of(args)
     begin(args)

@@ -133,11 +133,11 @@ def test_a_missing_extra_is_named(
     monkeypatch.setattr("flockesc_env.common.extras.find_spec", lambda _: None)
     ran = Ran(capsys, *sweep_flags("--output", tmp_path / "sweep.parquet"))
     assert ran.code == Exit.REFUSED
-    assert 'error: polars is not installed, run `pip install "flockesc-env[analysis]"`' in ran.err
+    assert 'error: polars is not installed; run `pip install "flockesc-env[analysis]"`' in ran.err
     ran = Ran(capsys, "watch", *SMALL_FLAGS, "--output", tmp_path / "flock.mp4")
     assert (ran.code, list(tmp_path.iterdir())) == (Exit.REFUSED, [])
-    assert 'error: pygame is not installed, run `pip install "flockesc-env[video]"`' in ran.err
+    assert 'error: pygame is not installed; run `pip install "flockesc-env[video]"`' in ran.err
     ran = Ran(capsys, *sweep_flags("--json"))
     assert ran.code == Exit.DONE
     assert ran.json()["ranges"][0]["low"] is None
-    assert "no intervals: scipy is not installed, run `pip install" in ran.err
+    assert "intervals are omitted: scipy is not installed; run `pip install" in ran.err
