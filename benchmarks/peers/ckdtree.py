@@ -1,4 +1,4 @@
-"""Pairs within the range from SciPy's k-d tree, summed by bincount."""
+"""Peer with SciPy's k-d tree: pairs within the range, summed with bincount."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -9,7 +9,7 @@ from benchmarks.peers.numpy_step import Listen, numpy_run
 
 def _listener(num_agents: int, interaction_range: float) -> Listen:
     def listen(positions: Floats, velocities: Floats) -> Floats:
-        tree = cKDTree(positions, balanced_tree=False, compact_nodes=False)  # built faster, used once
+        tree = cKDTree(positions, balanced_tree=False, compact_nodes=False)  # faster to build
         i, j = tree.query_pairs(interaction_range, output_type="ndarray").T
         heard = velocities.copy()
         for axis in range(2):

@@ -1,4 +1,4 @@
-"""A cell list compiled by numba: agents sorted into square cells, candidates from the nine cells around."""
+"""Peer in Numba: a cell list; agents are sorted into square cells and compared with nine cells."""
 
 from collections.abc import Callable
 from functools import partial
@@ -23,7 +23,7 @@ def _listen(r: Floats, v: Floats, interaction_range: float, heard: Floats) -> No
     n = len(r)
     low_x, low_y = r[:, 0].min(), r[:, 1].min()
     width, height = r[:, 0].max() - low_x, r[:, 1].max() - low_y
-    # About as many cells as agents at most: smaller ones cost more to visit than they save.
+    # Cells are so large that there are about as many cells as agents; more cells would be slower.
     side = max(interaction_range, np.sqrt(width * height / n), 1e-9)
     columns, rows = int(width / side) + 1, int(height / side) + 1
     cell = np.empty(n, np.int64)
@@ -37,7 +37,7 @@ def _listen(r: Floats, v: Floats, interaction_range: float, heard: Floats) -> No
         start[c] = end
     order = np.empty(n, np.int64)
     sorted_r, sorted_v = np.empty_like(r), np.empty_like(v)
-    for i in range(n - 1, -1, -1):  # from the back: each cell's end moves down to its start
+    for i in range(n - 1, -1, -1):  # counting sort, from the back
         start[cell[i]] -= 1
         place = start[cell[i]]
         order[place] = i
@@ -52,7 +52,7 @@ def _listen(r: Floats, v: Floats, interaction_range: float, heard: Floats) -> No
         left, right = max(column - 1, 0), min(column + 1, columns - 1)
         sum_x, sum_y = 0.0, 0.0
         for near in range(max(row - 1, 0), min(row + 1, rows - 1) + 1):
-            # Neighboring cells of a row lie side by side in the sorted arrays.
+            # Neighboring cells of a row are contiguous in the sorted arrays.
             for j in range(start[near * columns + left], start[near * columns + right + 1]):
                 dx, dy = sorted_r[j, 0] - x, sorted_r[j, 1] - y
                 if dx * dx + dy * dy <= squared_range:
@@ -86,7 +86,7 @@ def _run(
     for _ in range(steps):
         listen(r, v, interaction_range, heard)
         for i in range(len(r)):
-            # The direction of a sum is that of the mean.
+            # The sum has the same direction as the mean.
             force_x, force_y = _scaled(heard[i, 0], heard[i, 1], model.speed)
             offset_x, offset_y = r[i, 0] - predator_x, r[i, 1] - predator_y
             if offset_x * offset_x + offset_y * offset_y <= model.predator_range**2:
@@ -106,6 +106,6 @@ def _run(
 
 PEERS = (
     Peer("Numba, cell list", one_by_one(partial(_run, njit(_listen)))),
-    # Sums in any order: the search alone is what gains from it.
+    # fastmath may reorder sums.
     Peer("Numba, cell list, fastmath", one_by_one(partial(_run, njit(fastmath=True)(_listen)))),
 )

@@ -1,4 +1,4 @@
-"""All pairs in NumPy, as the equations are written."""
+"""Peer in NumPy: all pairs, written like the equations."""
 
 import numpy as np
 

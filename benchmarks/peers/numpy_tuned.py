@@ -1,4 +1,4 @@
-"""All pairs in NumPy, tuned: squared distances and sums are matrix products (BLAS), buffers are kept."""
+"""Peer in NumPy, optimized: all pairs as matrix products (BLAS) with reused buffers."""
 
 import numpy as np
 
@@ -12,14 +12,14 @@ def _listener(num_agents: int, interaction_range: float) -> Listen:
     squared, near = np.empty((num_agents, num_agents)), np.empty((num_agents, num_agents))
 
     def listen(positions: Floats, velocities: Floats) -> Floats:
-        centered = positions - positions.mean(axis=0)  # small numbers lose fewer bits in q
+        centered = positions - positions.mean(axis=0)  # smaller numbers, smaller rounding errors in q
         left[:, :2] = centered
         np.einsum("ij,ij->i", centered, centered, out=left[:, 2])
         np.multiply(centered.T, -2.0, out=right[:2])
         right[3] = left[:, 2]
         np.matmul(left, right, out=squared)
         np.less_equal(squared, interaction_range * interaction_range, out=near)
-        np.fill_diagonal(near, 1.0)  # rounding may move an agent away from itself
+        np.fill_diagonal(near, 1.0)  # rounding may give a nonzero distance to itself
         return near @ velocities
 
     return listen

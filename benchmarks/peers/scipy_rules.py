@@ -1,4 +1,4 @@
-"""Neighbors by other rules than the range, from SciPy: a k-d tree's k nearest, and a triangulation's."""
+"""Peers with SciPy for other neighbor rules: k nearest (k-d tree) and Voronoi (Delaunay)."""
 
 import numpy as np
 from scipy.spatial import Delaunay, cKDTree
@@ -9,7 +9,7 @@ from benchmarks.peers.numpy_step import Listen, numpy_run
 
 def _nearest(_: int, count: float) -> Listen:
     def listen(positions: Floats, velocities: Floats) -> Floats:
-        tree = cKDTree(positions, balanced_tree=False, compact_nodes=False)  # built faster, used once
+        tree = cKDTree(positions, balanced_tree=False, compact_nodes=False)  # faster to build
         _, neighbors = tree.query(positions, int(count) + 1)
         heard: Floats = velocities[neighbors].sum(axis=1)
         return heard

@@ -75,7 +75,7 @@ def read_npz(path: Path, expected: str) -> dict[str, NDArray[Any]]:
             return {_name(member): _array(_unpack(archive, member)) for member in members}
     except RecordError:
         raise
-    except Exception as error:  # zipfile, its decompressors and NumPy raise many types
+    except Exception as error:  # zipfile, its decompressors and NumPy raise exceptions of many types
         raise RecordError(str(path), expected, repr(error)) from None
 
 
@@ -93,7 +93,7 @@ def read_npy(path: Path, expected: str) -> NDArray[Any]:
     raw = path.read_bytes()
     try:
         return _array(raw)
-    except Exception as error:  # NumPy raises many types
+    except Exception as error:  # NumPy raises exceptions of many types
         raise RecordError(str(path), expected, repr(error)) from None
 
 

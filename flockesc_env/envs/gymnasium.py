@@ -46,11 +46,11 @@ class FlockEscapeEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.flo
 
         Args:
             seed: seed of the flock; ``simulate(seed=seed)`` runs the same flock. ``None``: the next seed of
-                the schedule that the last seed began (``episode_seed``).
+                the seed schedule (``episode_seed``).
             options: any of ``initial_positions``, ``initial_velocities``, shape (n, D), and
                 ``predator_positions``, ``predator_velocities``, shape (P, D), in m and m/s; and ``episode``,
-                the index of the episode in the seed schedule, by default 0 with a seed and otherwise the next
-                one.
+                the index of the episode in the seed schedule; default: 0 if ``seed`` is given, otherwise the
+                next index.
 
         Raises:
             ArgumentError: if the seed or an option is invalid; the running episode continues.

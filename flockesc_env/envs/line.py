@@ -85,7 +85,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
 
         Args:
             seed: seed of x(0); ``simulate_line(seed=seed)`` runs the same line. ``None``: the next seed of
-                the schedule that the last seed began (``episode_seed``).
+                the seed schedule (``episode_seed``).
             options: any of ``initial_state``, x(0) of shape (n,), and ``episode``, the index of the episode
                 in the seed schedule.
 

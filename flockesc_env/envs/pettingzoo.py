@@ -83,11 +83,11 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
 
         Args:
             seed: seed of the flock; ``simulate(seed=seed)`` runs the same flock. ``None``: the next seed of
-                the schedule that the last seed began (``episode_seed``).
+                the seed schedule (``episode_seed``).
             options: any of ``initial_positions``, ``initial_velocities``, shape (n, D), and
                 ``predator_positions``, ``predator_velocities``, shape (P, D), in m and m/s; and ``episode``,
-                the index of the episode in the seed schedule, by default 0 with a seed and otherwise the next
-                one. Unknown options are ignored with a warning, which is PettingZoo's convention.
+                the index of the episode in the seed schedule; default: 0 if ``seed`` is given, otherwise the
+                next index. Unknown options are ignored with a warning, which is PettingZoo's convention.
 
         Raises:
             ArgumentError: if the seed or an option is invalid; the running episode continues.

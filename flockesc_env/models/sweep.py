@@ -69,7 +69,7 @@ class SweepResult:
         return values
 
     def best_range(self, objective: str | None = None) -> float:
-        """Return the best fixed range: the range with the largest mean over seeds, the smallest of ties.
+        """Return the best fixed range: the range with the largest mean over seeds; if tied, the smallest one.
 
         Args:
             objective: a key of ``objectives``; ``None``: the first one.

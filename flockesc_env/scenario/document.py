@@ -51,7 +51,7 @@ _TYPE_NAMES = {
     "int": "an integer",
     "null": "None",
 }
-"""Names of types in error messages, by msgspec's name."""
+"""Names of types in error messages; the keys are msgspec's names."""
 
 
 class Document:

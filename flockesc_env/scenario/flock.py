@@ -55,7 +55,7 @@ class FlockScenario(Document):
         neighbor_rule: definition of neighbors: ``Metric()``, ``Topological()`` or ``Voronoi()``.
         blind_angle: angle in rad of the sector behind an agent in which it sees no neighbors, from 0 to 2 pi.
         mutual: True: two agents are neighbors only if each is in the other's neighborhood.
-        frozen_graph: True: the neighbor graph of the first step is used in all steps, whatever the range.
+        frozen_graph: True: the neighbor graph of the first step is used in all steps, even if ranges change.
         periodic_side: side in m of a periodic domain (a torus), which cannot contain predators; ``None``: an
             unbounded domain.
         randomization: fields that are drawn from the seed in every episode, in this order. A tuple of

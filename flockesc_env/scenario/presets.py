@@ -1,4 +1,4 @@
-"""Presets: named scenarios, the paper's and variations of it in one respect each."""
+"""Presets: named scenarios, the paper's and variations that differ from it in one respect."""
 
 from __future__ import annotations
 

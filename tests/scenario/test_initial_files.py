@@ -161,7 +161,7 @@ def test_refused_starts(fields: dict[str, Any], field: str) -> None:
         ("a.csv", b"x,y\n1,far\n", "", "an initial state (.csv)"),
         ("a.csv", b"x,y\n1,2,3,4\n", "", "2 columns, as the first line says"),
         ("a.csv", b"x,y\n1,2\n1,nan\n", ": positions[1, 1]", "a finite number"),
-        ("a.csv", b"x,y,vx,vy\n1,2,3,4\n1,2,0,0\n", ": velocities[1]", "a length other than 0"),
+        ("a.csv", b"x,y,vx,vy\n1,2,3,4\n1,2,0,0\n", ": velocities[1]", "a nonzero vector"),
         ("a.csv", b"\xff\xfe", "", "an initial state (.csv)"),
         ("a.npy", b"", "", "an initial state (.npy)"),
         ("a.npy", np.zeros(3), "", "the columns x,y or x,y,z"),

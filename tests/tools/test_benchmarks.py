@@ -32,7 +32,7 @@ def test_a_peer_that_computes_something_else_is_refused() -> None:
     def run(flocks: Flocks, interaction_range: float, steps: int) -> Outcome:
         return right.run(flocks, interaction_range * 1.001, steps)
 
-    with pytest.raises(peers.DisagreementError, match=r"wider at .* m: off by"):
+    with pytest.raises(peers.DisagreementError, match=r"wider differs by .* at .* m"):
         peers.check([Peer("wider", run)])
 
 
