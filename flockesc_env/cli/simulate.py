@@ -35,7 +35,7 @@ def run(
     *,
     interaction_range: Annotated[
         float | None,
-        *optional("fixed interaction range rho, in m for a flock; give this or --policy", "none"),
+        *optional("fixed interaction range rho, in m for a flock; give this or a policy", "none"),
     ] = None,
     policy: Annotated[
         str | None,

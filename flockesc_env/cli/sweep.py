@@ -36,7 +36,7 @@ def run(
     interaction_ranges: Annotated[
         tuple[float, ...] | None,
         *optional(
-            "ranges to try, in m for a flock; instead of --max-range and --grid-size",
+            "ranges to try instead of a grid, in m for a flock",
             "a grid",
             metavar="FLOAT ..",
         ),
@@ -75,7 +75,7 @@ def run(
 
     Prints the mean objective of every range with its 95 % bootstrap interval.
 
-    All ranges are run on the same initial states. On Ctrl-C the finished seeds are reported.
+    All ranges start from the same states. Ctrl-C reports the finished seeds.
 
     Example: flockesc sweep --max-range 50 --seeds 0:100 --output sweep.parquet
     """

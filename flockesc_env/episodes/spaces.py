@@ -72,7 +72,7 @@ class RangeActions:
             label: returns the name of the i-th action for error messages; ``None``: ``action[i]``.
 
         Raises:
-            ActionError: for a wrong dtype or shape, or an action outside of the space.
+            ActionError: if the dtype or shape is wrong, or an action is outside the action space.
         """
         return self.core.to_ranges(actions, count, label)
 

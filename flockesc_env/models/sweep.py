@@ -79,7 +79,7 @@ class SweepResult:
         """
         mean = self.values(objective).mean(axis=1)
         if not np.isfinite(mean).all():
-            raise ArgumentError("scenario", "a predator to escape from", "none")
+            raise ArgumentError("scenario", "a scenario with a predator", "no predators")
         return float(self.interaction_ranges[np.argmax(mean)])
 
     def hindsight_oracle(self, objective: str | None = None) -> FloatArray:

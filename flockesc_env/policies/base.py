@@ -60,7 +60,7 @@ class RowMemory:
         elif len(rows) == len(before):
             self._begins = before | rows
         else:
-            raise ArgumentError("rows", f"{len(before)} rows, as before", len(rows))
+            raise ArgumentError("rows", f"{len(before)} rows as before", len(rows))
 
     def _take_begins(self, count: int) -> NDArray[np.bool]:
         """Return whether an episode begins in each of ``count`` rows; if ``reset`` was never called, in all.
@@ -70,7 +70,7 @@ class RowMemory:
         """
         begins = np.ones(count, bool) if self._begins is None else self._begins
         if len(begins) != count:
-            raise ArgumentError("observations", f"{len(begins)} rows, as before", count)
+            raise ArgumentError("observations", f"{len(begins)} rows as before", count)
         self._begins = np.zeros(count, bool)
         return begins
 

@@ -99,4 +99,4 @@ class StubbornWitnesses(RowMemory):
 
 def _check_rows_are_agents(spec: PolicySpec) -> None:
     if not spec.per_agent:
-        raise ArgumentError("per_agent", "True: this policy needs an observation per agent", spec.per_agent)
+        raise ArgumentError("per_agent", "True, because the policy needs one observation per agent", spec.per_agent)

@@ -35,7 +35,9 @@ class ConstantVelocity(Start):
 class Wandering(Start):
     """A predator whose heading performs a random walk at constant speed, independent of the flock.
 
-    Attributes, besides those of ``Start``:
+    Inherits the attributes of ``Start``.
+
+    Attributes:
         angular_diffusion: rotational diffusion coefficient of the heading in rad^2/s.
     """
 
@@ -47,7 +49,9 @@ class Wandering(Start):
 class Steering(Start):
     """Abstract base class of predators with a limited turn rate.
 
-    Attributes, besides those of ``Start``:
+    Inherits the attributes of ``Start``.
+
+    Attributes:
         max_turn_rate: largest turn rate in rad/s.
         max_speed: largest speed in m/s, at least the initial speed; ``None``: the initial speed.
         acceleration: rate in m/s^2 at which the speed grows to ``max_speed``; requires ``max_speed``.
@@ -62,7 +66,9 @@ class Steering(Start):
 class PurePursuit(Steering):
     """A predator that turns toward its target (pure pursuit).
 
-    Attributes, besides those of ``Steering``:
+    Inherits the attributes of ``Steering``.
+
+    Attributes:
         target: ``"nearest"``: the agent nearest to the predator; ``"centroid"``: the mean position of all
             agents; ``"most_isolated"``: the agent whose nearest other agent is farthest; ``"assigned"``: the
             agent assigned to this predator. All predators with this target are assigned different agents such
@@ -82,7 +88,9 @@ class PurePursuit(Steering):
 class Intercept(Steering):
     """A predator that intercepts the nearest agent by proportional navigation.
 
-    Attributes, besides those of ``Steering``:
+    Inherits the attributes of ``Steering``.
+
+    Attributes:
         navigation_constant: ratio N of the turn rate to the rotation rate of the line of sight.
     """
 
@@ -97,7 +105,9 @@ class Encircle(Steering):
     All ``Encircle`` predators of a scenario share the circle. Their places are evenly spaced, in the order of
     the predators. In space the circle lies in a plane of constant z.
 
-    Attributes, besides those of ``Steering``:
+    Inherits the attributes of ``Steering``.
+
+    Attributes:
         radius: radius of the circle at t = 0 in m.
         closing_speed: rate in m/s at which the radius shrinks to 0.
     """
@@ -111,7 +121,9 @@ class Encircle(Steering):
 class Herd(Steering):
     """A predator that drives the flock toward another predator: it turns toward a point behind the flock.
 
-    Attributes, besides those of ``Steering``:
+    Inherits the attributes of ``Steering``.
+
+    Attributes:
         distance: distance in m between the flock's centroid and this point.
         partner: index of the other predator in the scenario.
     """
@@ -125,7 +137,9 @@ class Herd(Steering):
 class Learned(Start):
     """A predator whose acceleration a policy sets; without a policy it flies straight on.
 
-    Attributes, besides those of ``Start``:
+    Inherits the attributes of ``Start``.
+
+    Attributes:
         max_acceleration: acceleration in m/s^2 of an action of norm 1.
         max_speed: largest speed in m/s.
     """

@@ -70,7 +70,7 @@ _PREDATORS = {
         "a pursuer that other agents distract from its target", predators=(PurePursuit(confusion_rate=0.1),)
     ),
     "intercept": _flock(
-        "a predator that intercepts the nearest agent by proportional navigation",
+        "an interceptor with proportional navigation",
         predators=(Intercept(),),
     ),
     "wandering": _flock("a predator whose heading performs a random walk", predators=(Wandering(),)),
@@ -95,7 +95,7 @@ _PREDATORS = {
         ),
     ),
     "herded": _flock(
-        "one predator drives the flock toward another, which does not move",
+        "one predator drives the flock toward another, which waits",
         predators=(ConstantVelocity((130.0, 130.0), (0.0, 0.0)), Herd(partner=0)),
     ),
     "capture": _flock(
@@ -109,20 +109,20 @@ _PREDATORS = {
 _NEIGHBORS = {
     "topological": _flock("agents listen to the k nearest", neighbor_rule=Topological()),
     "mutual": _flock(
-        "agents listen to those of the k nearest that also listen to them",
+        "only agents among each other's k nearest are neighbors",
         neighbor_rule=Topological(),
         mutual=True,
     ),
     "voronoi": _flock("agents listen to those in adjacent Voronoi cells", neighbor_rule=Voronoi()),
     "field-of-view": _flock("agents are blind in the 120 degrees behind them", blind_angle=2 * math.pi / 3),
     "frozen-graph": _flock(
-        "a control: the neighbor graph of the first step is used throughout", frozen_graph=True
+        "a control: all steps use the neighbor graph of the first step", frozen_graph=True
     ),
 }
 
 _MOTION = {
     "vicsek": _flock(
-        "the Vicsek model: headings follow the neighbors without inertia, with noise",
+        "the Vicsek model: headings without inertia, with noise",
         motion=Vicsek(),
         angular_noise=1.0,
     ),

@@ -143,7 +143,7 @@ def test_policies_of_several_scenarios_are_not_compared(run: Path) -> None:
     assert scenario_of([named_policy("random"), mine]) == SMALL
     for others, message in (
         ([mine, paper], "of one scenario, got of 2"),
-        ([line], "of a flock, got of a line"),
+        ([line], "of a flock, got policies of a line"),
     ):
         with pytest.raises(ValueError, match=f"policies: expected policies {message}"):
             scenario_of(others)
@@ -225,7 +225,7 @@ def test_tune_takes_what_its_function_does(monkeypatch: pytest.MonkeyPatch) -> N
     ("words", "message"),
     [
         (["evaluate", "--policy", "nobody"], "policies: expected one of"),
-        (["evaluate", "--policy", "random", "--flocks", "0"], "flocks: expected 1 to"),
+        (["evaluate", "--policy", "random", "--flocks", "0"], "flocks: expected an integer from 1 to"),
         (["tune", "nothing"], "run: expected one of"),
     ],
 )
