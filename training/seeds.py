@@ -34,7 +34,8 @@ def training_seeds(seed: int, first: int, count: int) -> range:
     if not 0 <= seed < runs:
         raise ValueError(f"seed: expected an integer from 0 to {runs - 1}, got {seed}")
     if first < 0 or count < 1 or first + count > FLOCKS_PER_RUN:
-        raise ValueError(f"flocks of a run: expected at most {FLOCKS_PER_RUN}, got {first + count}")
+        end = first + count
+        raise ValueError(f"flocks of a run: expected indices in [0, {FLOCKS_PER_RUN}), got [{first}, {end})")
     start = TRAINING.start + seed * FLOCKS_PER_RUN + first
     return range(start, start + count)
 

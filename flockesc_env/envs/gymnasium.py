@@ -66,6 +66,12 @@ class FlockEscapeEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.flo
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Set the interaction range and run ``steps_per_action`` model steps.
 
+        Args:
+            action: shape (1,), or an integer if the action mode is ``"discrete"``.
+
+        Returns:
+            Observation, reward, terminated, truncated and ``info``.
+
         Raises:
             ActionError: if the action is outside the action space.
             ResetNeededError: if called before ``reset`` or after the end of the episode.

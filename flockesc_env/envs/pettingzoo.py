@@ -99,7 +99,11 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     def reset_array(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start an episode and return arrays instead of dicts; see ``reset``.
+        """Start an episode and return arrays instead of dicts.
+
+        Args:
+            seed: see ``reset``.
+            options: see ``reset``.
 
         Returns:
             Observations, shape (n, entries), and an ``info`` whose ``interaction_range`` has shape (n,). If
@@ -115,6 +119,12 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
     ]:
         """Set the interaction range of every agent and run ``steps_per_action`` model steps.
+
+        Args:
+            actions: the action of every agent in ``agents``.
+
+        Returns:
+            Observations, rewards, terminations, truncations and infos, by name of the agent.
 
         Raises:
             ActionError: if an agent is unknown or missing, or an action is outside the action space.
@@ -275,19 +285,34 @@ def _names(kind: str, count: int) -> list[str]:
 def parallel_env(
     scenario: FlockScenario | str | None = None, **arguments: Unpack[FlockArguments]
 ) -> FlockParallelEnv:
-    """Return the PettingZoo parallel environment; see ``FlockParallelEnv``."""
+    """Return the PettingZoo parallel environment, a ``FlockParallelEnv``.
+
+    Args:
+        scenario: the flock model's parameters, or a preset's name; default: the paper's.
+        **arguments: see ``FlockArguments`` and ``EnvOptions``.
+    """
     return FlockParallelEnv(scenario, **arguments)
 
 
 def raw_env(
     scenario: FlockScenario | str | None = None, **arguments: Unpack[FlockArguments]
 ) -> AECEnv[str, Observation, Any]:
-    """Return the PettingZoo AEC environment without the usual wrappers; see ``FlockParallelEnv``."""
+    """Return the PettingZoo AEC environment without wrappers; see ``FlockParallelEnv``.
+
+    Args:
+        scenario: the flock model's parameters, or a preset's name; default: the paper's.
+        **arguments: see ``FlockArguments`` and ``EnvOptions``.
+    """
     return parallel_to_aec(FlockParallelEnv(scenario, **arguments))
 
 
 def env(
     scenario: FlockScenario | str | None = None, **arguments: Unpack[FlockArguments]
 ) -> AECEnv[str, Observation, Any]:
-    """Return the PettingZoo AEC environment with the usual wrappers; see ``FlockParallelEnv``."""
+    """Return the PettingZoo AEC environment with ``OrderEnforcingWrapper``; see ``FlockParallelEnv``.
+
+    Args:
+        scenario: the flock model's parameters, or a preset's name; default: the paper's.
+        **arguments: see ``FlockArguments`` and ``EnvOptions``.
+    """
     return wrappers.OrderEnforcingWrapper(raw_env(scenario, **arguments))

@@ -67,7 +67,11 @@ class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.fl
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Start an episode; see ``FlockEscapeEnv.reset``.
+        """Start an episode.
+
+        Args:
+            seed: see ``FlockEscapeEnv.reset``.
+            options: see ``FlockEscapeEnv.reset``.
 
         Raises:
             ArgumentError: if the seed or an option is invalid; the running episode continues.
@@ -87,6 +91,9 @@ class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.fl
         Args:
             action: acceleration ahead, to the left and, if D = 3, up, in units of ``max_acceleration``, shape
                 (D,).
+
+        Returns:
+            Observation, reward, terminated, truncated and ``info``.
 
         Raises:
             ActionError: if the action is outside the action space.

@@ -112,6 +112,13 @@ class FlockVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[A
     def step(self, actions: Any) -> VectorStep:
         """Set the interaction range of every flock and run ``steps_per_action`` model steps.
 
+        Args:
+            actions: shape (num_envs, 1) or, if the action mode is ``"discrete"``, (num_envs,).
+
+        Returns:
+            Observations, shape (num_envs, entries), rewards, terminations and truncations, shape (num_envs,),
+            and ``infos``.
+
         Raises:
             ActionError: if an action is outside the action space, except in slots that are reset.
             ResetNeededError: if called before ``reset``, or after the end of an episode if autoreset is

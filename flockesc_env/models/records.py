@@ -98,6 +98,9 @@ def replay_run(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTraj
 
     If the initial state was given, the recorded one is used.
 
+    Args:
+        trajectory: the run, for example from ``load_run``.
+
     Raises:
         ArgumentError: if ``trajectory`` is not a run.
     """

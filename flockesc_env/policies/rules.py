@@ -99,4 +99,5 @@ class StubbornWitnesses(RowMemory):
 
 def _check_rows_are_agents(spec: PolicySpec) -> None:
     if not spec.per_agent:
-        raise ArgumentError("per_agent", "True, because the policy needs one observation per agent", spec.per_agent)
+        expected = "True, because the policy needs one observation per agent"
+        raise ArgumentError("per_agent", expected, spec.per_agent)

@@ -142,7 +142,7 @@ def test_policies_of_several_scenarios_are_not_compared(run: Path) -> None:
     paper = NamedPolicy("paper", FixedRange(1), scenario=SMALL.replace(num_agents=7))
     assert scenario_of([named_policy("random"), mine]) == SMALL
     for others, message in (
-        ([mine, paper], "of one scenario, got of 2"),
+        ([mine, paper], "of one scenario, got policies of 2"),
         ([line], "of a flock, got policies of a line"),
     ):
         with pytest.raises(ValueError, match=f"policies: expected policies {message}"):
