@@ -54,9 +54,9 @@ def scenario_of(entries: Iterable[NamedPolicy]) -> FlockScenario:
 
 def _call(module: str, function: str, spec: str) -> NamedPolicy:
     try:
-        made = getattr(importlib.import_module(module), function)()
+        policy = getattr(importlib.import_module(module), function)()
     except (ImportError, AttributeError) as error:
         raise ArgumentError("policies", f"one of {EXPECTED}", f"{spec!r} ({error})") from None
-    if not isinstance(made, NamedPolicy):
-        raise ArgumentError("policies", f"a NamedPolicy from {spec}", type(made).__name__)
-    return made
+    if not isinstance(policy, NamedPolicy):
+        raise ArgumentError("policies", f"a NamedPolicy from {spec}", type(policy).__name__)
+    return policy

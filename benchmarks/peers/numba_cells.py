@@ -8,7 +8,7 @@ from numba import njit
 
 from benchmarks.peers.model import Floats, Model, Peer, one_by_one
 
-Listen = Callable[[Floats, Floats, float, Floats], None]
+SumNeighbors = Callable[[Floats, Floats, float, Floats], None]
 
 
 @njit
@@ -19,7 +19,7 @@ def _scaled(x: float, y: float, length: float) -> tuple[float, float]:
     return 0.0, 0.0
 
 
-def _listen(r: Floats, v: Floats, interaction_range: float, heard: Floats) -> None:
+def _sum_neighbors(r: Floats, v: Floats, interaction_range: float, sums: Floats) -> None:
     n = len(r)
     low_x, low_y = r[:, 0].min(), r[:, 1].min()
     width, height = r[:, 0].max() - low_x, r[:, 1].max() - low_y
@@ -58,7 +58,7 @@ def _listen(r: Floats, v: Floats, interaction_range: float, heard: Floats) -> No
                 if dx * dx + dy * dy <= squared_range:
                     sum_x += sorted_v[j, 0]
                     sum_y += sorted_v[j, 1]
-        heard[i, 0], heard[i, 1] = sum_x, sum_y
+        sums[i, 0], sums[i, 1] = sum_x, sum_y
 
 
 @njit
@@ -71,7 +71,7 @@ def _mean_distance(r: Floats, predator_x: float, predator_y: float) -> float:
 
 @njit
 def _run(
-    listen: Listen,
+    sum_neighbors: SumNeighbors,
     model: Model,
     positions: Floats,
     velocities: Floats,
@@ -79,15 +79,15 @@ def _run(
     steps: int,
 ) -> tuple[Floats, float]:
     r, v = positions.copy(), velocities.copy()
-    heard = np.empty_like(v)
+    sums = np.empty_like(v)
     predator_x, predator_y = model.predator_position
     gain = model.time_step / model.mass
     minimum = _mean_distance(r, predator_x, predator_y)
     for _ in range(steps):
-        listen(r, v, interaction_range, heard)
+        sum_neighbors(r, v, interaction_range, sums)
         for i in range(len(r)):
             # The sum has the same direction as the mean.
-            force_x, force_y = _scaled(heard[i, 0], heard[i, 1], model.speed)
+            force_x, force_y = _scaled(sums[i, 0], sums[i, 1], model.speed)
             offset_x, offset_y = r[i, 0] - predator_x, r[i, 1] - predator_y
             if offset_x * offset_x + offset_y * offset_y <= model.predator_range**2:
                 escape_x, escape_y = _scaled(offset_x, offset_y, model.repulsion_strength)
@@ -105,7 +105,7 @@ def _run(
 
 
 PEERS = (
-    Peer("Numba, cell list", one_by_one(partial(_run, njit(_listen)))),
+    Peer("Numba, cell list", one_by_one(partial(_run, njit(_sum_neighbors)))),
     # fastmath may reorder sums.
-    Peer("Numba, cell list, fastmath", one_by_one(partial(_run, njit(fastmath=True)(_listen)))),
+    Peer("Numba, cell list, fastmath", one_by_one(partial(_run, njit(fastmath=True)(_sum_neighbors)))),
 )

@@ -8,17 +8,17 @@ import numpy as np
 
 from benchmarks.peers.model import Floats, Model, Run, one_by_one
 
-Listen = Callable[[Floats, Floats], Floats]
+SumNeighbors = Callable[[Floats, Floats], Floats]
 """Function of positions and velocities that returns the sum of the neighbors' velocities, shape (n, 2)."""
 
 
-def numpy_run(listener: Callable[[int, float], Listen]) -> Run:
-    """Return a ``Run`` with the neighbor search ``listener(num_agents, interaction_range)``."""
+def numpy_run(make_sum: Callable[[int, float], SumNeighbors]) -> Run:
+    """Return a ``Run`` with the neighbor search ``make_sum(num_agents, interaction_range)``."""
 
     def run(
         model: Model, positions: Floats, velocities: Floats, interaction_range: float, steps: int
     ) -> tuple[Floats, float]:
-        listen = listener(len(positions), interaction_range)
+        sum_neighbors = make_sum(len(positions), interaction_range)
         r, v = positions.copy(), velocities.copy()
         predator, predator_velocity = np.array(model.predator_position), np.array(model.predator_velocity)
         offsets = r - predator
@@ -26,7 +26,7 @@ def numpy_run(listener: Callable[[int, float], Listen]) -> Run:
         minimum = distances.mean()
         for _ in range(steps):
             # The sum has the same direction as the mean.
-            force = _scaled(listen(r, v), model.speed)
+            force = _scaled(sum_neighbors(r, v), model.speed)
             (near,) = np.nonzero(distances <= model.predator_range)
             force[near] += _scaled(offsets[near], model.repulsion_strength)
             r += model.time_step * v

@@ -66,9 +66,9 @@ def test_contenders_take_turns_and_a_shared_set_up_does_not_count(monkeypatch: p
 
 
 def test_sizes_are_left_out_from_how_the_last_two_grew() -> None:
-    assert size._foreseen([(100, 1.0)], 300) == 0.0
-    assert size._foreseen([(100, 1.0), (1000, 100.0)], 10_000) == pytest.approx(10_000)
-    assert size._foreseen([(100, 1.0), (1000, 10.0)], 10_000) == pytest.approx(100)
+    assert size._extrapolate([(100, 1.0)], 300) == 0.0
+    assert size._extrapolate([(100, 1.0), (1000, 100.0)], 10_000) == pytest.approx(10_000)
+    assert size._extrapolate([(100, 1.0), (1000, 10.0)], 10_000) == pytest.approx(100)
 
 
 def kernel_records(own: float, peer: float) -> list[Record]:
