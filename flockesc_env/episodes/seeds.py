@@ -13,8 +13,8 @@ def episode_seed(seed: int, episode: int) -> int:
     """Return the seed of the ``episode``-th episode of an environment after ``reset(seed=seed)``.
 
     Episode 0 is the episode that this reset starts; its seed is ``seed`` itself. Resets without a seed and
-    autoreset start the later episodes. Their seeds are hashes in [2^32, 2^63), so they never coincide with
-    seeds below 2^32: flocks with small seeds can be held out for evaluation.
+    autoreset start the later episodes. Their seeds are in [2^32, 2^63), so they never coincide with seeds
+    below 2^32: flocks with small seeds can be held out for evaluation.
 
     Args:
         seed: seed passed to ``reset``, an integer in [0, 2^64).
