@@ -14,7 +14,7 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.models.sweep import Progress
 from flockesc_env.render.colors import FRAME
-from flockesc_env.render.dependencies import require
+from flockesc_env.render.dependencies import require_video
 from flockesc_env.render.frame import FlockFrame, recorded_frames
 from flockesc_env.render.options import RenderOptions, as_render_options
 
@@ -72,7 +72,7 @@ def write_video(
     progress = as_callback(progress)
     for _, run in runs:
         options.selected(run.scenario.num_agents)
-    require("pygame", "imageio_ffmpeg")
+    require_video("pygame", "imageio_ffmpeg")
     import imageio_ffmpeg  # type: ignore[import-untyped]
 
     from flockesc_env.render.flock import draw_flock

@@ -458,5 +458,5 @@ def test_rollout_without_a_scenario_uses_the_policys() -> None:
 
 
 def test_a_rule_for_agents_says_that_it_needs_them() -> None:
-    with pytest.raises(ArgumentError, match="per_agent: expected True: this policy needs an observation per"):
+    with pytest.raises(ArgumentError, match="per_agent: expected True, because"):
         rollout(SCENARIO, StubbornLeaders(), SEEDS, per_agent=False)

@@ -172,11 +172,11 @@ def test_policies_are_found_by_name_or_file(tmp_path: Path) -> None:
     for spec in ("lost.npz", str(tmp_path), "fixed:far", "policy"):
         with pytest.raises(ArgumentError, match=r"which: expected one of fixed:RHO, .* got '") as caught:
             find_policy(spec, "which")
-        assert caught.value.given == repr(spec)
+        assert caught.value.given.startswith(repr(spec))
 
 
 def test_a_policy_for_a_line_records_no_flock() -> None:
-    with pytest.raises(ArgumentError, match="policy: expected one for a flock, got one for a line, line"):
+    with pytest.raises(ArgumentError, match="policy: expected a policy for a flock, got 'line'"):
         line_policy().record(0, SCENARIO)
 
 

@@ -100,7 +100,7 @@ def test_presets_are_known_by_name() -> None:
         ({"seeds": []}, ArgumentError, "seeds: expected at least one seed, got none"),
         ({"seeds": [0, -1]}, ArgumentError, r"seeds\[1\]: expected an integer from 0"),
         ({"seeds": [0.5]}, ArgumentError, r"seeds\[0\]: expected an integer, got 0.5"),
-        ({"batch_size": 0}, ArgumentError, "batch_size: expected an integer of at least 1"),
+        ({"batch_size": 0}, ArgumentError, "batch_size: expected an integer from 1"),
         ({"batch_size": 1.5}, ArgumentError, "batch_size: expected an integer"),
         ({"scenario": "nowhere"}, ScenarioError, "scenario: expected"),
         ({"scenario": 7}, ScenarioError, "scenario: expected"),

@@ -333,7 +333,7 @@ def test_kinds_equal_those_of_the_unions() -> None:
 @pytest.mark.parametrize("name", ["position", "velocity"])
 def test_predators_have_as_many_coordinates_as_the_world(make: Any, name: str) -> None:
     with pytest.raises(
-        ScenarioError, match=r"expected 3 numbers, as the dimension is 3, got \(1.0, 2.0\)"
+        ScenarioError, match=r"expected 3 numbers, because the dimension is 3, got \(1.0, 2.0\)"
     ) as caught:
         FlockScenario(dimension=3, predators=(ConstantVelocity(), make(**{name: (1.0, 2.0)})))
     assert caught.value.field == f"predators[1].{make.kind}.{name}"

@@ -245,8 +245,8 @@ def test_the_record_holds_the_settings_of_learners(found: Study, folder: Path) -
     [
         ({"setting": "nowhere"}, "setting: expected one of tiny, got 'nowhere'"),
         ({"learners": ("ppo",)}, "learners: expected any of search, schedule, unreported, got 'ppo'"),
-        ({"held_out_flocks": 0}, "flocks: expected 1 to"),
-        ({"tuning_flocks": 1_000_001}, "flocks: expected 1 to"),
+        ({"held_out_flocks": 0}, "flocks: expected an integer from 1 to"),
+        ({"tuning_flocks": 1_000_001}, "flocks: expected an integer from 1 to"),
     ],
 )
 def test_bad_arguments_are_refused_before_anything_is_written(

@@ -142,8 +142,8 @@ def test_policies_of_several_scenarios_are_not_compared(run: Path) -> None:
     paper = NamedPolicy("paper", FixedRange(1), scenario=SMALL.replace(num_agents=7))
     assert scenario_of([named_policy("random"), mine]) == SMALL
     for others, message in (
-        ([mine, paper], "of one scenario, got of 2"),
-        ([line], "of a flock, got of a line"),
+        ([mine, paper], "of one scenario, got policies of 2"),
+        ([line], "of a flock, got policies of a line"),
     ):
         with pytest.raises(ValueError, match=f"policies: expected policies {message}"):
             scenario_of(others)
@@ -225,7 +225,7 @@ def test_tune_takes_the_arguments_of_its_function(monkeypatch: pytest.MonkeyPatc
     ("words", "message"),
     [
         (["evaluate", "--policy", "nobody"], "policies: expected one of"),
-        (["evaluate", "--policy", "random", "--flocks", "0"], "flocks: expected 1 to"),
+        (["evaluate", "--policy", "random", "--flocks", "0"], "flocks: expected an integer from 1 to"),
         (["tune", "nothing"], "run: expected one of"),
     ],
 )
