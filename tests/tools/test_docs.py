@@ -79,19 +79,6 @@ def test_links_within_the_repository_lead_to_files(page: Path) -> None:
     assert [link for link in inside if not (page.parent / link).exists()] == []
 
 
-def anchors(page: Path) -> set[str]:
-    """Return the anchors of a page's headings, as GitHub makes them."""
-    headings = re.findall(r"^#+ (.+)$", prose(page), flags=re.MULTILINE)
-    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_links_to_sections_lead_to_headings(page: Path) -> None:
-    links = re.findall(r"\]\(([\w./-]*\.md|)#([^)\s]+)\)", prose(page))
-    targets = [(page.parent / file if file else page, anchor) for file, anchor in links]
-    assert [(file.name, anchor) for file, anchor in targets if anchor not in anchors(file)] == []
-
-
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_links_to_headings_lead_to_headings(page: Path) -> None:
     links = re.findall(r"\]\(([\w./-]*\.md)?#([^)\s]+)\)", prose(page))
