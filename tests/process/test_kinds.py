@@ -109,6 +109,14 @@ def test_the_docs_list_the_entries_and_bounds_of_an_observation_in_order(
     assert [row for row in documented if not row[0].endswith("_up")] == entries(2)
 
 
+@pytest.mark.parametrize(
+    ("family", "folder"),
+    [("predators", "predator"), ("motions", "flock/motion"), ("neighbor_rules", "neighbor/rules")],
+)
+def test_the_code_table_of_the_docs_has_the_file_of_every_part(family: str, folder: str) -> None:
+    assert not [kind for kind in _core.kinds()[family] if f"/{folder}/{kind}.rs)" not in DOCS]
+
+
 @pytest.mark.parametrize("family", FIELDS)
 def test_a_preset_shows_every_part(family: str) -> None:
     scenarios = [preset.scenario for preset in PRESETS.values()]
