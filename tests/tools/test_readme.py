@@ -105,3 +105,8 @@ def test_the_speed_of_environments_is_that_of_the_committed_run(page: str) -> No
     }
     for name, (*_, cell) in figures(ROOT / page, "| environment | agents | flocks | us per step |"):
         assert is_rounded(cell, measured[name, 0]), name
+
+
+def test_the_table_of_the_demo_is_the_committed_one() -> None:
+    table = (ROOT / "results" / "demo" / "table.md").read_text("utf-8").strip().split("\n\n")[-1]
+    assert table in (ROOT / "docs" / "getting-started.md").read_text("utf-8")
