@@ -3,18 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
-from typing import get_args
 
 import pytest
-
-from flockesc_env import PRESETS, EnvOptions, FlockScenario
-from flockesc_env.episodes.options import IndividualReward, TeamReward
-from flockesc_env.policies import NAMES
-from flockesc_env.scenario.predators import Predator
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -64,19 +56,6 @@ def test_links_within_the_repository_lead_somewhere(page: Path) -> None:
     assert [link for link in inside if not (page.parent / link).exists()] == []
 
 
-def anchors(page: Path) -> set[str]:
-    """Return the anchors of a page's headings, as GitHub makes them."""
-    headings = re.findall(r"^#+ (.+)$", prose(page), flags=re.MULTILINE)
-    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_links_to_sections_lead_to_headings(page: Path) -> None:
-    links = re.findall(r"\]\(([\w./-]*\.md|)#([^)\s]+)\)", prose(page))
-    targets = [(page.parent / file if file else page, anchor) for file, anchor in links]
-    assert [(file.name, anchor) for file, anchor in targets if anchor not in anchors(file)] == []
-
-
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_modules_that_a_page_names_exist(page: Path) -> None:
     for name in set(re.findall(r"`(flockesc_env(?:\.\w+)+)", prose(page))):
@@ -112,23 +91,3 @@ def test_every_row_of_the_code_table_leads_to_its_code() -> None:
 def test_a_stranger_finds_it_in_the_code_table(wanted: str) -> None:
     text = (ROOT / "docs" / "model.md").read_text("utf-8")
     assert any(wanted in row["what"] for row in CODE_ROW.finditer(text))
-
-
-@pytest.mark.parametrize(
-    ("page", "names"),
-    [
-        ("worlds", PRESETS),
-        ("worlds", [field.name for field in fields(FlockScenario)]),
-        ("worlds", [predator.__name__ for predator in get_args(Predator)]),
-        ("environments", [field.name for field in fields(EnvOptions)]),
-        (
-            "environments",
-            [f'"{reward}"' for kind in (TeamReward, IndividualReward) for reward in get_args(kind)],
-        ),
-        ("policies", NAMES),
-    ],
-    ids=["presets", "fields", "predators", "options", "rewards", "policies"],
-)
-def test_a_users_page_names_all_that_there_is(page: str, names: Iterable[str]) -> None:
-    text = (ROOT / "docs" / f"{page}.md").read_text("utf-8")
-    assert [name for name in names if f"`{name}" not in text and f"{name}`" not in text] == []
