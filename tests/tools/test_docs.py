@@ -3,18 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
-from typing import get_args
 
 import pytest
-
-from flockesc_env import PRESETS, EnvOptions, FlockScenario
-from flockesc_env.episodes.options import IndividualReward, TeamReward
-from flockesc_env.policies import NAMES
-from flockesc_env.scenario.predators import Predator
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -128,23 +120,3 @@ def test_every_row_of_the_code_table_names_existing_code() -> None:
 def test_the_code_table_has_a_row_for(wanted: str) -> None:
     text = (ROOT / "docs" / "model.md").read_text("utf-8")
     assert any(wanted in row["what"] for row in CODE_ROW.finditer(text))
-
-
-@pytest.mark.parametrize(
-    ("page", "names"),
-    [
-        ("worlds", PRESETS),
-        ("worlds", [field.name for field in fields(FlockScenario)]),
-        ("worlds", [predator.__name__ for predator in get_args(Predator)]),
-        ("environments", [field.name for field in fields(EnvOptions)]),
-        (
-            "environments",
-            [f'"{reward}"' for kind in (TeamReward, IndividualReward) for reward in get_args(kind)],
-        ),
-        ("policies", NAMES),
-    ],
-    ids=["presets", "fields", "predators", "options", "rewards", "policies"],
-)
-def test_a_users_page_names_all_that_there_is(page: str, names: Iterable[str]) -> None:
-    text = (ROOT / "docs" / f"{page}.md").read_text("utf-8")
-    assert [name for name in names if f"`{name}" not in text and f"{name}`" not in text] == []

@@ -1,14 +1,21 @@
-"""The README and the pages: snippets run, and figures are those of committed results."""
+"""The README and the pages: snippets run, figures are those of committed results, lists are complete."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import fields
 from pathlib import Path
 from textwrap import dedent
+from typing import get_args
 
 import pytest
+
+from flockesc_env import PRESETS, EnvOptions, FlockScenario
+from flockesc_env.episodes.options import IndividualReward, TeamReward
+from flockesc_env.policies import NAMES
+from flockesc_env.scenario.predators import Predator
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
@@ -105,3 +112,28 @@ def test_the_speed_of_environments_is_that_of_the_committed_run(page: str) -> No
     }
     for name, (*_, cell) in figures(ROOT / page, "| environment | agents | flocks | us per step |"):
         assert is_rounded(cell, measured[name, 0]), name
+
+
+def test_the_table_of_the_demo_is_the_committed_one() -> None:
+    table = (ROOT / "results" / "demo" / "table.md").read_text("utf-8").strip().split("\n\n")[-1]
+    assert table in (ROOT / "docs" / "getting-started.md").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("page", "names"),
+    [
+        ("worlds", PRESETS),
+        ("worlds", [field.name for field in fields(FlockScenario)]),
+        ("worlds", [predator.__name__ for predator in get_args(Predator)]),
+        ("environments", [field.name for field in fields(EnvOptions)]),
+        (
+            "environments",
+            [f'"{reward}"' for kind in (TeamReward, IndividualReward) for reward in get_args(kind)],
+        ),
+        ("policies", NAMES),
+    ],
+    ids=["presets", "fields", "predators", "options", "rewards", "policies"],
+)
+def test_a_users_page_names_all_that_there_is(page: str, names: Iterable[str]) -> None:
+    text = (ROOT / "docs" / f"{page}.md").read_text("utf-8")
+    assert [name for name in names if f"`{name}" not in text and f"{name}`" not in text] == []
