@@ -1,7 +1,9 @@
-//! Scenarios, options, ranges and places made of bytes: mostly ordinary ones, and the edges of what is accepted.
+//! Generation of scenarios, options, ranges and coordinates from bytes: mostly ordinary values, and the
+//! limits of what is accepted.
 //!
-//! [`Maker`] makes any type of the core that can be read from a document: it answers what serde asks for. So new parts of
-//! scenarios are made without a change here; numbers with narrow bounds are known by the names of their fields.
+//! [`Maker`] is a serde deserializer that generates the values of any type of the core. New parts of
+//! scenarios need no change here. Only numbers with narrow bounds are special cases, by the names of their
+//! fields.
 
 use arbitrary::{Error, Result, Unstructured};
 use flockesc_core::{EpisodeConfig, FlockConfig};
@@ -12,36 +14,38 @@ use serde::de::{
 };
 use serde::{Deserialize, forward_to_deserialize_any};
 
+/// Largest accepted parameter.
 const LARGEST: f64 = 1e20;
-const EDGES: [f64; 12] = [
+/// Special values of parameters.
+const SPECIAL_VALUES: [f64; 12] = [
     0.0, 5e-324, 1e-160, 1e-140, 1e-20, 1e-9, 0.5, 1.0, 3.0, 10.0, 1e12, LARGEST,
 ];
 
-/// A scenario with predators and the options of an environment, both accepted.
+/// Generates a valid scenario with predators and valid options of an episode.
 pub fn documents(u: &mut Unstructured<'_>) -> Result<(FlockConfig, EpisodeConfig)> {
-    let mut facts = Facts::default();
+    let mut context = Context::default();
     let refused = |_| Error::IncorrectFormat;
-    let scenario = FlockConfig::deserialize(Maker::new(u, &mut facts)).map_err(refused)?;
-    let options = EpisodeConfig::deserialize(Maker::new(u, &mut facts)).map_err(refused)?;
+    let scenario = FlockConfig::deserialize(Maker::new(u, &mut context)).map_err(refused)?;
+    let options = EpisodeConfig::deserialize(Maker::new(u, &mut context)).map_err(refused)?;
     scenario.check().map_err(|_| Error::IncorrectFormat)?;
     options.check().map_err(|_| Error::IncorrectFormat)?;
     Ok((scenario, options))
 }
 
-/// True once in `times`, and never without further bytes: what they leave out is ordinary.
+/// Returns true once in `times` calls on average, and false if there are no more bytes.
 pub fn rarely(u: &mut Unstructured<'_>, times: u8) -> Result<bool> {
     Ok(!u.ratio(times - 1, times)?)
 }
 
-/// One of the edges, or any number from 0 to a hundred.
+/// Generates a special value or a number from 0 to 100.
 fn quantity(u: &mut Unstructured<'_>) -> Result<f64> {
     match rarely(u, 3)? {
-        true => Ok(*u.choose(&EDGES)?),
+        true => Ok(*u.choose(&SPECIAL_VALUES)?),
         false => Ok(f64::from(u.arbitrary::<u16>()?) / 655.36),
     }
 }
 
-/// Any interaction range: a small one, an edge, or the largest number.
+/// Generates an interaction range: a small number, a special value or the largest number.
 pub fn any_range(u: &mut Unstructured<'_>) -> Result<f64> {
     match rarely(u, 8)? {
         true => Ok(f64::MAX),
@@ -49,7 +53,7 @@ pub fn any_range(u: &mut Unstructured<'_>) -> Result<f64> {
     }
 }
 
-/// A coordinate, often a small integer, so that many are equal.
+/// Generates a coordinate, often a small integer, so that many are equal.
 fn coordinate(u: &mut Unstructured<'_>) -> Result<f64> {
     match u.arbitrary()? {
         true => Ok(f64::from(u.int_in_range(-2..=2)?)),
@@ -58,33 +62,33 @@ fn coordinate(u: &mut Unstructured<'_>) -> Result<f64> {
     }
 }
 
-/// `count` coordinates.
+/// Generates `count` coordinates.
 pub fn coordinates(u: &mut Unstructured<'_>, count: usize) -> Result<Vec<f64>> {
     (0..count).map(|_| coordinate(u)).collect()
 }
 
-/// What was made so far that bounds what follows.
+/// Generated values on which the bounds of later values depend.
 #[derive(Default)]
-struct Facts {
+struct Context {
     num_agents: usize,
     dimension: usize,
     has_max_speed: bool,
     target: &'static str,
 }
 
-/// Makes one value, in the field of this name and in lists of this depth in it.
+/// Generates one value in the field of this name. `depth` is the number of enclosing lists in the field.
 struct Maker<'a, 'u> {
     u: &'a mut Unstructured<'u>,
-    facts: &'a mut Facts,
+    context: &'a mut Context,
     field: &'static str,
     depth: usize,
 }
 
 impl<'a, 'u> Maker<'a, 'u> {
-    fn new(u: &'a mut Unstructured<'u>, facts: &'a mut Facts) -> Self {
+    fn new(u: &'a mut Unstructured<'u>, context: &'a mut Context) -> Self {
         Self {
             u,
-            facts,
+            context,
             field: "",
             depth: 0,
         }
@@ -93,7 +97,7 @@ impl<'a, 'u> Maker<'a, 'u> {
     fn with(&mut self, field: &'static str, depth: usize) -> Maker<'_, 'u> {
         Maker {
             u: self.u,
-            facts: self.facts,
+            context: self.context,
             field,
             depth,
         }
@@ -107,8 +111,8 @@ impl<'a, 'u> Maker<'a, 'u> {
                 Ok(quantity(u)?.max(1e-20))
             }
             "max_speed" => Ok(LARGEST),
-            "acceleration" if !self.facts.has_max_speed => Ok(0.0),
-            "confusion_rate" if self.facts.target != "nearest" => Ok(0.0),
+            "acceleration" if !self.context.has_max_speed => Ok(0.0),
+            "confusion_rate" if self.context.target != "nearest" => Ok(0.0),
             "predator_range" | "capture_radius" | "sight" | "separation_range" => any_range(u),
             "angular_noise" | "blind_angle" | "sensing_noise" if !rarely(u, 4)? => Ok(0.0),
             "angular_noise" | "blind_angle" => Ok(2.0),
@@ -127,8 +131,8 @@ impl<'a, 'u> Maker<'a, 'u> {
             _ => u.int_in_range(0..=3),
         }?;
         match self.field {
-            "num_agents" => self.facts.num_agents = count,
-            "dimension" => self.facts.dimension = count,
+            "num_agents" => self.context.num_agents = count,
+            "dimension" => self.context.dimension = count,
             _ => {}
         }
         Ok(count)
@@ -139,75 +143,76 @@ impl<'a, 'u> Maker<'a, 'u> {
             "predators" => self.u.int_in_range(1..=4),
             "randomization" => Ok(usize::from(rarely(self.u, 8)?)),
             "values" => self.u.int_in_range(1..=3),
-            "points" | "directions" if self.depth == 0 => Ok(self.facts.num_agents),
-            _ => Ok(self.facts.dimension),
+            "points" | "directions" if self.depth == 0 => Ok(self.context.num_agents),
+            _ => Ok(self.context.dimension),
         }
     }
 }
 
-fn made<T>(value: Result<T>) -> std::result::Result<T, Refused> {
+fn generated<T>(value: Result<T>) -> std::result::Result<T, Refused> {
     value.map_err(Refused::custom)
 }
 
 impl<'de> Deserializer<'de> for Maker<'_, '_> {
     type Error = Refused;
 
-    /// A number, one per agent, or the name that an option takes instead of a number.
+    /// Generates a number, a list of one number per agent, or the name that an option accepts instead of a
+    /// number.
     fn deserialize_any<V: Visitor<'de>>(
         mut self,
         visitor: V,
     ) -> std::result::Result<V::Value, Refused> {
         if self.field == "predator_sensing_range" {
-            return match made(self.u.arbitrary())? {
+            return match generated(self.u.arbitrary())? {
                 true => visitor.visit_str("predator_range"),
-                false => visitor.visit_f64(made(any_range(self.u))?),
+                false => visitor.visit_f64(generated(any_range(self.u))?),
             };
         }
-        if made(rarely(self.u, 4))? {
-            let left = self.facts.num_agents;
+        if generated(rarely(self.u, 4))? {
+            let left = self.context.num_agents;
             return visitor.visit_seq(List { maker: self, left });
         }
-        visitor.visit_f64(made(self.number())?)
+        visitor.visit_f64(generated(self.number())?)
     }
 
     fn deserialize_f64<V: Visitor<'de>>(
         mut self,
         visitor: V,
     ) -> std::result::Result<V::Value, Refused> {
-        visitor.visit_f64(made(self.number())?)
+        visitor.visit_f64(generated(self.number())?)
     }
 
     fn deserialize_u64<V: Visitor<'de>>(
         mut self,
         visitor: V,
     ) -> std::result::Result<V::Value, Refused> {
-        visitor.visit_u64(made(self.count())? as u64)
+        visitor.visit_u64(generated(self.count())? as u64)
     }
 
     fn deserialize_bool<V: Visitor<'de>>(
         self,
         visitor: V,
     ) -> std::result::Result<V::Value, Refused> {
-        let is_rare = made(rarely(self.u, 6))?;
+        let is_rare = generated(rarely(self.u, 6))?;
         visitor.visit_bool(is_rare != (self.field == "constant_speed"))
     }
 
-    /// The field of a distribution.
+    /// Generates the path of a randomized number.
     fn deserialize_string<V: Visitor<'de>>(
         self,
         visitor: V,
     ) -> std::result::Result<V::Value, Refused> {
-        visitor.visit_str(made(self.u.choose(&["predator_range", "speed"]))?)
+        visitor.visit_str(generated(self.u.choose(&["predator_range", "speed"]))?)
     }
 
     fn deserialize_option<V: Visitor<'de>>(
         self,
         visitor: V,
     ) -> std::result::Result<V::Value, Refused> {
-        // A world without border has no predators.
-        let is_some = self.field != "periodic_side" && made(self.u.ratio(1, 2))?;
+        // A periodic world has no predators.
+        let is_some = self.field != "periodic_side" && generated(self.u.ratio(1, 2))?;
         if self.field == "max_speed" {
-            self.facts.has_max_speed = is_some;
+            self.context.has_max_speed = is_some;
         }
         match is_some {
             true => visitor.visit_some(self),
@@ -219,7 +224,7 @@ impl<'de> Deserializer<'de> for Maker<'_, '_> {
         mut self,
         visitor: V,
     ) -> std::result::Result<V::Value, Refused> {
-        let left = made(self.length())?;
+        let left = generated(self.length())?;
         self.depth += 1;
         visitor.visit_seq(List { maker: self, left })
     }
@@ -240,9 +245,9 @@ impl<'de> Deserializer<'de> for Maker<'_, '_> {
         variants: &'static [&'static str],
         visitor: V,
     ) -> std::result::Result<V::Value, Refused> {
-        let variant = *made(self.u.choose(variants))?;
+        let variant = *generated(self.u.choose(variants))?;
         if self.field == "target" {
-            self.facts.target = variant;
+            self.context.target = variant;
         }
         self.depth = 0;
         visitor.visit_enum(Variant {
@@ -257,7 +262,7 @@ impl<'de> Deserializer<'de> for Maker<'_, '_> {
     }
 }
 
-/// So many values of the same field.
+/// The remaining values of a list.
 struct List<'a, 'u> {
     maker: Maker<'a, 'u>,
     left: usize,
@@ -279,7 +284,7 @@ impl<'de> SeqAccess<'de> for List<'_, '_> {
     }
 }
 
-/// The fields of a struct that are left.
+/// The remaining fields of a struct.
 struct Fields<'a, 'u> {
     maker: Maker<'a, 'u>,
     fields: &'static [&'static str],
@@ -308,7 +313,7 @@ impl<'de> MapAccess<'de> for Fields<'_, '_> {
     }
 }
 
-/// One variant of an enum.
+/// A variant of an enum.
 struct Variant<'a, 'u> {
     maker: Maker<'a, 'u>,
     variant: &'static str,
@@ -363,9 +368,9 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    /// Every part is made, and a good share of the scenarios is accepted.
+    /// Every part is generated, and many of the scenarios are accepted.
     #[test]
-    fn makes_every_part() {
+    fn generates_every_part() {
         let mut word = 1_u64;
         let mut byte = || {
             word = word.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);

@@ -1,4 +1,4 @@
-//! The search for neighbors and the sums over them, under any rule.
+//! The neighbor search and the sums over neighbors, for all neighbor rules.
 
 pub(super) mod components;
 pub(super) mod field_of_view;

@@ -1,35 +1,35 @@
-//! Sum of the neighbors' velocities and number of neighbors of every agent (Eq. 11), found with the tree.
+//! Sum of the neighbors' velocities and number of neighbors of every agent (Eq. 11), computed with the tree.
 //!
-//! A node wholly within reach is added as a whole, one wholly out of reach is skipped, and only tiles across the
-//! boundary are tested agent by agent.
+//! Nodes entirely within reach are added at once, and nodes out of reach are skipped. Only tiles partly
+//! within reach are tested agent by agent.
 
 use bytemuck::{NoUninit, cast_ref, cast_slice};
 use nalgebra::SVector;
 use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
-use crate::agents::{Agents, Column, FAN, GROUP, TILE};
+use crate::agents::{Agents, Column, FANOUT, GROUP, TILE};
 use crate::base::vector;
 use crate::neighbor::engine::pairs::Pairs;
 use crate::neighbor::engine::reach::{Reach, bits, squared_norm};
 use crate::neighbor::engine::tree::{FixedPointAgent, FixedPointAgents, Siblings, Tree};
 use crate::neighbor::ranges::Reaches;
 
-/// The sums over the neighbors of one group's agents; arbitrary in empty lanes.
+/// Sums over the neighbors of the agents of one group. Values in empty lanes are unspecified.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub(crate) struct NeighborSums<const D: usize> {
-    /// Sum of v_j over N_i, in the unit of the tree.
+    /// Sum of v_j over the neighbors N_i, in fixed point.
     pub(crate) sum: [Column<i64>; D],
-    /// |N_i|.
+    /// Number of neighbors |N_i|.
     pub(crate) count: Column<i64>,
-    /// Norm of the sum, written by the step that used it.
+    /// Norm of the sum in the same unit, set by the consensus force.
     pub(crate) norm: Column<f64>,
 }
 
 impl<const D: usize> NeighborSums<D> {
-    /// The sums of agents whose only neighbor is themselves.
-    pub(in crate::neighbor) fn alone(agents: &FixedPointAgents<D>) -> Self {
+    /// Creates the sums of agents whose only neighbor is the agent itself.
+    pub(in crate::neighbor) fn isolated(agents: &FixedPointAgents<D>) -> Self {
         let norm = |agent: FixedPointAgent<D>| {
             vector::squared_norm(&agent.velocity.map(|v| v as f64)).sqrt()
         };
@@ -40,7 +40,7 @@ impl<const D: usize> NeighborSums<D> {
         }
     }
 
-    /// The sums of the agent in a lane.
+    /// Returns the sums of the agent in `lane`.
     pub(in crate::neighbor) fn of(&self, lane: usize) -> AgentSums<D> {
         AgentSums {
             sum: SVector::from_fn(|axis, _| self.sum[axis][lane]),
@@ -49,7 +49,7 @@ impl<const D: usize> NeighborSums<D> {
         }
     }
 
-    /// Sets the sums of the agent in a lane.
+    /// Sets the sums of the agent in `lane`.
     pub(in crate::neighbor) fn set(&mut self, lane: usize, agent: &AgentSums<D>) {
         for axis in 0..D {
             self.sum[axis][lane] = agent.sum[axis];
@@ -58,7 +58,7 @@ impl<const D: usize> NeighborSums<D> {
     }
 }
 
-/// The sums of one agent; a snapshot has one per agent in the flock.
+/// The sums of one agent, for snapshots.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::neighbor) struct AgentSums<const D: usize> {
     pub(in crate::neighbor) sum: SVector<i64, D>,
@@ -69,17 +69,17 @@ pub(in crate::neighbor) struct AgentSums<const D: usize> {
 /// Buffers that are reused from step to step.
 #[derive(Debug, Clone, Default)]
 pub(in crate::neighbor) struct Scratch {
-    /// Nodes still to be opened: level and block.
+    /// Stack of the nodes to visit, as pairs (level, block).
     nodes: Vec<(usize, usize)>,
-    /// Groups that are partly within reach of a group.
+    /// Groups partly within reach of a group.
     groups: Vec<usize>,
-    /// Tiles that are partly within reach of a tile; valid up to the number found.
+    /// Tiles partly within reach of a tile. Only the number returned by [`find_tiles`] is valid.
     tiles: Vec<u32>,
-    /// Number of pairs of tiles that the last step tested.
+    /// Number of pairs of tiles that were tested agent by agent in the last step.
     pub(in crate::neighbor) num_tile_pairs: usize,
 }
 
-/// Fills `sums` for the groups from `first` on.
+/// Computes the sums of the groups from `first` on, if neighbors are determined by distances alone.
 pub(in crate::neighbor) fn sum_neighbors<const D: usize>(
     agents: &Agents<D>,
     tree: &Tree<D>,
@@ -98,7 +98,7 @@ pub(in crate::neighbor) fn sum_neighbors<const D: usize>(
     });
 }
 
-/// The same from pairs of neighbors.
+/// Computes the sums of the groups from `first` on, from all pairs of neighbors.
 pub(in crate::neighbor) fn sum_pairs<const D: usize>(
     pairs: Pairs<'_, D>,
     first: usize,
@@ -121,14 +121,15 @@ pub(in crate::neighbor) fn sum_pairs<const D: usize>(
     }
 }
 
-/// Sums over nodes that lie wholly within reach.
+/// Sums over nodes entirely within reach.
 #[derive(Clone, Copy)]
-struct Whole<const D: usize> {
+struct NodeSums<const D: usize> {
     sum: [i64; D],
     count: i64,
 }
 
-impl<const D: usize> Whole<D> {
+impl<const D: usize> NodeSums<D> {
+    /// Adds the children of `block` whose bits are set.
     #[inline(always)]
     fn add(&mut self, block: &Siblings<D>, mut children: u8) {
         while children != 0 {
@@ -180,22 +181,23 @@ impl<const D: usize> WithSimd for SumNeighbors<'_, D> {
                 for start in (tile * TILE..(tile + 1) * TILE).step_by(S::F64_LANES) {
                     let positions = &agents.groups[group].position;
                     let across = &scratch.tiles[..found];
-                    fill(simd, positions, &squared, start, tree, across, whole, sums);
+                    sum_tiles(simd, positions, &squared, start, tree, across, whole, sums);
                 }
             }
         }
     }
 }
 
-/// Lists the groups partly within reach of a group, and sums the nodes wholly within reach.
+/// Lists the groups partly within reach of a group in `scratch`, and returns the sums over nodes entirely
+/// within reach.
 #[inline(always)]
 fn find_groups<S: Simd, const D: usize>(
     simd: S,
     tree: &Tree<D>,
     reach: &Reach<D>,
     scratch: &mut Scratch,
-) -> Whole<D> {
-    let mut whole = Whole {
+) -> NodeSums<D> {
+    let mut whole = NodeSums {
         sum: [0; D],
         count: 0,
     };
@@ -212,26 +214,27 @@ fn find_groups<S: Simd, const D: usize>(
         while across != 0 {
             let child = across.trailing_zeros() as usize;
             across &= across - 1;
-            scratch.nodes.push((level - 1, index * FAN + child));
+            scratch.nodes.push((level - 1, index * FANOUT + child));
         }
     }
-    let room = scratch.groups.len() * FAN;
+    let room = scratch.groups.len() * FANOUT;
     if scratch.tiles.len() < room {
         scratch.tiles.resize(room, 0);
     }
     whole
 }
 
-/// Among the listed groups, lists the tiles partly within reach of a tile, returns their number, and adds the tiles
-/// wholly within reach. There is no branch per tile, which no processor could predict.
+/// Lists the tiles partly within reach of a tile, among the groups in `scratch`. Returns `whole` plus the
+/// sums over tiles entirely within reach, and the number of listed tiles. There is no branch per tile,
+/// because it would be unpredictable.
 #[inline(always)]
 fn find_tiles<S: Simd, const D: usize>(
     simd: S,
     tree: &Tree<D>,
     reach: &Reach<D>,
-    mut whole: Whole<D>,
+    mut whole: NodeSums<D>,
     scratch: &mut Scratch,
-) -> (Whole<D>, usize) {
+) -> (NodeSums<D>, usize) {
     let mut found = 0;
     let zero = simd.splat_u64s(0);
     let (mut sum, mut count) = ([zero; D], zero);
@@ -239,7 +242,7 @@ fn find_tiles<S: Simd, const D: usize>(
         let block = &tree.levels[0][group];
         let mut across = reach.near(simd, block);
         if across != 0 && reach.may_enclose {
-            for register in 0..FAN / S::F64_LANES {
+            for register in 0..FANOUT / S::F64_LANES {
                 let is_inside = reach.encloses(simd, block, register);
                 across &= !(bits(simd, is_inside) << (register * S::F64_LANES));
                 for axis in 0..D {
@@ -250,9 +253,9 @@ fn find_tiles<S: Simd, const D: usize>(
                 count = simd.select_u64s(is_inside, added, count);
             }
         }
-        let first = (group * FAN) as u32;
-        let list = &mut scratch.tiles[found..found + FAN];
-        for (tile, child) in list.iter_mut().zip(ONES[across as usize]) {
+        let first = (group * FANOUT) as u32;
+        let list = &mut scratch.tiles[found..found + FANOUT];
+        for (tile, child) in list.iter_mut().zip(SET_BITS[across as usize]) {
             *tile = first + u32::from(child);
         }
         found += across.count_ones() as usize;
@@ -266,13 +269,13 @@ fn find_tiles<S: Simd, const D: usize>(
     (whole, found)
 }
 
-/// The positions of the ones in every byte, lowest first; then zeros.
-const ONES: [[u8; FAN]; 256] = {
-    let mut table = [[0; FAN]; 256];
+/// Positions of the set bits of every byte, lowest first, padded with zeros.
+const SET_BITS: [[u8; FANOUT]; 256] = {
+    let mut table = [[0; FANOUT]; 256];
     let mut byte = 0;
     while byte < 256 {
         let (mut bit, mut found) = (0, 0);
-        while bit < FAN {
+        while bit < FANOUT {
             if byte >> bit & 1 == 1 {
                 table[byte][found] = bit as u8;
                 found += 1;
@@ -284,17 +287,18 @@ const ONES: [[u8; FAN]; 256] = {
     table
 };
 
-/// Fills the sums of one register of agents, from `start` on in their group: `whole`, and the agents of `tiles` in reach.
+/// Computes the sums of one register of agents, which begins at lane `start`: `whole` plus the sums over the
+/// agents of `tiles` within reach.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "a struct would only rename them")]
-fn fill<S: Simd, const D: usize>(
+fn sum_tiles<S: Simd, const D: usize>(
     simd: S,
     positions: &[Column<f64>; D],
     squared: &Column<f64>,
     start: usize,
     tree: &Tree<D>,
     tiles: &[u32],
-    whole: Whole<D>,
+    whole: NodeSums<D>,
     sums: &mut NeighborSums<D>,
 ) {
     let places = start..start + S::F64_LANES;
@@ -310,7 +314,8 @@ fn fill<S: Simd, const D: usize>(
     }
     let mut count = simd.splat_u64s(whole.count as u64);
     for &tile in tiles {
-        let others = &tree.agents[tile as usize / FAN].0.as_chunks::<TILE>().0[tile as usize % FAN];
+        let others =
+            &tree.agents[tile as usize / FANOUT].0.as_chunks::<TILE>().0[tile as usize % FANOUT];
         for other in others {
             let mut offset = position;
             for axis in 0..D {
@@ -330,14 +335,14 @@ fn fill<S: Simd, const D: usize>(
     sums.count[places].copy_from_slice(lanes(&count));
 }
 
-/// One register of eight whole numbers.
+/// Loads one register of eight integers.
 #[inline(always)]
-fn load<S: Simd>(_: S, values: &[i64; FAN], register: usize) -> S::u64s {
-    let values: &[u64; FAN] = cast_ref(values);
+fn load<S: Simd>(_: S, values: &[i64; FANOUT], register: usize) -> S::u64s {
+    let values: &[u64; FANOUT] = cast_ref(values);
     S::as_simd_u64s(values).0[register]
 }
 
-/// The whole numbers in a register.
+/// Returns the integers in a register.
 #[inline(always)]
 fn lanes<T: NoUninit>(register: &T) -> &[i64] {
     cast_slice(std::slice::from_ref(register))
