@@ -1,10 +1,13 @@
 //! Shared code of the fuzz targets: generation of scenarios from bytes, and invariants of a flock.
 
+mod maker;
+mod numbers;
 mod scenario;
 
 use flockesc_core::{Ranges, World};
 
-pub use scenario::{any_range, coordinates, documents, rarely};
+pub use numbers::{any_range, coordinates, rarely};
+pub use scenario::documents;
 
 /// Asserts that every number is finite and every count and fraction is in bounds.
 pub fn assert_world_is_sound<const D: usize>(world: &World<D>, ranges: Ranges<'_>) {

@@ -124,10 +124,9 @@ impl FlockBatch {
 
     /// Steps all flocks with stacked actions. `label(index)` returns the name of an action for errors.
     ///
-    /// `at_end` determines how slots are treated whose episode has ended: "refuse" raises an error, "restart"
-    /// ignores the action and starts the next episode, "stay" ignores the action and changes nothing. Actions
-    /// of caught agents are ignored, too. Observations and rewards are written to the arrays `out`, if they
-    /// are given.
+    /// `at_end` determines what happens to a slot whose episode has ended: "refuse" raises an error,
+    /// "restart" starts the next episode, and "stay" changes nothing. The slot's action is ignored, as are
+    /// actions of caught agents. Observations and rewards are written to the arrays `out`, if they are given.
     #[pyo3(signature = (actions, label=None, at_end="refuse", out=None, predator_actions=None))]
     fn step<'py>(
         slf: &Bound<'py, Self>,

@@ -1,7 +1,7 @@
 //! Python functions for the neighbor graph of a flock and the matrices of a line.
 
 use flockesc_core::{FlockConfig, NeighborGraph, Ranges};
-use nalgebra::SVector;
+use nalgebra::{DMatrix, SVector};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -101,10 +101,7 @@ pub(crate) fn laplacian<'py>(
     states: PyReadonlyArray1<'py, f64>,
     interaction_range: f64,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let states = states.as_slice()?.to_vec();
-    square(py, states.len(), move || {
-        flockesc_core::laplacian(&states, interaction_range)
-    })
+    matrix(py, &states, interaction_range, flockesc_core::laplacian)
 }
 
 #[pyfunction]
@@ -113,19 +110,22 @@ pub(crate) fn perron_matrix<'py>(
     states: PyReadonlyArray1<'py, f64>,
     interaction_range: f64,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let states = states.as_slice()?.to_vec();
-    square(py, states.len(), move || {
-        flockesc_core::perron_matrix(&states, interaction_range)
-    })
+    matrix(py, &states, interaction_range, flockesc_core::perron_matrix)
 }
 
-/// Converts an n x n matrix of nalgebra (column-major) into a NumPy array (row-major).
-fn square(
-    py: Python<'_>,
-    n: usize,
-    matrix: impl FnOnce() -> nalgebra::DMatrix<f64> + Send + 'static,
-) -> PyResult<Bound<'_, PyAny>> {
-    let entries = run_detached(py, n, move || Ok(matrix().transpose().data.into()))?;
+/// Computes a matrix of a line's neighbor graph and converts it from column-major into row-major order, shape
+/// (n, n).
+fn matrix<'py>(
+    py: Python<'py>,
+    states: &PyReadonlyArray1<'py, f64>,
+    range: f64,
+    compute: fn(&[f64], f64) -> DMatrix<f64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let states = states.as_slice()?.to_vec();
+    let n = states.len();
+    let entries = run_detached(py, n, move || {
+        Ok(compute(&states, range).transpose().data.into())
+    })?;
     shaped(py, entries, [n, n])
 }
 

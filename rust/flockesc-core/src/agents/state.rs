@@ -17,8 +17,8 @@ pub(crate) struct AgentsState<const D: usize> {
     caught: Vec<Caught<D>>,
 }
 
-/// Returns whether an agent is valid: all numbers are bounded, and its speed is the norm of its velocity up to
-/// rounding.
+/// Returns whether an agent is valid: all numbers are bounded, and its speed is the norm of its velocity up
+/// to rounding.
 fn is_possible<const D: usize>(agent: &Agent<D>) -> bool {
     let (norm, speed) = (agent.velocity.norm(), agent.speed);
     are_bounded(agent.position.iter().chain(agent.velocity.iter()))

@@ -175,8 +175,8 @@ mod tests {
             for map in maps {
                 let next = |state: f64| f64::from(map[state as usize]);
                 let group_states: Vec<f64> = groups.sorted().iter().map(|g| next(g.state)).collect();
-                let furthest = agents.iter().map(|&x| (next(x) - x).abs()).fold(0.0, f64::max);
-                prop_assert_eq!(groups.move_to(&group_states), furthest);
+                let largest = agents.iter().map(|&x| (next(x) - x).abs()).fold(0.0, f64::max);
+                prop_assert_eq!(groups.move_to(&group_states), largest);
                 agents.iter_mut().for_each(|state| *state = next(*state));
                 prop_assert_eq!(&states(&groups), &agents);
                 let sorted = groups.sorted();

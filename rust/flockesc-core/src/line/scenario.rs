@@ -24,7 +24,7 @@ pub struct LineConfig {
     pub escape_force: EscapeForce,
     /// Largest displacement of an agent in a step of a line in its steady state, at least 0.
     pub tolerance: f64,
-    /// Largest number of steps, at least 1. A run ends there if the line has no steady state before.
+    /// Largest number of steps of a run, at least 1.
     pub max_steps: usize,
 }
 

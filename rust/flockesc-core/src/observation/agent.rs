@@ -87,7 +87,7 @@ impl<const D: usize> Features<'_, D> {
 /// Writes n rows; rows of caught agents are 0.
 pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
     let world = scene.world;
-    let (heard, scale) = (world.neighborhood().sums(), world.neighborhood().scale());
+    let (sums, scale) = (world.neighborhood().sums(), world.neighborhood().scale());
     let common = Common {
         time: scene.time(),
         running_minimum: scene.running_minimum(),
@@ -100,10 +100,10 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
         out[agent * length..(agent + 1) * length].fill(0.0);
     }
     for (place, (agent, position, velocity)) in world.agents().iter().enumerate() {
-        let (heard, lane) = (&heard[place / GROUP], place % GROUP);
-        let count = heard.count[lane] as f64;
+        let (sums, lane) = (&sums[place / GROUP], place % GROUP);
+        let count = sums.count[lane] as f64;
         let heard_velocity: SVector<f64, D> =
-            SVector::from_fn(|axis, _| scale.value(heard.sum[axis][lane]) / count);
+            SVector::from_fn(|axis, _| scale.value(sums.sum[axis][lane]) / count);
         let sensed = nearest(&position, world.predators())
             .filter(|(_, distance)| scene.is_sensed(*distance));
         let predator_direction: SVector<f64, D> = sensed

@@ -98,8 +98,8 @@ mod tests {
     #[test]
     fn all_threads_of_a_process_get_the_same_pool() {
         let started = thread::scope(|scope| {
-            let asked: Vec<_> = (0..8).map(|_| scope.spawn(|| address(3))).collect();
-            asked
+            let handles: Vec<_> = (0..8).map(|_| scope.spawn(|| address(3))).collect();
+            handles
                 .into_iter()
                 .map(|thread| thread.join().expect("a pool"))
                 .collect::<Vec<_>>()

@@ -34,9 +34,9 @@ impl Intercept {
         let Some(heading) = unit(velocity) else {
             return Some(line_of_sight);
         };
-        // Let u be the line of sight and w = ||R|| du/dt the component of the relative velocity across it. The
-        // turn rate omega = u x du/dt changes the heading h by omega x h = (w (u . h) - u (w . h)) / ||R||, in any
-        // dimension.
+        // Let u be the line of sight and w = ||R|| du/dt the component of the relative velocity across it.
+        // The turn rate omega = u x du/dt changes the heading h by omega x h = (w (u . h) - u (w . h)) /
+        // ||R||, in any dimension.
         let relative = agent.velocity - velocity;
         let across = relative - line_of_sight * line_of_sight.dot(&relative);
         let push = across * line_of_sight.dot(&heading) - line_of_sight * across.dot(&heading);

@@ -17,8 +17,8 @@ steering! {
     PurePursuit {
         /// The pursued target.
         target: Target,
-        /// Confusion effect: rate in 1/s per other visible agent at which the predator changes its target, at
-        /// least 0.
+        /// Rate in 1/s, per other visible agent, at which the predator changes its target (confusion effect),
+        /// at least 0.
         confusion_rate: f64,
         /// Distance in m up to which agents are visible to a predator with a confusion rate, at least 0.
         sight: f64,

@@ -75,10 +75,10 @@ fn results_do_not_depend_on_threads_or_slots() {
         assert_eq!(run(threads, &seeds), serial);
     }
     for (seed, step) in (0..FLOCKS).flat_map(|seed| (0..7).map(move |step| (seed, step))) {
-        let alone = &run(1, &[seed as u64])[step];
-        let width = alone.1.len();
-        assert_eq!(alone.0, serial[step].0[seed * AGENTS..(seed + 1) * AGENTS]);
-        assert_eq!(alone.1, serial[step].1[seed * width..(seed + 1) * width]);
+        let single = &run(1, &[seed as u64])[step];
+        let width = single.1.len();
+        assert_eq!(single.0, serial[step].0[seed * AGENTS..(seed + 1) * AGENTS]);
+        assert_eq!(single.1, serial[step].1[seed * width..(seed + 1) * width]);
     }
 }
 
@@ -100,51 +100,48 @@ fn rewards_sum_to_the_change_of_the_objective() {
 fn slots_restart_at_their_own_horizon() {
     let actions_per_episode = 7; // 20 steps, three per action
     for threads in [1, 3] {
-        let mut crowd = batch(3, threads);
+        let mut many = batch(3, threads);
         let all: Vec<_> = (0..3).map(|slot| (slot, Some(slot as u64))).collect();
-        crowd
-            .reset_many(&all, None, &InitialState::default())
+        many.reset_many(&all, None, &InitialState::default())
             .expect("slots");
-        let mut alone: Vec<_> = (0..3).map(|_| batch(1, 1)).collect();
-        for (seed, batch) in alone.iter_mut().enumerate() {
+        let mut single: Vec<_> = (0..3).map(|_| batch(1, 1)).collect();
+        for (seed, batch) in single.iter_mut().enumerate() {
             let start = InitialState::seeded(seed as u64);
             batch.reset(0, &start).expect("a slot");
         }
         let rows = 3 * AGENTS;
         let mut rewards = vec![0.0; rows];
-        let mut observations = vec![0.0; rows * crowd.row_length()];
+        let mut observations = vec![0.0; rows * many.row_length()];
         let mut numbers = [0, 0, 0];
         for action in 0..3 * actions_per_episode {
             if action == 2 {
                 let next = InitialState::seeded(episode_seed(1, 1));
-                crowd
-                    .reset_many(&[(1, None)], None, &InitialState::seeded(99))
+                many.reset_many(&[(1, None)], None, &InitialState::seeded(99))
                     .expect("a slot");
-                alone[1].reset(0, &next).expect("a slot");
+                single[1].reset(0, &next).expect("a slot");
                 numbers[1] = 1;
             }
-            crowd
-                .step_measured(
-                    (&vec![4.0; rows], &[]),
-                    AtEnd::Restart,
-                    &mut rewards,
-                    &mut observations,
-                    &Progress::default(),
-                    |_| (),
-                )
-                .expect("good ranges");
-            for (slot, alone) in alone.iter_mut().enumerate() {
+            many.step_measured(
+                (&vec![4.0; rows], &[]),
+                AtEnd::Restart,
+                &mut rewards,
+                &mut observations,
+                &Progress::default(),
+                |_| (),
+            )
+            .expect("good ranges");
+            for (slot, single) in single.iter_mut().enumerate() {
                 let mut reward = vec![1.0; AGENTS];
-                let mut observation = vec![0.0; AGENTS * alone.row_length()];
-                if alone.episode(0).expect("an episode").has_ended() {
+                let mut observation = vec![0.0; AGENTS * single.row_length()];
+                if single.episode(0).expect("an episode").has_ended() {
                     numbers[slot] += 1;
                     let start = InitialState::seeded(episode_seed(slot as u64, numbers[slot]));
-                    alone.reset(0, &start).expect("a slot");
-                    alone.observe(&[0], &mut observation).expect("a slot");
+                    single.reset(0, &start).expect("a slot");
+                    single.observe(&[0], &mut observation).expect("a slot");
                     reward.fill(0.0);
                 } else {
                     let ranges = vec![4.0; AGENTS];
-                    alone
+                    single
                         .step(&ranges, &mut reward, &mut observation)
                         .expect("steps left");
                 }

@@ -32,8 +32,8 @@ pub(super) fn consensus_force<const D: usize>(
     force
 }
 
-/// Adds the escape force s (r_i - r_p) / ||r_i - r_p|| to agents with a `distance` to the predator above 0 and
-/// up to `range`, the predator range rho_p in m.
+/// Adds the escape force s (r_i - r_p) / ||r_i - r_p|| to agents with a `distance` to the predator above 0
+/// and up to `range`, the predator range rho_p in m.
 #[inline(always)]
 pub(super) fn add_escape_force<const D: usize>(
     range: f64,

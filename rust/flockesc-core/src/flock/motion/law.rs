@@ -8,22 +8,24 @@ use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::neighbor::Pairs;
 
+/// The pairs of the agents in one group and their neighbors.
+#[derive(Clone, Copy)]
+pub(super) struct GroupPairs<'a, const D: usize> {
+    pub(super) pairs: &'a Pairs<'a, D>,
+    /// Index of the group.
+    pub(super) group: usize,
+    pub(super) columns: &'a ParameterColumns,
+    /// Fixed-point scale of sums of offsets between agents, in m.
+    pub(super) scale: Scale,
+}
+
 /// Buffers of one thread for the forces between pairs of neighbors.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct PairBuffers<const D: usize> {
     pub(super) tiles: Vec<u32>,
     /// Pairs of an agent's lane and one neighbor's contribution to the force on the agent, in the order of
     /// lanes.
     pub(super) terms: Vec<(usize, [f64; D])>,
-}
-
-impl<const D: usize> PairBuffers<D> {
-    pub(super) fn new() -> Self {
-        Self {
-            tiles: Vec::new(),
-            terms: Vec::new(),
-        }
-    }
 }
 
 /// A law of motion: how forces change velocities.
@@ -38,14 +40,10 @@ pub(super) trait Law {
         false
     }
 
-    /// Adds the forces between pairs to the agents of a group. `scale` holds the sum of the offsets of all
-    /// agents.
+    /// Adds the forces between pairs to the agents of a group.
     fn add_pair_forces<const D: usize>(
         &self,
-        _pairs: &Pairs<'_, D>,
-        _scale: Scale,
-        _group: usize,
-        _traits: &ParameterColumns,
+        _pairs: &GroupPairs<'_, D>,
         _buffers: &mut PairBuffers<D>,
         _force: &mut Force<D>,
     ) {

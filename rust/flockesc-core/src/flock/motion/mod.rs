@@ -24,11 +24,9 @@ pub(super) use step::{Predators, advance};
 
 use crate::agents::Group;
 use crate::base::error::Result;
-use crate::base::exact::Scale;
-use crate::neighbor::Pairs;
 use columns::ParameterColumns;
 use forces::Force;
-use law::{Law, PairBuffers};
+use law::{GroupPairs, Law, PairBuffers};
 
 /// Generates [`Motion`] and its methods from the list of all laws.
 macro_rules! laws {
@@ -63,17 +61,12 @@ macro_rules! laws {
             /// Adds the forces between pairs to the agents of a group.
             fn add_pair_forces<const D: usize>(
                 &self,
-                pairs: &Pairs<'_, D>,
-                scale: Scale,
-                group: usize,
-                columns: &ParameterColumns,
+                pairs: &GroupPairs<'_, D>,
                 buffers: &mut PairBuffers<D>,
                 force: &mut Force<D>,
             ) {
                 match self {
-                    $(Self::$Variant(law) => {
-                        law.add_pair_forces(pairs, scale, group, columns, buffers, force);
-                    })+
+                    $(Self::$Variant(law) => law.add_pair_forces(pairs, buffers, force),)+
                 }
             }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::Motion;
 use super::columns::ParameterColumns;
 use super::forces::{Force, consensus_force};
-use super::law::PairBuffers;
+use super::law::{GroupPairs, PairBuffers};
 use super::noise::Noise;
 use super::parameters::Parameters;
 use crate::agents::{Agents, GROUP};
@@ -132,13 +132,19 @@ impl<const D: usize> Response<D> {
         let extent = (0..D).fold(0.0, |most: f64, axis| most.max(high[axis] - low[axis]));
         let scale = Scale::for_registers(extent, agents.len());
         let chunks = parallel::num_chunks(self.forces.len());
-        self.buffers.resize_with(chunks, PairBuffers::new);
+        self.buffers.resize_with(chunks, PairBuffers::default);
         let buffers = &mut self.buffers;
         parallel::for_each_chunk_with(&mut self.forces, buffers, |first, forces, buffers| {
             let mut columns = ParameterColumns::of_first(parameters);
             for (group, force) in (first..).zip(forces) {
                 columns.load(parameters, agents.ids_of(group));
-                motion.add_pair_forces(&pairs, scale, group, &columns, buffers, force);
+                let pairs = GroupPairs {
+                    pairs: &pairs,
+                    group,
+                    columns: &columns,
+                    scale,
+                };
+                motion.add_pair_forces(&pairs, buffers, force);
             }
         });
     }

@@ -5,14 +5,13 @@ use serde::{Deserialize, Serialize};
 use super::columns::ParameterColumns;
 use super::forces::Force;
 use super::inertial::integrate;
-use super::law::{Law, PairBuffers};
+use super::law::{GroupPairs, Law, PairBuffers};
 use super::parameters::Parameters;
 use crate::agents::{GROUP, Group};
 use crate::base::check::{not_negative, quantity};
 use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::base::vector::{SHORTEST, squared_norm};
-use crate::neighbor::Pairs;
 
 /// Forces change velocities, and neighbors also attract and repel each other.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -41,13 +40,16 @@ impl Law for Reynolds {
     /// Adds the separation force and the cohesion force. The norm of each is its strength times v0.
     fn add_pair_forces<const D: usize>(
         &self,
-        pairs: &Pairs<'_, D>,
-        scale: Scale,
-        group: usize,
-        columns: &ParameterColumns,
+        pairs: &GroupPairs<'_, D>,
         buffers: &mut PairBuffers<D>,
         force: &mut Force<D>,
     ) {
+        let GroupPairs {
+            pairs,
+            group,
+            columns,
+            scale,
+        } = *pairs;
         let PairBuffers {
             tiles,
             terms: close,

@@ -10,7 +10,7 @@ use crate::base::error::{Error, Result};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Choice {
-    /// Path of the number in the scenario, in the form of error messages.
+    /// Path of the number in the scenario, such as `predators[0].pure_pursuit.max_speed`.
     pub field: String,
     /// The numbers, at least one.
     pub values: Vec<f64>,

@@ -197,8 +197,8 @@ impl Tile {
         self.are_united(forest) && forest.find(self.first) == forest.find(place)
     }
 
-    /// Merges the sets of the tile and a node. All agents of the node must be within reach of all agents of the
-    /// tile.
+    /// Merges the sets of the tile and a node. All agents of the node must be within reach of all agents of
+    /// the tile.
     fn unite_with_node(
         &self,
         forest: &mut Forest,

@@ -3,6 +3,7 @@
 pub(super) mod components;
 pub(super) mod field_of_view;
 pub(super) mod isolation;
+pub(super) mod kernel;
 pub(super) mod links;
 pub(super) mod lists;
 pub(super) mod pairs;

@@ -1,8 +1,9 @@
 //! `Reach`: classification of the tree's nodes as out of reach, partly within reach or entirely within reach.
 //!
-//! Distances to boxes are computed with the same operations as distances to agents, and rounding is monotonic.
-//! The computed squared distance to a box is therefore a lower bound of the computed squared distance to any agent
-//! in the box, and the one to the box's farthest corner is an upper bound. No margin for rounding is needed.
+//! Distances to boxes are computed with the same operations as distances to agents, and rounding is
+//! monotonic. The computed squared distance to a box is therefore a lower bound of the computed squared
+//! distance to any agent in the box, and the one to the box's farthest corner is an upper bound. No margin
+//! for rounding is needed.
 
 use bytemuck::{bytes_of, cast_slice};
 use pulp::Simd;

@@ -8,7 +8,8 @@ use proptest::prelude::*;
 use pulp::{Scalar, Simd};
 
 use super::engine::components::connect;
-use super::engine::sums::{NeighborSums, Scratch, SumNeighbors};
+use super::engine::kernel::SumNeighbors;
+use super::engine::sums::{NeighborSums, Scratch};
 use super::engine::tree::Tree;
 use super::ranges::Reaches;
 use super::{NeighborOptions, Neighborhood, Ranges};

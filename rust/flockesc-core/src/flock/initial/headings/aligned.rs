@@ -17,7 +17,7 @@ use crate::flock::initial::space::{Space, embed};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AlignedHeadings {
-    /// A vector of any norm but 0, with D coordinates, or 2 for a direction in the plane.
+    /// A nonzero vector with D coordinates, or 2 for a direction in the plane.
     pub direction: Vec<f64>,
     /// Largest angle from the direction in rad, from 0 to pi.
     pub max_angle: f64,

@@ -13,7 +13,7 @@ use crate::flock::initial::space::{Space, embed};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GivenHeadings {
-    /// n vectors of any norm but 0, each with D coordinates, or 2 for a direction in the plane.
+    /// n nonzero vectors, each with D coordinates, or 2 for a direction in the plane.
     pub directions: Vec<Vec<f64>>,
 }
 

@@ -24,7 +24,7 @@ use super::space::Space;
 use crate::base::error::Result;
 
 distributions! {
-    /// The distribution of r(0). Names are those of the shapes in the plane.
+    /// The distribution of r(0). Variants are named after shapes in the plane.
     pub enum InitialPositions in "initial_positions" {
         /// Uniform in the initial region: a square, or a cube for D = 3.
         Square(Square),
