@@ -1,12 +1,15 @@
-//! What the targets share: scenarios made of bytes, and what must hold of every flock at every moment.
+//! Shared code of the fuzz targets: generation of scenarios from bytes, and invariants of a flock.
 
+mod maker;
+mod numbers;
 mod scenario;
 
 use flockesc_core::{Ranges, World};
 
-pub use scenario::{any_range, coordinates, documents, rarely};
+pub use numbers::{any_range, coordinates, rarely};
+pub use scenario::documents;
 
-/// Every number is finite, and every count and share is one.
+/// Asserts that every number is finite and every count and fraction is in bounds.
 pub fn assert_world_is_sound<const D: usize>(world: &World<D>, ranges: Ranges<'_>) {
     let predators = world.predators().iter();
     let vectors = [world.positions(), world.velocities()].concat();
@@ -21,14 +24,11 @@ pub fn assert_world_is_sound<const D: usize>(world: &World<D>, ranges: Ranges<'_
     assert!((0.0..=1.0).contains(&world.polarization()));
     let distance = world.predator_distance();
     if world.predators().is_empty() {
-        let infinite_or_nobody = if num_left > 0 { f64::INFINITY } else { 0.0 };
-        assert_eq!(
-            (distance.mean, distance.minimum),
-            (infinite_or_nobody, infinite_or_nobody)
-        );
+        let expected = if num_left > 0 { f64::INFINITY } else { 0.0 };
+        assert_eq!((distance.mean, distance.minimum), (expected, expected));
     } else {
         assert!(distance.mean.is_finite() && distance.minimum >= 0.0);
-        // The mean of equal distances may be a rounding below them.
+        // Rounding may make the mean of equal distances smaller than the distances.
         assert!(distance.minimum <= distance.mean * (1.0 + 1e-12));
     }
 }

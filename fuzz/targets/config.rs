@@ -1,4 +1,4 @@
-//! Documents of any bytes: whatever is accepted can be played, and every number that comes of it is finite.
+//! Fuzz target for documents: every accepted document can be simulated, and all resulting numbers are finite.
 
 #![no_main]
 
@@ -11,7 +11,8 @@ use flockesc_core::{
 use flockesc_fuzz::assert_world_is_sound;
 use libfuzzer_sys::fuzz_target;
 
-/// Agents, predators and clusters that are played with; larger flocks are parsed alone.
+/// Largest number of agents, predators and clusters that is simulated. Documents of larger flocks are only
+/// parsed.
 const SMALL: usize = 400;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -22,16 +23,16 @@ fuzz_target!(|bytes: &[u8]| {
     let _ = LineEpisodeConfig::from_json(document);
     if let Ok(config) = FlockConfig::from_json(document) {
         match config.dimension {
-            2 => play_flock::<2>(config),
-            _ => play_flock::<3>(config),
+            2 => run_flock::<2>(config),
+            _ => run_flock::<3>(config),
         }
     }
     if let Ok(config) = LineConfig::from_json(document) {
-        play_line(config);
+        run_line(config);
     }
 });
 
-fn play_flock<const D: usize>(config: FlockConfig) {
+fn run_flock<const D: usize>(config: FlockConfig) {
     let has_many_clusters = matches!(
         &config.initial_positions,
         InitialPositions::Clusters(clusters) if clusters.num_clusters > SMALL
@@ -46,7 +47,7 @@ fn play_flock<const D: usize>(config: FlockConfig) {
     }
 }
 
-fn play_line(config: LineConfig) {
+fn run_line(config: LineConfig) {
     if config.num_agents > SMALL {
         return;
     }

@@ -1,4 +1,5 @@
-//! States: a saved flock goes on to the last bit elsewhere, and bytes that somebody made are refused or do no harm.
+//! Fuzz target for snapshots: a restored flock continues bitwise equally, and modified snapshots are rejected
+//! or can be stepped.
 
 #![no_main]
 
@@ -8,7 +9,7 @@ use flockesc_core::{Batch, EpisodeConfig, FlockConfig, InitialState, Progress};
 use flockesc_fuzz::{any_range, documents};
 use libfuzzer_sys::fuzz_target;
 
-/// Bytes before the body; those from 8 to 12 are its checksum.
+/// Length of the header. Bytes 8 to 11 are the checksum of the body.
 const HEAD: usize = 16;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -17,12 +18,12 @@ fuzz_target!(|bytes: &[u8]| {
         return;
     };
     let _ = match scenario.dimension {
-        2 => play::<2>(&scenario, &options, &mut u),
-        _ => play::<3>(&scenario, &options, &mut u),
+        2 => run::<2>(&scenario, &options, &mut u),
+        _ => run::<3>(&scenario, &options, &mut u),
     };
 });
 
-fn play<const D: usize>(
+fn run<const D: usize>(
     scenario: &FlockConfig,
     options: &EpisodeConfig,
     u: &mut Unstructured<'_>,
@@ -58,7 +59,7 @@ fn play<const D: usize>(
     Ok(())
 }
 
-/// Bits of the rewards and observations of a step, or of the restart after the end.
+/// Steps the batch, or restarts it after the end, and returns the bits of rewards and observations.
 fn step<const D: usize>(batch: &mut Batch<D>, ranges: &[f64]) -> (Vec<u64>, Vec<u32>) {
     let (rows, length) = (batch.rows(), batch.row_length());
     let (mut rewards, mut observations) = (vec![0.0; rows], vec![0.0; rows * length]);

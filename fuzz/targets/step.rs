@@ -1,5 +1,5 @@
-//! Episodes of small flocks under any ranges and actions: everything stays finite, speeds stay what they are, and
-//! running minima never rise.
+//! Fuzz target for episodes of small flocks with arbitrary ranges and actions: all numbers stay finite,
+//! constant speeds stay constant, and running minima never increase.
 
 #![no_main]
 
@@ -17,8 +17,8 @@ fuzz_target!(|bytes: &[u8]| {
         return;
     };
     let _ = match scenario.dimension {
-        2 => play::<2>(scenario, options, &mut u),
-        _ => play::<3>(scenario, options, &mut u),
+        2 => run::<2>(scenario, options, &mut u),
+        _ => run::<3>(scenario, options, &mut u),
     };
 });
 
@@ -36,7 +36,7 @@ fn start(scenario: &FlockConfig, u: &mut Unstructured<'_>) -> Result<InitialStat
     })
 }
 
-fn play<const D: usize>(
+fn run<const D: usize>(
     scenario: FlockConfig,
     options: EpisodeConfig,
     u: &mut Unstructured<'_>,
@@ -54,13 +54,13 @@ fn play<const D: usize>(
         let ranges = (0..rows)
             .map(|_| any_range(u))
             .collect::<Result<Vec<f64>>>()?;
-        let control = |u: &mut Unstructured<'_>| Ok(f64::from(u.int_in_range(-4..=4)?) / 4.0);
-        let controls = (0..num_learned * D)
-            .map(|_| control(u))
+        let entry = |u: &mut Unstructured<'_>| Ok(f64::from(u.int_in_range(-4..=4)?) / 4.0);
+        let predator_actions = (0..num_learned * D)
+            .map(|_| entry(u))
             .collect::<Result<Vec<f64>>>()?;
         batch
             .step_measured(
-                (&ranges, &controls),
+                (&ranges, &predator_actions),
                 AtEnd::Refuse,
                 &mut rewards,
                 &mut observations,
@@ -77,7 +77,7 @@ fn play<const D: usize>(
         batch.observe_predators(&[0], &mut seen).expect("a flock");
         assert_bounded(&seen);
         let after = batch.metrics().expect("a flock")[0];
-        assert_nothing_rises(before, after);
+        assert_minima_never_increase(before, after);
         before = after;
         let episode = batch.episode(0).expect("a flock");
         assert_world_is_sound(
@@ -88,7 +88,7 @@ fn play<const D: usize>(
             },
         );
         if start.velocities.is_none() {
-            assert_speed_is_kept(episode.world());
+            assert_speed_is_constant(episode.world());
         }
     }
     Ok(())
@@ -103,7 +103,7 @@ fn assert_bounded(observations: &[f32]) {
     );
 }
 
-fn assert_nothing_rises(before: Metrics, after: Metrics) {
+fn assert_minima_never_increase(before: Metrics, after: Metrics) {
     assert!(after.min_mean_distance <= before.min_mean_distance);
     assert!(after.min_min_distance <= before.min_min_distance);
     assert!(after.fraction_surviving <= before.fraction_surviving);
@@ -111,8 +111,8 @@ fn assert_nothing_rises(before: Metrics, after: Metrics) {
     assert!(after.min_min_distance <= after.min_distance);
 }
 
-/// Of agents that started with it and are left.
-fn assert_speed_is_kept<const D: usize>(world: &flockesc_core::World<D>) {
+/// Asserts that the agents that were not caught have the speed of the scenario.
+fn assert_speed_is_constant<const D: usize>(world: &flockesc_core::World<D>) {
     if !world.config().constant_speed {
         return;
     }

@@ -1,4 +1,5 @@
-//! Steps of the two models and of a batch, without Python: `cargo bench --package flockesc-kernels`. Peers are measured by `make bench`.
+//! Criterion benchmarks of steps of the two models and of a batch: `cargo bench --package flockesc-kernels`.
+//! `make bench` compares with other programs.
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -8,7 +9,7 @@ use flockesc_core::{
     Batch, EpisodeConfig, FlockConfig, InitialState, Line, LineConfig, Ranges, Result, World,
 };
 
-/// The density of the paper's flock in the plane, in agents per m^2.
+/// Density of the paper's flock, in agents per m^2.
 const DENSITY: f64 = 0.03;
 const EPISODE: usize = 240;
 
@@ -70,18 +71,18 @@ fn three_dimensions(criterion: &mut Criterion) {
     }
 }
 
-/// Until the line stands still; throughput counts its steps.
+/// Runs a line until its steady state; throughput is in steps.
 fn line(criterion: &mut Criterion) -> Result<()> {
     let config = Arc::new(LineConfig::default());
     let start = Line::new(config, 7, None)?;
-    let mut group = criterion.benchmark_group("line until it stands still, n = 100");
+    let mut group = criterion.benchmark_group("line until its steady state, n = 100");
     for range in [0.05, 0.1, 0.5] {
-        let steps = settle(start.clone(), range)?;
+        let steps = run_to_steady_state(start.clone(), range)?;
         group.throughput(Throughput::Elements(steps));
         group.bench_function(BenchmarkId::from_parameter(range), |bencher| {
             bencher.iter_batched(
                 || start.clone(),
-                |line| black_box(settle(line, range)),
+                |line| black_box(run_to_steady_state(line, range)),
                 BatchSize::SmallInput,
             );
         });
@@ -120,8 +121,8 @@ fn run<const D: usize>(mut world: World<D>, steps: usize, ranges: Ranges<'_>) ->
     world
 }
 
-/// Steps until no agent moves any more.
-fn settle(mut line: Line, range: f64) -> Result<u64> {
+/// Runs a line until its steady state and returns the number of steps.
+fn run_to_steady_state(mut line: Line, range: f64) -> Result<u64> {
     for step in 1..=1000 {
         let moved = line.step(range)?;
         if line.is_steady(moved) {
@@ -135,7 +136,7 @@ fn world<const D: usize>(num_agents: usize) -> World<D> {
     World::new(Arc::new(flock(num_agents, D)), &InitialState::seeded(7))
 }
 
-/// The paper's flock at its density in the plane, of any size.
+/// Returns the paper's flock with another number of agents at the same density.
 fn flock(num_agents: usize, dimension: usize) -> FlockConfig {
     FlockConfig {
         num_agents,

@@ -152,12 +152,12 @@ def test_slots_are_saved_and_restored_one_by_one() -> None:
 @pytest.mark.parametrize(
     ("state", "flocks", "message"),
     [
-        (b"", None, "state: expected bytes of get_state, got 0 bytes"),
+        (b"", None, "state: expected bytes from get_state, got 0 bytes"),
         ("text", None, "state: expected bytes, got .text."),
-        (b"x" * 99, None, "state: expected bytes of get_state"),
+        (b"x" * 99, None, "state: expected bytes from get_state"),
         (None, 3, r"flocks\[0\]: expected an integer below 3, got 3"),
         (None, [0, -1], r"flocks\[1\]: expected an integer from 0"),
-        (None, [0, 1], "state: expected one of 1 or 2 flocks, got 3"),
+        (None, [0, 1], "state: expected a state of 1 or 2 flocks, got 3"),
     ],
 )
 def test_bad_arguments(state: Any, flocks: Any, message: str) -> None:
@@ -182,7 +182,7 @@ def test_states_of_other_environments_are_refused(other: Callable[[], Any]) -> N
     env.reset(seed=0)
     source.reset(seed=0)
     before = env.get_state()
-    with pytest.raises(ArgumentError, match="state: expected one of the same scenario"):
+    with pytest.raises(ArgumentError, match="state: expected a state of the same scenario"):
         env.set_state(source.get_state())
     assert env.get_state() == before
 

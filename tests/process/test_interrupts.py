@@ -216,5 +216,5 @@ def test_a_child_forked_by_a_callback_does_not_wait_for_its_parents_call() -> No
         assert os.waitstatus_to_exitcode(os.waitpid(children[0], 0)[1]) == 7
         check()
     """)
-    refused = "only the parent process can finish a call during which it was forked"
+    refused = "the process was forked during this call; only the parent process can finish the call"
     assert finish(process).splitlines() == [refused, "works"]

@@ -1,4 +1,4 @@
-//! What only the Python bindings need. It may change at any time.
+//! Items for the Python bindings. Not part of the public API.
 
 pub use crate::episode::{AtEnd, Reset};
 pub use crate::parallel::forked;

@@ -1,4 +1,4 @@
-//! The names of all parts of documents.
+//! Names of the predator strategies, neighbor rules and other parts that a document may contain.
 
 use crate::flock::{Distribution, InitialHeadings, InitialPositions, Motion};
 use crate::line::{EscapeForce, LineReward};
@@ -7,7 +7,7 @@ use crate::observation::View;
 use crate::predator::{PredatorConfig, Target};
 use crate::reward::{Objective, Reward};
 
-/// Every family of parts, with the names of its kinds in documents.
+/// Returns every family of parts with the names of its kinds in documents.
 ///
 /// ```
 /// let predators = flockesc_core::kinds().iter().find(|(family, _)| *family == "predators");

@@ -1,8 +1,8 @@
-//! Snapshots: bytes with a head that identifies them and a body that is checked before it is used.
+//! The snapshot format: a header of 16 bytes and a body that is validated when it is read.
 //!
-//! The head holds [`MAGIC`], [`VERSION`], the CRC-32 of the body and the [`Fingerprint`] of the scenario and options, each
-//! four bytes, little-endian. The body is written by postcard. Where a component's memory layout serves the processor
-//! (groups of columns, random streams), a small struct of rows is serialized instead of the component.
+//! The header holds [`MAGIC`], [`VERSION`], the CRC-32 of the body and the [`Fingerprint`] of the scenario
+//! and options, each four bytes, little-endian. The body is serialized by postcard. Components with a memory
+//! layout for SIMD (groups of columns) and random streams are serialized through a plain struct.
 
 use nalgebra::SVector;
 use serde::Serialize;
@@ -15,71 +15,74 @@ const MAGIC: [u8; 4] = *b"FESC";
 /// Version of the body's format.
 const VERSION: u32 = 3;
 
-const HEAD: usize = 16;
+const HEADER_LEN: usize = 16;
 
-/// Bound of every number that a step leaves; squares and sums of squares of such numbers are finite.
+/// Largest magnitude of a number in a valid state. Squares and sums of squares of such numbers are finite.
 const LARGEST: f64 = 1e120;
 
-/// CRC-32 of the scenario and options that a snapshot belongs to. Different ones collide with probability 2^-32.
+/// CRC-32 of the scenario and options that a snapshot belongs to. Different ones collide with probability
+/// 2^-32.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Fingerprint(u32);
 
 impl Fingerprint {
-    /// The fingerprint of documents, from their JSON.
+    /// Computes the fingerprint of documents from their JSON.
     pub(crate) fn of(documents: &impl Serialize) -> Self {
-        let json = serde_json::to_vec(documents).unwrap_or_default(); // documents can always be written
+        let json = serde_json::to_vec(documents).unwrap_or_default(); // serializing a document cannot fail
         Self(crc32fast::hash(&json))
     }
 }
 
-/// Writes a body and its head.
-pub(crate) fn seal(of: Fingerprint, body: &impl Serialize) -> Result<Vec<u8>> {
-    let mut bytes = vec![0; HEAD];
+/// Serializes a body and puts the header before it.
+pub(crate) fn encode(fingerprint: Fingerprint, body: &impl Serialize) -> Result<Vec<u8>> {
+    let mut bytes = vec![0; HEADER_LEN];
     bytes = postcard::to_extend(body, bytes)
-        .map_err(|error| Error::argument("state", "what can be written", error))?;
-    let sum = crc32fast::hash(&bytes[HEAD..]);
-    let words = [u32::from_le_bytes(MAGIC), VERSION, sum, of.0];
+        .map_err(|error| Error::argument("state", "a serializable state", error))?;
+    let sum = crc32fast::hash(&bytes[HEADER_LEN..]);
+    let words = [u32::from_le_bytes(MAGIC), VERSION, sum, fingerprint.0];
     for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
         place.copy_from_slice(&word.to_le_bytes());
     }
     Ok(bytes)
 }
 
-/// Checks the head that [`seal`] wrote and reads the body.
+/// Checks the header that [`encode`] wrote and reads the body.
 ///
 /// # Errors
-/// [`Error::Argument`] on `state` for bytes that are damaged, of another version, or not `of` these documents.
-pub(crate) fn open<T: DeserializeOwned>(of: Fingerprint, state: &[u8]) -> Result<T> {
+/// [`Error::Argument`] on `state` if the bytes are damaged or have another version or fingerprint.
+pub(crate) fn decode<T: DeserializeOwned>(fingerprint: Fingerprint, state: &[u8]) -> Result<T> {
     let refused = |expected: &str, given: String| Err(Error::argument("state", expected, given));
-    let Some((head, body)) = state.split_at_checked(HEAD) else {
+    let Some((head, body)) = state.split_at_checked(HEADER_LEN) else {
         let given = format!("{} bytes", state.len());
-        return refused("bytes of get_state", given);
+        return refused("bytes from get_state", given);
     };
-    let mut words = [0; HEAD / 4];
+    let mut words = [0; HEADER_LEN / 4];
     for (word, place) in words.iter_mut().zip(head.chunks_exact(4)) {
         *word = place
             .iter()
             .rev()
             .fold(0, |word, byte| word << 8 | u32::from(*byte));
     }
-    let [magic, version, sum, made_of] = words;
+    let [magic, version, sum, saved_from] = words;
     if magic != u32::from_le_bytes(MAGIC) {
-        return refused("bytes of get_state", "other bytes".to_owned());
+        return refused("bytes from get_state", "other bytes".to_owned());
     }
     if version != VERSION {
         return refused(&format!("version {VERSION}"), format!("version {version}"));
     }
     if sum != crc32fast::hash(body) {
-        return Err(damaged("their checksum differs"));
+        return Err(damaged("checksum mismatch"));
     }
-    if made_of != of.0 {
-        let expected = "one of the same scenario, options and interface";
-        return refused(expected, "one of others".to_owned());
+    if saved_from != fingerprint.0 {
+        return refused(
+            "a state of the same scenario, options and interface",
+            "one saved from different ones".to_owned(),
+        );
     }
     read(body)
 }
 
-/// Writes a part of a body. Plain data can always be written.
+/// Serializes a part of a body.
 pub(crate) fn write(part: &impl Serialize) -> Vec<u8> {
     postcard::to_allocvec(part).unwrap_or_default()
 }
@@ -88,53 +91,53 @@ pub(crate) fn write(part: &impl Serialize) -> Vec<u8> {
 pub(crate) fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T> {
     match postcard::take_from_bytes(body) {
         Ok((value, [])) => Ok(value),
-        Ok(_) => Err(damaged("something follows them")),
+        Ok(_) => Err(damaged("trailing bytes")),
         Err(error) => Err(damaged(error)),
     }
 }
 
-/// The error for bytes that no snapshot has.
+/// Returns the error for a damaged snapshot; `what` is the invalid part or the reason.
 pub(crate) fn damaged(what: impl std::fmt::Display) -> Error {
-    let given = format!("damaged ones: {what}");
-    Error::argument("state", "bytes of get_state", given)
+    let given = format!("damaged bytes ({what})");
+    Error::argument("state", "bytes from get_state", given)
 }
 
-/// Refuses a state for which a condition does not hold.
-pub(crate) fn check(holds: bool, what: &str) -> Result<()> {
-    if holds { Ok(()) } else { Err(damaged(what)) }
+/// Returns an error that names the part `what` of the state unless `is_valid`.
+pub(crate) fn check(is_valid: bool, what: &str) -> Result<()> {
+    if is_valid { Ok(()) } else { Err(damaged(what)) }
 }
 
-/// Whether a step can have left this number.
-pub(crate) fn is_sound(number: f64) -> bool {
+/// Returns whether a number is finite and at most [`LARGEST`] in magnitude.
+pub(crate) fn is_bounded(number: f64) -> bool {
     number.abs() <= LARGEST
 }
 
-/// Whether this is an interaction range, which may exceed [`LARGEST`].
+/// Returns whether a number is an interaction range. Ranges may exceed [`LARGEST`].
 pub(crate) fn is_range(number: f64) -> bool {
     number.is_finite() && number >= 0.0
 }
 
-/// Whether a step can have left all of these numbers.
-pub(crate) fn are_sound<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> bool {
-    numbers.into_iter().all(|number| is_sound(*number))
+/// Returns whether all numbers are [bounded](is_bounded).
+pub(crate) fn are_bounded<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> bool {
+    numbers.into_iter().all(|number| is_bounded(*number))
 }
 
-/// Refuses numbers that are not `count` [sound](is_sound) ones.
+/// Checks that there are `count` numbers, all of them [bounded](is_bounded).
 pub(crate) fn check_numbers(numbers: &[f64], count: usize, what: &str) -> Result<()> {
     check(numbers.len() == count, what)?;
-    check(numbers.iter().all(|number| is_sound(*number)), what)
+    check(numbers.iter().all(|number| is_bounded(*number)), what)
 }
 
-/// Refuses a vector with an entry that is not [sound](is_sound).
+/// Checks that every entry of a vector is [bounded](is_bounded).
 pub(crate) fn check_vector<const D: usize>(
     vector: Option<&SVector<f64, D>>,
     what: &str,
 ) -> Result<()> {
     let mut entries = vector.into_iter().flat_map(|vector| vector.iter());
-    check(entries.all(|entry| is_sound(*entry)), what)
+    check(entries.all(|entry| is_bounded(*entry)), what)
 }
 
-/// A vector of D sound entries.
+/// Converts `entries` into a vector after checking that there are D of them, all [bounded](is_bounded).
 pub(crate) fn vector<const D: usize>(entries: &[f64], what: &str) -> Result<SVector<f64, D>> {
     check_numbers(entries, D, what)?;
     Ok(SVector::from_column_slice(entries))

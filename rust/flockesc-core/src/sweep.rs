@@ -1,4 +1,4 @@
-//! The grid search: every range on every initial state, the same states for every range.
+//! The grid search over interaction ranges: every range runs on the same initial states.
 
 use std::sync::Arc;
 
@@ -10,31 +10,34 @@ use crate::line::{Line, LineConfig};
 use crate::neighbor::Ranges;
 use crate::parallel::{self, Progress};
 
-/// One cell of a flock sweep.
+/// The outcome of one run of a flock sweep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlockOutcome {
     /// J_mean = min over t of the mean distance, in m (Eq. 12).
     pub min_mean_distance: f64,
     /// J_min = min over t of the minimum distance, in m (Eq. 13).
     pub min_min_distance: f64,
-    /// Connected components at the horizon.
+    /// Number of connected components at the horizon.
     pub num_components: usize,
-    /// Share of the agents that were not caught by then.
+    /// Fraction of the agents that were not caught before the horizon.
     pub fraction_surviving: f64,
 }
 
-/// One cell of a line sweep.
+/// The outcome of one run of a line sweep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LineOutcome {
-    /// d_ss; the last escape distance where the line did not converge.
+    /// The escape distance d_ss in the steady state, or the last escape distance if the line did not
+    /// converge.
     pub escape_distance: f64,
-    /// Connected components at the end.
+    /// Number of connected components at the end.
     pub num_components: usize,
-    /// Whether a steady state was reached.
+    /// Whether the line reached a steady state.
     pub converged: bool,
 }
 
-/// Outcomes of the flocks, range after range, seed after seed. `config` must be [checked](FlockConfig::check).
+/// Runs a flock for every pair of a range in m and a seed, and returns the outcomes in row-major order: all
+/// seeds of the first range, then all seeds of the second, and so on. `config` must be
+/// [checked](FlockConfig::check).
 ///
 /// ```
 /// use std::sync::Arc;
@@ -43,14 +46,14 @@ pub struct LineOutcome {
 /// let flock = Arc::new(FlockConfig { num_agents: 20, num_steps: 10, ..FlockConfig::default() });
 /// let (ranges, seeds) = ([0.0, 10.0, 100.0], [0, 1]);
 /// let outcomes = sweep_flock(&flock, &ranges, &seeds, None, &Progress::default())?;
-/// let alone = &outcomes[..seeds.len()];
-/// assert_eq!(alone[0].num_components, 20);
+/// let range_zero = &outcomes[..seeds.len()];
+/// assert_eq!(range_zero[0].num_components, 20);
 /// # Ok::<(), flockesc_core::Error>(())
 /// ```
 ///
 /// # Errors
-/// [`crate::Error::Argument`] for a bad range or number of threads; [`crate::Error::Interrupted`] if
-/// `progress` was cancelled. `progress` counts cells.
+/// [`crate::Error::Argument`] if a range or the number of threads is out of bounds;
+/// [`crate::Error::Interrupted`] if `progress` was cancelled. `progress` counts finished runs.
 pub fn sweep_flock(
     config: &Arc<FlockConfig>,
     ranges: &[f64],
@@ -71,7 +74,7 @@ pub fn sweep_flock(
     )
 }
 
-/// Outcomes of the lines, range after range, seed after seed.
+/// Runs a line for every pair of a range and a seed, and returns the outcomes in row-major order.
 ///
 /// ```
 /// use std::sync::Arc;

@@ -1,6 +1,6 @@
-//! A step allocates nothing, once the lists of the neighbor search have the length that the flock needs.
+//! Steps do not allocate memory after the buffers of the neighbor search have grown to their final size.
 
-#![allow(clippy::expect_used)] // helpers of tests: a panic is the failure report
+#![allow(clippy::expect_used)] // in helpers of tests, a panic reports the failure
 
 mod common;
 
@@ -14,10 +14,10 @@ use flockesc_core::{
 };
 
 const AGENTS: usize = 300;
-/// Long enough for the flock to spread far, and for its agents to be re-sorted several times.
+/// Enough steps for the flock to disperse and for several re-sorts.
 const STEPS: usize = 480;
 
-/// Ranges in m that oscillate between 0 and the whole flock.
+/// Returns a range in m that oscillates between 0 and the extent of the flock.
 fn range(step: usize) -> f64 {
     let phase = step as f64 / 20.0;
     30.0 * (1.0 - phase.cos())
@@ -32,15 +32,15 @@ fn assert_steps_of_a_scenario_allocate_nothing<const D: usize>(
     is_shared: bool,
 ) {
     let mut world = World::<D>::new(Arc::new(config), &InitialState::seeded(0));
-    let mut own = vec![0.0; AGENTS];
+    let mut ranges = vec![0.0; AGENTS];
     let mut step = |step: usize| {
         if is_shared {
             world.step(Ranges::Shared(range(step)));
         } else {
-            for (agent, own) in own.iter_mut().enumerate() {
-                *own = range(step + agent);
+            for (agent, entry) in ranges.iter_mut().enumerate() {
+                *entry = range(step + agent);
             }
-            world.step(Ranges::PerAgent(&own));
+            world.step(Ranges::PerAgent(&ranges));
         }
     };
     (0..STEPS).for_each(&mut step);
@@ -49,39 +49,39 @@ fn assert_steps_of_a_scenario_allocate_nothing<const D: usize>(
 }
 
 #[test]
-fn a_flock_in_the_plane_under_one_range() {
+fn a_flock_in_the_plane_with_a_shared_range() {
     assert_steps_allocate_nothing::<2>(true);
 }
 
 #[test]
-fn a_flock_in_the_plane_under_ranges_of_its_agents() {
+fn a_flock_in_the_plane_with_one_range_per_agent() {
     assert_steps_allocate_nothing::<2>(false);
 }
 
 #[test]
-fn a_flock_in_space_under_one_range() {
+fn a_flock_in_space_with_a_shared_range() {
     assert_steps_allocate_nothing::<3>(true);
 }
 
 #[test]
-fn a_flock_in_space_under_ranges_of_its_agents() {
+fn a_flock_in_space_with_one_range_per_agent() {
     assert_steps_allocate_nothing::<3>(false);
 }
 
-/// Two that share out agents, or encircle the flock, make small lists of who and where.
+/// A single one does not allocate. Two or more of them allocate small lists, as encircling predators do.
 #[test]
-fn a_lone_predator_that_would_share_out_agents() {
+fn a_single_predator_with_an_assigned_target() {
     let mut config = scenario(AGENTS, 2, STEPS, 100.0);
     for predator in &mut config.predators {
-        if let PredatorConfig::PurePursuit(hunter) = predator {
-            hunter.target = Target::Assigned;
+        if let PredatorConfig::PurePursuit(pursuit) = predator {
+            pursuit.target = Target::Assigned;
         }
     }
     assert_steps_of_a_scenario_allocate_nothing::<2>(config, true);
 }
 
 #[test]
-fn a_flock_of_boids_that_err_and_lag() {
+fn a_flock_of_boids_with_noise_and_delay() {
     let mut config = scenario(AGENTS, 2, STEPS, 100.0);
     config.motion = Motion::Reynolds(Reynolds {
         separation_strength: 1.0,
@@ -92,7 +92,7 @@ fn a_flock_of_boids_that_err_and_lag() {
     config.sensing_noise = 0.5;
     config.sensing_delay = 3;
     let mut world = World::<2>::new(Arc::new(config), &InitialState::seeded(0));
-    // Everybody's neighbors first: that is as long as lists of offsets get.
+    // All agents are neighbors in the first steps, so that the lists of offsets reach their final size.
     (0..10).for_each(|_| world.step(Ranges::Shared(1e6)));
     (0..STEPS).for_each(|step| world.step(Ranges::Shared(range(step))));
     let later = STEPS..2 * STEPS;
@@ -100,7 +100,7 @@ fn a_flock_of_boids_that_err_and_lag() {
     assert_eq!(after.count_total, 0);
 }
 
-fn assert_steered_steps_allocate_nothing<const D: usize>() {
+fn assert_steps_with_actions_allocate_nothing<const D: usize>() {
     let mut config = scenario(AGENTS, D, STEPS, 100.0);
     config.predators = vec![
         PredatorConfig::Learned(Learned {
@@ -112,12 +112,12 @@ fn assert_steered_steps_allocate_nothing<const D: usize>() {
         2
     ];
     let mut world = World::<D>::new(Arc::new(config), &InitialState::seeded(0));
-    let mut controls = vec![0.0; 2 * D];
+    let mut predator_actions = vec![0.0; 2 * D];
     let mut step = |step: usize| {
-        for (index, control) in controls.iter_mut().enumerate() {
-            *control = ((step + 7 * index) as f64 / 10.0).sin();
+        for (index, entry) in predator_actions.iter_mut().enumerate() {
+            *entry = ((step + 7 * index) as f64 / 10.0).sin();
         }
-        world.set_predator_actions(&controls);
+        world.set_predator_actions(&predator_actions);
         world.step(Ranges::Shared(range(step)));
     };
     (0..STEPS).for_each(&mut step);
@@ -126,14 +126,14 @@ fn assert_steered_steps_allocate_nothing<const D: usize>() {
 }
 
 #[test]
-fn a_flock_after_which_learned_predators_are_steered() {
-    assert_steered_steps_allocate_nothing::<2>();
-    assert_steered_steps_allocate_nothing::<3>();
+fn a_flock_under_learned_predators() {
+    assert_steps_with_actions_allocate_nothing::<2>();
+    assert_steps_with_actions_allocate_nothing::<3>();
 }
 
-/// A line has room for all from the start.
+/// A line allocates all its buffers when it is created.
 #[test]
-fn a_line_allocates_nothing_from_its_first_step_on() {
+fn a_line_does_not_allocate_from_its_first_step_on() {
     let config = LineConfig {
         num_agents: AGENTS,
         tolerance: 0.0,

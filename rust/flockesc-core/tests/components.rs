@@ -1,4 +1,4 @@
-//! Components of flocks of a shape that chance hardly ever makes.
+//! Connected components of a special arrangement that random flocks hardly ever contain.
 
 mod common;
 
@@ -7,16 +7,17 @@ use std::sync::Arc;
 use common::scenario;
 use flockesc_core::{InitialState, Ranges, World};
 
-/// Eight agents in a column hear eight others beside its middle, but those at its ends do not hear each other: only
-/// through the others are they connected. Two crowds far to the left and right make the eight stand together in memory.
+/// Eight agents in a column are neighbors of eight agents beside its middle. The agents at the two ends of
+/// the column are not neighbors; they are connected only through the eight others. Two clusters far to the
+/// left and right put the eight agents of the column into one tile.
 #[test]
 fn agents_connected_through_others_alone() {
-    let crowd = |x: f64| (0..8).map(move |_| [x, 0.0]);
+    let cluster = |x: f64| (0..8).map(move |_| [x, 0.0]);
     let column = (0..8).map(|k| [0.0, if k < 4 { -0.6 } else { 0.6 }]);
-    let positions: Vec<[f64; 2]> = crowd(-100.0)
+    let positions: Vec<[f64; 2]> = cluster(-100.0)
         .chain(column)
-        .chain(crowd(0.5))
-        .chain(crowd(100.0))
+        .chain(cluster(0.5))
+        .chain(cluster(100.0))
         .collect();
     let start = InitialState {
         positions: Some(positions.concat()),

@@ -1,6 +1,7 @@
-//! Rooms of the crate lie in layers, and no files use each other in a circle.
+//! Architecture tests: top-level modules use only modules of lower layers, and no files depend on each other
+//! in a cycle.
 
-#![allow(clippy::expect_used, clippy::panic)] // helpers of tests: a panic is the failure report
+#![allow(clippy::expect_used, clippy::panic)] // in helpers of tests, a panic reports the failure
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -11,7 +12,7 @@ use proc_macro2::{TokenStream, TokenTree};
 use syn::visit::{self, Visit};
 use syn::{Attribute, Item, ItemMod, ItemUse, Macro, UseTree, Visibility};
 
-/// Rooms by layer, the lowest first. Rooms of one layer do not use each other.
+/// Top-level modules by layer, the lowest layer first. Modules of one layer do not use each other.
 const LAYERS: [&[&str]; 10] = [
     &["base"],
     &["parallel", "snapshot"],
@@ -27,21 +28,21 @@ const LAYERS: [&[&str]; 10] = [
 
 type Names = Vec<String>;
 
-/// The layer of a room.
-fn layer_of(room: &str) -> Option<usize> {
-    LAYERS.iter().position(|rooms| rooms.contains(&room))
+/// Returns the layer of a top-level module.
+fn layer_of(module: &str) -> Option<usize> {
+    LAYERS.iter().position(|modules| modules.contains(&module))
 }
 
 /// The module in one file.
 #[derive(Default)]
 struct Module {
-    /// Its path from the root of the crate.
+    /// The path from the root of the crate.
     path: Names,
-    /// Its file modules.
+    /// Names of the submodules in their own files.
     children: BTreeSet<String>,
-    /// Paths that occur in it, as written.
+    /// Paths in the module, as written.
     written: BTreeSet<Names>,
-    /// What it re-exports: name and path as written. A re-export alone is no use.
+    /// Re-exports: names and paths as written. A re-export alone does not count as a use.
     exports: BTreeMap<String, Names>,
 }
 
@@ -55,7 +56,7 @@ impl Module {
         module
     }
 
-    /// The path from the root of the crate; `None` for names that are local or of other crates.
+    /// Returns the path from the root of the crate, or `None` for names that are local or from other crates.
     fn absolute(&self, written: &[String]) -> Option<Names> {
         let first = written.first()?;
         let supers = written.iter().take_while(|s| *s == "super").count();
@@ -76,12 +77,12 @@ impl Module {
         Some(path)
     }
 
-    /// Paths from the root of the crate that are used in it.
+    /// Returns the used paths, from the root of the crate.
     fn used(&self) -> impl Iterator<Item = Names> {
         self.written.iter().filter_map(|path| self.absolute(path))
     }
 
-    /// Records every path of a tree of uses.
+    /// Records all paths of a `use` tree.
     fn record_tree(&mut self, tree: &UseTree, before: &[String], is_export: bool) {
         let with = |name: &syn::Ident| [before, &[name.to_string()]].concat();
         let (name, path) = match tree {
@@ -106,7 +107,7 @@ impl Module {
         }
     }
 
-    /// Records the paths among a macro's tokens, and single names of types. Other names may be local.
+    /// Records the paths in a macro's tokens, and single names of types. Other single names may be local.
     fn record_tokens(&mut self, tokens: TokenStream) {
         let mut paths = vec![Names::new()];
         let mut num_colons = 0;
@@ -119,7 +120,7 @@ impl Module {
                 }
                 TokenTree::Ident(name) if num_colons == 2 => paths[last].push(name.to_string()),
                 TokenTree::Ident(name) => paths.push(vec![name.to_string()]),
-                // The path of `pub(in ..)` is no use.
+                // The path of `pub(in ..)` does not count as a use.
                 TokenTree::Group(_) if paths[last] == ["pub"] => {}
                 TokenTree::Group(group) => self.record_tokens(group.stream()),
                 TokenTree::Punct(_) | TokenTree::Literal(_) => paths.push(Names::new()),
@@ -166,7 +167,7 @@ impl Visit<'_> for Module {
         visit::visit_macro(self, found);
     }
 
-    /// The path of `pub(in ..)` is no use.
+    /// Ignores the path of `pub(in ..)`, which does not count as a use.
     fn visit_visibility(&mut self, _: &Visibility) {}
 }
 
@@ -187,12 +188,12 @@ fn is_for_tests(attributes: &[Attribute]) -> bool {
     })
 }
 
-/// All modules of the crate that are not for tests alone, by path.
+/// All modules of the crate except test modules, by path.
 #[derive(Default)]
 struct Crate(BTreeMap<Names, Module>);
 
 impl Crate {
-    /// The crate in this folder.
+    /// Reads the crate in this folder.
     fn read() -> Self {
         let mut found = Self::default();
         found.read_module(
@@ -214,7 +215,7 @@ impl Crate {
             .into_iter()
             .skip(usize::from(!is_root))
             .find(|file| file.is_file())
-            .unwrap_or_else(|| panic!("no file of {path:?}"));
+            .unwrap_or_else(|| panic!("no file for {path:?}"));
         let text = fs::read_to_string(&file).expect("a file of the crate");
         let module = Module::parse(path, &text);
         for child in &module.children {
@@ -224,7 +225,7 @@ impl Crate {
         self.0.insert(module.path.clone(), module);
     }
 
-    /// The crate with one more use in a module.
+    /// Returns the crate with an additional use in a module.
     fn with_use(mut self, path: &[&str], text: &str) -> Self {
         let path: Names = path.iter().map(|name| (*name).to_owned()).collect();
         let more = Module::parse(path.clone(), text);
@@ -233,9 +234,9 @@ impl Crate {
         self
     }
 
-    /// The module that defines what a path names. Re-exports are followed, so that a `mod.rs` that only declares and
-    /// re-exports is in no circle.
-    fn definer(&self, path: &[String]) -> &Module {
+    /// Returns the module that defines the item at a path. Re-exports are followed, so that a `mod.rs` with
+    /// only declarations and re-exports is in no cycle.
+    fn defining_module(&self, path: &[String]) -> &Module {
         let mut length = 0;
         while length < path.len() && self.0.contains_key(&path[..=length]) {
             length += 1;
@@ -244,53 +245,53 @@ impl Crate {
         let exported = path.get(length).and_then(|name| module.exports.get(name));
         let exported = exported.and_then(|written| module.absolute(written));
         match exported {
-            Some(exported) => self.definer(&[&exported[..], &path[length + 1..]].concat()),
+            Some(exported) => self.defining_module(&[&exported[..], &path[length + 1..]].concat()),
             None => module,
         }
     }
 
-    /// Uses of a room in the same or a higher layer, as (from, to, description).
+    /// Returns the uses of modules in the same or a higher layer, as (from, to, description).
     fn upward_uses(&self) -> Vec<(&str, String, String)> {
         let mut up = Vec::new();
         for module in self.0.values().filter(|module| !module.path.is_empty()) {
-            let room = module.path[0].as_str();
-            for used in module.used() {
-                let used_room = used.first().map(String::as_str).unwrap_or_default();
-                let description = format!("{} uses {}", module.path.join("::"), used.join("::"));
-                let layer = layer_of(used_room).unwrap_or_else(|| panic!("{description}: no room"));
-                if used_room != room && Some(layer) >= layer_of(room) {
-                    up.push((room, used_room.to_owned(), description));
+            let user = module.path[0].as_str();
+            for path in module.used() {
+                let used = path.first().map(String::as_str).unwrap_or_default();
+                let description = format!("{} uses {}", module.path.join("::"), path.join("::"));
+                let layer = layer_of(used).unwrap_or_else(|| panic!("{description}: no layer"));
+                if used != user && Some(layer) >= layer_of(user) {
+                    up.push((user, used.to_owned(), description));
                 }
             }
         }
         up
     }
 
-    /// Modules that use each other, directly or through others.
-    fn circles(&self) -> Vec<BTreeSet<String>> {
+    /// Returns the sets of modules that use each other, directly or indirectly.
+    fn cycles(&self) -> Vec<BTreeSet<String>> {
         let paths: Vec<&Names> = self.0.keys().filter(|path| !path.is_empty()).collect();
         let components = strongly_connected_components(&paths, |path| {
             let module = &self.0[*path];
-            let used = module.used().map(|used| &self.definer(&used).path);
+            let used = module.used().map(|used| &self.defining_module(&used).path);
             used.filter(|used| !used.is_empty() && used != path)
                 .collect::<BTreeSet<_>>()
         });
-        let circles = components.into_iter().filter(|paths| paths.len() > 1);
-        circles
+        let cycles = components.into_iter().filter(|paths| paths.len() > 1);
+        cycles
             .map(|paths| paths.iter().map(|path| path.join("::")).collect())
             .collect()
     }
 }
 
 #[test]
-fn no_room_uses_one_above_it() {
+fn modules_use_only_lower_layers() {
     let found = Crate::read();
     let root = &found.0[&Names::new()];
-    let rooms: BTreeSet<&str> = root.children.iter().map(String::as_str).collect();
-    assert_eq!(rooms, LAYERS.concat().into_iter().collect());
+    let modules: BTreeSet<&str> = root.children.iter().map(String::as_str).collect();
+    assert_eq!(modules, LAYERS.concat().into_iter().collect());
 
     let up = found.upward_uses();
-    assert!(up.is_empty(), "uses that run up: {up:#?}");
+    assert!(up.is_empty(), "uses of higher layers: {up:#?}");
 }
 
 #[test]
@@ -308,9 +309,9 @@ fn every_file_is_a_module_of_the_crate() {
 }
 
 #[test]
-fn no_files_use_each_other_in_a_circle() {
-    let circles = Crate::read().circles();
-    assert!(circles.is_empty(), "{circles:#?}");
+fn files_have_no_cyclic_dependencies() {
+    let cycles = Crate::read().cycles();
+    assert!(cycles.is_empty(), "{cycles:#?}");
 }
 
 #[test]
@@ -327,14 +328,14 @@ fn a_planted_upward_use_is_found() {
 }
 
 #[test]
-fn a_planted_circle_is_found_inside_a_room_and_through_re_exports() {
-    let before = Crate::read().circles().len();
+fn planted_cycles_are_found_inside_a_module_and_through_re_exports() {
+    let before = Crate::read().cycles().len();
     for (path, text) in [
         (["neighbor", "ranges"], "use super::engine::tree::Tree;"),
         (["flock", "scenario"], "use crate::flock::World;"),
         (["line", "scenario"], "fn step(line: &crate::line::Line) {}"),
     ] {
-        let circles = Crate::read().with_use(&path, text).circles();
-        assert_eq!(circles.len(), before + 1, "{path:?}");
+        let cycles = Crate::read().with_use(&path, text).cycles();
+        assert_eq!(cycles.len(), before + 1, "{path:?}");
     }
 }

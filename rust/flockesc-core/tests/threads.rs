@@ -1,6 +1,6 @@
-//! Results do not depend on threads: long runs of one large flock, and many small ones in any order, bit for bit.
+//! Results are bitwise independent of the number of threads and of the order of the flocks in a batch.
 
-#![allow(clippy::expect_used)] // helpers of tests: a panic is the failure report
+#![allow(clippy::expect_used)] // in helpers of tests, a panic reports the failure
 
 mod common;
 
@@ -13,19 +13,19 @@ use flockesc_core::{
     Trajectory, View, simulate_flock,
 };
 
-/// A large flock, spread over threads.
+/// Size of a flock that is stepped on several threads.
 const AGENTS: usize = 6000;
 const STEPS: usize = 60;
 const THREADS: [usize; 3] = [2, 4, 7];
 
-/// 0.03 agents per m^D.
+/// Returns a large flock with 0.03 agents per m^D.
 fn large(dimension: usize) -> FlockConfig {
     let side = (AGENTS as f64 / 0.03).powf(1.0 / dimension as f64);
     scenario(AGENTS, dimension, STEPS, side)
 }
 
-/// One range in m per agent, from 0 to `longest`.
-fn own_ranges(num_agents: usize, longest: f64) -> Vec<f64> {
+/// Returns one range in m per agent, from 0 to `longest`.
+fn ranges_per_agent(num_agents: usize, longest: f64) -> Vec<f64> {
     (0..num_agents)
         .map(|agent| longest * (agent % 17) as f64 / 16.0)
         .collect()
@@ -47,7 +47,7 @@ fn run(
     simulate_flock(config, &schedule, start, threads, &Progress::default()).expect("a good run")
 }
 
-/// Everything in a run; unlike numbers, bits tell -0 from 0.
+/// Returns the bits of all numbers of a run. Bits distinguish -0 from 0.
 fn bits(run: &Trajectory) -> Vec<u64> {
     let Trajectory {
         positions,
@@ -89,30 +89,30 @@ fn assert_threads_do_not_matter(config: FlockConfig, ranges: &[f64], start: &Ini
 }
 
 #[test]
-fn a_large_flock_in_the_plane_under_one_range() {
+fn a_large_flock_in_the_plane_with_a_shared_range() {
     assert_threads_do_not_matter(large(2), &[10.0], &InitialState::seeded(3));
 }
 
 #[test]
-fn a_large_flock_in_the_plane_under_ranges_of_its_agents() {
-    let ranges = own_ranges(AGENTS, 40.0);
+fn a_large_flock_in_the_plane_with_one_range_per_agent() {
+    let ranges = ranges_per_agent(AGENTS, 40.0);
     assert_threads_do_not_matter(large(2), &ranges, &InitialState::seeded(3));
 }
 
 #[test]
-fn a_large_flock_in_space_under_one_range() {
+fn a_large_flock_in_space_with_a_shared_range() {
     assert_threads_do_not_matter(large(3), &[5.0], &InitialState::seeded(3));
 }
 
 #[test]
-fn a_large_flock_in_space_under_ranges_of_its_agents() {
-    let ranges = own_ranges(AGENTS, 10.0);
+fn a_large_flock_in_space_with_one_range_per_agent() {
+    let ranges = ranges_per_agent(AGENTS, 10.0);
     assert_threads_do_not_matter(large(3), &ranges, &InitialState::seeded(3));
 }
 
-/// The fastest agent, alone on one thread, sets the unit in which all are summed.
+/// One fast agent determines the fixed-point scale of the sums on all threads.
 #[test]
-fn a_large_flock_of_unequal_speeds_under_the_literal_law() {
+fn a_large_flock_of_unequal_speeds_with_the_literal_law() {
     let config = FlockConfig {
         constant_speed: false,
         ..large(2)
@@ -127,7 +127,7 @@ fn a_large_flock_of_unequal_speeds_under_the_literal_law() {
 }
 
 #[test]
-fn a_large_flock_that_loses_agents_in_many_steps() {
+fn a_large_flock_with_captures_in_many_steps() {
     for dimension in [2, 3] {
         let config = FlockConfig {
             capture_radius: Some(8.0),
@@ -148,10 +148,11 @@ fn episodes(view: View, reward: Reward) -> EpisodeConfig {
     }
 }
 
-/// What a step of a batch returned, flock after flock: rewards, observations, distances now.
+/// Results of a step of a batch, one entry per flock: bits of rewards, observations and distances.
 type Step = Vec<(Vec<u64>, Vec<u32>, [u64; 2])>;
 
-/// A whole episode in which flock i starts from `seeds[i]` and has a range of `ranges(seed, agent)`.
+/// Plays a whole episode. Flock i starts from `seeds[i]`, and its agents have the ranges `range(seed,
+/// agent)`.
 fn play<const D: usize>(
     scenario: &FlockConfig,
     config: &EpisodeConfig,
@@ -234,13 +235,13 @@ fn a_batch_of_one_large_flock() {
     }
 }
 
-fn assert_places_do_not_matter<const D: usize>(side: f64, capture_radius: Option<f64>) {
+fn assert_slots_do_not_matter<const D: usize>(side: f64, capture_radius: Option<f64>) {
     let scenario = FlockConfig {
         capture_radius,
         ..scenario(100, D, 40, side)
     };
     let seeds: Vec<u64> = (0..23).collect();
-    // 5 and 23 have no common divisor: every seed once, and hardly one where it was.
+    // A permutation of the seeds, because 5 and 23 have no common divisor.
     let permuted: Vec<u64> = seeds.iter().map(|seed| seed * 5 % 23).collect();
     for (view, reward) in [
         (View::Flock, Reward::RunningMinimum),
@@ -252,8 +253,8 @@ fn assert_places_do_not_matter<const D: usize>(side: f64, capture_radius: Option
         let range = |seed: u64, agent: usize| 3.0 + (seed as usize + agent) as f64 % 13.0;
         let (_, serial) = play::<D>(&scenario, &config, &seeds, 1, range);
         for threads in [1, 2, 4, 7] {
-            let (_, crowd) = play::<D>(&scenario, &config, &permuted, threads, range);
-            for (step, expected) in crowd.iter().zip(&serial) {
+            let (_, steps) = play::<D>(&scenario, &config, &permuted, threads, range);
+            for (step, expected) in steps.iter().zip(&serial) {
                 for (flock, &seed) in step.iter().zip(&permuted) {
                     assert!(flock == &expected[seed as usize], "{threads} threads");
                 }
@@ -263,17 +264,17 @@ fn assert_places_do_not_matter<const D: usize>(side: f64, capture_radius: Option
 }
 
 #[test]
-fn places_of_small_flocks_in_the_plane() {
-    assert_places_do_not_matter::<2>(50.0, None);
+fn slots_of_small_flocks_in_the_plane() {
+    assert_slots_do_not_matter::<2>(50.0, None);
 }
 
 #[test]
-fn places_of_small_flocks_in_space() {
-    assert_places_do_not_matter::<3>(20.0, None);
+fn slots_of_small_flocks_in_space() {
+    assert_slots_do_not_matter::<3>(20.0, None);
 }
 
 #[test]
-fn places_of_small_flocks_that_lose_agents() {
-    assert_places_do_not_matter::<2>(50.0, Some(3.0));
-    assert_places_do_not_matter::<3>(20.0, Some(3.0));
+fn slots_of_small_flocks_with_captures() {
+    assert_slots_do_not_matter::<2>(50.0, Some(3.0));
+    assert_slots_do_not_matter::<3>(20.0, Some(3.0));
 }

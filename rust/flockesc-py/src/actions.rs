@@ -1,4 +1,4 @@
-//! `RangeMap`: one array of actions is read, checked and mapped to ranges once, the same in every interface.
+//! `RangeMap`: conversion of actions into interaction ranges, with validation.
 
 use std::sync::Arc;
 
@@ -12,8 +12,8 @@ use pyo3::types::{IntoPyDict, PyBool, PyDict, PyList, PyTuple};
 use crate::arrays::shaped;
 use crate::errors::action_error;
 
-/// Maps actions to ranges. Arrays of float32 or float64 or, with a grid, int64 are read directly; other forms are
-/// converted by numpy first.
+/// Maps actions to interaction ranges. Arrays of float32 or float64 are read directly, or of int64 with a
+/// grid. Other array-likes are converted by NumPy first.
 #[pyclass(frozen, module = "flockesc_env._core")]
 #[derive(Clone)]
 pub(crate) struct RangeMap(Arc<Map>);
@@ -23,7 +23,7 @@ struct Map {
     max_range: f64,
     /// Whether actions lie in [-1, 1] instead of [`min_range`, `max_range`].
     is_normalized: bool,
-    /// Ranges that an action is the index of.
+    /// Ranges in m that a discrete action is an index into.
     grid: Option<Vec<f64>>,
 }
 
@@ -40,7 +40,7 @@ impl RangeMap {
         }))
     }
 
-    /// Arguments from which copies and pickles are made.
+    /// Returns the arguments of the constructor, for copies and pickles.
     fn __getnewargs__(&self) -> (f64, f64, bool, Option<Vec<f64>>) {
         let map = &self.0;
         (
@@ -51,7 +51,8 @@ impl RangeMap {
         )
     }
 
-    /// Ranges of `count` stacked actions; `label` names an action in an error.
+    /// Returns the ranges of `count` stacked actions. `label(index)` returns the name of an action for
+    /// errors.
     #[pyo3(signature = (actions, count, label=None))]
     fn to_ranges<'py>(
         &self,
@@ -64,7 +65,7 @@ impl RangeMap {
         Ok(ranges.into_pyarray(actions.py()))
     }
 
-    /// The range of a single action.
+    /// Returns the range of a single action.
     pub(crate) fn to_range(&self, action: &Bound<'_, PyAny>) -> PyResult<f64> {
         let map = &self.0;
         let range = match &map.grid {
@@ -83,8 +84,8 @@ impl RangeMap {
         Ok(range)
     }
 
-    /// The actions of `agents`, stacked, from a mapping that has an action of each of them and no others. `known` are
-    /// the names of all agents.
+    /// Stacks the actions of `agents` in an array. `actions` is a mapping with exactly these agents as keys.
+    /// `known` has the names of all agents.
     fn stack<'py>(
         &self,
         actions: &Bound<'py, PyAny>,
@@ -102,7 +103,7 @@ impl RangeMap {
 }
 
 impl RangeMap {
-    /// Ranges of `count` stacked actions, NaN for an action outside of the space.
+    /// Returns the ranges of `count` stacked actions, with NaN for actions outside of the action space.
     pub(crate) fn ranges(&self, actions: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<f64>> {
         let map = &self.0;
         if let Some(ranges) = map.direct(actions, count) {
@@ -118,7 +119,7 @@ impl RangeMap {
         ranges.ok_or_else(|| action_error(actions.py(), "action", "an array", &plain))
     }
 
-    /// Refuses the first action whose range is NaN; `label` names it.
+    /// Returns an error for the first action whose range is NaN. `label(index)` returns its name.
     pub(crate) fn check(
         &self,
         ranges: &[f64],
@@ -137,7 +138,8 @@ impl RangeMap {
 }
 
 impl Map {
-    /// Ranges of `count` actions in an array that can be read directly.
+    /// Returns the ranges of `count` actions, or `None` if `actions` is not an array that can be read
+    /// directly.
     fn direct(&self, actions: &Bound<'_, PyAny>, count: usize) -> Option<Vec<f64>> {
         if let Some(grid) = &self.grid {
             let array = actions.cast::<PyArray1<i64>>().ok()?.try_readonly().ok()?;
@@ -167,10 +169,10 @@ impl Map {
         )
     }
 
-    /// A new array of float64 or, with a grid, int64, without gaps.
+    /// Converts actions into a new contiguous array of float64, or int64 with a grid.
     ///
     /// # Errors
-    /// `ActionError`, naming `label`, for a wrong dtype or shape.
+    /// `ActionError` on `label` if the dtype or shape is wrong.
     fn plain<'py>(
         &self,
         actions: &Bound<'py, PyAny>,
@@ -204,7 +206,7 @@ impl Map {
             let (expected, given) = (format!("shape {shape}"), format!("shape {given}"));
             return Err(action_error(py, label, &expected, given));
         }
-        // A number too large for a float64 becomes infinite, which is outside of every space.
+        // Numbers too large for a float64 become infinite, which is outside of every action space.
         let ignored = [("over", "ignore")].into_py_dict(py)?;
         let context = numpy.call_method("errstate", (), Some(&ignored))?;
         context.call_method0("__enter__")?;
@@ -213,7 +215,7 @@ impl Map {
         plain
     }
 
-    /// The number in a single action.
+    /// Converts a single action into a number.
     fn plain_one<'py>(
         &self,
         action: &Bound<'py, PyAny>,
@@ -223,7 +225,7 @@ impl Map {
         self.plain(action, shape, label)?.call_method0("item")
     }
 
-    /// The actions of `agents`, read one by one.
+    /// Reads the actions of `agents` one by one.
     fn each<'py, T: FromPyObjectOwned<'py>>(
         &self,
         actions: &Bound<'py, PyAny>,
@@ -242,8 +244,9 @@ impl Map {
                     return Err(action_error(actions.py(), &named(&agent)?, expected, given));
                 }
                 if !agents.contains(&agent)? {
-                    let given = "one of an agent that was caught";
-                    return Err(action_error(actions.py(), &named(&agent)?, "none", given));
+                    let expected = "no action, because it was caught";
+                    let given = "an action";
+                    return Err(action_error(actions.py(), &named(&agent)?, expected, given));
                 }
             }
         }
@@ -273,7 +276,7 @@ impl Map {
         Ok(values)
     }
 
-    /// The error for an action outside of the space.
+    /// Returns the error for an action outside of the action space.
     fn outside(&self, actions: &Bound<'_, PyAny>, place: usize, label: String) -> PyErr {
         let py = actions.py();
         let value = || {
@@ -297,7 +300,7 @@ impl Map {
         }
     }
 
-    /// The action space's bounds.
+    /// Returns the bounds of the action space.
     fn bounds(&self) -> (f64, f64) {
         if self.is_normalized {
             (-1.0, 1.0)
@@ -306,9 +309,11 @@ impl Map {
         }
     }
 
+    /// Returns the range of a continuous action, or NaN if it is outside of the action space.
     fn of_number(&self, value: f64) -> f64 {
         let (low, high) = self.bounds();
-        // The space's bounds are float32: an action on them must pass although it may lie outside in float64.
+        // The bounds of the space are float32. They must be accepted even if they are outside of the float64
+        // bounds.
         let (least, most) = (f64::from(low as f32), f64::from(high as f32));
         if !(low.min(least)..=high.max(most)).contains(&value) {
             return f64::NAN;
@@ -322,12 +327,13 @@ impl Map {
     }
 }
 
+/// Returns the range of a discrete action, or NaN if it is outside of the action space.
 fn entry(grid: &[f64], index: i64) -> f64 {
     let range = usize::try_from(index).ok().and_then(|at| grid.get(at));
     range.copied().unwrap_or(f64::NAN)
 }
 
-/// The number in an array of shape (1,).
+/// Returns the number in an array of shape (1,), if it can be read directly.
 fn number(action: &Bound<'_, PyAny>) -> Option<f64> {
     fn only<T: Element + Into<f64>>(array: &Bound<'_, PyArray1<T>>) -> Option<f64> {
         let is_one = array.len() == 1 && array.is_aligned();
@@ -339,7 +345,7 @@ fn number(action: &Bound<'_, PyAny>) -> Option<f64> {
     }
 }
 
-/// An integer, but not a bool.
+/// Returns an integer, if the action is one and not a bool.
 fn index(action: &Bound<'_, PyAny>) -> Option<i64> {
     (!action.is_instance_of::<PyBool>()).then(|| action.extract().ok())?
 }

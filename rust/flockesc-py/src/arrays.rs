@@ -1,4 +1,4 @@
-//! Numpy arrays in and out, with shapes checked before any work starts.
+//! Conversion between NumPy arrays and vectors, with checks of shapes.
 
 use numpy::{
     Element, IntoPyArray, PyArray, PyArray1, PyArrayMethods, PyReadonlyArrayDyn,
@@ -8,17 +8,18 @@ use pyo3::prelude::*;
 
 use crate::errors::CoreError;
 
-/// A flat copy of an optional array; the core checks its length.
+/// Returns a flat copy of an optional array. The core checks its length.
 pub(crate) fn flat(array: Option<PyReadonlyArrayDyn<'_, f64>>) -> PyResult<Option<Vec<f64>>> {
     array.map(|array| vector(&array)).transpose()
 }
 
-/// A flat copy of an array; a copy, because Python may write to it while we are detached.
+/// Returns a flat copy of an array. A view is not safe, because other threads may write to the array during a
+/// call.
 pub(crate) fn vector(array: &PyReadonlyArrayDyn<'_, f64>) -> PyResult<Vec<f64>> {
     Ok(array.as_slice()?.to_vec())
 }
 
-/// Writes `values` over the entries of an array, in order.
+/// Overwrites the entries of an array with `values`, in order.
 pub(crate) fn overwrite<T: Element + Copy, D: Dimension>(
     array: &Bound<'_, PyArray<T, D>>,
     values: &[T],
@@ -27,14 +28,15 @@ pub(crate) fn overwrite<T: Element + Copy, D: Dimension>(
     let entries = array.as_slice_mut()?;
     if entries.len() != values.len() {
         let expected = format!("{} entries", values.len());
-        let error = flockesc_core::Error::argument("out", expected, entries.len());
+        let given = format!("{} entries", entries.len());
+        let error = flockesc_core::Error::argument("out", expected, given);
         return Err(CoreError::from(error).into());
     }
     entries.copy_from_slice(values);
     Ok(())
 }
 
-/// A flat array of shape `shape`, without a copy.
+/// Converts a flat vector into an array of this shape, without a copy.
 pub(crate) fn shaped<'py, T: numpy::Element, const K: usize>(
     py: Python<'py>,
     values: Vec<T>,
@@ -46,20 +48,20 @@ where
     Ok(values.into_pyarray(py).reshape(shape)?.into_any())
 }
 
-/// Rows and columns of a two-dimensional array.
+/// Returns the numbers of rows and columns of a two-dimensional array.
 pub(crate) fn rows_and_columns(array: &PyReadonlyArrayDyn<'_, f64>) -> PyResult<(usize, usize)> {
     match *array.shape() {
         [rows, columns] => Ok((rows, columns)),
         _ => Err(CoreError::from(flockesc_core::Error::argument(
             "interaction_range",
             "2 dimensions",
-            array.ndim(),
+            format!("{} dimensions", array.ndim()),
         ))
         .into()),
     }
 }
 
-/// One-dimensional array of one field of every item.
+/// Collects one field of all items into a one-dimensional array.
 pub(crate) fn column<'py, S, T: numpy::Element>(
     py: Python<'py>,
     items: &[S],
@@ -68,7 +70,7 @@ pub(crate) fn column<'py, S, T: numpy::Element>(
     items.iter().map(field).collect::<Vec<T>>().into_pyarray(py)
 }
 
-/// Array of shape `shape` of one field of every cell, row after row.
+/// Collects one field of all cells, in row-major order, into a two-dimensional array.
 pub(crate) fn grid<'py, S, T: numpy::Element>(
     py: Python<'py>,
     cells: &[S],

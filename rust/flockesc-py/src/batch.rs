@@ -1,4 +1,4 @@
-//! `FlockBatch`: the batch of either dimension behind one Python class.
+//! `FlockBatch`: Python class of a batch of flocks in two or three dimensions.
 
 mod inner;
 
@@ -15,7 +15,7 @@ use crate::errors::{CoreError, option_error, try_borrow, try_borrow_mut};
 use crate::info::{self, Measured, columns, metric_columns, numbers};
 use inner::{Inner, on_batch};
 
-/// Observations, rewards, whether the episode in each slot has ended, ranges, metrics.
+/// Observations, rewards, end flags of the episodes, ranges in m, metrics.
 type Step<'py> = (
     Bound<'py, PyAny>,
     Bound<'py, PyArray1<f64>>,
@@ -24,10 +24,10 @@ type Step<'py> = (
     Bound<'py, PyDict>,
 );
 
-/// Observation, reward, whether the episode has ended, `info`.
+/// Observation, reward, end flag of the episode, `info`.
 type StepOne<'py> = (Bound<'py, PyArray1<f32>>, f64, bool, Bound<'py, PyDict>);
 
-/// Arrays that observations and rewards are written into.
+/// Output arrays for observations and rewards.
 type Out<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f64>>);
 
 #[pyclass(module = "flockesc_env._core")]
@@ -39,9 +39,9 @@ pub(crate) struct FlockBatch {
     rows: usize,
     row_length: usize,
     num_flocks: usize,
-    /// Scenario, options and threads of the constructor.
+    /// Scenario, options and number of threads, as given to the constructor.
     made_from: (String, String, Option<usize>),
-    /// Buffers from which observations and rewards are copied into `out`.
+    /// Buffers for observations and rewards, before they are copied into `out`.
     scratch: (Vec<f32>, Vec<f64>),
 }
 
@@ -79,10 +79,10 @@ impl FlockBatch {
         })
     }
 
-    /// Starts episode `episode`, or the next one, of each slot's schedule. A seed begins a new schedule; `None` continues
-    /// the slot's own.
+    /// Starts new episodes in `slots`. A seed starts a new schedule, and `None` continues the slot's
+    /// schedule. `episode` is the number of the episode in the schedule, and `None` is the next one.
     #[pyo3(signature = (slots, seeds, *, initial_positions=None, initial_velocities=None, predator_positions=None, predator_velocities=None, episode=None))]
-    #[expect(clippy::too_many_arguments, reason = "a reset's options")]
+    #[expect(clippy::too_many_arguments, reason = "options of a reset")]
     fn reset<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
@@ -122,12 +122,11 @@ impl FlockBatch {
         ))
     }
 
-    /// Holds the ranges of stacked actions for one action; `label` names an action in an error.
+    /// Steps all flocks with stacked actions. `label(index)` returns the name of an action for errors.
     ///
-    /// `at_end` says what a slot does whose episode has ended: it raises an error ("refuse"), or ignores its action and
-    /// starts the next episode ("restart") or stays unchanged ("stay"). Actions of caught agents are ignored, too. With
-    /// `out` the observations and rewards are written into those two arrays. Learned predators follow
-    /// `predator_actions`.
+    /// `at_end` determines what happens to a slot whose episode has ended: "refuse" raises an error,
+    /// "restart" starts the next episode, and "stay" changes nothing. The slot's action is ignored, as are
+    /// actions of caught agents. Observations and rewards are written to the arrays `out`, if they are given.
     #[pyo3(signature = (actions, label=None, at_end="refuse", out=None, predator_actions=None))]
     fn step<'py>(
         slf: &Bound<'py, Self>,
@@ -143,7 +142,7 @@ impl FlockBatch {
             let this = try_borrow(slf)?;
             (this.actions.clone(), this.num_flocks * this.rows)
         };
-        let mut ranges = map.ranges(actions, rows)?; // may run Python, so nothing is borrowed
+        let mut ranges = map.ranges(actions, rows)?; // may call Python, so no borrow is held
         let is_ignored = try_borrow(slf)?.inner.is_ignored(at_end)?;
         for (range, is_ignored) in ranges.iter_mut().zip(is_ignored) {
             if is_ignored {
@@ -187,7 +186,7 @@ impl FlockBatch {
         ))
     }
 
-    /// Steps a batch of one row, as `step`.
+    /// Steps a batch of one flock with one shared range, as `step` does.
     #[pyo3(signature = (action, predator_actions=None))]
     fn step_one<'py>(
         slf: &Bound<'py, Self>,
@@ -196,7 +195,7 @@ impl FlockBatch {
         predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
     ) -> PyResult<StepOne<'py>> {
         let map = try_borrow(slf)?.actions.clone();
-        let range = map.to_range(action)?; // may run Python, so nothing is borrowed
+        let range = map.to_range(action)?; // may call Python, so no borrow is held
         let this = &mut *try_borrow_mut(slf)?;
         let predator_actions = flat(predator_actions)?.unwrap_or_default();
         let mut reward = vec![0.0];
@@ -216,7 +215,7 @@ impl FlockBatch {
         Ok((observation.into_pyarray(py), reward[0], ended, info))
     }
 
-    /// Observations of `slots`, one after the other.
+    /// Returns the observations of `slots`, slot after slot.
     fn observe<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
@@ -230,7 +229,8 @@ impl FlockBatch {
         shaped(py, observations, [rows, this.row_length])
     }
 
-    /// Observations of the learned predators of `slots`, a row for each, one slot after the other.
+    /// Returns the observations of the learned predators of `slots`, slot after slot and one row per
+    /// predator.
     fn observe_predators<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
@@ -247,7 +247,7 @@ impl FlockBatch {
         shaped(py, observations, shape)
     }
 
-    /// Metrics of every slot, one column each, without the number of components.
+    /// Returns the metrics of all slots, one array per metric, without the number of components.
     fn metrics<'py>(slf: &Bound<'py, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let this = &*try_borrow(slf)?;
         let inner = &this.inner;
@@ -257,7 +257,7 @@ impl FlockBatch {
         metric_columns(py, &metrics)
     }
 
-    /// Connected components of every slot under the ranges of its last action.
+    /// Returns the number of connected components of every slot under the ranges of its last action.
     fn num_components<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
@@ -268,19 +268,19 @@ impl FlockBatch {
         Ok(column(py, &components, |count| *count as i64))
     }
 
-    /// Seed of the episode in one slot.
+    /// Returns the seed of the episode in a slot.
     fn episode_seed(slf: &Bound<'_, Self>, slot: usize) -> Result<u64, CoreError> {
         let this = &*try_borrow(slf)?;
         Ok(on_batch!(&this.inner, batch => batch.episode_seed(slot)?))
     }
 
-    /// Whether the episode in one slot has ended.
-    #[pyo3(name = "has_ended")]
-    fn is_over(slf: &Bound<'_, Self>, slot: usize) -> Result<bool, CoreError> {
+    /// Returns whether the episode in a slot has ended.
+    fn has_ended(slf: &Bound<'_, Self>, slot: usize) -> Result<bool, CoreError> {
         try_borrow(slf)?.inner.has_ended(slot)
     }
 
-    /// State of one slot: step, positions, velocities, predator positions and velocities.
+    /// Returns the state of a slot: step, ranges, distances, positions and velocities of agents and
+    /// predators.
     fn state<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
@@ -292,13 +292,14 @@ impl FlockBatch {
         })
     }
 
-    /// Reward of every flock in its last step; the mean over agents of individual rewards.
+    /// Returns the team's reward of every flock in the last step, or the mean of individual rewards over its
+    /// agents.
     fn team_rewards<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyArray1<f64>>, CoreError> {
         let inner = &try_borrow(slf)?.inner;
         Ok(on_batch!(inner, batch => batch.team_rewards()).into_pyarray(slf.py()))
     }
 
-    /// Reward of the predators of every flock in its last step.
+    /// Returns the predators' reward of every flock in the last step.
     fn predator_rewards<'py>(
         slf: &Bound<'py, Self>,
     ) -> Result<Bound<'py, PyArray1<f64>>, CoreError> {
@@ -306,7 +307,7 @@ impl FlockBatch {
         Ok(on_batch!(inner, batch => batch.predator_rewards()).into_pyarray(slf.py()))
     }
 
-    /// Which agents of every slot were caught, one slot after the other.
+    /// Returns whether each agent of each slot was caught.
     fn caught<'py>(slf: &Bound<'py, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let this = &*try_borrow(slf)?;
         let caught = this.inner.is_caught()?;
@@ -314,7 +315,7 @@ impl FlockBatch {
         shaped(py, caught, [this.num_flocks, agents])
     }
 
-    /// A snapshot of `slots`.
+    /// Returns a snapshot of `slots`.
     fn get_state<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
@@ -322,12 +323,12 @@ impl FlockBatch {
     ) -> PyResult<Bound<'py, PyBytes>> {
         let this = &*try_borrow(slf)?;
         for slot in &slots {
-            this.inner.has_ended(*slot)?; // raises if it was never reset
+            this.inner.has_ended(*slot)?; // raises if the slot was never reset
         }
         this.inner.save(py, &slots)
     }
 
-    /// Restores `slots` from a snapshot of as many slots, or of one. Nothing changes if the snapshot is refused.
+    /// Restores `slots` from a snapshot of as many slots, or of one. A rejected snapshot changes nothing.
     fn set_state(
         slf: &Bound<'_, Self>,
         py: Python<'_>,
@@ -356,7 +357,7 @@ impl FlockBatch {
             batch.num_flocks,
             num_threads,
             batch.count_components,
-            0, // the state has every slot's seed
+            0, // the state contains the seeds of all slots
         );
         Ok((slf.get_type(), arguments, batch.inner.save(slf.py(), &all)?))
     }
@@ -366,7 +367,7 @@ impl FlockBatch {
         Self::set_state(slf, py, all, state)
     }
 
-    /// An independent copy.
+    /// Returns an independent copy.
     fn __deepcopy__(slf: &Bound<'_, Self>, _memo: &Bound<'_, PyAny>) -> Result<Self, CoreError> {
         Ok(try_borrow(slf)?.clone())
     }

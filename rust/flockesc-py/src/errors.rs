@@ -1,4 +1,4 @@
-//! Core errors as the exceptions of `flockesc_env.common.errors`.
+//! Conversion of core errors into the exceptions of `flockesc_env.common.errors`.
 
 use flockesc_core::Error;
 use pyo3::call::PyCallArgs;
@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::False;
 use pyo3::{IntoPyObjectExt, PyClass};
 
-/// Lets `?` turn a core error into a Python exception.
+/// A core error or a Python exception, so that `?` converts both.
 pub(crate) enum CoreError {
     Core(Error),
     Python(PyErr),
@@ -45,7 +45,7 @@ impl From<CoreError> for PyErr {
     }
 }
 
-/// A core error about a document of options.
+/// Converts a core error about options into an `OptionError`.
 pub(crate) fn option_error(error: Error) -> PyErr {
     match error {
         Error::Config {
@@ -57,7 +57,7 @@ pub(crate) fn option_error(error: Error) -> PyErr {
     }
 }
 
-/// An action that was refused; `given` is shown by Python.
+/// Creates the `ActionError` for a rejected action. Python formats `given`.
 pub(crate) fn action_error<'py>(
     py: Python<'py>,
     field: &str,
@@ -70,7 +70,7 @@ pub(crate) fn action_error<'py>(
     }
 }
 
-/// An exception of `flockesc_env.common.errors`.
+/// Creates an exception of `flockesc_env.common.errors`.
 fn raised<A: for<'py> PyCallArgs<'py>>(class: &str, arguments: A) -> PyErr {
     Python::attach(|py| {
         let raised = py
@@ -84,14 +84,16 @@ fn raised<A: for<'py> PyCallArgs<'py>>(class: &str, arguments: A) -> PyErr {
     })
 }
 
-/// The exception after a worker thread has died, which is a bug in the core.
+/// Creates the exception for a worker thread that panicked, which is a bug in the core.
 pub(crate) fn worker_died() -> PyErr {
-    PyRuntimeError::new_err("a worker thread of flockesc_env died; please report this")
+    PyRuntimeError::new_err("a worker thread of flockesc_env panicked; please report this bug")
 }
 
-/// The exception in a child process that was forked by a callback or a signal handler during a call.
+/// Creates the exception for a child process that was forked by a callback or a signal handler during a call.
 pub(crate) fn forked_within() -> PyErr {
-    PyRuntimeError::new_err("only the parent process can finish a call during which it was forked")
+    PyRuntimeError::new_err(
+        "the process was forked during this call; only the parent process can finish the call",
+    )
 }
 
 /// Borrows the object behind a method that changes it.
@@ -114,7 +116,8 @@ pub(crate) fn try_borrow<'py, T: PyClass>(
     object.try_borrow().map_err(|_| busy())
 }
 
-/// The exception for a call of an environment during another one, in another thread or in a signal handler.
+/// Creates the exception for a call during another call of the same environment, in another thread or a
+/// signal handler.
 fn busy() -> CoreError {
     let message = "environment is in use by another call; use one environment per thread";
     raised("EpisodeError", (message,)).into()

@@ -1,7 +1,7 @@
-//! The neighbor graph of a flock at one moment, and the matrices of a line.
+//! Python functions for the neighbor graph of a flock and the matrices of a line.
 
 use flockesc_core::{FlockConfig, NeighborGraph, Ranges};
-use nalgebra::SVector;
+use nalgebra::{DMatrix, SVector};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -17,10 +17,10 @@ pub(crate) fn component_labels<'py>(
     velocities: PyReadonlyArray2<'py, f64>,
     ranges: PyReadonlyArray1<'py, f64>,
 ) -> PyResult<Bound<'py, PyArray1<i64>>> {
-    let moment = Moment::new(scenario, &positions, &velocities, &ranges)?;
-    let labels = at_once_or_long(py, moment.len(), move || match moment.dimension {
-        2 => moment.graph::<2>().component_labels(moment.ranges()),
-        _ => moment.graph::<3>().component_labels(moment.ranges()),
+    let arguments = GraphArguments::new(scenario, &positions, &velocities, &ranges)?;
+    let labels = run_detached(py, arguments.len(), move || match arguments.dimension {
+        2 => arguments.graph::<2>().component_labels(arguments.ranges()),
+        _ => arguments.graph::<3>().component_labels(arguments.ranges()),
     })?;
     let labels: Vec<i64> = labels.into_iter().map(i64::from).collect();
     Ok(labels.into_pyarray(py))
@@ -34,11 +34,11 @@ pub(crate) fn neighbor_pairs<'py>(
     velocities: PyReadonlyArray2<'py, f64>,
     ranges: PyReadonlyArray1<'py, f64>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let moment = Moment::new(scenario, &positions, &velocities, &ranges)?;
-    let flat: Vec<i64> = at_once_or_long(py, moment.len(), move || {
-        let pairs = match moment.dimension {
-            2 => moment.graph::<2>().pairs(moment.ranges()),
-            _ => moment.graph::<3>().pairs(moment.ranges()),
+    let arguments = GraphArguments::new(scenario, &positions, &velocities, &ranges)?;
+    let flat: Vec<i64> = run_detached(py, arguments.len(), move || {
+        let pairs = match arguments.dimension {
+            2 => arguments.graph::<2>().pairs(arguments.ranges()),
+            _ => arguments.graph::<3>().pairs(arguments.ranges()),
         }?;
         let flat = pairs.iter().flat_map(|&(i, j)| [i.into(), j.into()]);
         Ok(flat.collect())
@@ -47,8 +47,8 @@ pub(crate) fn neighbor_pairs<'py>(
     shaped(py, flat, [pairs, 2])
 }
 
-/// A flock at one moment whose neighbor graph is asked for.
-struct Moment {
+/// The arguments of a function on the neighbor graph of a flock.
+struct GraphArguments {
     config: Option<FlockConfig>,
     dimension: usize,
     positions: Vec<f64>,
@@ -56,7 +56,7 @@ struct Moment {
     ranges: Vec<f64>,
 }
 
-impl Moment {
+impl GraphArguments {
     fn new(
         scenario: Option<&str>,
         positions: &PyReadonlyArray2<'_, f64>,
@@ -73,7 +73,7 @@ impl Moment {
         })
     }
 
-    /// Number of agents.
+    /// Returns the number of agents.
     fn len(&self) -> usize {
         self.positions.len() / self.dimension
     }
@@ -101,10 +101,7 @@ pub(crate) fn laplacian<'py>(
     states: PyReadonlyArray1<'py, f64>,
     interaction_range: f64,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let states = states.as_slice()?.to_vec();
-    square(py, states.len(), move || {
-        flockesc_core::laplacian(&states, interaction_range)
-    })
+    matrix(py, &states, interaction_range, flockesc_core::laplacian)
 }
 
 #[pyfunction]
@@ -113,24 +110,27 @@ pub(crate) fn perron_matrix<'py>(
     states: PyReadonlyArray1<'py, f64>,
     interaction_range: f64,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let states = states.as_slice()?.to_vec();
-    square(py, states.len(), move || {
-        flockesc_core::perron_matrix(&states, interaction_range)
-    })
+    matrix(py, &states, interaction_range, flockesc_core::perron_matrix)
 }
 
-/// A matrix of nalgebra (column-major) as a numpy array (row-major), shape (n, n).
-fn square(
-    py: Python<'_>,
-    n: usize,
-    matrix: impl FnOnce() -> nalgebra::DMatrix<f64> + Send + 'static,
-) -> PyResult<Bound<'_, PyAny>> {
-    let entries = at_once_or_long(py, n, move || Ok(matrix().transpose().data.into()))?;
+/// Computes a matrix of a line's neighbor graph and converts it from column-major into row-major order, shape
+/// (n, n).
+fn matrix<'py>(
+    py: Python<'py>,
+    states: &PyReadonlyArray1<'py, f64>,
+    range: f64,
+    compute: fn(&[f64], f64) -> DMatrix<f64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let states = states.as_slice()?.to_vec();
+    let n = states.len();
+    let entries = run_detached(py, n, move || {
+        Ok(compute(&states, range).transpose().data.into())
+    })?;
     shaped(py, entries, [n, n])
 }
 
-/// What `work` finds of the graph of n agents, all pairs of which it may visit.
-fn at_once_or_long<T: Send + 'static>(
+/// Runs `work`, which may visit all pairs of n agents. For many agents it can be interrupted.
+fn run_detached<T: Send + 'static>(
     py: Python<'_>,
     n: usize,
     work: impl FnOnce() -> flockesc_core::Result<T> + Send + 'static,

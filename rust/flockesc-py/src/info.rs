@@ -1,5 +1,4 @@
-//! What is known of flocks as dictionaries: metrics as plain numbers of one flock, or a column over many; positions and
-//! velocities.
+//! Metrics and states of flocks as Python dictionaries.
 
 use flockesc_core::{Episode, Metrics};
 use numpy::IntoPyArray;
@@ -9,7 +8,7 @@ use pyo3::types::{PyDict, PyString};
 
 use crate::arrays::{column, shaped};
 
-/// What was measured of one flock; components where they were counted.
+/// The metrics of one flock, with the number of connected components if it was requested.
 pub(crate) struct Measured {
     metrics: Metrics,
     components: Option<usize>,
@@ -26,7 +25,7 @@ impl Measured {
 
 type Field<'py> = (&'py Bound<'py, PyString>, fn(&Metrics) -> f64);
 
-/// Name and value of every metric.
+/// Returns the name and accessor of every metric.
 fn fields(py: Python<'_>) -> [Field<'_>; 6] {
     [
         (intern!(py, "mean_distance"), |m| m.mean_distance),
@@ -38,7 +37,7 @@ fn fields(py: Python<'_>) -> [Field<'_>; 6] {
     ]
 }
 
-/// Numbers of one flock.
+/// Returns the metrics of one flock as numbers.
 pub(crate) fn numbers<'py>(py: Python<'py>, measured: &Measured) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     for (name, value) in fields(py) {
@@ -50,7 +49,8 @@ pub(crate) fn numbers<'py>(py: Python<'py>, measured: &Measured) -> PyResult<Bou
     Ok(dict)
 }
 
-/// What a flock is: its step, ranges, distances to the predator, positions and velocities.
+/// Returns the state of a flock: step, ranges, predator distances, positions and velocities of agents and
+/// predators.
 pub(crate) fn state<'py, const D: usize>(
     py: Python<'py>,
     episode: &Episode<D>,
@@ -83,7 +83,7 @@ pub(crate) fn state<'py, const D: usize>(
     Ok(dict)
 }
 
-/// A column of every metric, an entry per flock.
+/// Returns the metrics of several flocks, one array per metric.
 pub(crate) fn metric_columns<'py>(
     py: Python<'py>,
     metrics: &[Metrics],
@@ -95,7 +95,8 @@ pub(crate) fn metric_columns<'py>(
     Ok(dict)
 }
 
-/// As `metric_columns`, with components where they were counted.
+/// Returns the metrics of several flocks as [`metric_columns`] does, with the number of components if it was
+/// requested.
 pub(crate) fn columns<'py>(py: Python<'py>, measured: &[Measured]) -> PyResult<Bound<'py, PyDict>> {
     let metrics: Vec<Metrics> = measured.iter().map(|flock| flock.metrics).collect();
     let dict = metric_columns(py, &metrics)?;

@@ -1,22 +1,22 @@
-//! What does not depend on any batch: seeds of episodes, and what observations are made of.
+//! Python functions for seeds of episodes, and names and bounds of observation entries.
 
 use flockesc_core::{Entry, View, entries, predator_entries};
 use pyo3::prelude::*;
 
-/// Seed of the `episode`-th episode after one that was given `seed`.
+/// Returns the seed of the `episode`-th episode after an episode with seed `seed`.
 #[pyfunction]
 pub(crate) fn episode_seed(seed: u64, episode: u64) -> u64 {
     flockesc_core::episode_seed(seed, episode)
 }
 
-/// Name, lower and upper bound of every entry of an observation row.
+/// Returns the name, lower and upper bound of every entry of an observation row.
 #[pyfunction]
 pub(crate) fn observation_entries(per_agent: bool, dimension: usize) -> Vec<(String, f32, f32)> {
     let view = if per_agent { View::Agent } else { View::Flock };
     bounds(entries(view, dimension))
 }
 
-/// The same of a learned predator's row.
+/// Returns the name, lower and upper bound of every entry of a learned predator's row.
 #[pyfunction]
 pub(crate) fn predator_observation_entries(dimension: usize) -> Vec<(String, f32, f32)> {
     bounds(predator_entries(dimension))

@@ -1,4 +1,4 @@
-//! `flockesc_env._core`: checks what Python passes, detaches from the interpreter, calls the core.
+//! `flockesc_env._core`: the Python bindings of `flockesc-core`.
 
 mod actions;
 mod arrays;
@@ -14,7 +14,7 @@ mod models;
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
 
-/// Called in every child that Python forks.
+/// Marks the process as forked. Python calls it in every child process after a fork.
 #[pyfunction]
 fn forked() {
     flockesc_core::bindings::forked();

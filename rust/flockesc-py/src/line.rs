@@ -1,4 +1,4 @@
-//! `LineEpisode`: one line in an episode.
+//! `LineEpisode`: Python class of an episode of a line.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use crate::arrays::flat;
 use crate::errors::{CoreError, try_borrow, try_borrow_mut};
 use crate::long_call::{LONG, long_call};
 
-/// Observation, reward, whether it stands still, whether it is cut off, `info`.
+/// Observation, reward, terminated (in the steady state), truncated, `info`.
 type StepOne<'py> = (
     Bound<'py, PyArray1<f32>>,
     f64,
@@ -25,7 +25,7 @@ type StepOne<'py> = (
 #[derive(Clone)]
 pub(crate) struct LineEpisode {
     inner: flockesc_core::LineEpisode,
-    /// Scenario and options that it was made from.
+    /// Scenario and options, as given to the constructor.
     made_from: (String, String),
 }
 
@@ -56,7 +56,7 @@ impl LineEpisode {
         Ok(Self { inner, made_from })
     }
 
-    /// Holds a range for one action. Where that is interrupted, the episode is as before.
+    /// Applies one action and returns the reward. An interrupted call is rolled back.
     fn step(slf: &Bound<'_, Self>, py: Python<'_>, interaction_range: f64) -> PyResult<f64> {
         let this = &mut *try_borrow_mut(slf)?;
         if this.inner.work() < LONG {
@@ -72,8 +72,7 @@ impl LineEpisode {
         Ok(reward)
     }
 
-    /// As `step`; and the observation, whether the line stands still, whether it has ended otherwise, and `info`, of the
-    /// same moment.
+    /// Applies one action as `step` does, and returns observation, reward, terminated, truncated and `info`.
     fn step_one<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
@@ -93,7 +92,7 @@ impl LineEpisode {
         ))
     }
 
-    /// What an environment tells beside the observation.
+    /// Returns the `info` of the environment.
     fn info<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         info(slf.py(), &try_borrow(slf)?.inner)
     }
@@ -102,7 +101,7 @@ impl LineEpisode {
         Ok(try_borrow(slf)?.inner.observation().into_pyarray(slf.py()))
     }
 
-    /// The episode, and the seed and the next number of the schedule that it belongs to, as bytes.
+    /// Returns a snapshot of the episode and its schedule: the first seed and the number of the next episode.
     fn get_state<'py>(
         slf: &Bound<'py, Self>,
         seed: u64,
@@ -112,7 +111,7 @@ impl LineEpisode {
         Ok(PyBytes::new(slf.py(), &state))
     }
 
-    /// Becomes what `get_state` has saved, and returns the schedule. Nothing changes if that is refused.
+    /// Restores a snapshot by `get_state` and returns its schedule. A rejected snapshot changes nothing.
     fn set_state(slf: &Bound<'_, Self>, state: &[u8]) -> Result<(u64, u64), CoreError> {
         let this = &mut *try_borrow_mut(slf)?;
         let (episode, schedule) = this.inner.restored(state)?;
@@ -120,7 +119,7 @@ impl LineEpisode {
         Ok(schedule)
     }
 
-    #[expect(clippy::type_complexity, reason = "what pickle takes")]
+    #[expect(clippy::type_complexity, reason = "the protocol of pickle")]
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
     ) -> PyResult<(
@@ -137,7 +136,7 @@ impl LineEpisode {
         Self::set_state(slf, state).map(drop)
     }
 
-    /// An equal episode that goes its own way.
+    /// Returns an independent copy.
     fn __deepcopy__(slf: &Bound<'_, Self>, _memo: &Bound<'_, PyAny>) -> Result<Self, CoreError> {
         Ok(try_borrow(slf)?.clone())
     }
@@ -195,7 +194,7 @@ fn info<'py>(
     Ok(dict)
 }
 
-/// Name, lower and upper bound of every entry of a line observation.
+/// Returns the name, lower and upper bound of every entry of a line's observation.
 #[pyfunction]
 pub(crate) fn line_observation_entries(num_agents: usize) -> Vec<(String, f32, f32)> {
     line_entries(num_agents)

@@ -1,4 +1,4 @@
-//! Calls that may take long: they answer Ctrl-C at once and report their progress.
+//! Long-running calls, which can be interrupted by Ctrl-C and report their progress.
 
 use std::process;
 use std::sync::Arc;
@@ -12,16 +12,19 @@ use pyo3::prelude::*;
 
 use crate::errors::{CoreError, forked_within, worker_died};
 
+/// Interval between checks for signals.
 const POLL: Duration = Duration::from_millis(50);
 
-/// Agents visited from which on a call is watched: it takes milliseconds, of which starting a thread is about a hundredth.
+/// Smallest number of visited agents for a call in its own thread. Such a call takes milliseconds, and
+/// starting the thread takes about 1 % of that.
 pub(crate) const LONG: usize = 1 << 18;
 
-/// Agents visited below which a call keeps the interpreter: handing it to another thread and getting it back takes longer
-/// than the few microseconds of such a call, and two threads that did so were half as fast as one.
+/// Smallest number of visited agents for a call that releases the GIL. A shorter call takes a few
+/// microseconds, and releasing the GIL would take longer: two threads with such calls were half as fast as
+/// one.
 const SHORT: usize = 1 << 8;
 
-/// Runs `work`, which visits so many agents; other threads run Python meanwhile, if it takes long enough.
+/// Runs `work`, which visits `visits` agents, and releases the GIL if there are many.
 pub(crate) fn maybe_detach<T: Ungil>(
     py: Python<'_>,
     visits: usize,
@@ -34,11 +37,10 @@ pub(crate) fn maybe_detach<T: Ungil>(
     }
 }
 
-/// Runs `work` on a thread of its own, while this one looks for signals and calls `report(done)`.
+/// Runs `work` in a new thread, while the calling thread checks for signals and calls `report(done)`.
 ///
-/// A signal handler that raises (Ctrl-C) or a `report` that raises gives the work up: the exception is passed on at
-/// once, and the thread ends with the step of the model that it is at. The last call of `report` comes when all is
-/// done.
+/// An exception from a signal handler (Ctrl-C) or from `report` is raised at once, and cancels the work after
+/// its current model step. The last call of `report` comes after the end of the work.
 pub(crate) fn long_call<T: Send + 'static>(
     py: Python<'_>,
     report: Option<&Bound<'_, PyAny>>,
@@ -48,7 +50,7 @@ pub(crate) fn long_call<T: Send + 'static>(
     Ok(outcome.map_err(CoreError::from)?)
 }
 
-/// Work on a thread of its own, which is told to stop when this is dropped.
+/// Work in its own thread. Dropping it cancels the work.
 pub(crate) struct LongCall<T> {
     progress: Arc<Progress>,
     outcome: Receiver<T>,
@@ -61,7 +63,7 @@ impl<T: Send + 'static> LongCall<T> {
         let (sender, outcome) = channel();
         let watched = Arc::clone(&progress);
         thread::Builder::new().spawn(move || {
-            // Nobody receives what was given up.
+            // Sending fails if the call was cancelled and its receiver was dropped.
             let _ = sender.send(work(&watched));
         })?;
         Ok(Self {
@@ -71,7 +73,8 @@ impl<T: Send + 'static> LongCall<T> {
         })
     }
 
-    /// Waits for the outcome; looks for signals and reports meanwhile, and passes on what they raise.
+    /// Waits for the outcome, checks for signals and reports progress. Returns exceptions from signal
+    /// handlers and from `report`.
     pub(crate) fn finish(
         &mut self,
         py: Python<'_>,
@@ -96,10 +99,10 @@ impl<T: Send + 'static> LongCall<T> {
         }
     }
 
-    /// The outcome, if it comes in time.
-    pub(crate) fn wait(&mut self, py: Python<'_>, patience: Duration) -> PyResult<Option<T>> {
+    /// Waits for at most `timeout` and returns the outcome, if there is one.
+    pub(crate) fn wait(&mut self, py: Python<'_>, timeout: Duration) -> PyResult<Option<T>> {
         let outcome = &mut self.outcome;
-        match py.detach(move || outcome.recv_timeout(patience)) {
+        match py.detach(move || outcome.recv_timeout(timeout)) {
             Ok(outcome) => Ok(Some(outcome)),
             Err(RecvTimeoutError::Timeout) => Ok(None),
             Err(RecvTimeoutError::Disconnected) => Err(worker_died()),

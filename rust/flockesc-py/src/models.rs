@@ -1,4 +1,4 @@
-//! The two models as functions: checks, whole runs, sweeps, neighbor graphs.
+//! Python functions of the two models: validation, simulation and sweeps.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ pub(crate) fn check_flock_scenario(scenario: &str) -> Result<(), CoreError> {
     Ok(())
 }
 
-/// The document of the episode with this seed; `None` if the scenario draws nothing.
+/// Returns the scenario of the episode with this seed, with drawn numbers, or `None` without randomization.
 #[pyfunction]
 pub(crate) fn drawn_flock_scenario(scenario: &str, seed: u64) -> Result<Option<String>, CoreError> {
     Ok(FlockConfig::from_json(scenario)?.drawn_json(seed))
@@ -30,19 +30,19 @@ pub(crate) fn check_line_scenario(scenario: &str) -> Result<(), CoreError> {
     Ok(())
 }
 
-/// The document of the core's default flock, the paper's.
+/// Returns the document of the default flock, which is the paper's.
 #[pyfunction]
 pub(crate) fn default_flock_scenario() -> String {
     FlockConfig::default().to_json()
 }
 
-/// The document of the core's default line, the paper's.
+/// Returns the document of the default line, which is the paper's.
 #[pyfunction]
 pub(crate) fn default_line_scenario() -> String {
     LineConfig::default().to_json()
 }
 
-/// Every family of parts, with the names of its kinds in documents.
+/// Returns every family of parts with the names of its kinds in documents.
 #[pyfunction]
 pub(crate) fn kinds() -> BTreeMap<&'static str, Vec<&'static str>> {
     let families = flockesc_core::kinds().iter();
@@ -53,7 +53,7 @@ pub(crate) fn kinds() -> BTreeMap<&'static str, Vec<&'static str>> {
 
 #[pyfunction]
 #[pyo3(signature = (scenario, ranges, seed, positions, velocities, num_threads, predator_actions=None))]
-#[expect(clippy::too_many_arguments, reason = "what a run is made from")]
+#[expect(clippy::too_many_arguments, reason = "options of a run")]
 pub(crate) fn simulate_flock<'py>(
     py: Python<'py>,
     scenario: &str,

@@ -1,7 +1,8 @@
-//! Neighbors by testing all pairs.
+//! Neighbor search over all pairs.
 
 use crate::flock::Point;
 
+/// Writes the sum of the velocities of each agent's neighbors.
 pub(crate) fn sum_neighbors(
     positions: &[Point],
     velocities: &[Point],
@@ -13,7 +14,7 @@ pub(crate) fn sum_neighbors(
     }
 }
 
-/// Sum of the velocities of the candidates within `range` of `position`.
+/// Returns the sum of the velocities of the agents within `range` of `position`.
 pub(crate) fn sum_in_range(
     position: Point,
     positions: &[Point],

@@ -1,14 +1,15 @@
-//! Neighbors by a cell list: agents sorted into square cells, candidates from the nine cells around.
+//! Neighbor search with a cell list: agents are sorted into square cells, and neighbors are searched in nine
+//! cells.
 
 use crate::all_pairs::sum_in_range;
 use crate::flock::Point;
 
-/// The cells at one time; buffers are kept from step to step.
+/// A cell list, whose buffers are reused from step to step.
 #[derive(Default)]
 pub(crate) struct CellList {
     /// Cell of every agent.
     cell: Vec<usize>,
-    /// Where each cell starts in the sorted arrays; one entry more than cells.
+    /// Index at which each cell starts in the sorted arrays, and the end of the last cell.
     start: Vec<usize>,
     /// Agents in the order of their cells.
     order: Vec<usize>,
@@ -17,6 +18,7 @@ pub(crate) struct CellList {
 }
 
 impl CellList {
+    /// Writes the sum of the velocities of each agent's neighbors.
     pub(crate) fn sum_neighbors(
         &mut self,
         positions: &[Point],
@@ -36,7 +38,7 @@ impl CellList {
             let (left, right) = (column.saturating_sub(1), (column + 1).min(columns - 1));
             let mut sum = [0.0; 2];
             for near in row.saturating_sub(1)..=(row + 1).min(rows - 1) {
-                // Neighboring cells of a row lie side by side in the sorted arrays.
+                // Adjacent cells of a row are adjacent in the sorted arrays.
                 let first = self.start[near * columns + left];
                 let last = self.start[near * columns + right + 1];
                 let (r, v) = (&self.positions[first..last], &self.velocities[first..last]);
@@ -47,7 +49,7 @@ impl CellList {
         }
     }
 
-    /// Sorts agents into cells by counting; returns the number of columns and of rows.
+    /// Sorts the agents into cells by counting sort, and returns the numbers of columns and rows.
     fn sort(&mut self, positions: &[Point], range: f64) -> (usize, usize) {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for position in positions {
@@ -56,7 +58,7 @@ impl CellList {
                 high[axis] = high[axis].max(position[axis]);
             }
         }
-        // About as many cells as agents at most: smaller ones cost more to visit than they save.
+        // At most about as many cells as agents, because smaller cells cost more time than they save.
         let area = (high[0] - low[0]) * (high[1] - low[1]);
         let side = range.max((area / positions.len() as f64).sqrt()).max(1e-9);
         let columns = ((high[0] - low[0]) / side) as usize + 1;
@@ -77,7 +79,7 @@ impl CellList {
             end += *start;
             *start = end;
         }
-        // Filled from the back, each cell's end moves down to its start.
+        // Cells are filled from the back, which moves each cell's end down to its start.
         self.order.resize(positions.len(), 0);
         for (agent, &cell) in self.cell.iter().enumerate().rev() {
             self.start[cell] -= 1;

@@ -1,11 +1,11 @@
-//! One step of the flock (docs/model.md) around a search for neighbors.
+//! The flock model (docs/model.md), with an exchangeable neighbor search.
 
 use pyo3::FromPyObject;
 
-/// x and y.
+/// Coordinates x and y.
 pub(crate) type Point = [f64; 2];
 
-/// The parameters; read from the attributes of `benchmarks.peers.model.Model`.
+/// The parameters, which are read from the attributes of `benchmarks.peers.model.Model`.
 #[derive(FromPyObject)]
 pub(crate) struct Model {
     time_step: f64,
@@ -35,7 +35,8 @@ impl Flock {
         }
     }
 
-    /// Runs `steps` steps and returns J_mean. `sum_neighbors` writes the sum of the velocities of each agent's neighbors.
+    /// Runs `steps` steps and returns J_mean. `sum_neighbors` writes the sum of the velocities of each
+    /// agent's neighbors.
     pub(crate) fn run(
         &mut self,
         steps: usize,
@@ -59,7 +60,7 @@ impl Flock {
             .zip(&mut self.velocities)
             .zip(sums)
         {
-            // The direction of a sum is that of the mean.
+            // The sum of the velocities has the same direction as their mean.
             let mut force = scaled(*sums, model.speed);
             let offset = [
                 position[0] - self.predator[0],
@@ -95,7 +96,7 @@ fn norm(vector: Point) -> f64 {
     (vector[0] * vector[0] + vector[1] * vector[1]).sqrt()
 }
 
-/// The vector of this length in the same direction; 0 where there is none.
+/// Returns the vector scaled to this length, or 0 if its norm is 0.
 fn scaled(vector: Point, length: f64) -> Point {
     let norm = norm(vector);
     if norm > 0.0 {

@@ -1,5 +1,5 @@
-//! The models in plain Rust, as one writes them first: `f64`, scalar, one thread. `benchmarks/` measures
-//! flockesc-core against them, so they share no code with it.
+//! Straightforward implementations of the models: `f64`, scalar, one thread. `benchmarks/` compares
+//! flockesc-core with them. They share no code with flockesc-core.
 
 mod all_pairs;
 mod cells;

@@ -1,8 +1,8 @@
-//! The line model by testing all pairs.
+//! The line model, with a neighbor search over all pairs.
 
 use pyo3::FromPyObject;
 
-/// The predator and its linear escape force; read from the attributes of a `LineScenario`.
+/// The predator and its linear escape force, which are read from the attributes of a `LineScenario`.
 #[derive(FromPyObject)]
 pub(crate) struct Predator {
     predator_position: f64,

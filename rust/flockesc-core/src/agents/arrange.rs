@@ -1,4 +1,4 @@
-//! The sort of agents by position: agents that are close in space become close in memory.
+//! Spatial sort of the agents, so that agents that are close in space are close in memory.
 
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
@@ -7,9 +7,9 @@ use super::layout::TILE;
 use crate::parallel;
 
 /// Smallest number of agents whose halves are sorted on two threads.
-const FORK: usize = 1 << 14;
+const MIN_PARALLEL: usize = 1 << 14;
 
-/// One agent, as a sort moves it and a snapshot stores it.
+/// All data of one agent, for sorting and for snapshots.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Agent<const D: usize> {
     pub(super) id: u32,
@@ -17,15 +17,15 @@ pub(super) struct Agent<const D: usize> {
     pub(super) position: SVector<f64, D>,
     /// v in m/s.
     pub(super) velocity: SVector<f64, D>,
-    /// ||v|| as the step left it, which may differ from the norm of v by a rounding.
+    /// ||v|| in m/s, as the last step computed it. It may differ from the norm of `velocity` by rounding.
     pub(super) speed: f64,
     /// Distance to the nearest predator in m; recomputed after a restore.
     #[serde(skip)]
     pub(super) distance: f64,
 }
 
-/// Halves the agents across their longest extent, recursively. The size of the first half is a power of two, so that
-/// tiles, groups and nodes of the tree are whole halves.
+/// Recursively splits the agents in two along the axis of their largest extent, as a k-d tree does. The size
+/// of the first part is a power of two, so that tiles, groups and nodes of the tree are whole parts.
 pub(super) fn split<const D: usize>(agents: &mut [Agent<D>]) {
     if agents.len() <= TILE {
         return;
@@ -33,7 +33,7 @@ pub(super) fn split<const D: usize>(agents: &mut [Agent<D>]) {
     let axis = longest_axis(agents);
     let middle = agents.len().next_power_of_two() / 2;
     agents.select_nth_unstable_by(middle, |a, b| a.position[axis].total_cmp(&b.position[axis]));
-    let is_large = agents.len() >= FORK;
+    let is_large = agents.len() >= MIN_PARALLEL;
     let (first, second) = agents.split_at_mut(middle);
     parallel::join(is_large, || split(first), || split(second));
 }

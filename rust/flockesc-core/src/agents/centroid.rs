@@ -6,7 +6,7 @@ use super::layout::{GROUP, Group, reduce};
 use crate::base::exact::Scale;
 use crate::parallel;
 
-/// Mean position in m of all agents, which lie in the box from `low` to `high`.
+/// Returns the mean position in m of all agents. `low` and `high` are the corners of their bounding box.
 pub(crate) fn centroid<const D: usize>(
     groups: &[Group<D>],
     (low, high): ([f64; D], [f64; D]),
@@ -22,14 +22,14 @@ pub(crate) fn centroid<const D: usize>(
         |a: [i64; D], b| std::array::from_fn(|axis| a[axis] + b[axis]),
     );
     let sums = sums.unwrap_or([0; D]);
-    // Rounding may carry the mean out of the box; offsets from it must stay within the extent of the box.
+    // Rounding may move the mean out of the box; clamping bounds its distance to every agent by the box.
     std::array::from_fn(|axis| {
         let mean = scale.value(sums[axis]) / num_agents as f64;
         mean.max(low[axis]).min(high[axis])
     })
 }
 
-/// Sum of the positions in units of `scale`.
+/// Returns the sum of the positions in units of `scale`.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn total_position<const D: usize>(groups: &[Group<D>], scale: Scale) -> [i64; D] {
     let mut sums = [[0; GROUP]; D];

@@ -1,23 +1,24 @@
-//! Groups of agents, column by column, in multiples of vector registers.
+//! Memory layout of the agents: groups of 64, stored as columns for SIMD.
 
 use crate::parallel;
 
-/// Agents of a tile: one AVX-512 register of f64.
+/// Number of agents in a tile: one AVX-512 register of f64.
 pub(crate) const TILE: usize = 8;
-/// Tiles of a group, and children of every node of the tree above it.
-pub(crate) const FAN: usize = 8;
-/// Agents of a group.
-pub(crate) const GROUP: usize = TILE * FAN;
+/// Number of tiles in a group, and of children of a node of the tree.
+pub(crate) const FANOUT: usize = 8;
+/// Number of agents in a group.
+pub(crate) const GROUP: usize = TILE * FANOUT;
 
-/// Whether one flock of `num_agents` is stepped on several threads.
+/// Returns whether a flock of `num_agents` is large enough to be stepped on several threads.
 pub(crate) fn is_large(num_agents: usize) -> bool {
     num_agents / GROUP >= parallel::MIN_ITEMS
 }
 
-/// A column of one group.
+/// One value for every agent of a group. An agent's index in its group is its lane.
 pub(crate) type Column<T> = [T; GROUP];
 
-/// The agents of one group. Empty lanes have a position of NaN, which no comparison finds near.
+/// The agents of one group, column by column. Lanes without an agent have a position of NaN, for which every
+/// comparison of distances is false.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub(crate) struct Group<const D: usize> {
@@ -39,7 +40,7 @@ impl<const D: usize> Group<D> {
         distance: [f64::NAN; GROUP],
     };
 
-    /// Empties the lanes from `first` on.
+    /// Clears the lanes from `first` on.
     pub(super) fn empty_from(&mut self, first: usize) {
         for axis in 0..D {
             self.position[axis][first..].fill(f64::NAN);
@@ -50,7 +51,7 @@ impl<const D: usize> Group<D> {
     }
 }
 
-/// Folds a column into one value, half onto half.
+/// Reduces a column to one value by pairwise folding of its halves.
 #[inline(always)]
 pub(crate) fn reduce<T: Copy>(mut column: Column<T>, fold: impl Fn(T, T) -> T) -> T {
     let mut width = GROUP / 2;

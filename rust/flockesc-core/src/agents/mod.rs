@@ -1,5 +1,5 @@
-//! The agents in memory: in groups of columns, sorted so that agents that are close in space are close in memory. A
-//! vector register holds one coordinate of a whole tile.
+//! Storage of the agents: positions and velocities as columns of groups, sorted so that agents that are close
+//! in space are close in memory.
 
 mod arrange;
 mod centroid;
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use arrange::{Agent, split};
 pub(crate) use centroid::centroid;
-pub(crate) use layout::{Column, FAN, GROUP, Group, TILE, is_large, reduce};
+pub(crate) use layout::{Column, FANOUT, GROUP, Group, TILE, is_large, reduce};
 pub use per_agent::PerAgent;
 pub(crate) use state::AgentsState;
 
@@ -20,19 +20,19 @@ pub(crate) use state::AgentsState;
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct Caught<const D: usize> {
     pub(crate) id: u32,
-    /// Where it was caught, in m.
+    /// Position in m at its capture.
     pub(crate) position: SVector<f64, D>,
 }
 
-/// All agents of a flock. A *place* is an agent's index in memory, its *id* is the index that users know. Caught agents
-/// have no place, but keep their ids.
+/// All agents of a flock. An agent's *place* is its index in memory and changes with every sort. Its *id* is
+/// its index in the public interface and never changes. Caught agents have an id but no place.
 #[derive(Debug, Clone)]
 pub(crate) struct Agents<const D: usize> {
-    /// At least one, even if all agents were caught.
+    /// At least one group, even if all agents were caught.
     pub(crate) groups: Vec<Group<D>>,
-    /// Id of the agent in every place.
+    /// Ids of the agents, in the order of places.
     ids: Vec<u32>,
-    /// The caught agents, in the order of the steps that caught them.
+    /// The caught agents, in the order of their capture.
     caught: Vec<Caught<D>>,
     scratch: Vec<Agent<D>>,
 }
@@ -53,46 +53,46 @@ impl<const D: usize> Agents<D> {
             speed: v.norm(),
             distance: f64::INFINITY,
         }));
-        agents.place();
+        agents.sort_scratch();
         agents
     }
 
-    /// Number of agents in the flock, without caught ones.
+    /// Returns the number of agents that were not caught.
     pub(crate) fn len(&self) -> usize {
         self.ids.len()
     }
 
-    /// Number of agents at t = 0; ids are below it.
+    /// Returns the number of agents at t = 0, caught agents included.
     pub(crate) fn num_agents(&self) -> usize {
         self.ids.len() + self.caught.len()
     }
 
-    /// The caught agents.
+    /// Returns the caught agents.
     pub(crate) fn caught(&self) -> &[Caught<D>] {
         &self.caught
     }
 
-    /// Ids of the agents of a group, in the order of places.
+    /// Returns the ids of a group's agents, in the order of places.
     pub(crate) fn ids_of(&self, group: usize) -> &[u32] {
         &self.ids[group * GROUP..self.len().min((group + 1) * GROUP)]
     }
 
-    /// The groups, for changes to them, and the ids of the agents in the order of places.
+    /// Returns the groups as mutable and the ids of all agents, in the order of places.
     pub(crate) fn groups_and_ids(&mut self) -> (&mut [Group<D>], &[u32]) {
         (&mut self.groups, &self.ids)
     }
 
-    /// Ids of all agents, in the order of places.
+    /// Returns the ids of all agents, in the order of places.
     pub(crate) fn ids(&self) -> &[u32] {
         &self.ids
     }
 
-    /// Id of the agent in a place.
+    /// Returns the id of the agent at `place`.
     pub(crate) fn id(&self, place: usize) -> usize {
         self.ids[place] as usize
     }
 
-    /// Id, position and velocity of the agent in a place.
+    /// Returns the id, position in m and velocity in m/s of the agent at `place`.
     pub(crate) fn at(&self, place: usize) -> (usize, SVector<f64, D>, SVector<f64, D>) {
         let (group, lane) = (&self.groups[place / GROUP], place % GROUP);
         (
@@ -102,12 +102,13 @@ impl<const D: usize> Agents<D> {
         )
     }
 
-    /// The same of every agent, in the order of places.
+    /// Returns an iterator over the ids, positions in m and velocities in m/s of all agents, in the order of
+    /// places.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, SVector<f64, D>, SVector<f64, D>)> {
         (0..self.len()).map(|place| self.at(place))
     }
 
-    /// The vectors in some columns, in the order of ids; 0 for caught agents.
+    /// Returns the vectors stored in the given columns, in the order of ids; 0 for caught agents.
     pub(crate) fn by_id(
         &self,
         columns: impl Fn(&Group<D>) -> &[Column<f64>; D],
@@ -122,7 +123,7 @@ impl<const D: usize> Agents<D> {
         vectors
     }
 
-    /// Resets the velocities that a step has written to empty lanes.
+    /// Sets the velocities in empty lanes to 0, after a step has written to all lanes.
     pub(crate) fn clear_empty_places(&mut self) {
         let whole = GROUP * (self.groups.len() - 1);
         let filled = self.len() - whole;
@@ -138,7 +139,7 @@ impl<const D: usize> Agents<D> {
         for column in self.groups.iter_mut().flat_map(|group| &mut group.position) {
             for coordinate in column {
                 let wrapped = coordinate.rem_euclid(side);
-                // The remainder of a tiny negative number rounds up to the side.
+                // For a tiny negative coordinate the remainder rounds up to `side`.
                 *coordinate = if wrapped < side {
                     wrapped
                 } else {
@@ -148,8 +149,8 @@ impl<const D: usize> Agents<D> {
         }
     }
 
-    /// Removes the agents whose nearest predator is at most `radius` m away. The others close up in their order; `moved`
-    /// is called with the old and the new place of every agent that moves.
+    /// Removes the agents whose nearest predator is at most `radius` m away. The other agents keep their
+    /// order and fill the gaps. Calls `moved(old place, new place)` for every agent that moves.
     pub(crate) fn catch(&mut self, radius: f64, mut moved: impl FnMut(usize, usize)) {
         let mut kept = 0;
         for place in 0..self.len() {
@@ -175,17 +176,17 @@ impl<const D: usize> Agents<D> {
         }
     }
 
-    /// Re-sorts the agents, so that the agents of every tile, group and node are close together.
+    /// Sorts the agents by position, so that the agents of every tile, group and node are close together.
     pub(crate) fn arrange(&mut self) {
         self.scratch.clear();
         for place in 0..self.len() {
             self.scratch.push(self.agent(place));
         }
-        self.place();
+        self.sort_scratch();
     }
 
-    /// Sorts the agents in `scratch` and gives them places.
-    fn place(&mut self) {
+    /// Sorts the agents in `scratch` and writes them to the groups.
+    fn sort_scratch(&mut self) {
         split(&mut self.scratch);
         for place in 0..self.scratch.len() {
             self.put(place, self.scratch[place]);

@@ -1,4 +1,4 @@
-//! A parameter of the agents: one number for all, or one per agent.
+//! `PerAgent`: a parameter with one number for all agents or one number per agent.
 
 use std::fmt;
 
@@ -8,18 +8,18 @@ use serde::{Deserialize, Deserializer, Serialize};
 use super::layout::Column;
 use crate::base::error::{Error, Result};
 
-/// One number for the flock, or one per agent.
+/// A parameter of the agents: one number for all, or one per agent.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum PerAgent {
     /// The same for every agent.
     Shared(f64),
-    /// Entry i is agent i's; at least one.
+    /// Entry i belongs to agent i.
     Each(Vec<f64>),
 }
 
 impl PerAgent {
-    /// Checks every number, and that there is one for every agent.
+    /// Checks that there is one number or `num_agents` numbers, and checks each with `number(field, value)`.
     pub(crate) fn check(
         &self,
         field: &str,
@@ -30,7 +30,8 @@ impl PerAgent {
             Self::Shared(value) => number(field, *value),
             Self::Each(values) if values.len() != num_agents => {
                 let expected = format!("a number or {num_agents} numbers");
-                Err(Error::config(field, expected, values.len()))
+                let given = format!("{} numbers", values.len());
+                Err(Error::config(field, expected, given))
             }
             Self::Each(values) => {
                 let mut entries = values.iter().enumerate();
@@ -39,7 +40,7 @@ impl PerAgent {
         }
     }
 
-    /// The number of the agent with this id.
+    /// Returns the number of the agent with this id.
     pub(crate) fn of(&self, id: usize) -> f64 {
         match self {
             Self::Shared(value) => *value,
@@ -47,7 +48,7 @@ impl PerAgent {
         }
     }
 
-    /// The largest of the numbers.
+    /// Returns the largest number.
     pub(crate) fn largest(&self) -> f64 {
         match self {
             Self::Shared(value) => *value,
@@ -55,7 +56,7 @@ impl PerAgent {
         }
     }
 
-    /// Writes the numbers of the agents with these ids; the values of empty lanes are arbitrary.
+    /// Writes the numbers of the agents with these ids to `out`; values in empty lanes are unspecified.
     #[inline(always)]
     pub(crate) fn gather(&self, ids: &[u32], out: &mut Column<f64>) {
         match self {
@@ -75,14 +76,15 @@ impl<'de> Deserialize<'de> for PerAgent {
     }
 }
 
-/// Written by hand, because errors of an untagged enum name neither the expected type nor the bad entry.
+/// Visitor for a number or a list of numbers. The derived code for an untagged enum would not name the bad
+/// entry in its errors.
 struct NumberOrNumbers;
 
 impl<'de> Visitor<'de> for NumberOrNumbers {
     type Value = PerAgent;
 
     fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("a number, or a list of one per agent")
+        formatter.write_str("a number or a list of numbers, one per agent")
     }
 
     fn visit_f64<E>(self, value: f64) -> std::result::Result<PerAgent, E> {
@@ -156,7 +158,7 @@ mod tests {
             ("mass".into(), "a number or 3 numbers".into())
         );
         assert_eq!(refused("[1, \"2\", 1]"), ("[1]".into(), "a number".into()));
-        let either = "a number, or a list of one per agent".to_owned();
+        let either = "a number or a list of numbers, one per agent".to_owned();
         assert_eq!(refused("\"heavy\"").1, either);
         assert_eq!(refused("null").1, either);
     }

@@ -7,9 +7,9 @@ use super::layout::{GROUP, Group};
 use super::{Agents, Caught};
 use crate::base::error::Result;
 use crate::base::vector::SHORTEST;
-use crate::snapshot::{are_sound, check, is_sound};
+use crate::snapshot::{are_bounded, check, is_bounded};
 
-/// All agents of a flock.
+/// The serialized agents of a flock.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct AgentsState<const D: usize> {
     /// In the order of places.
@@ -17,11 +17,12 @@ pub(crate) struct AgentsState<const D: usize> {
     caught: Vec<Caught<D>>,
 }
 
-/// Whether a step can have left this agent: its speed is the norm of its velocity up to rounding.
+/// Returns whether an agent is valid: all numbers are bounded, and its speed is the norm of its velocity up
+/// to rounding.
 fn is_possible<const D: usize>(agent: &Agent<D>) -> bool {
     let (norm, speed) = (agent.velocity.norm(), agent.speed);
-    are_sound(agent.position.iter().chain(agent.velocity.iter()))
-        && is_sound(speed)
+    are_bounded(agent.position.iter().chain(agent.velocity.iter()))
+        && is_bounded(speed)
         && ((norm - speed).abs() <= 1e-9 * norm
             || (norm.max(speed.abs()) < SHORTEST && speed >= 0.0))
 }
@@ -34,7 +35,8 @@ impl<const D: usize> Agents<D> {
         }
     }
 
-    /// The flock of `num_agents` agents. The caller recomputes distances to predators.
+    /// Restores a flock that had `num_agents` agents at t = 0. The caller recomputes the distances to
+    /// predators.
     pub(crate) fn restore(state: AgentsState<D>, num_agents: usize) -> Result<Self> {
         let AgentsState { agents, caught } = state;
         let mut is_used = vec![false; num_agents];
@@ -47,7 +49,7 @@ impl<const D: usize> Agents<D> {
         check(!is_used.contains(&false), "ids of agents")?;
         check(agents.iter().all(is_possible), "agents")?;
         let positions = caught.iter().flat_map(|agent| &agent.position);
-        check(are_sound(positions), "positions of caught agents")?;
+        check(are_bounded(positions), "positions of caught agents")?;
         let mut restored = Self {
             groups: vec![Group::EMPTY; agents.len().div_ceil(GROUP).max(1)],
             ids: vec![0; agents.len()],

@@ -1,57 +1,73 @@
-//! Checks of single fields. Errors name the field.
+//! Validation of single fields and arguments.
 
 use crate::base::error::{Error, Result};
 
-/// Largest number of agents of a scenario; guards against allocations that no machine can serve.
+/// Largest number of agents of a scenario. The limit prevents allocations that exceed the memory of any
+/// machine.
 pub const MAX_AGENTS: usize = 10_000_000;
 /// Largest number of steps of a scenario.
 pub const MAX_STEPS: usize = 1_000_000_000;
 
-/// Largest magnitude of any number that a step computes with. [`MAX_STEPS`] steps with such numbers stay below 1e119 m,
-/// whose square is finite.
-pub(crate) const LARGEST: f64 = 1e20;
+/// Largest magnitude of a parameter. With such parameters, coordinates stay below 1e119 m for [`MAX_STEPS`]
+/// steps, and their squares are finite.
+pub(crate) const MAX_MAGNITUDE: f64 = 1e20;
 
-/// Smallest number that a step divides by.
-const SMALLEST: f64 = 1e-20;
+/// Smallest value of a parameter that a step divides by.
+const MIN_DIVISOR: f64 = 1e-20;
 
 pub(crate) fn finite(field: &str, value: f64) -> Result<()> {
-    check(field, shown(value), "a finite number", value.is_finite())
+    check(
+        field,
+        format_number(value),
+        "a finite number",
+        value.is_finite(),
+    )
 }
 
-/// A number that is only compared: a range may exceed [`LARGEST`].
+/// Checks a number that is only compared, such as a range. It may exceed [`MAX_MAGNITUDE`].
 pub(crate) fn not_negative(field: &str, value: f64) -> Result<()> {
     let good = value.is_finite() && value >= 0.0;
-    check(field, shown(value), "a finite number of at least 0", good)
+    check(
+        field,
+        format_number(value),
+        "a finite number of at least 0",
+        good,
+    )
 }
 
 pub(crate) fn positive(field: &str, value: f64) -> Result<()> {
     let good = value.is_finite() && value > 0.0;
-    check(field, shown(value), "a finite number above 0", good)
+    check(field, format_number(value), "a finite number above 0", good)
 }
 
-/// A number that a step computes with.
+/// Checks a parameter from 0 to [`MAX_MAGNITUDE`].
 pub(crate) fn quantity(field: &str, value: f64) -> Result<()> {
-    within_bounds(field, value, 0.0, LARGEST)
+    within_bounds(field, value, 0.0, MAX_MAGNITUDE)
 }
 
-/// A number that a step divides by.
+/// Checks a parameter that a step divides by, from [`MIN_DIVISOR`] to [`MAX_MAGNITUDE`].
 pub(crate) fn positive_quantity(field: &str, value: f64) -> Result<()> {
-    within_bounds(field, value, SMALLEST, LARGEST)
+    within_bounds(field, value, MIN_DIVISOR, MAX_MAGNITUDE)
 }
 
 pub(crate) fn coordinate(field: &str, value: f64) -> Result<()> {
-    within_bounds(field, value, -LARGEST, LARGEST)
+    within_bounds(field, value, -MAX_MAGNITUDE, MAX_MAGNITUDE)
 }
 
-/// The coordinates of a call's argument, of which `field` names one.
+/// Checks the coordinates in an argument of a call. `field` returns the name of the coordinate at an index,
+/// for errors.
 pub(crate) fn coordinates(values: &[f64], field: impl Fn(usize) -> String) -> Result<()> {
     match values
         .iter()
-        .position(|value| !(-LARGEST..=LARGEST).contains(value))
+        .position(|value| !(-MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(value))
     {
         Some(at) => {
-            let expected = format!("a number from {:?} to {LARGEST:?}", -LARGEST);
-            Err(Error::argument(field(at), expected, shown(values[at])))
+            let expected = format!("a number from {:?} to {MAX_MAGNITUDE:?}", -MAX_MAGNITUDE);
+            Err(Error::argument(
+                field(at),
+                expected,
+                format_number(values[at]),
+            ))
         }
         None => Ok(()),
     }
@@ -61,17 +77,18 @@ pub(crate) fn within_bounds(field: &str, value: f64, low: f64, high: f64) -> Res
     let expected = format!("a number from {low:?} to {high:?}");
     check(
         field,
-        shown(value),
+        format_number(value),
         &expected,
         (low..=high).contains(&value),
     )
 }
 
-/// A point, velocity or direction with `dimension` coordinates.
+/// Checks a point, velocity or direction with `dimension` coordinates.
 pub(crate) fn vector(field: &str, entries: &[f64], dimension: usize) -> Result<()> {
     if entries.len() != dimension {
         let expected = format!("{dimension} numbers");
-        return Err(Error::config(field, expected, entries.len()));
+        let given = format!("{} numbers", entries.len());
+        return Err(Error::config(field, expected, given));
     }
     let mut places = entries.iter().enumerate();
     places.try_for_each(|(k, &entry)| coordinate(&format!("{field}[{k}]"), entry))
@@ -82,8 +99,8 @@ pub(crate) fn within(field: &str, value: usize, low: usize, high: usize) -> Resu
     check(field, value, &expected, (low..=high).contains(&value))
 }
 
-/// The number in its shortest form.
-fn shown(value: f64) -> String {
+/// Formats a number in its shortest form.
+fn format_number(value: f64) -> String {
     let text = format!("{value:?}");
     text.strip_suffix(".0").unwrap_or(&text).to_owned()
 }

@@ -1,21 +1,17 @@
-//! From JSON, with errors that name the path of a bad field.
+//! Parsing of JSON documents, with errors that name the path of the bad field.
 
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::base::error::{Error, Result};
 
-/// Parses a document, a JSON object.
+/// Parses a document, which must be a JSON object.
 pub(crate) fn parse<T: DeserializeOwned>(document: &str) -> Result<T> {
     let value: Value = serde_json::from_str(document)
         .map_err(|error| Error::config("document", "valid JSON", error))?;
-    // A list would be taken as the values of the first fields.
+    // Serde also accepts a list, as the values of the fields in order.
     if !value.is_object() {
-        return Err(Error::config(
-            "document",
-            "an object with its fields",
-            value,
-        ));
+        return Err(Error::config("document", "a JSON object", value));
     }
     parse_value(&value)
 }
@@ -27,7 +23,7 @@ pub(crate) fn parse_value<T: DeserializeOwned>(value: &Value) -> Result<T> {
         let message = error.inner().to_string();
         let (given, expected) = message
             .split_once(", expected ")
-            .unwrap_or((&message, "a field that the schema names"));
+            .unwrap_or((&message, "a known field"));
         let field = if path == "." {
             quoted(given).unwrap_or("document").to_owned()
         } else {
@@ -37,20 +33,20 @@ pub(crate) fn parse_value<T: DeserializeOwned>(value: &Value) -> Result<T> {
     })
 }
 
-/// What serde expects, in words of the document instead of Rust's.
+/// Translates the name of a Rust type in serde's messages into the name of a JSON type.
 fn plain(expected: &str) -> &str {
     match expected {
         "usize" => "an integer of at least 0",
         "f64" => "a number",
         "a sequence" => "a list",
         "a boolean" => "true or false",
-        "newtype variant" | "struct variant" | "map" => "an object with its fields",
-        other if other.starts_with("struct ") => "an object with its fields",
+        "newtype variant" | "struct variant" | "map" => "a JSON object",
+        other if other.starts_with("struct ") => "a JSON object",
         other => other,
     }
 }
 
-/// The name in backquotes in serde's messages on unknown and missing fields.
+/// Returns the name in backquotes in serde's messages on unknown and missing fields.
 fn quoted(message: &str) -> Option<&str> {
     message.split('`').nth(1)
 }

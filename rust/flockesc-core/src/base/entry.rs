@@ -1,4 +1,4 @@
-//! What one number of an observation is called and where it lies.
+//! Names and bounds of observation entries.
 
 /// Name and bounds of one entry of an observation.
 #[derive(Debug, Clone, PartialEq)]

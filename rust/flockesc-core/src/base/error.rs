@@ -1,40 +1,41 @@
-//! The one error type of the core: which field, what it had to be, what came.
+//! The error type of the crate.
 
-/// What went wrong; every variant is the caller's to mend and nothing has changed when it is returned.
+/// The error type of the crate. All errors but [`Error::Interrupted`] are caused by the caller's input. A
+/// call that returns one of them has changed nothing.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Error {
-    /// A scenario, option or other document does not fit the schema or its bounds.
+    /// A field of a scenario or of options is unknown, has the wrong type or is out of bounds.
     #[error("{field}: expected {expected}, got {given}")]
     Config {
         /// Path of the field, for example `predators[0].pure_pursuit.max_turn_rate`.
         field: String,
-        /// What would have been accepted.
+        /// Description of the accepted values.
         expected: String,
-        /// What came.
+        /// The rejected value.
         given: String,
     },
     /// An argument of a call has the wrong shape or value.
     #[error("{field}: expected {expected}, got {given}")]
     Argument {
-        /// Name of the argument, with the index of the offending entry.
+        /// Name of the argument, with the index of the rejected entry.
         field: String,
-        /// What would have been accepted.
+        /// Description of the accepted values.
         expected: String,
-        /// What came.
+        /// The rejected value.
         given: String,
     },
-    /// A call came at the wrong moment of an episode.
+    /// A call came before the first reset or after the end of an episode.
     #[error("{message}")]
     Episode {
         /// The situation, as a sentence.
         message: String,
     },
-    /// A long call was told to stop before it had finished.
+    /// A long call was cancelled before it finished.
     #[error("interrupted")]
     Interrupted,
 }
 
-/// Result of the core.
+/// A `Result` with this crate's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
@@ -50,7 +51,7 @@ impl Error {
         }
     }
 
-    /// An [`Error::Argument`].
+    /// Creates an [`Error::Argument`].
     pub fn argument(
         field: impl Into<String>,
         expected: impl Into<String>,

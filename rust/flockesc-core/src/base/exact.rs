@@ -1,13 +1,14 @@
-//! Sums that do not depend on their order: numbers become whole multiples of a power of two, and whole numbers add
-//! exactly. So every algorithm, instruction set and number of threads gives the same bits.
+//! Exact sums in fixed point. Numbers are rounded to integer multiples of a power of two, and integers add
+//! exactly, so that a sum has the same bits in any order, on any instruction set and on any number of
+//! threads.
 
-/// 1.5 * 2^52: added to a number of at most 2^51, it leaves the nearest whole number in the low bits.
+/// 1.5 * 2^52. The sum of it and a number of magnitude at most 2^51 has the nearest integer in its low bits.
 const SHIFT: f64 = 6_755_399_441_055_744.0;
 
-/// Bits that a rounded number may take.
+/// Number of bits of a quantized number.
 const BITS: i32 = 51;
 
-/// The power of two of which numbers are taken as whole multiples.
+/// A fixed-point scale: one unit is a power of two.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Scale {
     up: f64,
@@ -15,33 +16,35 @@ pub(crate) struct Scale {
 }
 
 impl Scale {
-    /// The finest scale on which `terms` numbers of magnitude up to `largest` can be summed, at least 1 of them.
+    /// Creates the finest scale on which `terms` >= 1 numbers of magnitude up to `largest` can be summed.
     pub(crate) fn new(largest: f64, terms: usize) -> Self {
-        Self::with_bits(room(terms), largest)
+        Self::with_bits(bits_per_term(terms), largest)
     }
 
-    /// As [`Scale::new`], but coarse enough for [`Scale::quantize`]: at best `largest` / 2^51.
+    /// Creates a scale as [`Scale::new`] does, but with a unit of at least `largest` / 2^51, as
+    /// [`Scale::quantize`] needs.
     pub(crate) fn for_registers(largest: f64, terms: usize) -> Self {
-        Self::with_bits(room(terms).min(BITS), largest)
+        Self::with_bits(bits_per_term(terms).min(BITS), largest)
     }
 
-    /// The scale of this [unit](Scale::unit); `None` for what is the unit of none.
+    /// Returns the scale whose [unit](Scale::unit) is `unit`, or `None` if `unit` is not a power of two in
+    /// range.
     pub(crate) fn of_unit(unit: f64) -> Option<Self> {
         let up = unit.recip();
         let is_power = |number: f64| number.is_normal() && number.to_bits() << 12 == 0;
         (unit > 0.0 && is_power(unit) && is_power(up)).then_some(Self { up, down: unit })
     }
 
-    /// What one unit is worth.
+    /// Returns the value of one unit.
     pub(crate) fn unit(self) -> f64 {
         self.down
     }
 
-    /// Numbers below `largest` take `bits` bits.
+    /// Creates the scale on which numbers of magnitude up to `largest` have `bits` bits.
     fn with_bits(bits: i32, largest: f64) -> Self {
         // The smallest e with `largest` < 2^e.
         let exponent = ((largest.to_bits() >> 52) & 0x7ff) as i32 - 1022;
-        // Both powers stay normal: where all numbers are below 2^-971, they are taken more coarsely.
+        // The limit keeps both powers normal; it makes the scale coarser if all numbers are below 2^-971.
         let up = power_of_two((bits - exponent).min(1022));
         Self {
             up,
@@ -49,8 +52,8 @@ impl Scale {
         }
     }
 
-    /// `value` in units of a scale [`for_registers`](Scale::for_registers), rounded to the nearest. Unlike a cast, this
-    /// is an addition, which every instruction set has in vector registers.
+    /// Returns `value` in units of a scale [`for_registers`](Scale::for_registers), rounded to the nearest.
+    /// This is an addition instead of a cast, because every instruction set vectorizes additions.
     #[inline(always)]
     pub(crate) fn quantize(self, value: f64) -> i64 {
         (value * self.up + SHIFT)
@@ -58,37 +61,38 @@ impl Scale {
             .wrapping_sub(SHIFT.to_bits()) as i64
     }
 
-    /// `value` in units of any scale, rounded toward 0.
+    /// Returns `value` in units of any scale, rounded toward 0.
     #[inline(always)]
     pub(crate) fn truncate(self, value: f64) -> i64 {
         (value * self.up) as i64
     }
 
-    /// What `sum` units are worth.
+    /// Returns the value of `sum` units.
     #[inline(always)]
     pub(crate) fn value(self, sum: i64) -> f64 {
         sum as f64 * self.down
     }
 
-    /// What `units` are worth.
+    /// Converts a number of units, not necessarily an integer, into its value.
     #[inline(always)]
-    pub(crate) fn of(self, units: f64) -> f64 {
+    pub(crate) fn value_of(self, units: f64) -> f64 {
         units * self.down
     }
 
-    /// What `sum` units are worth, shared by `count`. The quotient first: a sum may be beyond every f64.
+    /// Returns the value of `sum` units divided by `count`. The division comes first, because the value of a
+    /// sum may overflow.
     #[inline(always)]
     pub(crate) fn mean(self, sum: i64, count: i64) -> f64 {
         sum as f64 / count as f64 * self.down
     }
 }
 
-/// Bits that each of so many numbers may take in a sum of 63.
-fn room(terms: usize) -> i32 {
+/// Returns the number of bits that each of `terms` numbers may have if their sum fits into 63 bits.
+fn bits_per_term(terms: usize) -> i32 {
     terms.leading_zeros() as i32 - 1
 }
 
-/// 2^exponent, for exponents from -1022 to 1023.
+/// Returns 2^exponent, for exponents from -1022 to 1023.
 fn power_of_two(exponent: i32) -> f64 {
     f64::from_bits(((exponent + 1023) as u64) << 52)
 }
@@ -100,7 +104,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn sums_are_exact_and_free_of_order(
+        fn sums_are_exact_and_independent_of_order(
             mut values in prop::collection::vec(-1e3..1e3_f64, 1..400),
             magnitude in -290..290_i32,
         ) {
@@ -119,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn no_sum_overflows_and_none_is_coarse() {
+    fn sums_do_not_overflow_and_keep_their_precision() {
         for largest in [0.0, f64::MIN_POSITIVE, 1.0, 1.5, 1e300] {
             for terms in [1, 2, 300, 10_000_000] {
                 let fine = Scale::new(largest, terms);

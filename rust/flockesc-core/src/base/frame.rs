@@ -1,4 +1,5 @@
-//! The own frame of an agent or predator: ahead is its heading; left, and in D = 3 up, complete a right-handed basis.
+//! Body frames of agents and predators: the axis ahead is the heading; left and, for D = 3, up complete a
+//! right-handed orthonormal basis.
 
 use nalgebra::SVector;
 
@@ -10,10 +11,11 @@ pub(crate) struct Frame<const D: usize> {
 }
 
 impl<const D: usize> Frame<D> {
-    /// The frame of an agent with this velocity.
+    /// Creates the frame of an agent with this velocity.
     ///
-    /// In D = 3 the heading leaves the roll open: left is then where the first of `cues` that is not
-    /// parallel to the heading points. Where all are, no entry depends on the roll.
+    /// For D = 3 the heading does not determine the roll. The axis left then points along the component
+    /// across the heading of the first of `cues` that is not parallel to it. If all are parallel, any roll
+    /// gives the same observation.
     pub(crate) fn new(velocity: &SVector<f64, D>, cues: &[SVector<f64, D>]) -> Self {
         let ahead = unit(velocity).unwrap_or_else(|| least_aligned_axis(velocity));
         let mut axes = [ahead; D];
@@ -27,7 +29,7 @@ impl<const D: usize> Frame<D> {
                 .chain(std::iter::once(&fallback))
                 .find_map(|cue| {
                     let across = cue - ahead * ahead.dot(cue);
-                    // Below rounding of the projection, its direction is noise.
+                    // A component of the size of the rounding error has an arbitrary direction.
                     (across.norm() > 1e-9 * cue.norm()).then(|| unit(&across))?
                 })
                 .unwrap_or(fallback);
@@ -39,13 +41,13 @@ impl<const D: usize> Frame<D> {
         Self { axes }
     }
 
-    /// The vector with these coordinates in this frame.
+    /// Returns the vector that has these coordinates in this frame.
     pub(crate) fn vector(&self, coordinates: &SVector<f64, D>) -> SVector<f64, D> {
         let parts = self.axes.iter().zip(coordinates.iter());
         parts.fold(SVector::zeros(), |sum, (axis, part)| sum + axis * *part)
     }
 
-    /// The vector's coordinates in this frame.
+    /// Returns the coordinates of `vector` in this frame.
     pub(crate) fn coordinates(&self, vector: &SVector<f64, D>) -> [f64; D] {
         std::array::from_fn(|k| self.axes[k].dot(vector))
     }
@@ -57,7 +59,7 @@ mod tests {
     use nalgebra::vector;
 
     #[test]
-    fn plane_and_space() {
+    fn coordinates_in_plane_and_space() {
         let plane = Frame::new(&vector![0.0, 2.0], &[]);
         assert_eq!(plane.coordinates(&vector![-3.0, 4.0]), [4.0, 3.0]);
         assert_eq!(plane.vector(&vector![4.0, 3.0]), vector![-3.0, 4.0]);

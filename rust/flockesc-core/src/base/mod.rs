@@ -1,4 +1,4 @@
-//! What every other room builds on: errors, checks, documents, random streams, exact sums and vectors.
+//! Foundations of the crate: errors, validation, documents, random streams, exact sums and vectors.
 
 pub(crate) mod check;
 pub(crate) mod document;

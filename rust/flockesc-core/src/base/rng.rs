@@ -1,4 +1,5 @@
-//! Random streams: ChaCha8, one stream per purpose, so that new draws for one purpose never move another.
+//! Random streams: ChaCha8 with one stream per purpose, so that additional draws for one purpose do not
+//! change another.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +7,7 @@ use nalgebra::SVector;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// What a stream is drawn for; the number is part of the meaning of a seed and never changes.
+/// The purpose of a random stream. The numbers never change, because they determine what a seed generates.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Stream {
     Positions = 0,
@@ -18,42 +19,42 @@ pub(crate) enum Stream {
     Scenario = 6,
 }
 
-/// The generator for `purpose` under `seed`.
+/// Creates the generator of the stream for `purpose` under `seed`.
 pub(crate) fn stream(seed: u64, purpose: Stream) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(purpose as u64);
     rng
 }
 
-/// Seed of the `episode`-th episode that follows one started with `seed`: `seed` itself for 0, then numbers
-/// in [2^32, 2^63), so that a seed that people name never comes up by chance.
+/// Returns the seed of the `episode`-th episode after an episode with seed `seed`: `seed` itself for 0,
+/// otherwise a number in [2^32, 2^63), which does not collide with the small seeds that users choose.
 ///
-/// A pure function: every episode of a long run can be played alone.
+/// The seed depends on nothing else, so that every episode of a long run can be repeated by itself.
 #[must_use]
 pub fn episode_seed(seed: u64, episode: u64) -> u64 {
     if episode == 0 {
         return seed;
     }
     let mut rng = stream(seed, Stream::Episodes);
-    rng.set_word_pos(2 * u128::from(episode)); // an episode's u64 is two words of 32 bits
+    rng.set_word_pos(2 * u128::from(episode)); // one u64 per episode is two words of 32 bits
     rng.random::<u64>() >> 1 | 1 << 32
 }
 
-/// Uniform on [0, `end`).
+/// Draws a number uniformly from [0, `end`).
 pub(crate) fn uniform(rng: &mut ChaCha8Rng, end: f64) -> f64 {
     end * rng.random::<f64>()
 }
 
-/// Standard normal, by Box and Muller from two uniforms.
+/// Draws a standard normal number by the Box-Muller transform of two uniform numbers.
 ///
-/// Not of `rand_distr`: its logarithms and exponentials are the platform's, and a seed would mean another flock on
-/// another machine.
+/// `rand_distr` is not used, because it calls the platform's logarithm and exponential, which differ between
+/// machines.
 pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     let radius = (-2.0 * libm::log(1.0 - uniform(rng, 1.0))).sqrt();
     radius * libm::cos(uniform(rng, TAU))
 }
 
-/// A unit vector, uniform over all directions in space, or where `axes` is 2 in the plane z = 0.
+/// Draws a unit vector uniformly from all directions in space, or in the plane z = 0 if `axes` is 2.
 pub(crate) fn direction<const D: usize>(axes: usize, rng: &mut ChaCha8Rng) -> SVector<f64, D> {
     let angle = uniform(rng, TAU);
     let height = match axes {
@@ -61,7 +62,7 @@ pub(crate) fn direction<const D: usize>(axes: usize, rng: &mut ChaCha8Rng) -> SV
         _ => 0.0,
     };
     let radius = (1.0 - height * height).sqrt();
-    // libm, not the platform's sin and cos: a seed means the same flock on every machine.
+    // libm instead of the platform's sin and cos, so that a seed generates the same flock on every machine.
     let entries = [radius * libm::cos(angle), radius * libm::sin(angle), height];
     SVector::from_fn(|axis, _| entries[axis])
 }
@@ -70,7 +71,7 @@ pub(crate) fn direction<const D: usize>(axes: usize, rng: &mut ChaCha8Rng) -> SV
 mod tests {
     use super::*;
 
-    /// The meaning of a seed: these numbers must never change, on any machine.
+    /// These numbers must never change, on any machine, because they determine what a seed generates.
     #[test]
     fn first_draws_of_every_stream() {
         let first = |seed, purpose| uniform(&mut stream(seed, purpose), 1.0);
@@ -95,7 +96,7 @@ mod tests {
         assert_eq!(draws, expected);
     }
 
-    /// Made of the uniform draws in pairs; the same bits on every machine, too.
+    /// Normal numbers have the same bits on every machine, too.
     #[test]
     fn normal_numbers() {
         let mut rng = stream(0, Stream::Predators);
@@ -109,7 +110,7 @@ mod tests {
         }
     }
 
-    /// The schedule of seeds: these numbers must never change either.
+    /// These numbers must never change either.
     #[test]
     fn seeds_of_later_episodes() {
         assert_eq!(episode_seed(7, 0), 7);

@@ -1,29 +1,30 @@
-//! Directions, turns and lengths of vectors, and the smaller and larger of two numbers.
+//! Vector arithmetic: unit vectors, turns, norms, and minimum and maximum of two numbers.
 
 use nalgebra::SVector;
 
-/// Length up to which a vector counts as 0: beyond it, squares keep all their bits and quotients are finite.
+/// Length up to which a vector counts as 0. Squares of longer vectors do not underflow, and their reciprocals
+/// are finite.
 pub(crate) const SHORTEST: f64 = 1e-140;
 
-/// The unit vector along `velocity`; 0 for an agent at rest.
+/// Returns the unit vector along `velocity`, or 0 for an agent at rest.
 pub(crate) fn heading<const D: usize>(velocity: &SVector<f64, D>) -> SVector<f64, D> {
     unit(velocity).unwrap_or_else(SVector::zeros)
 }
 
-/// `vector` scaled to length 1; `None` where it counts as 0.
+/// Returns `vector` scaled to length 1, or `None` if it is not longer than [`SHORTEST`].
 pub(crate) fn unit<const D: usize>(vector: &SVector<f64, D>) -> Option<SVector<f64, D>> {
     let norm = vector.norm();
     (norm > SHORTEST).then(|| vector / norm)
 }
 
-/// The unit vector along the axis that is least aligned with `vector`.
+/// Returns the unit vector along the axis that is least aligned with `vector`.
 pub(crate) fn least_aligned_axis<const D: usize>(vector: &SVector<f64, D>) -> SVector<f64, D> {
     let mut axis = SVector::zeros();
     axis[vector.iamin()] = 1.0;
     axis
 }
 
-/// The unit vector `heading` turned by `angle` rad toward `side`, a unit vector across it.
+/// Returns the unit vector `heading` turned by `angle` rad toward `side`, a unit vector perpendicular to it.
 pub(crate) fn turn<const D: usize>(
     heading: &SVector<f64, D>,
     side: &SVector<f64, D>,
@@ -32,29 +33,31 @@ pub(crate) fn turn<const D: usize>(
     heading * libm::cos(angle) + side * libm::sin(angle)
 }
 
-/// The unit vector across the unit vector `heading` toward `aim`; `None` where that is straight ahead or behind.
+/// Returns the unit vector that is perpendicular to the unit vector `heading` and points to the side of
+/// `aim`, or `None` if `aim` is straight ahead or behind.
 pub(crate) fn side_of<const D: usize>(
     heading: &SVector<f64, D>,
     aim: &SVector<f64, D>,
 ) -> Option<SVector<f64, D>> {
     let rough = unit(&(aim - heading * heading.dot(aim)))?;
-    // Of an aim nearly straight ahead or behind little more than rounding is left, and that is not all across.
+    // If `aim` is almost parallel to `heading`, rounding leaves a component along it. The second projection
+    // removes it.
     unit(&(rough - heading * heading.dot(&rough)))
 }
 
-/// The smaller one; `a` where `b` is NaN.
+/// Returns the smaller number, or `a` if `b` is NaN.
 #[inline(always)]
 pub(crate) fn smaller(a: f64, b: f64) -> f64 {
     if b < a { b } else { a }
 }
 
-/// The larger one; `a` where `b` is NaN.
+/// Returns the larger number, or `a` if `b` is NaN.
 #[inline(always)]
 pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
 }
 
-/// The squared Euclidean norm.
+/// Returns the squared Euclidean norm.
 #[inline(always)]
 pub(crate) fn squared_norm<const D: usize>(vector: &[f64; D]) -> f64 {
     (1..D).fold(vector[0] * vector[0], |sum, axis| {

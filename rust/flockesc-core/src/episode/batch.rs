@@ -1,4 +1,5 @@
-//! Many flocks stepped together. Results depend neither on the threads nor on the place in the batch.
+//! `Batch`: many flocks of one scenario, stepped together on several threads. Results depend neither on the
+//! number of threads nor on a flock's slot.
 
 mod reset;
 mod state;
@@ -21,18 +22,18 @@ use crate::parallel::{self, Pool, Progress, dispatch};
 use crate::reward::Term;
 use crate::snapshot::Fingerprint;
 
-/// What a step does with a slot whose episode has ended.
+/// How a step treats a slot whose episode has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AtEnd {
-    /// It is an error.
+    /// The step returns an error.
     Refuse,
-    /// The slot starts its next episode instead of a step, and earns nothing.
+    /// The slot starts its next episode instead of a step, with a reward of 0.
     Restart,
-    /// The slot stays unchanged, and earns nothing.
+    /// The slot stays unchanged, with a reward of 0.
     Stay,
 }
 
-/// A batch of episodes of one scenario, a slot per flock.
+/// A batch of episodes of one scenario. Each flock has a slot.
 ///
 /// ```
 /// use flockesc_core::{Batch, EpisodeConfig, FlockConfig, InitialState};
@@ -40,9 +41,10 @@ pub enum AtEnd {
 /// let scenario = FlockConfig { num_agents: 20, num_steps: 30, ..FlockConfig::default() };
 /// let mut batch = Batch::<2>::new(scenario, EpisodeConfig::default(), 1, None)?;
 /// batch.reset(0, &InitialState::seeded(7))?;
-/// let (mut reward, mut seen, mut total) = ([0.0], vec![0.0; batch.row_length()], 0.0);
+/// let (mut reward, mut observation) = ([0.0], vec![0.0; batch.row_length()]);
+/// let mut total = 0.0;
 /// while !batch.episode(0)?.has_ended() {
-///     batch.step(&[10.0], &mut reward, &mut seen)?;
+///     batch.step(&[10.0], &mut reward, &mut observation)?;
 ///     total += reward[0];
 /// }
 /// let objective = batch.episode(0)?.objective();
@@ -57,17 +59,17 @@ pub struct Batch<const D: usize> {
     num_threads: Option<usize>,
     row_length: usize,
     fingerprint: Fingerprint,
-    /// Agents that a step of one flock visits.
-    work_each: usize,
+    /// Estimated number of agents that a step of one flock visits.
+    work_per_flock: usize,
 }
 
 impl<const D: usize> Batch<D> {
-    /// A batch of `num_flocks` empty slots for a scenario of dimension D.
+    /// Creates a batch of `num_flocks` empty slots for a scenario of dimension D. `num_threads` of `None` is
+    /// one thread per core.
     ///
     /// # Errors
-    /// [`Error::Config`] if the scenario or `config` is out of bounds, or has no predator or another dimension;
-    /// [`Error::Argument`] if `num_flocks` is 0 or
-    /// `num_threads` out of bounds.
+    /// [`Error::Config`] if the scenario or `config` is out of bounds, or if the scenario has no predator or
+    /// another dimension; [`Error::Argument`] if `num_flocks` is 0 or `num_threads` is out of bounds.
     pub fn new(
         scenario: FlockConfig,
         config: EpisodeConfig,
@@ -84,19 +86,19 @@ impl<const D: usize> Batch<D> {
             ));
         }
         if scenario.predators.is_empty() {
-            let why = "at least one predator: an environment rewards the distance to it";
-            return Err(Error::config("predators", why, "none"));
+            let expected = "at least one predator, because rewards depend on the distance to it";
+            return Err(Error::config("predators", expected, "none"));
         }
         if num_flocks == 0 {
             return Err(Error::argument("num_flocks", "an integer of at least 1", 0));
         }
         if num_flocks > 1 || num_threads.is_some() {
-            parallel::pool(num_threads)?; // refused now rather than in the first step
+            parallel::pool(num_threads)?; // reports a bad number of threads before the first step
         }
         Ok(Self {
             fingerprint: Fingerprint::of(&(&scenario, &config)),
             row_length: observation::entries(config.view, scenario.dimension).len(),
-            work_each: work_each(&scenario, &config),
+            work_per_flock: work_per_flock(&scenario, &config),
             scenario: Arc::new(scenario),
             config: Arc::new(config),
             slots: (0..num_flocks as u64).map(Slot::new).collect(),
@@ -104,45 +106,45 @@ impl<const D: usize> Batch<D> {
         })
     }
 
-    /// Number of slots.
+    /// Returns the number of slots.
     #[must_use]
     pub fn num_flocks(&self) -> usize {
         self.slots.len()
     }
 
-    /// Ranges and observation rows per flock: 1, or one per agent.
+    /// Returns the number of ranges and observation rows per flock: 1, or the number of agents.
     #[must_use]
     pub fn rows(&self) -> usize {
         rows(&self.config, &self.scenario)
     }
 
-    /// Entries per observation row.
+    /// Returns the number of entries of an observation row.
     #[must_use]
     pub fn row_length(&self) -> usize {
         self.row_length
     }
 
-    /// D.
+    /// Returns the dimension D.
     #[must_use]
     pub fn dimension(&self) -> usize {
         D
     }
 
-    /// Learned predators per flock.
+    /// Returns the number of learned predators per flock.
     #[must_use]
     pub fn num_learned(&self) -> usize {
         self.scenario.num_learned()
     }
 
-    /// Restarts the schedules of all slots, slot i from [`episode_seed`]`(seed, i + 1)`, without touching what
-    /// runs. Before that slot i plays the schedule of seed i.
+    /// Restarts the seed schedules of all slots: slot i from [`episode_seed`]`(seed, i + 1)`. Running
+    /// episodes continue. Without this call slot i follows the schedule of seed i.
     pub fn seed(&mut self, seed: u64) {
         for (index, slot) in (1..).zip(&mut self.slots) {
             slot.seed(episode_seed(seed, index));
         }
     }
 
-    /// The same batch before its first reset.
+    /// Returns a copy of the batch without its episodes.
     #[must_use]
     pub fn without_episodes(&self) -> Self {
         Self {
@@ -153,19 +155,19 @@ impl<const D: usize> Batch<D> {
         }
     }
 
-    /// Steps of the model during which an action holds.
+    /// Returns the number of model steps per action.
     #[must_use]
     pub fn steps_per_action(&self) -> usize {
         self.config.steps_per_action.min(self.scenario.num_steps)
     }
 
-    /// About how many agents a step visits, which tells a long one from a short one.
+    /// Estimates the number of agents that a step visits, a measure of its run time.
     #[must_use]
     pub fn work(&self) -> usize {
-        self.num_flocks().saturating_mul(self.work_each)
+        self.num_flocks().saturating_mul(self.work_per_flock)
     }
 
-    /// The episode in `slot`.
+    /// Returns the episode in `slot`.
     ///
     /// # Errors
     /// [`Error::Episode`] if the slot does not exist or was never reset.
@@ -176,7 +178,7 @@ impl<const D: usize> Batch<D> {
             .ok_or_else(|| never_reset(slot))
     }
 
-    /// Seed of the episode in `slot`.
+    /// Returns the seed of the episode in `slot`.
     ///
     /// # Errors
     /// As [`Self::episode`].
@@ -185,12 +187,15 @@ impl<const D: usize> Batch<D> {
         Ok(self.slots[slot].episode_seed())
     }
 
-    /// Holds `ranges` in m (flock after flock, `rows()` entries each) for one action in every slot, and
-    /// writes rewards (as many) and observations (`row_length()` entries for each). Learned predators fly straight on.
+    /// Applies one action to every slot and writes rewards and observations. Learned predators fly straight
+    /// on.
+    ///
+    /// `ranges` in m and `rewards` have `rows()` entries per flock, `observations` has `row_length()` entries
+    /// per range.
     ///
     /// # Errors
-    /// [`Error::Episode`] if a slot was never reset or its episode has ended; [`Error::Argument`] for a
-    /// range that is negative or not finite or an array of the wrong length. Nothing has changed then.
+    /// [`Error::Episode`] if a slot was never reset or its episode has ended; [`Error::Argument`] if a range
+    /// is negative or not finite, or if an array has the wrong length. The batch is then unchanged.
     pub fn step(
         &mut self,
         ranges: &[f64],
@@ -210,16 +215,18 @@ impl<const D: usize> Batch<D> {
         .map(drop)
     }
 
-    /// As [`Self::step`], and returns what `measure` finds in every slot after it, in the same pass over the
-    /// threads. `controls` steer the learned predators (flock after flock, D entries in [-1, 1] for each), unless
-    /// empty.
+    /// Steps as [`Self::step`] does and returns `measure(episode)` of every slot.
+    ///
+    /// `predator_actions` are the actions of the learned predators: flock after flock, D entries in [-1, 1]
+    /// for each predator. If they are empty, learned predators fly straight on.
     ///
     /// # Errors
-    /// As [`Self::step`]; [`Error::Interrupted`] if `progress` was cancelled, and all episodes are then unusable until a reset.
+    /// As [`Self::step`]; [`Error::Interrupted`] if `progress` was cancelled. All episodes are then unusable
+    /// until a reset.
     #[doc(hidden)]
     pub fn step_measured<T: Send>(
         &mut self,
-        (ranges, controls): (&[f64], &[f64]),
+        (ranges, predator_actions): (&[f64], &[f64]),
         at_end: AtEnd,
         rewards: &mut [f64],
         observations: &mut [f32],
@@ -227,9 +234,9 @@ impl<const D: usize> Batch<D> {
         measure: impl Fn(&Episode<D>) -> T + Send + Sync,
     ) -> Result<Vec<T>> {
         self.check_step(ranges, at_end, rewards.len(), observations.len())?;
-        let steered = self.num_flocks() * self.num_learned() * self.scenario.dimension;
-        check_predator_actions(controls, steered)?;
-        let controls_each = controls.len() / self.num_flocks();
+        let num_entries = self.num_flocks() * self.num_learned() * self.scenario.dimension;
+        check_predator_actions(predator_actions, num_entries)?;
+        let entries_per_flock = predator_actions.len() / self.num_flocks();
         let rows = self.rows();
         let size = rows * self.row_length;
         let pool = self.pool(self.num_flocks())?;
@@ -242,9 +249,10 @@ impl<const D: usize> Batch<D> {
             .zip(rewards.chunks_exact_mut(rows))
             .zip(observations.chunks_exact_mut(size));
         let measured = dispatch(pool, work, |((((index, slot), ranges), rewards), out)| {
-            let controls = &controls[index * controls_each..(index + 1) * controls_each];
-            let is_over = !slot.advance(ranges, controls, rewards, progress)?;
-            if is_over && at_end == AtEnd::Restart {
+            let first = index * entries_per_flock;
+            let predator_actions = &predator_actions[first..first + entries_per_flock];
+            let has_advanced = slot.advance(ranges, predator_actions, rewards, progress)?;
+            if !has_advanced && at_end == AtEnd::Restart {
                 slot.start(scenario, config, &InitialState::default());
             }
             Ok(slot.episode().map(|episode| {
@@ -256,24 +264,26 @@ impl<const D: usize> Batch<D> {
         Ok(measured?.into_iter().flatten().collect())
     }
 
-    /// What the team of every slot earned in the last step: its reward or, where rewards differ between agents, their
-    /// mean over all agents, caught ones included. 0 for a slot that has made no step since its reset.
+    /// Returns the team's reward of every slot in the last step. With individual rewards it is their mean
+    /// over all agents, caught agents included. It is 0 for a slot that was not stepped since its reset.
     #[must_use]
     pub fn team_rewards(&self) -> Vec<f64> {
         self.slots.iter().map(Slot::team_reward).collect()
     }
 
-    /// What the predators of every slot earned in the last step: the opposite of [`Self::team_rewards`].
+    /// Returns the predators' reward of every slot in the last step: minus the [team's
+    /// reward](Self::team_rewards).
     #[must_use]
     pub fn predator_rewards(&self) -> Vec<f64> {
         let team_rewards = self.slots.iter().map(Slot::team_reward);
         team_rewards.map(|reward| 0.0 - reward).collect()
     }
 
-    /// Writes the observations of `slots`, one after the other.
+    /// Writes the observations of `slots`, slot after slot.
     ///
     /// # Errors
-    /// [`Error::Episode`] if a slot was never reset; [`Error::Argument`] for an array of the wrong length.
+    /// [`Error::Episode`] if a slot was never reset; [`Error::Argument`] if `observations` has the wrong
+    /// length.
     pub fn observe(&self, slots: &[usize], observations: &mut [f32]) -> Result<()> {
         let size = self.rows() * self.row_length;
         check_length("observations", observations.len(), slots.len() * size)?;
@@ -285,7 +295,7 @@ impl<const D: usize> Batch<D> {
         Ok(())
     }
 
-    /// Writes what the learned predators of `slots` see, a row for each, one slot after the other.
+    /// Writes the observations of the learned predators of `slots`, slot after slot and one row per predator.
     ///
     /// # Errors
     /// As [`Self::observe`].
@@ -303,7 +313,7 @@ impl<const D: usize> Batch<D> {
         Ok(())
     }
 
-    /// Metrics of every slot.
+    /// Returns the metrics of every slot.
     ///
     /// # Errors
     /// [`Error::Episode`] if a slot was never reset.
@@ -311,7 +321,7 @@ impl<const D: usize> Batch<D> {
         self.map(Metrics::of)
     }
 
-    /// Connected components of every slot under the ranges of its last action.
+    /// Returns the number of connected components of every slot under the ranges of its last action.
     ///
     /// # Errors
     /// [`Error::Episode`] if a slot was never reset.
@@ -329,7 +339,8 @@ impl<const D: usize> Batch<D> {
         slots.map(|slot| self.episode(slot)).collect()
     }
 
-    /// The threads to spread `flocks` over; none where one small flock or one thread leaves nothing to spread.
+    /// Returns the threads for work on `flocks` flocks. One small flock, or a batch of one thread, needs no
+    /// pool.
     fn pool(&self, flocks: usize) -> Result<Pool> {
         let is_large = agents::is_large(self.scenario.num_agents);
         if self.num_threads == Some(1) || (flocks <= 1 && !is_large) {
@@ -337,9 +348,9 @@ impl<const D: usize> Batch<D> {
         }
         let pool = parallel::pool(self.num_threads)?;
         Ok(if is_large {
-            Pool::Within(pool)
+            Pool::ThreadsOnly(pool)
         } else {
-            Pool::Beside(pool)
+            Pool::WithCaller(pool)
         })
     }
 
@@ -369,10 +380,11 @@ impl<const D: usize> Batch<D> {
     }
 }
 
-fn work_each(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
+/// Estimates the number of agents that a step of one flock visits.
+fn work_per_flock(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
     let n = scenario.num_agents;
     let visits = match config.reward.term::<2>() {
-        Term::Team(_) | Term::Individual(_) => scenario.neighbor_options().visits_per_agent(n),
+        Term::Team(_) | Term::Individual(_) => scenario.neighbor_options().work_per_agent(n),
         Term::Counterfactual(_) => n,
     };
     let steps = config.steps_per_action.min(scenario.num_steps);
@@ -389,6 +401,7 @@ fn check_length(field: &str, given: usize, expected: usize) -> Result<()> {
     if given == expected {
         Ok(())
     } else {
-        Err(Error::argument(field, format!("{expected} entries"), given))
+        let (expected, given) = (format!("{expected} entries"), format!("{given} entries"));
+        Err(Error::argument(field, expected, given))
     }
 }

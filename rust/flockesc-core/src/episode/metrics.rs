@@ -1,26 +1,26 @@
-//! What environments report of an episode.
+//! The metrics of an episode.
 
 use super::Episode;
 
 /// Metrics of one episode, as the environments' `info` reports them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Metrics {
-    /// Mean distance to the predator now, in m.
+    /// Mean predator distance in the current step, in m.
     pub mean_distance: f64,
-    /// Minimum distance to the predator now, in m.
+    /// Minimum predator distance in the current step, in m.
     pub min_distance: f64,
-    /// Smallest mean distance so far, in m.
+    /// Smallest mean predator distance so far, in m.
     pub min_mean_distance: f64,
-    /// Smallest minimum distance so far, in m.
+    /// Smallest minimum predator distance so far, in m.
     pub min_min_distance: f64,
     /// Norm of the mean heading.
     pub polarization: f64,
-    /// Share of the agents that were not caught.
+    /// Fraction of the agents that were not caught.
     pub fraction_surviving: f64,
 }
 
 impl Metrics {
-    /// Metrics of one episode.
+    /// Returns the metrics of an episode.
     #[must_use]
     pub fn of<const D: usize>(episode: &Episode<D>) -> Self {
         Self {

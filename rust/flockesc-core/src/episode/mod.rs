@@ -1,4 +1,4 @@
-//! A flock from its start to the horizon: steps under actions, running minima, rewards, observations.
+//! Episodes: a flock from t = 0 to the horizon, with actions, rewards and observations.
 
 mod batch;
 mod metrics;
@@ -20,31 +20,32 @@ use crate::flock::{FlockConfig, InitialState, Summary, World};
 use crate::neighbor::Ranges;
 use crate::observation::{Scene, View};
 use crate::parallel::Progress;
-use crate::reward::{Action, Moment, Objective, Term};
+use crate::reward::{ActionContext, Objective, StepContext, Term};
 
-/// A flock in an episode.
+/// An episode of one flock.
 #[derive(Debug, Clone)]
 pub struct Episode<const D: usize> {
     config: Arc<EpisodeConfig>,
     world: World<D>,
     step: usize,
-    /// d_i now and one step ago in m, for individual rewards; otherwise empty.
+    /// d_i in m after the current and the previous step. Empty unless rewards are individual.
     agent_distances: Vec<f64>,
     agent_distances_before: Vec<f64>,
-    /// The same when the objective's running minimum fell last, or at the start.
+    /// d_i in m at the last fall of the objective's running minimum, or at t = 0. Empty unless rewards are
+    /// individual.
     agent_distances_at_minimum: Vec<f64>,
     mean_distance: Running,
     min_distance: Running,
     fraction_surviving: Running,
     summary: Summary<D>,
-    /// Ranges of the last action, one or n; 0 before the first.
+    /// Ranges in m of the last action, one or n; 0 before the first action.
     ranges: Vec<f64>,
-    /// What the team earned by the last action.
+    /// Team reward of the last action; 0 for individual rewards.
     team_reward: f64,
 }
 
 impl<const D: usize> Episode<D> {
-    /// The episode at t = 0; `start` has passed [`InitialState::check`].
+    /// Creates the episode at t = 0. `start` must pass [`InitialState::check`].
     #[must_use]
     pub fn new(
         scenario: Arc<FlockConfig>,
@@ -73,21 +74,24 @@ impl<const D: usize> Episode<D> {
         }
     }
 
-    /// Holds `ranges` (one entry, or one per agent) and `controls` (D entries per learned predator; none: they fly
-    /// straight on) for `steps_per_action` steps or until the end, and writes the rewards: one entry for the
-    /// flock, or one per agent, 0 for agents that were caught before.
+    /// Applies one action for `steps_per_action` steps or until the end of the episode, and writes the
+    /// rewards.
+    ///
+    /// `ranges` in m and `rewards` have one entry, or one per agent. Agents that were caught before the
+    /// action get 0. `predator_actions` has D entries per learned predator; if it is empty, learned predators
+    /// fly straight on.
     ///
     /// # Errors
-    /// [`crate::Error::Interrupted`] if `progress` was cancelled. The episode is then unusable: only part of the action
-    /// was held.
+    /// [`crate::Error::Interrupted`] if `progress` was cancelled. Only part of the action was then applied,
+    /// and the episode is unusable.
     pub fn advance(
         &mut self,
         ranges: &[f64],
-        controls: &[f64],
+        predator_actions: &[f64],
         rewards: &mut [f64],
         progress: &Progress,
     ) -> Result<()> {
-        self.world.set_predator_actions(controls);
+        self.world.set_predator_actions(predator_actions);
         self.ranges.copy_from_slice(ranges);
         let caught_before = self.world.caught().len();
         let term = self.config.reward.term::<D>();
@@ -117,7 +121,7 @@ impl<const D: usize> Episode<D> {
             self.fraction_surviving
                 .update(self.world.fraction_surviving());
             let objective = self.objective();
-            let moment = Moment {
+            let step_context = StepContext {
                 world: &self.world,
                 max_range: self.config.max_range,
                 value: objective.now,
@@ -129,14 +133,14 @@ impl<const D: usize> Episode<D> {
                 distances_at_minimum: &self.agent_distances_at_minimum,
                 is_last: self.has_ended(),
             };
-            self.team_reward += term.add_step(&moment, rewards);
+            self.team_reward += term.add_step(&step_context, rewards);
             if objective.minimum < minimum_before {
                 self.agent_distances_at_minimum
                     .clone_from(&self.agent_distances);
             }
         }
         if let Some((add, before)) = counterfactual {
-            let action = Action {
+            let action = ActionContext {
                 before: &before,
                 objective: self.config.objective,
                 ranges,
@@ -159,7 +163,7 @@ impl<const D: usize> Episode<D> {
         self.scene().observe(self.config.view, out);
     }
 
-    /// Writes the observations of the learned predators, one row for each.
+    /// Writes the observations of the learned predators, one row per predator.
     pub fn observe_predators(&self, out: &mut [f32]) {
         self.scene().observe_predators(out);
     }
@@ -177,54 +181,54 @@ impl<const D: usize> Episode<D> {
         }
     }
 
-    /// What the team earned by the last action; 0 where the reward differs between agents.
+    /// Returns the team reward of the last action; 0 for individual rewards.
     pub(crate) fn team_reward(&self) -> f64 {
         self.team_reward
     }
 
-    /// Whether the horizon is reached or no agent is left.
+    /// Returns whether the episode has reached its horizon or all agents were caught.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.step >= self.world.config().num_steps || self.world.agents().len() == 0
     }
 
-    /// Steps of the model made.
+    /// Returns the number of model steps so far.
     #[must_use]
     pub fn step_count(&self) -> usize {
         self.step
     }
 
-    /// The flock itself.
+    /// Returns the flock.
     #[must_use]
     pub fn world(&self) -> &World<D> {
         &self.world
     }
 
-    /// The options.
+    /// Returns the options.
     #[must_use]
     pub fn config(&self) -> &EpisodeConfig {
         &self.config
     }
 
-    /// Mean predator distance.
+    /// Returns the mean predator distance in m.
     #[must_use]
     pub fn mean_distance(&self) -> Running {
         self.mean_distance
     }
 
-    /// Minimum predator distance.
+    /// Returns the minimum predator distance in m.
     #[must_use]
     pub fn min_distance(&self) -> Running {
         self.min_distance
     }
 
-    /// Share of the agents that were not caught.
+    /// Returns the fraction of the agents that were not caught.
     #[must_use]
     pub fn fraction_surviving(&self) -> Running {
         self.fraction_surviving
     }
 
-    /// The objective's value.
+    /// Returns the value of the objective.
     #[must_use]
     pub fn objective(&self) -> Running {
         match self.config.objective {
@@ -234,19 +238,19 @@ impl<const D: usize> Episode<D> {
         }
     }
 
-    /// Norm of the mean heading, in [0, 1].
+    /// Returns the norm of the mean heading, in [0, 1].
     #[must_use]
     pub fn polarization(&self) -> f64 {
         self.summary.polarization
     }
 
-    /// Ranges of the last action: one entry, or one per agent.
+    /// Returns the ranges in m of the last action: one entry, or one per agent.
     #[must_use]
     pub fn ranges(&self) -> &[f64] {
         &self.ranges
     }
 
-    /// Number of (weakly) connected components under the ranges of the last action.
+    /// Returns the number of weakly connected components under the ranges of the last action.
     #[must_use]
     pub fn num_components(&self) -> usize {
         self.world
@@ -254,7 +258,7 @@ impl<const D: usize> Episode<D> {
     }
 }
 
-/// Ranges and observation rows that one flock has: 1, or one per agent.
+/// Returns the number of ranges and observation rows per flock: 1, or the number of agents.
 pub(crate) fn rows(config: &EpisodeConfig, scenario: &FlockConfig) -> usize {
     match config.view {
         View::Flock => 1,

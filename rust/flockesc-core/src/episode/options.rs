@@ -1,4 +1,4 @@
-//! The options of an episode: rewards, observations and how long an action holds.
+//! `EpisodeConfig`: the options of an episode, such as reward, objective and observation.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,8 @@ use crate::base::error::{Error, Result};
 use crate::observation::{SensingRange, View};
 use crate::reward::{Objective, Reward};
 
-/// What an environment rewards and shows (docs/model.md). A field that a document leaves out has its default.
+/// Options of an episode: reward, observation and action (docs/model.md). Every field has a default in
+/// documents.
 ///
 /// ```
 /// use flockesc_core::{EpisodeConfig, Objective};
@@ -20,22 +21,23 @@ use crate::reward::{Objective, Reward};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct EpisodeConfig {
-    /// Who observes: the flock as a whole, or every agent.
+    /// Whether there is one observation and range for the flock, or one per agent.
     pub view: View,
-    /// The value that the episode is to keep large.
+    /// The value whose running minimum an episode maximizes.
     pub objective: Objective,
-    /// What a step earns.
+    /// The reward term.
     pub reward: Reward,
-    /// Largest range in m that an action can set, above 0; scales the observed last range.
+    /// Largest interaction range in m that an action can set, above 0. The observed last range is divided by
+    /// it.
     pub max_range: f64,
-    /// Distance up to which a predator is seen; `None`: any distance.
+    /// Distance up to which agents sense a predator; `None` is any distance.
     pub predator_sensing_range: Option<SensingRange>,
-    /// Steps of the model during which one action holds, at least 1.
+    /// Number of model steps per action, at least 1.
     pub steps_per_action: usize,
 }
 
 impl Default for EpisodeConfig {
-    /// One range for the flock, which keeps the mean distance large.
+    /// One range for the flock, with the mean predator distance as objective.
     fn default() -> Self {
         Self {
             view: View::Flock,
@@ -52,7 +54,7 @@ impl EpisodeConfig {
     /// Parses and checks a document.
     ///
     /// # Errors
-    /// [`Error::Config`] naming the field that is unknown, of a wrong type or out of bounds.
+    /// [`Error::Config`] if a field is unknown, has the wrong type or is out of bounds.
     pub fn from_json(document: &str) -> Result<Self> {
         let config: Self = parse(document)?;
         config.check()?;
@@ -62,7 +64,7 @@ impl EpisodeConfig {
     /// Checks every field.
     ///
     /// # Errors
-    /// [`Error::Config`] naming the field that is out of bounds.
+    /// [`Error::Config`] if a field is out of bounds.
     pub fn check(&self) -> Result<()> {
         positive("max_range", self.max_range)?;
         if let Some(SensingRange::Length(range)) = self.predator_sensing_range {
@@ -71,7 +73,7 @@ impl EpisodeConfig {
         within("steps_per_action", self.steps_per_action, 1, MAX_STEPS)?;
         if self.reward.is_individual() && self.view == View::Flock {
             let team = Reward::team_kinds().join(", ");
-            let expected = format!("one of {team} for the view of the whole flock");
+            let expected = format!("one of {team} with the view of the whole flock");
             return Err(Error::config("reward", expected, "an individual reward"));
         }
         Ok(())

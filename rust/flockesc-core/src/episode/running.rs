@@ -1,15 +1,15 @@
-//! A value over an episode, and its running minimum.
+//! Running minimum of a value over an episode.
 
 use serde::{Deserialize, Serialize};
 
-/// One distance over an episode, in m; or the share of agents that were not caught.
+/// A value over an episode: a predator distance in m, or the fraction of the agents that were not caught.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Running {
     /// Value at t = 0.
     pub start: f64,
-    /// Value now.
+    /// Current value.
     pub now: f64,
-    /// Smallest value so far; at the horizon, the objective.
+    /// Smallest value so far. At the horizon it is the objective J.
     pub minimum: f64,
 }
 

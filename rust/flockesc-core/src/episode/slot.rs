@@ -1,4 +1,4 @@
-//! A flock's place in a batch: its episode, and the seeds of later ones.
+//! A slot of a batch: one episode, and the schedule of seeds of the next episodes.
 
 use std::sync::Arc;
 
@@ -12,25 +12,26 @@ use crate::flock::{FlockConfig, InitialState};
 use crate::parallel::Progress;
 use crate::reward::exact_sum;
 
+/// A slot of a batch.
 #[derive(Debug, Clone)]
 pub(crate) struct Slot<const D: usize> {
-    /// The seed that the schedule began with ([`episode_seed`]).
+    /// First seed of the schedule (see [`episode_seed`]).
     seed: u64,
     /// Number of the next episode in the schedule.
     next: u64,
-    /// Seed of the episode.
-    playing: u64,
+    /// Seed of the current episode.
+    episode_seed: u64,
     episode: Option<Episode<D>>,
-    /// What the last step earned: the team, or every agent; empty where it made no step.
-    earned: Vec<f64>,
+    /// Rewards of the last step: the team's, or one per agent. Empty before the first step of an episode.
+    last_rewards: Vec<f64>,
 }
 
-/// A slot as plain data.
+/// The serialized form of a slot.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct SlotState<const D: usize> {
     seed: u64,
     next: u64,
-    playing: u64,
+    episode_seed: u64,
     episode: Option<EpisodeState<D>>,
 }
 
@@ -39,9 +40,9 @@ impl<const D: usize> Slot<D> {
         Self {
             seed,
             next: 0,
-            playing: seed,
+            episode_seed: seed,
             episode: None,
-            earned: Vec::new(),
+            last_rewards: Vec::new(),
         }
     }
 
@@ -49,7 +50,7 @@ impl<const D: usize> Slot<D> {
         SlotState {
             seed: self.seed,
             next: self.next,
-            playing: self.playing,
+            episode_seed: self.episode_seed,
             episode: self.episode.as_ref().map(Episode::save),
         }
     }
@@ -59,95 +60,95 @@ impl<const D: usize> Slot<D> {
         scenario: &Arc<FlockConfig>,
         config: &Arc<EpisodeConfig>,
     ) -> Result<Self> {
-        let playing = state.playing;
+        let seed = state.episode_seed;
         let episode = state.episode;
         Ok(Self {
             seed: state.seed,
             next: state.next,
-            playing,
+            episode_seed: seed,
             episode: episode
-                .map(|episode| Episode::restore(episode, scenario, config, playing))
+                .map(|episode| Episode::restore(episode, scenario, config, seed))
                 .transpose()?,
-            earned: Vec::new(),
+            last_rewards: Vec::new(),
         })
     }
 
-    /// The same place without its episode.
+    /// Returns a copy of the slot without its episode.
     pub(crate) fn without_episode(&self) -> Self {
         Self {
             episode: None,
-            earned: Vec::new(),
+            last_rewards: Vec::new(),
             ..*self
         }
     }
 
-    /// Restarts the schedule; the episode goes on.
+    /// Restarts the schedule from `seed`. The current episode continues.
     pub(crate) fn seed(&mut self, seed: u64) {
         (self.seed, self.next) = (seed, 0);
     }
 
-    /// Makes the episode of this number in the schedule the next one.
-    pub(crate) fn turn_to(&mut self, episode: u64) {
+    /// Sets the number of the next episode in the schedule.
+    pub(crate) fn set_next_episode(&mut self, episode: u64) {
         self.next = episode;
     }
 
-    /// Starts the next episode of the schedule; `start` has passed [`InitialState::check`], its seed does not
-    /// count.
+    /// Starts the next episode of the schedule. `start` must pass [`InitialState::check`]; its seed is
+    /// ignored.
     pub(crate) fn start(
         &mut self,
         scenario: &Arc<FlockConfig>,
         config: &Arc<EpisodeConfig>,
         start: &InitialState,
     ) {
-        self.playing = episode_seed(self.seed, self.next);
+        self.episode_seed = episode_seed(self.seed, self.next);
         let start = InitialState {
-            seed: self.playing,
+            seed: self.episode_seed,
             ..start.clone()
         };
         self.next = self.next.wrapping_add(1);
-        self.earned.clear();
+        self.last_rewards.clear();
         self.episode = Some(Episode::new(scenario.clone(), config.clone(), &start));
     }
 
-    /// Seed of the episode.
+    /// Returns the seed of the current episode.
     pub(crate) fn episode_seed(&self) -> u64 {
-        self.playing
+        self.episode_seed
     }
 
     pub(crate) fn episode(&self) -> Option<&Episode<D>> {
         self.episode.as_ref()
     }
 
-    /// What the team earned in the last step: its reward or, where rewards differ between agents, their mean over all.
-    /// 0 if the slot has made no step since its reset.
+    /// Returns the team's reward of the last step, or the mean of individual rewards over all agents. It is 0
+    /// if the slot was not stepped since its reset.
     pub(crate) fn team_reward(&self) -> f64 {
-        exact_sum(&self.earned) / self.earned.len().max(1) as f64
+        exact_sum(&self.last_rewards) / self.last_rewards.len().max(1) as f64
     }
 
-    /// Advances the episode. One that has ended earns nothing, and the result is `false`.
+    /// Advances the episode and returns `true`. If the episode has ended, sets the rewards to 0 and returns
+    /// `false`.
     ///
     /// # Errors
     /// As [`Episode::advance`].
     pub(crate) fn advance(
         &mut self,
         ranges: &[f64],
-        controls: &[f64],
+        predator_actions: &[f64],
         rewards: &mut [f64],
         progress: &Progress,
     ) -> Result<bool> {
+        self.last_rewards.clear();
         match &mut self.episode {
             Some(episode) if !episode.has_ended() => {
-                self.earned.clear();
-                episode.advance(ranges, controls, rewards, progress)?;
+                episode.advance(ranges, predator_actions, rewards, progress)?;
                 if episode.config().reward.is_individual() {
-                    self.earned.extend_from_slice(rewards);
+                    self.last_rewards.extend_from_slice(rewards);
                 } else {
-                    self.earned.push(episode.team_reward());
+                    self.last_rewards.push(episode.team_reward());
                 }
                 Ok(true)
             }
             _ => {
-                self.earned.clear();
                 rewards.fill(0.0);
                 Ok(false)
             }

@@ -1,4 +1,4 @@
-//! An episode as plain data.
+//! Snapshots of an episode.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::episode::options::EpisodeConfig;
 use crate::flock::{FlockConfig, Summary, World, WorldState};
 use crate::snapshot::{check, check_numbers, is_range};
 
-/// See the fields of [`Episode`].
+/// The serialized form of an [`Episode`]; fields have the same meaning.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct EpisodeState<const D: usize> {
     world: WorldState<D>,
@@ -39,7 +39,7 @@ impl<const D: usize> Episode<D> {
         }
     }
 
-    /// The episode that was started with `seed`.
+    /// Restores an episode that was started with `seed`.
     pub(crate) fn restore(
         state: EpisodeState<D>,
         scenario: &Arc<FlockConfig>,

@@ -1,4 +1,4 @@
-//! The flock at t = 0: drawn from a seed, or given.
+//! `InitialState`: the state of a flock at t = 0, drawn from a seed or given as arrays.
 
 use nalgebra::SVector;
 
@@ -9,25 +9,26 @@ use crate::base::vector::unit;
 use crate::flock::scenario::FlockConfig;
 use crate::predator::Predator;
 
-/// The start of an episode. `None`: agents are drawn from the seed, predators start as in the scenario.
+/// The initial state of an episode. If an array of the agents is `None`, it is drawn from the seed. If an
+/// array of the predators is `None`, it is taken from the scenario.
 ///
-/// Arrays are flat: agent after agent, coordinate after coordinate.
+/// Arrays are flat, in row-major order: one row of D coordinates per agent or predator.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct InitialState {
-    /// Seed of everything random: the flock at t = 0, noise, predators and drawn parameters.
+    /// Seed of all random numbers: the flock at t = 0, noise, predators and randomized parameters.
     pub seed: u64,
     /// r(0) in m, n * D entries.
     pub positions: Option<Vec<f64>>,
     /// v(0) in m/s, n * D entries.
     pub velocities: Option<Vec<f64>>,
-    /// r_p(0) in m, P * D entries.
+    /// r_p(0) in m, D entries per predator.
     pub predator_positions: Option<Vec<f64>>,
-    /// v_p(0) in m/s, P * D entries.
+    /// v_p(0) in m/s, D entries per predator.
     pub predator_velocities: Option<Vec<f64>>,
 }
 
 impl InitialState {
-    /// The flock drawn from `seed`.
+    /// Creates the initial state that is drawn from `seed`.
     #[must_use]
     pub fn seeded(seed: u64) -> Self {
         Self {
@@ -36,10 +37,10 @@ impl InitialState {
         }
     }
 
-    /// Checks shapes and magnitudes.
+    /// Checks the lengths and entries of the arrays.
     ///
     /// # Errors
-    /// [`Error::Argument`] naming the array and, for a value out of bounds, its entry.
+    /// [`Error::Argument`] if an array has the wrong length or an entry is out of bounds.
     pub fn check(&self, config: &FlockConfig) -> Result<()> {
         let (n, p, d) = (config.num_agents, config.predators.len(), config.dimension);
         check("initial_positions", &self.positions, n, d)?;
@@ -81,7 +82,7 @@ impl InitialState {
         }
         if let Some(given) = &self.predator_velocities {
             for (predator, row) in predators.iter_mut().zip(rows(given)) {
-                predator.fly(row);
+                predator.set_velocity(row);
             }
         }
         predators
@@ -98,7 +99,8 @@ fn check(field: &str, values: &Option<Vec<f64>>, rows: usize, axes: usize) -> Re
     };
     if values.len() != rows * axes {
         let expected = format!("{rows} x {axes} numbers");
-        return Err(Error::argument(field, expected, values.len()));
+        let given = format!("{} numbers", values.len());
+        return Err(Error::argument(field, expected, given));
     }
     coordinates(values, |at| {
         format!("{field}[{}, {}]", at / axes, at % axes)

@@ -1,4 +1,5 @@
-//! Distances to predators, independent of the order of the agents.
+//! Predator distances: of every agent, and their mean and minimum. Results do not depend on the order of the
+//! agents.
 
 use multiversion::multiversion;
 
@@ -7,14 +8,13 @@ use crate::base::exact::Scale;
 use crate::base::vector::{larger, smaller, squared_norm};
 use crate::parallel;
 
-/// d_i, the distance of every agent of a group to its nearest predator in m; infinite without predators, NaN in empty
-/// lanes.
+/// Returns d_i, the distance in m from every agent of a group to its nearest predator. It is infinite without
+/// predators, and NaN in empty lanes.
 #[inline(always)]
 pub(crate) fn distances<const D: usize>(
     position: &[Column<f64>; D],
     predators: &[[f64; D]],
 ) -> Column<f64> {
-    // Infinity for agents, NaN in empty lanes.
     let mut squared = [f64::INFINITY; GROUP];
     for lane in 0..GROUP {
         let is_empty = position[0][lane].is_nan();
@@ -34,12 +34,12 @@ pub(crate) fn distances<const D: usize>(
     distances
 }
 
-/// Mean and minimum over the agents of the distance to the nearest predator, in m.
+/// Mean and minimum predator distance in m. Each agent's distance is the one to its nearest predator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PredatorDistance {
-    /// dbar; infinite without predators, 0 without agents.
+    /// dbar, the mean over the agents. Infinite without predators, 0 without agents.
     pub mean: f64,
-    /// dmin; infinite without predators, 0 without agents.
+    /// dmin, the minimum over the agents. Infinite without predators, 0 without agents.
     pub minimum: f64,
 }
 
@@ -66,7 +66,7 @@ impl PredatorDistance {
     }
 }
 
-/// The smallest and the largest distance.
+/// Returns the smallest and the largest distance.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn extremes<const D: usize>(groups: &[Group<D>]) -> (f64, f64) {
     let (mut smallest, mut largest) = ([f64::INFINITY; GROUP], [0.0; GROUP]);
@@ -82,7 +82,7 @@ fn extremes<const D: usize>(groups: &[Group<D>]) -> (f64, f64) {
     (reduce(smallest, smaller), reduce(largest, larger))
 }
 
-/// Sum of the distances in units of `scale`.
+/// Returns the sum of the distances in units of `scale`.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn total<const D: usize>(groups: &[Group<D>], scale: Scale) -> i64 {
     let mut sums = [0; GROUP];

@@ -1,4 +1,4 @@
-//! The flock model (paper, Section V): agents that align with their neighbors and flee from predators.
+//! The flock model (paper, Section V): agents align with their neighbors and flee from predators.
 
 mod initial;
 mod initial_state;

@@ -1,4 +1,4 @@
-//! The flock model's scenario.
+//! `FlockConfig`: the scenario of the flock model.
 
 #[cfg(test)]
 pub(super) mod tests;
@@ -21,8 +21,8 @@ use crate::base::error::{Error, Result};
 use crate::neighbor::{FieldOfView, Metric, NeighborOptions, NeighborRule, Torus};
 use crate::predator::{self, ConstantVelocity, PredatorConfig};
 
-/// The flock model's parameters (docs/model.md). The default, also of each field that a document leaves out, is the
-/// paper's flock.
+/// Parameters of the flock model (docs/model.md). The default is the paper's flock, also for fields that are
+/// missing in a document.
 ///
 /// ```
 /// use flockesc_core::{FlockConfig, PerAgent};
@@ -35,57 +35,59 @@ use crate::predator::{self, ConstantVelocity, PredatorConfig};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FlockConfig {
-    /// n, number of agents, at least 1.
+    /// Number of agents n, at least 1.
     pub num_agents: usize,
-    /// D, 2 or 3.
+    /// Dimension D, 2 or 3.
     pub dimension: usize,
-    /// T / dt, number of steps of an episode, at least 1.
+    /// Number of steps of an episode, at least 1.
     pub num_steps: usize,
-    /// dt in s; from 1e-20 to 1e20, as all that is above 0 here.
+    /// Time step dt in s, from 1e-20 to 1e20.
     pub time_step: f64,
-    /// m in kg, above 0.
+    /// Mass m in kg, from 1e-20 to 1e20.
     pub mass: PerAgent,
-    /// v0 in m/s, above 0.
+    /// Speed v0 in m/s, from 1e-20 to 1e20.
     pub speed: PerAgent,
-    /// Side in m of the initial region `[0, side]^D`, above 0; also the length scale of observations.
+    /// Side in m of the initial region `[0, side]^D`, from 1e-20 to 1e20. It is also the length scale of
+    /// observations.
     pub initial_side: f64,
-    /// Where agents start.
+    /// Distribution of the initial positions.
     pub initial_positions: InitialPositions,
-    /// Their headings at the start.
+    /// Distribution of the initial headings.
     pub initial_headings: InitialHeadings,
-    /// Whether a flock in space starts in the plane z = 0, positions and headings.
+    /// Whether initial positions and headings lie in the plane z = 0. For D = 3.
     pub initial_plane: bool,
-    /// rho_p in m, at least 0.
+    /// Predator range rho_p in m, at least 0.
     pub predator_range: f64,
-    /// s, at least 0.
+    /// Repulsion strength s, the norm of the escape force, at least 0.
     pub repulsion_strength: PerAgent,
     /// Weight a of the consensus force, at least 0.
     pub alignment_strength: PerAgent,
-    /// How forces set velocities.
+    /// Law of motion.
     pub motion: Motion,
-    /// eta in rad, from 0 to 2 pi: the width of the error in the new heading.
+    /// Width eta in rad of the uniform error in a new heading, from 0 to 2 pi.
     pub angular_noise: f64,
-    /// Error in the mean velocity heard, over v0, at least 0.
+    /// Norm of the error in the neighbors' mean velocity, in units of v0, at least 0.
     pub sensing_noise: f64,
-    /// Steps that pass between hearing neighbors and acting on it.
+    /// Number of steps by which neighbor forces are delayed.
     pub sensing_delay: usize,
-    /// Whether step 4 (constant speed) is applied; `false` is the literal law of the paper.
+    /// Whether velocities are scaled to the speed v0 (step 4). `false` is the literal law of the paper.
     pub constant_speed: bool,
-    /// Distance in m to the nearest predator up to which an agent is caught, at least 0; `None`: no captures.
+    /// Distance in m to the nearest predator up to which an agent is caught, at least 0; `None` is no
+    /// captures.
     pub capture_radius: Option<f64>,
-    /// Any number of predators, also 0.
+    /// The predators; may be empty.
     pub predators: Vec<PredatorConfig>,
-    /// Which agents are neighbors.
+    /// Rule that determines which agents are neighbors.
     pub neighbor_rule: NeighborRule,
-    /// Full angle in rad of the sector behind an agent in which it sees no neighbor, from 0 to 2 pi.
+    /// Full angle in rad of the blind sector behind an agent, from 0 to 2 pi. It has no neighbors there.
     pub blind_angle: f64,
-    /// Whether only agents that would both listen to each other are neighbors.
+    /// Whether two agents are neighbors only if each is in the other's range and view.
     pub mutual: bool,
-    /// Whether the neighbor graph of the first step stays.
+    /// Whether the neighbor graph of the first step is kept.
     pub frozen_graph: bool,
-    /// Side in m of a world without border, above 0; `None`: the open world.
+    /// Side in m of a periodic world, from 1e-20 to 1e20; `None` is the open world.
     pub periodic_side: Option<f64>,
-    /// Numbers that every episode draws from its seed, in this order.
+    /// Distributions of the numbers that every episode draws from its seed, in this order.
     pub randomization: Vec<Distribution>,
 }
 
@@ -130,23 +132,23 @@ impl FlockConfig {
     /// Parses and checks a document.
     ///
     /// # Errors
-    /// [`Error::Config`] naming the field that is unknown, of a wrong type or out of bounds.
+    /// [`Error::Config`] if a field is unknown, has the wrong type or is out of bounds.
     pub fn from_json(document: &str) -> Result<Self> {
         let config: Self = parse(document)?;
         config.check()?;
         Ok(config)
     }
 
-    /// The document, with every field.
+    /// Returns the document with all fields as JSON.
     #[must_use]
     pub fn to_json(&self) -> String {
         self.document().to_string()
     }
 
-    /// Checks every field, and that all draws of the randomization fit.
+    /// Checks every field, and that every draw of the randomization is valid.
     ///
     /// # Errors
-    /// [`Error::Config`] naming the field that is out of bounds.
+    /// [`Error::Config`] if a field is out of bounds.
     pub fn check(&self) -> Result<()> {
         self.check_fields()?;
         if self.randomization.is_empty() {
@@ -157,12 +159,12 @@ impl FlockConfig {
         })
     }
 
-    /// Number of predators that are steered from outside.
+    /// Returns the number of learned predators.
     pub(crate) fn num_learned(&self) -> usize {
-        self.predators.iter().filter(|p| p.is_steered()).count()
+        self.predators.iter().filter(|p| p.is_learned()).count()
     }
 
-    /// Checks every field, without a look at what is drawn.
+    /// Checks every field except `randomization`.
     fn check_fields(&self) -> Result<()> {
         within("num_agents", self.num_agents, 1, MAX_AGENTS)?;
         within("dimension", self.dimension, 2, 3)?;
@@ -200,19 +202,19 @@ impl FlockConfig {
         if let Some(side) = self.periodic_side {
             positive_quantity("periodic_side", side)?;
             if !self.predators.is_empty() {
-                let expected = "None with predators, which come from outside";
+                let expected = "None with predators, which need an open world";
                 return Err(Error::config("periodic_side", expected, side));
             }
         }
         Ok(())
     }
 
-    /// The space that the flock starts in.
+    /// Returns the space that the flock starts in.
     pub(crate) fn space(&self) -> Space {
         Space::new(self.dimension, self.initial_plane, self.initial_side)
     }
 
-    /// The parameters of the agents' motion.
+    /// Returns the parameters of the agents' motion.
     pub(super) fn motion_parameters(&self) -> Parameters<'_> {
         Parameters {
             num_agents: self.num_agents,
@@ -229,7 +231,7 @@ impl FlockConfig {
         }
     }
 
-    /// The options of the neighbor graph.
+    /// Returns the options of the neighbor graph.
     pub(crate) fn neighbor_options(&self) -> NeighborOptions {
         NeighborOptions {
             rule: self.neighbor_rule,
@@ -237,22 +239,23 @@ impl FlockConfig {
             torus: Torus::new(self.periodic_side),
             is_mutual: self.mutual,
             is_frozen: self.frozen_graph,
-            visits: self.motion.needs_pairs(),
+            needs_pairs: self.motion.needs_pairs(),
         }
     }
 
-    /// The scenario of the episode with this seed: itself, if it draws nothing.
+    /// Returns the scenario of the episode with this seed: with drawn numbers, or unchanged without
+    /// randomization.
     #[must_use]
     pub fn drawn(self: &Arc<Self>, seed: u64) -> Arc<Self> {
         if self.randomization.is_empty() {
             return Arc::clone(self);
         }
-        // [`Self::check`] has accepted every draw.
+        // Parsing cannot fail, because [`Self::check`] has accepted every draw.
         let drawn = parse_value(&self.drawn_document(seed));
         drawn.map_or_else(|_| Arc::clone(self), Arc::new)
     }
 
-    /// The document of [`Self::drawn`]; `None`, if the scenario draws nothing.
+    /// Returns the document of [`Self::drawn`] as JSON, or `None` without randomization.
     #[must_use]
     pub fn drawn_json(&self, seed: u64) -> Option<String> {
         (!self.randomization.is_empty()).then(|| self.drawn_document(seed).to_string())
@@ -268,7 +271,7 @@ impl FlockConfig {
         serde_json::to_value(self).unwrap_or_default()
     }
 
-    /// The document that every draw begins with.
+    /// Returns the document without its randomization.
     fn undrawn_document(&self) -> Value {
         let mut document = self.document();
         document["randomization"] = Value::Array(Vec::new());

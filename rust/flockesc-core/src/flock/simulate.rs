@@ -1,4 +1,4 @@
-//! A recorded run of a flock under a fixed range or a schedule of ranges.
+//! `simulate_flock`: a recorded run of a flock with a fixed range or a schedule of ranges.
 
 use std::sync::Arc;
 
@@ -11,16 +11,17 @@ use crate::flock::scenario::FlockConfig;
 use crate::neighbor::Ranges;
 use crate::parallel::{self, Progress};
 
-/// Ranges over time and actions of learned predators. `rows` is 1 (fixed range) or T, `columns` is 1 (shared range) or n.
+/// Interaction ranges and predator actions of a run.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Schedule {
-    /// Ranges in m, row after row.
+    /// Ranges in m, in row-major order.
     pub values: Vec<f64>,
-    /// 1, or one row per step.
+    /// Number of rows: 1 for a constant range, or the number of steps.
     pub rows: usize,
-    /// 1, or one column per agent.
+    /// Number of columns: 1 for a shared range, or the number of agents.
     pub columns: usize,
-    /// Actions of the learned predators in [-1, 1], D entries for each in every step; empty: they fly straight on.
+    /// Actions of the learned predators in [-1, 1], with D entries per predator in every step. If it is
+    /// empty, learned predators fly straight on.
     pub predator_actions: Vec<f64>,
 }
 
@@ -42,7 +43,7 @@ impl Schedule {
         check_predator_actions(&self.predator_actions, config.num_steps * each)
     }
 
-    /// Actions of the learned predators in a step.
+    /// Returns the actions of the learned predators in a step.
     fn actions_at(&self, step: usize, num_steps: usize) -> &[f64] {
         let each = self.predator_actions.len() / num_steps;
         &self.predator_actions[step * each..(step + 1) * each]
@@ -57,7 +58,7 @@ impl Schedule {
     }
 }
 
-/// Refuses a range that is negative or not finite.
+/// Checks that all ranges are finite and at least 0.
 pub(crate) fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
     match ranges.iter().position(|r| !(r.is_finite() && *r >= 0.0)) {
         Some(at) => Err(Error::argument(
@@ -69,11 +70,14 @@ pub(crate) fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
     }
 }
 
-/// Refuses actions of learned predators outside [-1, 1], or another number of them than `count` or 0.
+/// Checks the actions of learned predators: `count` entries or none, each in [-1, 1].
 pub(crate) fn check_predator_actions(actions: &[f64], count: usize) -> Result<()> {
     if !actions.is_empty() && actions.len() != count {
-        let expected = format!("{count} entries");
-        return Err(Error::argument("predator_actions", expected, actions.len()));
+        let (expected, given) = (
+            format!("{count} entries"),
+            format!("{} entries", actions.len()),
+        );
+        return Err(Error::argument("predator_actions", expected, given));
     }
     match actions.iter().position(|c| !(-1.0..=1.0).contains(c)) {
         Some(at) => Err(Error::argument(
@@ -85,7 +89,8 @@ pub(crate) fn check_predator_actions(actions: &[f64], count: usize) -> Result<()
     }
 }
 
-/// A recorded run of the flock: one entry per time 0..=T. Arrays are flat, row after row.
+/// A recorded run of a flock: one entry or row per time 0..=T, where T is the number of steps. Arrays are
+/// flat, in row-major order.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -105,25 +110,26 @@ pub struct Trajectory {
     pub positions: Vec<f64>,
     /// v_i(t) in m/s, (T + 1) * n * D entries.
     pub velocities: Vec<f64>,
-    /// r_p(t) in m, (T + 1) * P * D entries.
+    /// r_p(t) in m, (T + 1) * D entries per predator.
     pub predator_positions: Vec<f64>,
-    /// Mean distance to the predator in m.
+    /// Mean predator distance in m.
     pub mean_distance: Vec<f64>,
-    /// Minimum distance to the predator in m.
+    /// Minimum predator distance in m.
     pub min_distance: Vec<f64>,
-    /// Connected components under the range of the step that begins (at T: that has ended).
+    /// Number of connected components under the range of the next step. The last entry uses the range of the
+    /// last step.
     pub num_components: Vec<i64>,
     /// Norm of the mean heading.
     pub polarization: Vec<f64>,
     /// Fraction of the agents that were not caught.
     pub fraction_surviving: Vec<f64>,
-    /// The step that caught each agent, 1..=T, or -1; n entries.
+    /// The step in which each agent was caught, 1..=T, or -1; n entries.
     pub caught_at: Vec<i64>,
 }
 
 impl Trajectory {
-    /// An empty record with memory for the whole run; an error if there is not enough memory.
-    fn with_room_for(config: &FlockConfig) -> Result<Self> {
+    /// Creates an empty record with memory for the whole run. Returns an error if there is not enough memory.
+    fn with_capacity_for(config: &FlockConfig) -> Result<Self> {
         let mut trajectory = Self {
             caught_at: vec![-1; config.num_agents],
             ..Self::default()
@@ -140,7 +146,7 @@ impl Trajectory {
         } else {
             Err(Error::argument(
                 "scenario",
-                "a run whose record fits into memory",
+                "a run that fits into memory",
                 format!("{times} times, {} agents", config.num_agents),
             ))
         }
@@ -176,11 +182,12 @@ fn extend<'a, const D: usize>(
     }
 }
 
-/// Runs a flock for `num_steps` steps; a large one on `num_threads` threads (`None`: one per core).
+/// Runs a flock for `num_steps` steps and records it. A large flock runs on `num_threads` threads; `None` is
+/// one thread per core.
 ///
 /// # Errors
-/// [`Error::Argument`] if `start`, `schedule` or `num_threads` does not fit; [`Error::Interrupted`] if `progress` was
-/// cancelled.
+/// [`Error::Argument`] if `start` or `schedule` does not fit the scenario, if `num_threads` is out of bounds,
+/// or if the record does not fit into memory; [`Error::Interrupted`] if `progress` was cancelled.
 pub fn simulate_flock(
     config: Arc<FlockConfig>,
     schedule: &Schedule,
@@ -203,7 +210,7 @@ fn run<const D: usize>(
     progress: &Progress,
 ) -> Result<Trajectory> {
     let num_steps = config.num_steps;
-    let mut trajectory = Trajectory::with_room_for(&config)?;
+    let mut trajectory = Trajectory::with_capacity_for(&config)?;
     let mut world = World::<D>::new(config, start);
     for step in 0..num_steps {
         progress.check()?;

@@ -1,4 +1,5 @@
-//! Means over the whole flock, independent of the order of the agents.
+//! Averages over the whole flock for observations and metrics. Results do not depend on the order of the
+//! agents.
 
 use multiversion::multiversion;
 
@@ -8,35 +9,36 @@ use crate::base::vector::{SHORTEST, squared_norm};
 use crate::flock::world::World;
 use crate::neighbor::NeighborSums;
 
-/// Means over all agents in the flock at one time. A scaled value x of scale s is x / (x + s).
+/// Averages over all agents at one time, caught agents excluded. A value x on the scale s is stored as x / (x
+/// + s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Summary<const D: usize> {
-    /// r in m.
+    /// Mean position in m.
     pub(crate) centroid: [f64; D],
     /// Root mean square distance to the centroid, in m.
     pub(crate) dispersion: f64,
-    /// v in m/s.
+    /// Mean velocity in m/s.
     pub(crate) velocity: [f64; D],
-    /// ||v|| in m/s.
+    /// Mean speed in m/s.
     pub(crate) speed: f64,
-    /// Norm of the mean heading, in [0, 1]; an agent at rest has no heading and counts as 0.
+    /// Norm of the mean heading, in [0, 1]. The heading of an agent at rest is 0.
     pub(crate) polarization: f64,
-    /// Neighbors in the last step, the agent itself excluded, on the scale of [`HALF_COUNT`].
+    /// Mean number of neighbors in the last step, the agent itself excluded, on the scale of [`HALF_COUNT`].
     pub(crate) neighbor_count: f64,
-    /// ||<v>|| of the last step, on the scale of v0.
+    /// Mean of ||<v>_i|| in the last step, on the scale of v0.
     pub(crate) heard_alignment: f64,
-    /// Cosine of heading and the direction away from the nearest predator.
+    /// Mean cosine of the angle between an agent's heading and the direction away from its nearest predator.
     pub(crate) heading_away: f64,
-    /// The same over the agents within the predator's range; 0 without such agents.
+    /// `heading_away` over the agents within rho_p of a predator; 0 without such agents.
     pub(crate) heading_away_in_range: f64,
-    /// Fraction of these agents.
+    /// Fraction of the agents within rho_p of a predator.
     pub(crate) fraction_in_range: f64,
 }
 
-/// Scale of the number of neighbors, self excluded.
+/// Scale of the number of neighbors: the scaled number is one half for eight neighbors.
 pub(crate) const HALF_COUNT: f64 = 8.0;
 
-/// The input of the sums.
+/// The input of the sums over all agents.
 struct Flock<'a, const D: usize> {
     groups: &'a [Group<D>],
     sums: &'a [NeighborSums<D>],
@@ -47,11 +49,11 @@ struct Flock<'a, const D: usize> {
     predator_range: f64,
 }
 
-/// Scales of sums over all agents.
+/// Fixed-point scales of the sums over all agents.
 struct Scales {
-    /// Of speeds, in m/s.
+    /// Scale of speeds in m/s.
     speed: Scale,
-    /// Of numbers in [-1, 1].
+    /// Scale of numbers in [-1, 1].
     share: Scale,
 }
 
@@ -66,7 +68,7 @@ struct Sums<const D: usize> {
 }
 
 impl<const D: usize> Summary<D> {
-    /// The summary of a flock without agents.
+    /// Summary of a flock without agents.
     const EMPTY: Self = Self {
         centroid: [0.0; D],
         dispersion: 0.0,
@@ -89,7 +91,7 @@ impl<const D: usize> Summary<D> {
         let n = num_agents as f64;
         let (low, high) = world.neighborhood().bounds();
         let scales = Scales {
-            // A norm is less than twice its largest component.
+            // For D <= 3 the norm is less than twice the largest component.
             speed: Scale::for_registers(2.0 * world.neighborhood().largest_speed(), num_agents),
             share: Scale::for_registers(1.0, num_agents),
         };
@@ -127,14 +129,14 @@ impl<const D: usize> Summary<D> {
 }
 
 impl<const D: usize> World<D> {
-    /// Norm of the mean heading, in [0, 1].
+    /// Returns the norm of the mean heading, in [0, 1].
     #[must_use]
     pub fn polarization(&self) -> f64 {
         Summary::of(self).polarization
     }
 }
 
-/// All sums that need one pass.
+/// Computes all sums except the one of squared distances, in one pass.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
     let mut heading = [[0; GROUP]; D];
@@ -154,7 +156,7 @@ fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
         for lane in 0..GROUP {
             let is_agent = -i64::from(!distance[lane].is_nan());
             let velocity: [f64; D] = std::array::from_fn(|axis| group.velocity[axis][lane]);
-            // One division for two; vectors of length 0 stay 0.
+            // One division replaces two. Vectors of length 0 stay 0.
             let (length, moving) = (divisor(distance[lane]), divisor(norm[lane]));
             let inverse = (length * moving).recip();
             let mut cosine = 0.0;
@@ -173,8 +175,8 @@ fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
         for lane in 0..GROUP {
             let is_agent = -i64::from(!distance[lane].is_nan());
             let count = neighbors.count[lane] as f64;
-            let total = flock.unit.of(neighbors.norm[lane]);
-            // (count - 1) / (count - 1 + HALF_COUNT) and ||<v>|| / (||<v>|| + v0), with one division for two.
+            let total = flock.unit.value_of(neighbors.norm[lane]);
+            // (count - 1) / (count - 1 + HALF_COUNT) and ||<v>|| / (||<v>|| + v0). One division replaces two.
             let (others, norms) = (count - 1.0 + HALF_COUNT, total + flock.speed * count);
             let inverse = (others * norms).recip();
             neighbor_count[lane] +=
@@ -194,7 +196,7 @@ fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
     }
 }
 
-/// From the nearest predator to every agent, in m; 0 without predators.
+/// Returns the offset in m from the nearest predator to every agent, or 0 without predators.
 #[inline(always)]
 fn offsets<const D: usize>(group: &Group<D>, predators: &[[f64; D]]) -> [Column<f64>; D] {
     let mut nearest = [f64::INFINITY; GROUP];
@@ -218,7 +220,7 @@ fn offsets<const D: usize>(group: &Group<D>, predators: &[[f64; D]]) -> [Column<
     offsets
 }
 
-/// Sum of the squared distances to the centroid in units of `scale`.
+/// Returns the sum of the squared distances to the centroid in units of `scale`.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn add_up_squares<const D: usize>(groups: &[Group<D>], centroid: &[f64; D], scale: Scale) -> i64 {
     let mut squares = [0; GROUP];
@@ -233,7 +235,7 @@ fn add_up_squares<const D: usize>(groups: &[Group<D>], centroid: &[f64; D], scal
     reduce(squares, |a, b| a + b)
 }
 
-/// A divisor that keeps 0 at 0: 1 instead of lengths that count as 0 and of infinite distances.
+/// Returns `value`, or 1 if it counts as 0 or is infinite, so that a division by it is safe.
 #[inline(always)]
 fn divisor(value: f64) -> f64 {
     if value > SHORTEST && value < f64::INFINITY {

@@ -1,4 +1,4 @@
-//! One step of the flock, in the order of docs/model.md: neighbors, forces, motion, predators, captures.
+//! `World`: a flock and its predators, and one step of the model in the order of docs/model.md.
 
 mod state;
 
@@ -43,14 +43,14 @@ pub struct World<const D: usize> {
     neighborhood: Neighborhood<D>,
     response: Response<D>,
     predator_distance: PredatorDistance,
-    /// Positions of the predators before and after the current step.
+    /// Positions of the predators in m before and after the last step.
     before: Vec<[f64; D]>,
     after: Vec<[f64; D]>,
 }
 
 impl<const D: usize> World<D> {
-    /// The world at t = 0. `config.dimension` must be D, and `start` must pass [`InitialState::check`]. Parameters that the
-    /// scenario draws come from the seed of `start`.
+    /// Creates the world at t = 0. `config.dimension` must be D, and `start` must pass
+    /// [`InitialState::check`]. Randomized parameters are drawn from the seed of `start`.
     #[must_use]
     pub fn new(config: Arc<FlockConfig>, start: &InitialState) -> Self {
         let config = config.drawn(start.seed);
@@ -76,7 +76,7 @@ impl<const D: usize> World<D> {
         }
     }
 
-    /// Advances from t to t + dt under `ranges`.
+    /// Advances the flock and its predators by one time step dt with the interaction ranges `ranges`.
     pub fn step(&mut self, ranges: Ranges<'_>) {
         let prey = Prey {
             agents: &self.agents,
@@ -131,19 +131,19 @@ impl<const D: usize> World<D> {
         self.predator_distance = PredatorDistance::of(&self.agents.groups, self.agents.len());
     }
 
-    /// Sets the actions of learned predators from now on: D entries in [-1, 1] for each. An empty slice: they fly
-    /// straight on.
+    /// Sets the actions of the learned predators for the next steps: D entries in [-1, 1] per predator. With
+    /// an empty slice they fly straight on.
     pub fn set_predator_actions(&mut self, actions: &[f64]) {
         predator::set_actions(&mut self.predators, actions);
     }
 
-    /// The parameters, with drawn values.
+    /// Returns the parameters, with the drawn numbers of a randomized scenario.
     #[must_use]
     pub fn config(&self) -> &FlockConfig {
         &self.config
     }
 
-    /// r_i in m, in the order of ids. The position of a caught agent is where it was caught.
+    /// Returns the positions r_i in m, in the order of ids. A caught agent keeps the position of its capture.
     #[must_use]
     pub fn positions(&self) -> Vec<SVector<f64, D>> {
         let mut positions = self.agents.by_id(|group| &group.position);
@@ -153,19 +153,19 @@ impl<const D: usize> World<D> {
         positions
     }
 
-    /// v_i in m/s, in the order of ids; 0 for caught agents.
+    /// Returns the velocities v_i in m/s, in the order of ids; 0 for caught agents.
     #[must_use]
     pub fn velocities(&self) -> Vec<SVector<f64, D>> {
         self.agents.by_id(|group| &group.velocity)
     }
 
-    /// The predators.
+    /// Returns the predators.
     #[must_use]
     pub fn predators(&self) -> &[Predator<D>] {
         &self.predators
     }
 
-    /// The agents, as predators see them.
+    /// Returns the agents in the form that predators use.
     pub(crate) fn prey(&self) -> Prey<'_, D> {
         Prey {
             agents: &self.agents,
@@ -173,24 +173,24 @@ impl<const D: usize> World<D> {
         }
     }
 
-    /// Mean and minimum predator distance.
+    /// Returns the mean and minimum predator distance in m.
     #[must_use]
     pub fn predator_distance(&self) -> PredatorDistance {
         self.predator_distance
     }
 
-    /// Ids of the caught agents, in the order of the steps that caught them.
+    /// Returns the ids of the caught agents, in the order of their capture.
     pub fn caught(&self) -> impl ExactSizeIterator<Item = usize> {
         self.agents.caught().iter().map(|agent| agent.id as usize)
     }
 
-    /// Fraction of the agents that were not caught.
+    /// Returns the fraction of the agents that were not caught.
     #[must_use]
     pub fn fraction_surviving(&self) -> f64 {
         self.agents.len() as f64 / self.agents.num_agents() as f64
     }
 
-    /// Writes d_i, the distance of every agent to its nearest predator in m, in the order of ids; 0 for caught agents.
+    /// Writes the predator distances d_i in m, in the order of ids; 0 for caught agents.
     pub fn write_distances(&self, out: &mut Vec<f64>) {
         out.clear();
         out.resize(self.agents.num_agents(), 0.0);
@@ -201,7 +201,7 @@ impl<const D: usize> World<D> {
         }
     }
 
-    /// Number of (weakly) connected components under `ranges`.
+    /// Returns the number of weakly connected components under `ranges`.
     #[must_use]
     pub fn num_components(&self, ranges: Ranges<'_>) -> usize {
         self.neighborhood.num_components(&self.agents, ranges)
@@ -211,7 +211,7 @@ impl<const D: usize> World<D> {
         &self.agents
     }
 
-    /// r_p in m.
+    /// Returns the positions of the predators in m.
     pub(crate) fn predator_positions(&self) -> &[[f64; D]] {
         &self.after
     }

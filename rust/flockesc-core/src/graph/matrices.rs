@@ -1,18 +1,18 @@
-//! Matrices of the line's neighbor graph, for analysis (paper, Section II).
+//! Laplacian and Perron matrix of a line's neighbor graph (paper, Section II).
 
 use nalgebra::DMatrix;
 
-/// L = Delta - A, the Laplacian of the graph with an edge where |x_i - x_j| <= `range`, shape (n, n).
+/// Returns the Laplacian L = Delta - A of the graph with edges where |x_i - x_j| <= `range`, shape (n, n).
 ///
-/// An agent is its own neighbor: the degree matrix Delta counts it and the adjacency matrix A holds it,
-/// so the two cancel in L and `P = I - Delta^-1 L` is the matrix of Eq. 2.
+/// An agent is its own neighbor in both the degree matrix Delta and the adjacency matrix A. The self-loops
+/// cancel in L, and `P = I - Delta^-1 L` is the matrix of Eq. 2.
 #[must_use]
 pub fn laplacian(states: &[f64], range: f64) -> DMatrix<f64> {
     let adjacency = adjacency(states, range);
     DMatrix::from_diagonal(&adjacency.column_sum()) - adjacency
 }
 
-/// P = I - Delta^-1 L, the Perron matrix of Eq. 2, shape (n, n); rows sum to 1.
+/// Returns the Perron matrix P = I - Delta^-1 L of Eq. 2, shape (n, n). Its rows sum to 1.
 #[must_use]
 pub fn perron_matrix(states: &[f64], range: f64) -> DMatrix<f64> {
     let mut matrix = adjacency(states, range);

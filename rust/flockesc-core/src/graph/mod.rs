@@ -1,4 +1,4 @@
-//! The neighbor graph, for analysis: neighbors and components of a flock, matrices of a line.
+//! Analysis of the neighbor graph: neighbors and connected components of a flock, matrices of a line.
 
 mod matrices;
 mod neighbors;

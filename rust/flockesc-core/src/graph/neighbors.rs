@@ -1,4 +1,4 @@
-//! The neighbor graph of a flock at one time: pairs of neighbors, connected components.
+//! `NeighborGraph`: pairs of neighbors and connected components of a flock at one time.
 
 use nalgebra::SVector;
 
@@ -27,8 +27,9 @@ pub struct NeighborGraph<const D: usize> {
 }
 
 impl<const D: usize> NeighborGraph<D> {
-    /// The graph of agents at `positions` in m with `velocities` in m/s, one each, by the neighbor rule of a scenario.
-    /// `None`: all agents within range are neighbors. A frozen graph is the one of these positions.
+    /// Creates the graph of agents at `positions` in m with `velocities` in m/s, by the neighbor rule of a
+    /// scenario. Without a scenario, all agents within range are neighbors. The option `frozen_graph` has no
+    /// effect.
     #[must_use]
     pub fn new(
         config: Option<&FlockConfig>,
@@ -49,10 +50,10 @@ impl<const D: usize> NeighborGraph<D> {
         }
     }
 
-    /// Pairs (agent, neighbor) of different agents, in rising order.
+    /// Returns the pairs (agent, neighbor) of different agents, in ascending order.
     ///
     /// # Errors
-    /// [`Error::Argument`] for ranges that are negative, not finite or not one per agent.
+    /// [`Error::Argument`] if a range is negative or not finite, or if there is not one range per agent.
     pub fn pairs(&self, ranges: Ranges<'_>) -> Result<Vec<(u32, u32)>> {
         self.check(ranges)?;
         let mut pairs = self.neighborhood.pairs_by_id(&self.agents, ranges);
@@ -60,7 +61,7 @@ impl<const D: usize> NeighborGraph<D> {
         Ok(pairs)
     }
 
-    /// The weakly connected component of every agent, labeled by the lowest id in it.
+    /// Returns the weakly connected component of every agent, labeled by the lowest id in it.
     ///
     /// # Errors
     /// As [`Self::pairs`].
@@ -75,8 +76,11 @@ impl<const D: usize> NeighborGraph<D> {
             Ranges::PerAgent(ranges) => (ranges, self.agents.len()),
         };
         if given.len() != expected {
-            let expected = format!("{expected} ranges");
-            return Err(Error::argument("interaction_range", expected, given.len()));
+            let (expected, given) = (
+                format!("{expected} ranges"),
+                format!("{} ranges", given.len()),
+            );
+            return Err(Error::argument("interaction_range", expected, given));
         }
         check_ranges("interaction_range", given)
     }

@@ -1,38 +1,39 @@
-//! The consensus of a sorted line (Eq. 1) in one pass: prefix sums, and a window with two moving ends.
+//! Consensus of a sorted line (Eq. 1) in linear time, with prefix sums and a sliding window.
 
 use super::groups::Group;
 use crate::base::exact::Scale;
 
-/// Number of groups compared at a time, without a branch, as the upper end of a window moves.
+/// Number of groups that the search for the upper end of a window compares at a time, without a branch.
 const STRIDE: usize = 4;
 
-/// The means of a line, and buffers to compute them.
+/// The neighbors' means of a line, and buffers to compute them.
 #[derive(Debug, Clone)]
 pub(super) struct Consensus {
     means: Vec<f64>,
-    /// States of one component, then `STRIDE` infinities, which no window reaches.
+    /// States of one component, padded with `STRIDE` infinities.
     states: Vec<f64>,
-    /// Sums over the first k groups of one component, k = 0 to their number.
+    /// Sums over the first k groups of one component, from k = 0 to all.
     prefixes: Vec<Prefix>,
-    /// How many groups the window loses as it moves on to the k-th group of the component.
+    /// Number of groups that leave the window when it moves to the k-th group of the component.
     leaving: Vec<u32>,
 }
 
+/// A prefix sum over groups.
 #[derive(Debug, Clone, Copy, Default)]
 struct Prefix {
-    /// Of fixed-point states, agent by agent.
+    /// Sum of the agents' states in fixed point.
     state: i64,
-    /// Of sizes.
+    /// Number of agents.
     size: i64,
 }
 
-/// The connected components under `range`, from left to right.
+/// Returns the connected components under `range`, from left to right.
 pub(super) fn components(groups: &[Group], range: f64) -> impl Iterator<Item = &[Group]> {
     groups.chunk_by(move |a, b| b.state - a.state <= range)
 }
 
 impl Consensus {
-    /// Buffers for `num_groups` groups.
+    /// Creates buffers for `num_groups` groups.
     pub(super) fn with_capacity(num_groups: usize) -> Self {
         Self {
             means: Vec::with_capacity(num_groups),
@@ -42,15 +43,15 @@ impl Consensus {
         }
     }
 
-    /// For every group the mean state of the agents within `range` of it, the boundary included.
+    /// Computes for every group the mean state of the agents within `range`, boundary included.
     ///
-    /// Groups with the same neighbors get the same bits, in any order of the agents.
+    /// Groups with the same neighbors get bitwise equal means, in any order of the agents.
     pub(super) fn means(&mut self, groups: &[Group], num_agents: usize, range: f64) -> &mut [f64] {
         self.means.clear();
         for component in components(groups, range) {
             let (first, last) = (component[0].state, component[component.len() - 1].state);
             if first == last {
-                // No agent moves, not even by a rounding.
+                // All states are equal, so the mean is the state itself, without rounding.
                 self.means.extend(component.iter().map(|group| group.state));
             } else {
                 let scale = Scale::new(first.abs().max(last.abs()), num_agents);
@@ -89,7 +90,8 @@ impl Consensus {
                 if high < component.len() {
                     high = window_end(states, high, group.state, range);
                 }
-                // Neighbors are mutual: the first group out of this group's window is the first whose window excludes this group.
+                // Neighbors are mutual: the first group above this group's window is also the first group
+                // whose window excludes this group.
                 leaving[high] += 1;
                 low += leaving[k] as usize;
                 let (below, up_to) = (prefixes[low], prefixes[high]);
@@ -98,7 +100,8 @@ impl Consensus {
     }
 }
 
-/// The first of the rising `states` above `state` + `range`, at `from` or after it.
+/// Returns the index of the first of the ascending `states` above `state` + `range`, searching from index
+/// `from`.
 fn window_end(states: &[f64], from: usize, state: f64, range: f64) -> usize {
     let mut end = from;
     while let Some(next) = states[end..].first_chunk::<STRIDE>() {

@@ -1,4 +1,4 @@
-//! An episode of a line, from its start to its steady state: actions, rewards, observations.
+//! `LineEpisode`: an episode of a line with actions, rewards and observations, up to its steady state.
 
 mod state;
 
@@ -14,31 +14,31 @@ use crate::base::error::{Error, Result};
 use crate::line::scenario::LineConfig;
 use crate::parallel::Progress;
 
-/// The options of a line environment (docs/model.md).
+/// Options of a line's episode: reward and action (docs/model.md). Every field has a default in documents.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LineEpisodeConfig {
-    /// The reward of a step.
+    /// The reward term.
     pub reward: LineReward,
-    /// Largest range that an action can set, above 0; scales the observed last range.
+    /// Largest interaction range that an action can set, above 0. The observed last range is divided by it.
     pub max_range: f64,
-    /// Steps of the model during which one action holds, at least 1.
+    /// Number of model steps per action, at least 1.
     pub steps_per_action: usize,
 }
 
-/// The reward of the line; both sum to d_ss - d(0) exactly.
+/// The reward term of a line's episode. Both terms sum to d_ss - d(0) exactly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, strum::VariantNames)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 pub enum LineReward {
     /// d(t) - d(t-1).
     Change,
-    /// d - d(0) on the last step, 0 before.
+    /// d - d(0) in the last step, 0 before.
     Terminal,
 }
 
 impl LineReward {
-    /// The names of all terms in documents.
+    /// Names of all terms in documents.
     pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
 }
 
@@ -56,7 +56,7 @@ impl LineEpisodeConfig {
     /// Parses and checks a document.
     ///
     /// # Errors
-    /// [`Error::Config`] naming the field that is unknown, missing, of a wrong type or out of bounds.
+    /// [`Error::Config`] if a field is unknown, has the wrong type or is out of bounds.
     pub fn from_json(document: &str) -> Result<Self> {
         let config: Self = parse(document)?;
         positive("max_range", config.max_range)?;
@@ -65,29 +65,30 @@ impl LineEpisodeConfig {
     }
 }
 
-/// A line in an episode.
+/// An episode of a line.
 #[derive(Debug, Clone)]
 pub struct LineEpisode {
     config: LineEpisodeConfig,
     line: Line,
-    course: Course,
+    status: Status,
 }
 
-/// The course of an episode so far.
+/// The state of an episode except the line itself.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct Course {
-    /// Steps made.
+struct Status {
+    /// Number of steps so far.
     step: usize,
-    /// d(0).
+    /// Escape distance d(0).
     start_distance: f64,
-    /// Range of the last action; 0 before the first.
+    /// Range of the last action; 0 before the first action.
     last_range: f64,
     /// Whether the last step moved no agent by more than the tolerance.
     is_steady: bool,
 }
 
 impl LineEpisode {
-    /// The episode at t = 0.
+    /// Creates the episode at t = 0, from `initial_state` or, if it is `None`, from a state drawn from
+    /// `seed`.
     ///
     /// # Errors
     /// [`Error::Config`] if the scenario has no predator; otherwise as [`Line::new`].
@@ -98,11 +99,11 @@ impl LineEpisode {
         initial_state: Option<&[f64]>,
     ) -> Result<Self> {
         if scenario.predator_position.is_none() {
-            let why = "a number: rewards depend on the distance to the predator";
-            return Err(Error::config("predator_position", why, "none"));
+            let expected = "a number, because rewards depend on the distance to the predator";
+            return Err(Error::config("predator_position", expected, "none"));
         }
         let line = Line::new(scenario, seed, initial_state)?;
-        let course = Course {
+        let status = Status {
             step: 0,
             start_distance: line.escape_distance(),
             last_range: 0.0,
@@ -111,15 +112,17 @@ impl LineEpisode {
         Ok(Self {
             config,
             line,
-            course,
+            status,
         })
     }
 
-    /// Holds `range` for `steps_per_action` steps or until the end, and returns the reward.
+    /// Applies one action for `steps_per_action` steps or until the end of the episode, and returns the
+    /// reward.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a range that is negative or not finite; [`Error::Episode`] after the end.
-    /// These change nothing. [`Error::Interrupted`] if `progress` was cancelled, after part of the action was applied.
+    /// [`Error::Argument`] if `range` is negative or not finite; [`Error::Episode`] after the end of the
+    /// episode. The episode is then unchanged. [`Error::Interrupted`] if `progress` was cancelled; part of
+    /// the action was then applied.
     pub fn advance(&mut self, range: f64, progress: &Progress) -> Result<f64> {
         check_range(range)?;
         if self.has_ended() {
@@ -127,28 +130,28 @@ impl LineEpisode {
             return Err(Error::episode(message));
         }
         let before = self.line.escape_distance();
-        self.course.last_range = range;
+        self.status.last_range = range;
         for _ in 0..self.config.steps_per_action {
             if self.has_ended() {
                 break;
             }
             progress.check()?;
             let moved = self.line.step(range)?;
-            self.course.is_steady = self.line.is_steady(moved);
-            self.course.step += 1;
+            self.status.is_steady = self.line.is_steady(moved);
+            self.status.step += 1;
         }
         let now = self.line.escape_distance();
         Ok(match self.config.reward {
             LineReward::Change => now - before,
-            LineReward::Terminal if self.has_ended() => now - self.course.start_distance,
+            LineReward::Terminal if self.has_ended() => now - self.status.start_distance,
             LineReward::Terminal => 0.0,
         })
     }
 
-    /// The observation: t / max_steps, d / (1 + d), rho / max_range, then the offsets u = x_i - x_p in
-    /// rising order as u / (1 + |u|).
+    /// Returns the observation: t / max_steps, d / (1 + d), rho / max_range, and u / (1 + |u|) of the offsets
+    /// u = x_i - x_p in ascending order.
     ///
-    /// The order statistics are the whole state up to the agents' ids, so the problem stays Markov.
+    /// The sorted offsets determine the state up to the agents' ids, so that the decision process is Markov.
     #[must_use]
     pub fn observation(&self) -> Vec<f32> {
         let scenario = self.line.config();
@@ -156,9 +159,9 @@ impl LineEpisode {
         let distance = self.line.escape_distance();
         let offsets = self.line.sorted_states().map(|x| x - predator);
         let scalars = [
-            self.course.step as f64 / scenario.max_steps as f64,
+            self.status.step as f64 / scenario.max_steps as f64,
             distance / (1.0 + distance),
-            (self.course.last_range / self.config.max_range).min(1.0),
+            (self.status.last_range / self.config.max_range).min(1.0),
         ];
         scalars
             .into_iter()
@@ -167,7 +170,7 @@ impl LineEpisode {
             .collect()
     }
 
-    /// Estimated number of agents that an action visits; a measure of its run time.
+    /// Estimates the number of agents that an action visits, a measure of its run time.
     #[must_use]
     pub fn work(&self) -> usize {
         let scenario = self.line.config();
@@ -175,38 +178,38 @@ impl LineEpisode {
         scenario.num_agents.saturating_mul(steps)
     }
 
-    /// Steps made so far.
+    /// Returns the number of steps so far.
     #[must_use]
     pub fn steps(&self) -> usize {
-        self.course.step
+        self.status.step
     }
 
-    /// Whether the line stands still or has made `max_steps`.
+    /// Returns whether the line is in its steady state or has made `max_steps` steps.
     #[must_use]
     pub fn has_ended(&self) -> bool {
-        self.course.is_steady || self.course.step >= self.line.config().max_steps
+        self.status.is_steady || self.status.step >= self.line.config().max_steps
     }
 
-    /// Whether the last step moved no agent by more than the tolerance.
+    /// Returns whether the last step moved no agent by more than the tolerance.
     #[must_use]
     pub fn is_steady(&self) -> bool {
-        self.course.is_steady
+        self.status.is_steady
     }
 
-    /// The line itself.
+    /// Returns the line.
     #[must_use]
     pub fn line(&self) -> &Line {
         &self.line
     }
 
-    /// Range of the last action; 0 before the first.
+    /// Returns the range of the last action; 0 before the first action.
     #[must_use]
     pub fn last_range(&self) -> f64 {
-        self.course.last_range
+        self.status.last_range
     }
 }
 
-/// The entries of a line observation, in order: name, lower and upper bound.
+/// Returns the names and bounds of a line's observation entries, in order.
 #[must_use]
 pub fn line_entries(num_agents: usize) -> Vec<Entry> {
     let scalars = ["time", "escape_distance", "last_range"].map(|name| (name.to_owned(), 0.0));

@@ -2,26 +2,27 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The force that a fixed predator adds to the consensus, felt strictly inside its range.
+/// The escape force of the line model. It acts on agents strictly inside the predator range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, strum::VariantNames)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 pub enum EscapeForce {
     /// s sign(x_i - x_p) (Eq. 8).
     Constant,
-    /// s (x_p - x_i + rho_p sign(x_i - x_p)): Eq. 9 as it must have been simulated.
+    /// s (x_p - x_i + rho_p sign(x_i - x_p)): Eq. 9 in the form that reproduces the paper's results.
     Linear,
-    /// x_p - x_i + s rho_p sign(x_i - x_p): Eq. 9 as printed.
+    /// x_p - x_i + s rho_p sign(x_i - x_p): Eq. 9 as printed in the paper.
     LinearAsPrinted,
 }
 
 impl EscapeForce {
-    /// The names of all kinds in documents.
+    /// Names of all escape forces in documents.
     pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
 }
 
 impl EscapeForce {
-    /// The force on an agent at `offset` = x_i - x_p; 0 at distance `range` or more, and at 0.
+    /// Returns the force on an agent at `offset` = x_i - x_p. It is 0 at the predator's position and at
+    /// distances of `range` or more.
     #[must_use]
     pub fn at(self, offset: f64, range: f64, strength: f64) -> f64 {
         if offset.abs() >= range {
@@ -41,7 +42,7 @@ mod tests {
     use super::EscapeForce::{Constant, Linear, LinearAsPrinted};
 
     #[test]
-    fn values_inside_at_and_beyond_the_range() {
+    fn forces_inside_at_and_outside_the_range() {
         assert_eq!(Constant.at(0.5, 1.0, 3.0), 3.0);
         assert_eq!(Constant.at(-0.5, 1.0, 3.0), -3.0);
         assert_eq!(Linear.at(0.25, 1.0, 2.0), 1.5);

@@ -1,52 +1,52 @@
-//! A line as its distinct states in rising order, each with the agents that share it.
+//! `Groups`: the distinct states of a line in ascending order, each with the agents that share it.
 //!
-//! Agents with equal states have equal neighbors and feel the same force: they stay together. A line falls into
-//! few groups within some steps, and a step costs as much as there are groups, not agents.
+//! Agents with equal states have the same neighbors and the same force, so that their states stay equal. A
+//! line has few groups after some steps, and the cost of a step is proportional to the number of groups
+//! instead of agents.
 
 use std::hint::select_unpredictable;
 
 use serde::{Deserialize, Serialize};
 
-use crate::snapshot::is_sound;
+use crate::snapshot::is_bounded;
 
-/// Agents that share one state.
+/// A group of agents with the same state.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Group {
-    /// Their state.
     pub(super) state: f64,
     /// Number of agents.
     pub(super) size: u32,
-    /// The first of them in the caller's order.
+    /// The lowest id of the agents.
     first: u32,
 }
 
-/// Stands before the first group: NaN equals no state.
+/// Sentinel before the first group. NaN differs from every state.
 const NO_GROUP: Group = Group {
     state: f64::NAN,
     size: 0,
     first: 0,
 };
 
-/// Shifts per group after which insertion sort gives up and the library sorts.
+/// Number of shifts per group after which insertion sort is replaced by the library's sort.
 const MAX_SHIFTS: usize = 16;
 
 /// All groups of a line.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Groups {
-    /// In rising order. Two groups may share a state until the next move.
+    /// Groups in ascending order of their states. Two groups may have the same state until the next step.
     sorted: Vec<Group>,
-    /// For every agent one before it that shares its state, or itself if it is the first that does.
+    /// For every agent the id of an agent with the same state and a lower id, or its own id if there is none.
     companion: Vec<u32>,
 }
 
 impl Groups {
-    /// Every agent of `states` by itself; at most 2^32 of them.
+    /// Creates one group per agent. There are at most 2^32 agents.
     pub(super) fn new(states: &[f64]) -> Self {
         let companion: Vec<u32> = (0..states.len() as u32).collect();
         let agents = companion.iter().zip(states);
         let mut sorted: Vec<Group> = agents
             .map(|(&first, &state)| Group {
-                state: state + 0.0, // -0 is 0: equal states are to be equal bits
+                state: state + 0.0, // turns -0 into 0, so that equal states have equal bits
                 size: 1,
                 first,
             })
@@ -55,7 +55,7 @@ impl Groups {
         Self { sorted, companion }
     }
 
-    /// Whether these can be the groups of a line of `num_agents` agents.
+    /// Returns whether the groups are valid for a line of `num_agents` agents.
     pub(super) fn fit(&self, num_agents: usize) -> bool {
         let is_agent = |id: u32| (id as usize) < num_agents;
         let sizes: usize = self.sorted.iter().map(|group| group.size as usize).sum();
@@ -70,22 +70,23 @@ impl Groups {
             && self
                 .sorted
                 .iter()
-                .all(|group| is_sound(group.state) && group.size > 0 && is_agent(group.first))
+                .all(|group| is_bounded(group.state) && group.size > 0 && is_agent(group.first))
             && self.sorted.is_sorted_by(|a, b| a.state <= b.state)
     }
 
-    /// The groups in rising order of their states.
+    /// Returns the groups in ascending order of their states.
     pub(super) fn sorted(&self) -> &[Group] {
         &self.sorted
     }
 
-    /// Gives every group its next state, unites those that meet, and returns the furthest that one moved.
+    /// Sets the next states of the groups, merges groups with equal states and returns the largest
+    /// displacement.
     pub(super) fn move_to(&mut self, next: &[f64]) -> f64 {
         let mut moved = 0.0;
-        let mut is_falling = false;
+        let mut is_unsorted = false;
         let mut last = NO_GROUP;
         let mut len = 0;
-        // Meetings are unpredictable: no branches.
+        // No branches, because the processor cannot predict which groups merge.
         for i in 0..self.sorted.len() {
             let Group {
                 state: before,
@@ -94,7 +95,7 @@ impl Groups {
             } = self.sorted[i];
             let state = next[i];
             moved = f64::max(moved, (state - before).abs());
-            is_falling |= state < last.state;
+            is_unsorted |= state < last.state;
             let equal = state == last.state;
             let later = select_unpredictable(equal, first.max(last.first), first);
             let first = select_unpredictable(equal, first.min(last.first), first);
@@ -105,13 +106,13 @@ impl Groups {
             self.sorted[len - 1] = last;
         }
         self.sorted.truncate(len);
-        if is_falling {
+        if is_unsorted {
             sort(&mut self.sorted);
         }
         moved
     }
 
-    /// Appends the state of every agent, in the caller's order.
+    /// Appends the states of all agents to `out`, in the order of ids.
     pub(super) fn append_states(&self, out: &mut Vec<f64>) {
         let start = out.len();
         out.resize(start + self.companion.len(), 0.0);
@@ -125,11 +126,11 @@ impl Groups {
     }
 }
 
-/// Sorts by insertion, because a step keeps most of the order.
+/// Sorts the groups by insertion, which is fast because a step keeps most of the order.
 fn sort(groups: &mut [Group]) {
-    // The nearer to the predator, the further a linear force drives: it turns the order around.
-    for falling in groups.chunk_by_mut(|a, b| a.state > b.state) {
-        falling.reverse();
+    // A linear force is larger on agents closer to the predator and reverses the order of some groups.
+    for descending in groups.chunk_by_mut(|a, b| a.state > b.state) {
+        descending.reverse();
     }
     let mut shifts = MAX_SHIFTS * groups.len();
     for i in 1..groups.len() {
@@ -163,9 +164,9 @@ mod tests {
     }
 
     proptest! {
-        /// Few different states, so that many meet; enough of them for the library's sort.
+        /// States are chosen from 200 values, so that many groups merge and the library's sort is reached.
         #[test]
-        fn moves_keep_order_and_names(
+        fn moves_keep_order_and_ids(
             start in prop::collection::vec(0..200_u8, 1..300),
             maps in prop::collection::vec(prop::collection::vec(0..200_u8, 200), 1..6),
         ) {
@@ -174,8 +175,8 @@ mod tests {
             for map in maps {
                 let next = |state: f64| f64::from(map[state as usize]);
                 let group_states: Vec<f64> = groups.sorted().iter().map(|g| next(g.state)).collect();
-                let furthest = agents.iter().map(|&x| (next(x) - x).abs()).fold(0.0, f64::max);
-                prop_assert_eq!(groups.move_to(&group_states), furthest);
+                let largest = agents.iter().map(|&x| (next(x) - x).abs()).fold(0.0, f64::max);
+                prop_assert_eq!(groups.move_to(&group_states), largest);
                 agents.iter_mut().for_each(|state| *state = next(*state));
                 prop_assert_eq!(&states(&groups), &agents);
                 let sorted = groups.sorted();
@@ -186,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbors_that_meet_become_one_group() {
+    fn groups_with_equal_states_are_merged() {
         let mut groups = Groups::new(&[3.0, 1.0, 2.0, 1.0]);
         assert_eq!(groups.move_to(&[1.5, 1.5, 1.5, 3.0]), 0.5);
         let sizes: Vec<u32> = groups.sorted().iter().map(|group| group.size).collect();

@@ -1,4 +1,4 @@
-//! The line model (paper, Sections II to IV): agents on the real line, pushed away from a fixed predator.
+//! The line model (paper, Sections II to IV): agents on the real line with consensus and a fixed predator.
 
 mod consensus;
 mod episode;

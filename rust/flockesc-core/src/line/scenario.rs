@@ -1,4 +1,4 @@
-//! The line model's scenario.
+//! `LineConfig`: the scenario of the line model.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,24 +7,24 @@ use crate::base::check::{MAX_AGENTS, MAX_STEPS, coordinate, not_negative, quanti
 use crate::base::document::parse;
 use crate::base::error::Result;
 
-/// The line model's parameters (docs/model.md). The default, also of each field that a document leaves out, is the
-/// paper's line.
+/// Parameters of the line model (docs/model.md). The default is the paper's line, also for fields that are
+/// missing in a document.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LineConfig {
-    /// n, number of agents, at least 1.
+    /// Number of agents n, at least 1.
     pub num_agents: usize,
-    /// x_p; `None` is a line without predator.
+    /// Position x_p of the predator; `None` is a line without a predator.
     pub predator_position: Option<f64>,
-    /// rho_p, at least 0.
+    /// Predator range rho_p, at least 0.
     pub predator_range: f64,
-    /// s, at least 0.
+    /// Repulsion strength s, at least 0.
     pub repulsion_strength: f64,
-    /// Which escape force is added to the consensus.
+    /// Escape force that is added to the consensus.
     pub escape_force: EscapeForce,
-    /// Largest move of any agent in one step that counts as standing still, at least 0.
+    /// Largest displacement of an agent in a step of a line in its steady state, at least 0.
     pub tolerance: f64,
-    /// Steps after which an unsteady line is given up, at least 1.
+    /// Largest number of steps of a run, at least 1.
     pub max_steps: usize,
 }
 
@@ -44,7 +44,7 @@ impl Default for LineConfig {
 }
 
 impl LineConfig {
-    /// The document, with every field.
+    /// Returns the document with all fields as JSON.
     #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_value(self).unwrap_or_default().to_string()
@@ -53,7 +53,7 @@ impl LineConfig {
     /// Parses and checks a document.
     ///
     /// # Errors
-    /// [`crate::Error::Config`] naming the field that is unknown, of a wrong type or out of bounds.
+    /// [`crate::Error::Config`] if a field is unknown, has the wrong type or is out of bounds.
     pub fn from_json(document: &str) -> Result<Self> {
         let config: Self = parse(document)?;
         within("num_agents", config.num_agents, 1, MAX_AGENTS)?;

@@ -1,4 +1,4 @@
-//! A recorded run of a line under a fixed range, until it stands still.
+//! `simulate_line`: a recorded run of a line with a fixed range, up to its steady state.
 
 use std::sync::Arc;
 
@@ -7,22 +7,23 @@ use crate::base::error::Result;
 use crate::line::scenario::LineConfig;
 use crate::parallel::Progress;
 
-/// A recorded run of the line: one entry per time 0..=steps.
+/// A recorded run of a line: one entry or row per time 0..=steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LineTrajectory {
-    /// x(t), row after row, (steps + 1) * n entries.
+    /// States x(t), (steps + 1) * n entries in row-major order.
     pub states: Vec<f64>,
-    /// m(t).
+    /// Number of connected components m(t).
     pub num_components: Vec<i64>,
-    /// d(t); infinite without a predator.
+    /// Escape distance d(t); infinite without a predator.
     pub escape_distance: Vec<f64>,
     /// Whether the last step moved no agent by more than the tolerance.
     pub converged: bool,
-    /// Number of steps made.
+    /// Number of steps.
     pub steps: usize,
 }
 
-/// Runs a line under `range` until its steady state, or until `max_steps`.
+/// Runs a line with the interaction range `range` until its steady state or for `max_steps` steps, and
+/// records it.
 ///
 /// # Errors
 /// As [`Line::new`] and [`Line::step`]; [`crate::Error::Interrupted`] if `progress` was cancelled.

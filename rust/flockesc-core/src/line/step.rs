@@ -1,4 +1,4 @@
-//! One step of the line: consensus (Eq. 1) plus escape force (Eq. 7).
+//! `Line`: a line of agents, and one step of the model, consensus (Eq. 1) plus escape force (Eq. 7).
 
 use std::sync::Arc;
 
@@ -32,7 +32,7 @@ pub struct Line {
 }
 
 impl Line {
-    /// The line in this state.
+    /// Creates a line with these groups.
     pub(super) fn of_groups(config: Arc<LineConfig>, groups: Groups) -> Self {
         Self {
             consensus: Consensus::with_capacity(config.num_agents),
@@ -49,10 +49,10 @@ impl Line {
         &self.groups
     }
 
-    /// A line that starts at `states`, or, where `None`, at x(0) ~ U[0, 1]^n drawn from `seed`.
+    /// Creates a line at `states`. If they are `None`, x(0) ~ U[0, 1]^n is drawn from `seed`.
     ///
     /// # Errors
-    /// [`Error::Argument`] if `states` has another length than the line or an entry is out of bounds.
+    /// [`Error::Argument`] if `states` does not have one entry per agent or an entry is out of bounds.
     pub fn new(config: Arc<LineConfig>, seed: u64, states: Option<&[f64]>) -> Result<Self> {
         let num_agents = config.num_agents;
         let groups = match states {
@@ -65,7 +65,7 @@ impl Line {
         Ok(Self::of_groups(config, groups))
     }
 
-    /// x(t), length n.
+    /// Returns the states x(t), length n, in the order of ids.
     #[must_use]
     pub fn states(&self) -> Vec<f64> {
         let mut states = Vec::with_capacity(self.config.num_agents);
@@ -73,24 +73,24 @@ impl Line {
         states
     }
 
-    /// Appends x(t), length n.
+    /// Appends the states x(t) to `out`, in the order of ids.
     pub(super) fn append_states(&self, out: &mut Vec<f64>) {
         self.groups.append_states(out);
     }
 
-    /// x(t) in rising order, length n.
+    /// Returns the states x(t) in ascending order, length n.
     pub(super) fn sorted_states(&self) -> impl Iterator<Item = f64> {
         let groups = self.groups.sorted().iter();
         groups.flat_map(|group| std::iter::repeat_n(group.state, group.size as usize))
     }
 
-    /// The parameters.
+    /// Returns the parameters.
     #[must_use]
     pub fn config(&self) -> &LineConfig {
         &self.config
     }
 
-    /// Advances one step and returns max_i |x_i(t+1) - x_i(t)|.
+    /// Advances the line by one step and returns the largest displacement max_i |x_i(t+1) - x_i(t)|.
     ///
     /// # Errors
     /// [`Error::Argument`] if `range` is negative or not finite.
@@ -105,26 +105,26 @@ impl Line {
                 escape_force,
                 ..
             } = *self.config;
-            // The groups in the predator's range are contiguous.
+            // The groups inside the predator range are contiguous.
             let offset = |group: &Group| group.state - predator;
             let start = groups.partition_point(|group| offset(group) <= -predator_range);
-            let num_chased =
+            let num_in_range =
                 groups[start..].partition_point(|group| offset(group) < predator_range);
-            let chased = groups[start..].iter().take(num_chased);
-            for (next, group) in next[start..].iter_mut().zip(chased) {
+            let in_range = groups[start..].iter().take(num_in_range);
+            for (next, group) in next[start..].iter_mut().zip(in_range) {
                 *next += escape_force.at(offset(group), predator_range, repulsion_strength);
             }
         }
         Ok(self.groups.move_to(next))
     }
 
-    /// Whether a step that moved no agent by more than `moved` left the line in its steady state.
+    /// Returns whether the line is in its steady state after a step with the largest displacement `moved`.
     #[must_use]
     pub fn is_steady(&self, moved: f64) -> bool {
         moved <= self.config.tolerance
     }
 
-    /// d(t) = min_i |x_i - x_p|; infinite without a predator.
+    /// Returns the escape distance d(t) = min_i |x_i - x_p|; infinite without a predator.
     #[must_use]
     pub fn escape_distance(&self) -> f64 {
         let Some(predator) = self.config.predator_position else {
@@ -136,14 +136,14 @@ impl Line {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// m(t), the number of connected components under `range`.
+    /// Returns the number of connected components m(t) under `range`.
     #[must_use]
     pub fn num_components(&self, range: f64) -> usize {
         components(self.groups.sorted(), range).count()
     }
 }
 
-/// x(0) ~ U[0, 1]^n.
+/// Draws x(0) ~ U[0, 1]^n.
 fn initial_states(num_agents: usize, seed: u64) -> Vec<f64> {
     let mut rng = rng::stream(seed, Stream::LineState);
     (0..num_agents)
@@ -156,7 +156,7 @@ fn check_states(states: &[f64], num_agents: usize) -> Result<()> {
         return Err(Error::argument(
             "initial_state",
             format!("{num_agents} entries, one per agent"),
-            states.len(),
+            format!("{} entries", states.len()),
         ));
     }
     coordinates(states, |i| format!("initial_state[{i}]"))
@@ -194,7 +194,7 @@ mod tests {
     }
 
     proptest! {
-        /// Lemma 1: without a predator m(t) never falls; and the hull never grows.
+        /// Lemma 1: without a predator m(t) never decreases. The convex hull of the states never grows.
         #[test]
         fn components_never_merge_and_the_hull_never_grows(
             states in prop::collection::vec(0.0..1.0_f64, 1..60),
@@ -211,7 +211,7 @@ mod tests {
                 line.step(range).expect("a good range");
                 let after = hull(&line);
                 prop_assert!(line.num_components(range) >= components);
-                // A mean of equal numbers may miss them by a rounding.
+                // Rounding may move the mean of equal numbers away from them.
                 prop_assert!(after.0 >= before.0 - 1e-15 && after.1 <= before.1 + 1e-15);
                 (components, before) = (line.num_components(range), after);
             }
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn two_agents_in_range_meet_in_one_step_and_out_of_range_never() {
+    fn two_agents_meet_in_one_step_only_if_in_range() {
         let mut near = line(&[0.0, 1.0]);
         assert_eq!(near.step(1.0), Ok(0.5));
         assert_eq!(near.states(), [0.5, 0.5]);
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_ranges_change_nothing() {
+    fn rejected_ranges_change_nothing() {
         let mut line = line(&[0.0, 1.0]);
         for range in [-1.0, f64::NAN, f64::INFINITY] {
             assert!(line.step(range).is_err());

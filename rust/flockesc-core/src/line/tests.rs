@@ -1,4 +1,4 @@
-//! The line against its model, one pair of agents at a time, and under what must not matter.
+//! The line against a reference that tests all pairs, and its invariances under permutations and scaling.
 
 use std::sync::Arc;
 
@@ -7,8 +7,8 @@ use proptest::prelude::*;
 use super::{EscapeForce, Line};
 use crate::line::scenario::LineConfig;
 
-/// A line without predator.
-const PEACE: LineConfig = LineConfig {
+/// A line without a predator.
+const NO_PREDATOR: LineConfig = LineConfig {
     num_agents: 1,
     predator_position: None,
     predator_range: 0.0,
@@ -18,7 +18,7 @@ const PEACE: LineConfig = LineConfig {
     max_steps: 1,
 };
 
-/// x(t+1) of Eqs. 1 and 7, one pair at a time.
+/// Returns x(t+1) of Eqs. 1 and 7, computed from all pairs.
 fn reference(config: &LineConfig, states: &[f64], range: f64) -> Vec<f64> {
     let next = |state: &f64| {
         let near = neighbors(states, *state, range);
@@ -70,12 +70,12 @@ fn configs() -> impl Strategy<Value = LineConfig> {
             predator_range,
             repulsion_strength,
             escape_force,
-            ..PEACE
+            ..NO_PREDATOR
         },
     )
 }
 
-/// Multiples of 1/16 among others: some agents share a state, and some are just a range apart.
+/// Many states are multiples of 1/16, so that some agents share a state and some distances equal the range.
 fn states() -> impl Strategy<Value = Vec<f64>> {
     let state = prop_oneof![
         (-16..=16_i8).prop_map(|i| f64::from(i) / 16.0),
@@ -91,7 +91,7 @@ fn ranges() -> impl Strategy<Value = f64> {
 
 proptest! {
     #[test]
-    fn equals_the_reference_and_equal_neighbors_mean_equal_bits(
+    fn equals_the_reference_and_agents_with_equal_neighbors_have_equal_bits(
         config in configs(), states in states(), range in ranges(),
     ) {
         let mut line = line(&config, &states);
@@ -105,10 +105,10 @@ proptest! {
             let moves = after.iter().zip(&before).map(|(after, before)| (after - before).abs());
             prop_assert_eq!(moved, moves.fold(0.0, f64::max));
             if config.predator_position.is_none() {
-                let heard: Vec<_> = before.iter().map(|&x| neighbors(&before, x, range)).collect();
+                let lists: Vec<_> = before.iter().map(|&x| neighbors(&before, x, range)).collect();
                 let bits = bits(&after);
                 for i in 0..bits.len() {
-                    prop_assert!((0..i).all(|j| heard[i] != heard[j] || bits[i] == bits[j]));
+                    prop_assert!((0..i).all(|j| lists[i] != lists[j] || bits[i] == bits[j]));
                 }
             }
             before = after;
@@ -133,13 +133,14 @@ proptest! {
         }
     }
 
-    /// Nothing depends on the unit of length, from the smallest that holds 53 bits to the largest that is taken.
+    /// Results do not depend on the unit of length, from the smallest normal numbers to the largest accepted
+    /// ones.
     #[test]
     fn scaled_lines_have_scaled_states(
         states in states(), range in 0.0..0.5_f64, exponent in -900..66_i32,
     ) {
         let scaled = |states: &[f64]| states.iter().map(|x| x * 2.0_f64.powi(exponent)).collect::<Vec<_>>();
-        let (mut small, mut large) = (line(&PEACE, &states), line(&PEACE, &scaled(&states)));
+        let (mut small, mut large) = (line(&NO_PREDATOR, &states), line(&NO_PREDATOR, &scaled(&states)));
         for _ in 0..10 {
             small.step(range).expect("a good range");
             large.step(scaled(&[range])[0]).expect("a good range");
@@ -147,13 +148,13 @@ proptest! {
         }
     }
 
-    /// An isolated agent costs the others no precision, at any distance.
+    /// An isolated agent at any distance does not reduce the precision of the other agents.
     #[test]
     fn precision_is_that_of_the_component(states in states(), range in 0.0..0.5_f64) {
         let far: Vec<f64> = states.iter().copied().chain([1e20, -1e20]).collect();
-        let mut line = line(&PEACE, &far);
+        let mut line = line(&NO_PREDATOR, &far);
         line.step(range).expect("a good range");
-        for (state, expected) in line.states().iter().zip(reference(&PEACE, &far, range)) {
+        for (state, expected) in line.states().iter().zip(reference(&NO_PREDATOR, &far, range)) {
             prop_assert!((state - expected).abs() <= 1e-13, "{state} {expected}");
         }
     }
@@ -162,14 +163,14 @@ proptest! {
 #[test]
 fn agents_that_share_a_state_at_range_zero_do_not_move() {
     let states = [0.1, 0.7, 0.1, 0.1, 1e20, 0.7, 0.0, -0.0];
-    let mut line = line(&PEACE, &states);
+    let mut line = line(&NO_PREDATOR, &states);
     assert_eq!(line.step(0.0), Ok(0.0));
     assert_eq!(line.states(), states);
 }
 
-/// The largest numbers that a scenario takes, for as long as they drive agents on.
+/// Uses the largest numbers that a scenario accepts.
 #[test]
-fn the_strongest_force_leaves_every_state_finite() {
+fn states_stay_finite_under_the_strongest_force() {
     for (escape_force, predator) in [
         EscapeForce::Constant,
         EscapeForce::Linear,
@@ -183,7 +184,7 @@ fn the_strongest_force_leaves_every_state_finite() {
             predator_range: 1e20,
             repulsion_strength: 1e20,
             escape_force,
-            ..PEACE
+            ..NO_PREDATOR
         };
         for range in [0.0, 1.0, f64::MAX] {
             let mut line = line(&config, &[-1e20, -1.0, 0.0, 5e-324, 1.0, 2.0, 1e20]);

@@ -1,4 +1,4 @@
-//! Neighbors and sums over them, under any rule: the one interface to the neighbor graph.
+//! `Neighborhood`: the neighbor graph of a flock and the sums over neighbors, for all neighbor rules.
 
 mod state;
 
@@ -6,17 +6,18 @@ use crate::agents::{Agents, GROUP};
 use crate::base::exact::Scale;
 use crate::neighbor::engine::components::{Forest, connect, connect_pairs};
 use crate::neighbor::engine::isolation;
+use crate::neighbor::engine::kernel::sum_neighbors;
 use crate::neighbor::engine::links::Links;
 use crate::neighbor::engine::pairs::Pairs;
-use crate::neighbor::engine::sums::{NeighborSums, Scratch, sum_neighbors, sum_pairs};
+use crate::neighbor::engine::sums::{NeighborSums, Scratch, sum_pairs};
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::options::NeighborOptions;
 use crate::neighbor::ranges::Ranges;
 use crate::parallel;
 pub(crate) use state::NeighborhoodState;
 
-/// Cost of a re-sort per agent and halving, in tests of a pair of tiles (measured).
-const SORTING: f64 = 0.4;
+/// Measured cost of a re-sort is this times n log2(n), in units of the cost of testing a pair of tiles.
+const SORT_COST: f64 = 0.4;
 
 /// The neighbor graph of a flock, with the sums over the neighbors of every agent.
 #[derive(Debug, Clone)]
@@ -25,33 +26,33 @@ pub(crate) struct Neighborhood<const D: usize> {
     tree: Tree<D>,
     links: Links,
     sums: Vec<NeighborSums<D>>,
-    /// Unit of the sums in m/s.
+    /// Fixed-point scale of the sums in m/s.
     scale: Scale,
     scratch: Vec<Scratch>,
     /// Mean extent of a tile in m after the last re-sort.
-    tight: f64,
-    /// Estimated number of tests since then that a re-sort would have saved.
+    sorted_extent: f64,
+    /// Estimated number of tests since the last re-sort that another re-sort would have saved.
     excess: f64,
 }
 
 impl<const D: usize> Neighborhood<D> {
-    /// The neighborhood at t = 0, where every agent's only neighbor is itself.
+    /// Creates the neighborhood at t = 0. Every agent's only neighbor is the agent itself.
     pub(crate) fn new(options: NeighborOptions, agents: &Agents<D>) -> Self {
         let mut tree = Tree::new(agents.groups.len());
         tree.refresh(agents);
         Self {
             options,
             links: Links::default(),
-            sums: tree.agents.iter().map(NeighborSums::alone).collect(),
+            sums: tree.agents.iter().map(NeighborSums::isolated).collect(),
             scale: tree.scale,
             scratch: vec![Scratch::default(); parallel::num_chunks(agents.groups.len())],
-            tight: tree.mean_extent(),
+            sorted_extent: tree.mean_extent(),
             excess: 0.0,
             tree,
         }
     }
 
-    /// Finds every agent's neighbors and sums their velocities (Eq. 11). May re-sort the agents.
+    /// Computes the sums over every agent's neighbors (Eq. 11). May re-sort the agents.
     pub(crate) fn sum_neighbors(&mut self, agents: &mut Agents<D>, ranges: Ranges<'_>) {
         self.sort_if_due(agents, ranges);
         let (options, tree) = (&self.options, &self.tree);
@@ -66,23 +67,25 @@ impl<const D: usize> Neighborhood<D> {
         self.scale = tree.scale;
     }
 
-    /// Tiles grow as agents mix. Each step estimates the extra tests; when they exceed the cost of a re-sort, the agents
-    /// are re-sorted. Results do not depend on when.
+    /// Re-sorts the agents if that saves time.
+    ///
+    /// Tiles grow as agents mix. Each step estimates the number of extra tests. When they exceed the cost of
+    /// a re-sort, the agents are re-sorted. Results do not depend on when this happens.
     fn sort_if_due(&mut self, agents: &mut Agents<D>, ranges: Ranges<'_>) {
         let reach = 2.0 * self.links.typical_reach(&self.options, ranges);
-        let loose = self.tree.mean_extent();
-        let saved = 1.0 - ((self.tight + reach) / (loose + reach)).powi(D as i32);
+        let extent = self.tree.mean_extent();
+        let saved = 1.0 - ((self.sorted_extent + reach) / (extent + reach)).powi(D as i32);
         self.excess += saved * self.num_tile_pairs() as f64;
         let n = agents.len() as f64;
-        if self.excess > SORTING * n * n.log2() {
+        if self.excess > SORT_COST * n * n.log2() {
             agents.arrange();
             self.tree.refresh(agents);
-            self.tight = self.tree.mean_extent();
+            self.sorted_extent = self.tree.mean_extent();
             self.excess = 0.0;
         }
     }
 
-    /// Updates the tree to the agents' positions and velocities, after some may have been caught.
+    /// Updates the tree after a step and its captures.
     pub(crate) fn refresh(&mut self, agents: &Agents<D>) {
         let num_groups = agents.groups.len();
         if num_groups < self.sums.len() {
@@ -93,94 +96,97 @@ impl<const D: usize> Neighborhood<D> {
         self.tree.refresh(agents);
     }
 
-    /// Moves the sums of the agent in place `from` to its new place.
+    /// Moves the sums of an agent from its old place `from` to its new place `to`.
     pub(crate) fn relocate(&mut self, from: usize, to: usize) {
         let agent = self.sums[from / GROUP].of(from % GROUP);
         self.sums[to / GROUP].set(to % GROUP, &agent);
     }
 
-    /// The sums of the last step, group by group.
+    /// Returns the sums of the last step, group by group.
     pub(crate) fn sums(&self) -> &[NeighborSums<D>] {
         &self.sums
     }
 
-    /// The same, for the step that uses them.
+    /// Returns the sums of the last step as mutable, group by group.
     pub(crate) fn sums_mut(&mut self) -> &mut [NeighborSums<D>] {
         &mut self.sums
     }
 
-    /// The neighbor graph of the current step; for options that [visit](NeighborOptions::visits) pairs.
+    /// Returns the neighbor graph of the current step. Only for options with
+    /// [`NeighborOptions::needs_pairs`].
     pub(crate) fn pairs<'a>(&'a self, agents: &'a Agents<D>) -> Pairs<'a, D> {
         self.links.pairs(&self.options, agents, &self.tree)
     }
 
-    /// The unit of the sums in m/s.
+    /// Returns the fixed-point scale of the sums in m/s.
     pub(crate) fn scale(&self) -> Scale {
         self.scale
     }
 
-    /// Lowest and highest coordinates of the agents in m.
+    /// Returns the corners of the agents' bounding box in m.
     pub(crate) fn bounds(&self) -> ([f64; D], [f64; D]) {
         let bounds = self.tree.root().bounds();
         (bounds.low, bounds.high)
     }
 
-    /// Sum of v over all agents in m/s.
+    /// Returns the sum of the velocities of all agents in m/s.
     pub(crate) fn total_velocity(&self) -> [f64; D] {
         let sums = self.tree.root().sum;
         sums.map(|sum| self.tree.scale.value(sum.iter().sum()))
     }
 
-    /// Largest component of any velocity in m/s.
+    /// Returns the largest magnitude of a velocity component in m/s.
     pub(crate) fn largest_speed(&self) -> f64 {
         self.tree.largest_speed
     }
 
-    /// Place of the agent whose nearest other agent is farthest; the lowest id among equals.
+    /// Returns the place of the agent whose nearest other agent is farthest away; among equals, the one with
+    /// the lowest id.
     pub(crate) fn most_isolated(&self, agents: &Agents<D>) -> usize {
         isolation::most_isolated(agents, &self.tree)
     }
 
-    /// Pairs of the ids of an agent and a neighbor other than itself, at the current positions.
+    /// Returns the ids of all pairs of an agent and a neighbor other than itself, at the current positions.
     pub(crate) fn pairs_by_id(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> Vec<(u32, u32)> {
         self.with_pairs(agents, ranges, |pairs| pairs.by_id())
     }
 
-    /// Calls `look` with the neighbor graph at the current positions.
+    /// Calls `visit` with the neighbor graph at the current positions and returns its result.
     pub(crate) fn with_pairs<T>(
         &self,
         agents: &Agents<D>,
         ranges: Ranges<'_>,
-        look: impl FnOnce(Pairs<'_, D>) -> T,
+        visit: impl FnOnce(Pairs<'_, D>) -> T,
     ) -> T {
         let options = NeighborOptions {
-            visits: true,
+            needs_pairs: true,
             ..self.options
         };
-        let links = self.links_now(&options, agents, ranges);
-        look(links.pairs(&options, agents, &self.tree))
+        let links = self.current_links(&options, agents, ranges);
+        visit(links.pairs(&options, agents, &self.tree))
     }
 
-    /// Number of weakly connected components of the neighbor graph at the current positions.
+    /// Returns the number of weakly connected components at the current positions.
     pub(crate) fn num_components(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> usize {
         self.components(agents, ranges).count()
     }
 
-    /// The component of every agent in that graph, labeled by the lowest id in it; in the order of ids.
+    /// Returns the weakly connected component of every agent at the current positions, in the order of ids.
+    /// Components are labeled by the lowest id in them.
     pub(crate) fn component_labels(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> Vec<u32> {
         self.components(agents, ranges).labels(agents)
     }
 
     fn components(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> Forest {
-        let links = self.links_now(&self.options, agents, ranges);
+        let links = self.current_links(&self.options, agents, ranges);
         match links.reaches(&self.options, ranges) {
             Some(reaches) => connect(agents, &self.tree, reaches),
             None => connect_pairs(&links.pairs(&self.options, agents, &self.tree)),
         }
     }
 
-    /// Reaches and lists at the current positions.
-    fn links_now(
+    /// Computes reaches and lists at the current positions.
+    fn current_links(
         &self,
         options: &NeighborOptions,
         agents: &Agents<D>,
@@ -195,7 +201,7 @@ impl<const D: usize> Neighborhood<D> {
         links
     }
 
-    /// Number of pairs of tiles that the last step tested agent by agent.
+    /// Returns the number of pairs of tiles that were tested agent by agent in the last step.
     fn num_tile_pairs(&self) -> usize {
         self.scratch
             .iter()

@@ -1,10 +1,10 @@
-//! The options of a neighbor graph: the rule, and the conditions that apply to every rule.
+//! `NeighborOptions`: the neighbor rule and the conditions that apply to every rule.
 
 use crate::neighbor::engine::field_of_view::{FieldOfView, Torus};
 use crate::neighbor::rules::rule::Criterion;
 use crate::neighbor::rules::{Metric, NeighborRule};
 
-/// A scenario's parameters of the neighbor graph.
+/// Parameters of the neighbor graph.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct NeighborOptions {
     pub(crate) rule: NeighborRule,
@@ -14,8 +14,8 @@ pub(crate) struct NeighborOptions {
     pub(crate) is_mutual: bool,
     /// Whether the graph of the first step is kept.
     pub(crate) is_frozen: bool,
-    /// Whether a step visits pairs of neighbors.
-    pub(crate) visits: bool,
+    /// Whether a step iterates over pairs of neighbors.
+    pub(crate) needs_pairs: bool,
 }
 
 impl NeighborOptions {
@@ -26,10 +26,11 @@ impl NeighborOptions {
         torus: Torus::NONE,
         is_mutual: false,
         is_frozen: false,
-        visits: false,
+        needs_pairs: false,
     };
 
-    /// Whether distances alone decide who is a neighbor, so that whole nodes of the tree can be added at once.
+    /// Returns whether neighbors are determined by distances alone, so that nodes of the tree can be added at
+    /// once.
     pub(in crate::neighbor) fn is_by_reach(&self) -> bool {
         self.rule.criterion() != Criterion::List
             && self.field_of_view == FieldOfView::ALL_ROUND
@@ -38,9 +39,10 @@ impl NeighborOptions {
             && !self.is_frozen
     }
 
-    /// Estimated work of a step per agent of a flock of n, in units of the work without pairs. A pair costs a sixteenth.
-    pub(crate) fn visits_per_agent(&self, n: usize) -> usize {
-        if self.is_by_reach() && !self.visits {
+    /// Estimates the cost of a step per agent of a flock of n, in units of the cost without pairs. Each of
+    /// the n pairs of an agent costs 1/16.
+    pub(crate) fn work_per_agent(&self, n: usize) -> usize {
+        if self.is_by_reach() && !self.needs_pairs {
             1
         } else {
             1 + n / 16

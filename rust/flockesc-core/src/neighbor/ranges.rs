@@ -1,8 +1,8 @@
-//! Interaction ranges, and the reach of every agent.
+//! `Ranges`: the interaction ranges of the agents, and their squared reaches.
 
 use crate::agents::Column;
 
-/// Size of the sample of agents or groups by which a step decides whether to re-sort the agents.
+/// Size of the samples of agents or groups that decide whether to re-sort the agents.
 pub(super) const SAMPLE: usize = 64;
 
 /// Interaction ranges rho in m: one for the flock, or one per agent.
@@ -15,7 +15,7 @@ pub enum Ranges<'a> {
 }
 
 impl Ranges<'_> {
-    /// The range of the agent with this id.
+    /// Returns the range in m of the agent with this id.
     pub(in crate::neighbor) fn of(self, id: u32) -> f64 {
         match self {
             Self::Shared(range) => range,
@@ -23,10 +23,10 @@ impl Ranges<'_> {
         }
     }
 
-    /// Squared ranges in m^2 of the agents with these ids.
+    /// Writes the squared ranges in m^2 of the agents with these ids to `out`.
     #[inline(always)]
     pub(in crate::neighbor) fn square(self, ids: &[u32], out: &mut Column<f64>) {
-        // Finite, so that the empty boxes at infinity are out of reach.
+        // Squares are finite, so that boxes without agents, which are at infinity, are out of reach.
         let square = |range: f64| (range * range).min(f64::MAX);
         match self {
             Self::Shared(range) => out.fill(square(range)),
@@ -38,8 +38,8 @@ impl Ranges<'_> {
         }
     }
 
-    /// Mean over a sample of the agents, in m.
-    pub(in crate::neighbor) fn typical(self) -> f64 {
+    /// Returns the mean range of a sample of the agents, in m.
+    pub(in crate::neighbor) fn sample_mean(self) -> f64 {
         match self {
             Self::Shared(range) => range,
             Self::PerAgent(ranges) => {
@@ -51,16 +51,17 @@ impl Ranges<'_> {
     }
 }
 
-/// The squared reach of every agent: from its interaction range, or found by a rule.
+/// The reach of every agent, which is its interaction range or computed by a rule.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::neighbor) enum Reaches<'a> {
+    /// Interaction ranges in m.
     Ranges(Ranges<'a>),
-    /// In m^2, for the agents of every group.
+    /// Squared reaches in m^2, group by group.
     Squares(&'a [Column<f64>]),
 }
 
 impl Reaches<'_> {
-    /// Whether all agents reach equally far.
+    /// Returns whether all agents are known to have the same reach.
     #[inline(always)]
     pub(in crate::neighbor) fn are_equal(self) -> bool {
         match self {
@@ -69,7 +70,7 @@ impl Reaches<'_> {
         }
     }
 
-    /// The squared reaches in m^2 of a group's agents, whose ids are `ids`.
+    /// Writes the squared reaches in m^2 of a group's agents to `out`. `ids` are the ids of the agents.
     #[inline(always)]
     pub(in crate::neighbor) fn square(self, group: usize, ids: &[u32], out: &mut Column<f64>) {
         match self {

@@ -1,4 +1,4 @@
-//! One row per agent, in the agent's own frame.
+//! Observations of the agents: one row per agent, in the agent's body frame.
 
 use nalgebra::SVector;
 
@@ -10,72 +10,84 @@ use crate::base::vector::unit;
 use crate::flock::HALF_COUNT;
 use crate::predator::Predator;
 
-/// What all agents of a flock share.
+/// Values that are the same for all agents of a flock.
 struct Common {
     time: f64,
     running_minimum: f64,
-    /// In m.
+    /// Largest range of an action in m.
     max_range: f64,
-    /// Scales of speeds in m/s and lengths in m.
+    /// Scale of speeds in m/s.
     speed: f64,
+    /// Scale of lengths in m.
     length: f64,
 }
 
-/// What one agent sees.
-pub(super) struct Seen<'a, const D: usize> {
+/// The values that an agent's observation is computed from.
+pub(super) struct Features<'a, const D: usize> {
     common: &'a Common,
-    /// Its last range in m.
+    /// The agent's last range in m.
     range: f64,
     /// ||v_i|| in m/s.
     speed: f64,
-    /// Neighbors heard in the last step, the agent itself excluded.
+    /// Number of neighbors in the last step, the agent itself excluded.
     neighbor_count: f64,
-    /// Their mean velocity and its own, in m/s.
+    /// Mean velocity in m/s of these neighbors and the agent itself.
     heard_velocity: SVector<f64, D>,
-    /// Distance in m of the nearest predator, if it is sensed.
+    /// Distance in m of the nearest predator, if the agent senses it.
     predator_distance: Option<f64>,
-    /// The direction toward that predator, and its velocity relative to the agent's in m/s; 0 without one.
-    sight: SVector<f64, D>,
-    approach: SVector<f64, D>,
+    /// Unit vector toward the sensed predator; 0 if there is none.
+    predator_direction: SVector<f64, D>,
+    /// Velocity in m/s of the sensed predator relative to the agent; 0 if there is none.
+    predator_velocity: SVector<f64, D>,
     frame: Frame<D>,
 }
 
-/// The entries of a row.
+/// Adds the entries of a row to `table`.
 #[inline(always)]
-pub(super) fn table<'a, const D: usize>(table: &mut impl Table<Seen<'a, D>>) {
-    table.number("time", 0.0, |seen| seen.common.time);
-    table.number("running_minimum", 0.0, |seen| seen.common.running_minimum);
-    table.number("last_range", 0.0, |seen| seen.range / seen.common.max_range);
-    table.number("speed", 0.0, |seen| squash(seen.speed, seen.common.speed));
-    table.number("neighbor_count", 0.0, |seen| {
-        squash(seen.neighbor_count, HALF_COUNT)
+pub(super) fn table<'a, const D: usize>(table: &mut impl Table<Features<'a, D>>) {
+    table.number("time", 0.0, |features| features.common.time);
+    table.number("running_minimum", 0.0, |features| {
+        features.common.running_minimum
     });
-    table.vector("heard_velocity", |seen| seen.scaled(&seen.heard_velocity));
-    table.number("predator_sensed", 0.0, |seen| {
-        f64::from(seen.predator_distance.is_some())
+    table.number("last_range", 0.0, |features| {
+        features.range / features.common.max_range
     });
-    table.number("predator_distance", 0.0, |seen| {
-        let distance = seen.predator_distance;
-        distance.map_or(0.0, |distance| squash(distance, seen.common.length))
+    table.number("speed", 0.0, |features| {
+        squash(features.speed, features.common.speed)
     });
-    table.vector("predator_direction", |seen| {
-        seen.frame.coordinates(&seen.sight)
+    table.number("neighbor_count", 0.0, |features| {
+        squash(features.neighbor_count, HALF_COUNT)
     });
-    table.vector("predator_velocity", |seen| seen.scaled(&seen.approach));
+    table.vector("heard_velocity", |features| {
+        features.scaled(&features.heard_velocity)
+    });
+    table.number("predator_sensed", 0.0, |features| {
+        f64::from(features.predator_distance.is_some())
+    });
+    table.number("predator_distance", 0.0, |features| {
+        let distance = features.predator_distance;
+        distance.map_or(0.0, |distance| squash(distance, features.common.length))
+    });
+    table.vector("predator_direction", |features| {
+        features.frame.coordinates(&features.predator_direction)
+    });
+    table.vector("predator_velocity", |features| {
+        features.scaled(&features.predator_velocity)
+    });
 }
 
-impl<const D: usize> Seen<'_, D> {
-    /// A velocity in the agent's frame, scaled.
+impl<const D: usize> Features<'_, D> {
+    /// Returns a velocity in the agent's frame, scaled to a norm below 1.
     fn scaled(&self, velocity: &SVector<f64, D>) -> [f64; D] {
         let scale = velocity.norm() + self.common.speed;
         self.frame.coordinates(&(velocity / scale))
     }
 }
 
-/// Writes n rows; zeros for agents that were caught.
+/// Writes n rows; rows of caught agents are 0.
 pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
     let world = scene.world;
-    let (heard, scale) = (world.neighborhood().sums(), world.neighborhood().scale());
+    let (sums, scale) = (world.neighborhood().sums(), world.neighborhood().scale());
     let common = Common {
         time: scene.time(),
         running_minimum: scene.running_minimum(),
@@ -88,34 +100,37 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
         out[agent * length..(agent + 1) * length].fill(0.0);
     }
     for (place, (agent, position, velocity)) in world.agents().iter().enumerate() {
-        let (heard, lane) = (&heard[place / GROUP], place % GROUP);
-        let count = heard.count[lane] as f64;
+        let (sums, lane) = (&sums[place / GROUP], place % GROUP);
+        let count = sums.count[lane] as f64;
         let heard_velocity: SVector<f64, D> =
-            SVector::from_fn(|axis, _| scale.value(heard.sum[axis][lane]) / count);
+            SVector::from_fn(|axis, _| scale.value(sums.sum[axis][lane]) / count);
         let sensed = nearest(&position, world.predators())
             .filter(|(_, distance)| scene.is_sensed(*distance));
-        let sight: SVector<f64, D> = sensed
+        let predator_direction: SVector<f64, D> = sensed
             .and_then(|(predator, _)| unit(&(predator.position - position)))
             .unwrap_or_else(SVector::zeros);
-        let approach: SVector<f64, D> =
+        let predator_velocity: SVector<f64, D> =
             sensed.map_or_else(SVector::zeros, |(predator, _)| predator.velocity - velocity);
-        let seen = Seen {
+        let features = Features {
             common: &common,
             range: scene.ranges[agent],
             speed: velocity.norm(),
             neighbor_count: count - 1.0,
             heard_velocity,
             predator_distance: sensed.map(|(_, distance)| distance),
-            sight,
-            approach,
-            frame: Frame::new(&velocity, &[sight, heard_velocity, approach]),
+            predator_direction,
+            predator_velocity,
+            frame: Frame::new(
+                &velocity,
+                &[predator_direction, heard_velocity, predator_velocity],
+            ),
         };
         let row = &mut out[agent * length..(agent + 1) * length];
-        table(&mut Row::new(&seen, row));
+        table(&mut Row::new(&features, row));
     }
 }
 
-/// The predator nearest to `position`, with its distance in m.
+/// Returns the predator nearest to `position` and its distance in m.
 pub(super) fn nearest<'a, const D: usize>(
     position: &SVector<f64, D>,
     predators: &'a [Predator<D>],

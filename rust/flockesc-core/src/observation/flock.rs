@@ -1,4 +1,5 @@
-//! One row per flock: scalars that no turn, shift or renumbering of the agents changes.
+//! Observation of the whole flock: one row of scalars that are invariant under rotations, translations and
+//! permutations of the agents.
 
 use nalgebra::SVector;
 
@@ -8,77 +9,88 @@ use super::table::{Row, Table, squash};
 use crate::base::vector::heading;
 use crate::flock::{PredatorDistance, Summary};
 
-/// What the flock as a whole sees.
-pub(super) struct Seen<'a, const D: usize> {
+/// The values that a flock's observation is computed from.
+pub(super) struct Features<'a, const D: usize> {
     time: f64,
     running_minimum: f64,
     last_range: f64,
-    /// Scales of lengths in m and speeds in m/s.
+    /// Scale of lengths in m.
     length: f64,
+    /// Scale of speeds in m/s.
     speed: f64,
     flock: &'a Summary<D>,
     distance: PredatorDistance,
+    /// The predator nearest to the centroid, if at least one agent senses a predator.
     predator: Option<Nearest<D>>,
 }
 
-/// The predator nearest to the centroid, if the agent nearest to a predator senses it.
+/// A predator relative to the centroid.
 struct Nearest<const D: usize> {
-    /// Distance of the centroid in m, and the direction from the predator to it.
+    /// Distance from the predator to the centroid in m.
     distance: f64,
+    /// Unit vector from the predator to the centroid.
     away: SVector<f64, D>,
     /// v_p in m/s.
     velocity: SVector<f64, D>,
 }
 
-/// The entries of a row.
+/// Adds the entries of a row to `table`.
 #[inline(always)]
-pub(super) fn table<'a, const D: usize>(table: &mut impl Table<Seen<'a, D>>) {
-    table.number("time", 0.0, |seen| seen.time);
-    table.number("running_minimum", 0.0, |seen| seen.running_minimum);
-    table.number("last_range", 0.0, |seen| seen.last_range);
-    table.number("speed", 0.0, |seen| squash(seen.flock.speed, seen.speed));
-    table.number("polarization", 0.0, |seen| seen.flock.polarization);
-    table.number("spread", 0.0, |seen| {
-        squash(seen.flock.dispersion, seen.length)
+pub(super) fn table<'a, const D: usize>(table: &mut impl Table<Features<'a, D>>) {
+    table.number("time", 0.0, |features| features.time);
+    table.number("running_minimum", 0.0, |features| features.running_minimum);
+    table.number("last_range", 0.0, |features| features.last_range);
+    table.number("speed", 0.0, |features| {
+        squash(features.flock.speed, features.speed)
     });
-    table.number("neighbor_count", 0.0, |seen| seen.flock.neighbor_count);
-    table.number("heard_alignment", 0.0, |seen| seen.flock.heard_alignment);
-    table.number("predator_sensed", 0.0, |seen| seen.of_predator(|_| 1.0));
-    table.number("mean_distance", 0.0, |seen| {
-        seen.of_predator(|_| squash(seen.distance.mean, seen.length))
+    table.number("polarization", 0.0, |features| features.flock.polarization);
+    table.number("spread", 0.0, |features| {
+        squash(features.flock.dispersion, features.length)
     });
-    table.number("min_distance", 0.0, |seen| {
-        seen.of_predator(|_| squash(seen.distance.minimum, seen.length))
+    table.number("neighbor_count", 0.0, |features| {
+        features.flock.neighbor_count
     });
-    table.number("centroid_distance", 0.0, |seen| {
-        seen.of_predator(|predator| squash(predator.distance, seen.length))
+    table.number("heard_alignment", 0.0, |features| {
+        features.flock.heard_alignment
     });
-    table.number("fraction_in_range", 0.0, |seen| {
-        seen.of_predator(|_| seen.flock.fraction_in_range)
+    table.number("predator_sensed", 0.0, |features| {
+        features.if_sensed(|_| 1.0)
     });
-    table.number("heading_away", -1.0, |seen| {
-        seen.of_predator(|_| seen.flock.heading_away)
+    table.number("mean_distance", 0.0, |features| {
+        features.if_sensed(|_| squash(features.distance.mean, features.length))
     });
-    table.number("heading_away_in_range", -1.0, |seen| {
-        seen.of_predator(|_| seen.flock.heading_away_in_range)
+    table.number("min_distance", 0.0, |features| {
+        features.if_sensed(|_| squash(features.distance.minimum, features.length))
     });
-    table.number("velocity_away", -1.0, |seen| {
-        seen.of_predator(|predator| {
-            let velocity = SVector::from(seen.flock.velocity);
-            velocity.dot(&predator.away) / (velocity.norm() + seen.speed)
+    table.number("centroid_distance", 0.0, |features| {
+        features.if_sensed(|predator| squash(predator.distance, features.length))
+    });
+    table.number("fraction_in_range", 0.0, |features| {
+        features.if_sensed(|_| features.flock.fraction_in_range)
+    });
+    table.number("heading_away", -1.0, |features| {
+        features.if_sensed(|_| features.flock.heading_away)
+    });
+    table.number("heading_away_in_range", -1.0, |features| {
+        features.if_sensed(|_| features.flock.heading_away_in_range)
+    });
+    table.number("velocity_away", -1.0, |features| {
+        features.if_sensed(|predator| {
+            let velocity = SVector::from(features.flock.velocity);
+            velocity.dot(&predator.away) / (velocity.norm() + features.speed)
         })
     });
-    table.number("predator_speed", 0.0, |seen| {
-        seen.of_predator(|predator| squash(predator.velocity.norm(), seen.speed))
+    table.number("predator_speed", 0.0, |features| {
+        features.if_sensed(|predator| squash(predator.velocity.norm(), features.speed))
     });
-    table.number("predator_aim", -1.0, |seen| {
-        seen.of_predator(|predator| heading(&predator.velocity).dot(&predator.away))
+    table.number("predator_aim", -1.0, |features| {
+        features.if_sensed(|predator| heading(&predator.velocity).dot(&predator.away))
     });
 }
 
-impl<const D: usize> Seen<'_, D> {
-    /// A value that only a flock that senses a predator sees; 0 for others.
-    fn of_predator(&self, value: impl Fn(&Nearest<D>) -> f64) -> f64 {
+impl<const D: usize> Features<'_, D> {
+    /// Returns `value` of the sensed predator, or 0 if no agent senses one.
+    fn if_sensed(&self, value: impl Fn(&Nearest<D>) -> f64) -> f64 {
         self.predator.as_ref().map_or(0.0, value)
     }
 }
@@ -90,7 +102,7 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
     let centroid = SVector::from(flock.centroid);
     let is_sensed = world.fraction_surviving() > 0.0 && scene.is_sensed(distance.minimum);
     let predator = nearest(&centroid, world.predators()).filter(|_| is_sensed);
-    let seen = Seen {
+    let features = Features {
         time: scene.time(),
         running_minimum: scene.running_minimum(),
         last_range: scene.ranges[0] / scene.max_range,
@@ -104,5 +116,5 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
             velocity: predator.velocity,
         }),
     };
-    table(&mut Row::new(&seen, out));
+    table(&mut Row::new(&features, out));
 }

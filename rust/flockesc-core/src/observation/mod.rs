@@ -1,6 +1,6 @@
-//! Observations: what a controller sees, one view per file. Every entry is bounded and documented in docs/model.md.
+//! Observations of flocks, agents and predators. Every entry is bounded and documented in docs/model.md.
 //!
-//! No entry depends on where the world's origin is or how its axes are turned.
+//! All entries are invariant under translations and rotations of the world.
 
 mod agent;
 mod flock;
@@ -16,7 +16,7 @@ pub use sensing::SensingRange;
 use table::Entries;
 pub use view::View;
 
-/// The entries of an observation row, in order, for dimension 2 or 3.
+/// Returns the entries of an observation row, in order, for dimension 2 or 3.
 #[must_use]
 pub fn entries(view: View, dimension: usize) -> Vec<Entry> {
     let mut entries = Entries::default();
@@ -29,7 +29,7 @@ pub fn entries(view: View, dimension: usize) -> Vec<Entry> {
     entries.0
 }
 
-/// The entries of a learned predator's row, in order, for dimension 2 or 3.
+/// Returns the entries of a learned predator's row, in order, for dimension 2 or 3.
 #[must_use]
 pub fn predator_entries(dimension: usize) -> Vec<Entry> {
     let mut entries = Entries::default();
@@ -49,7 +49,7 @@ impl<const D: usize> Scene<'_, D> {
         }
     }
 
-    /// Writes a row for every predator that is steered from outside.
+    /// Writes one row per learned predator.
     pub(crate) fn observe_predators(&self, out: &mut [f32]) {
         predator::write(self, out);
     }

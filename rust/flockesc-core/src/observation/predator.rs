@@ -1,4 +1,4 @@
-//! One row per predator that is steered from outside, in its own frame.
+//! Observations of the learned predators: one row per predator, in its body frame.
 
 use nalgebra::SVector;
 
@@ -9,83 +9,90 @@ use crate::base::vector::unit;
 use crate::flock::Summary;
 use crate::predator::{self, Sighting};
 
-/// What one predator sees.
-pub(super) struct Seen<'a, const D: usize> {
+/// The values that a predator's observation is computed from.
+pub(super) struct Features<'a, const D: usize> {
     time: f64,
     running_minimum: f64,
-    /// Scales of lengths in m and speeds in m/s.
+    /// Scale of lengths in m.
     length: f64,
+    /// Scale of speeds in m/s.
     speed: f64,
     sighting: Sighting<D>,
     frame: Frame<D>,
     flock: &'a Summary<D>,
-    /// Share of the agents within the predator's range.
+    /// Fraction of the agents within rho_p of the predator.
     fraction_in_range: f64,
 }
 
-/// The entries of a row.
+/// Adds the entries of a row to `table`.
 #[inline(always)]
-pub(super) fn table<'a, const D: usize>(table: &mut impl Table<Seen<'a, D>>) {
-    table.number("time", 0.0, |seen| seen.time);
-    table.number("running_minimum", 0.0, |seen| seen.running_minimum);
-    table.number("speed", 0.0, |seen| {
-        seen.sighting.velocity.norm() / seen.sighting.max_speed
+pub(super) fn table<'a, const D: usize>(table: &mut impl Table<Features<'a, D>>) {
+    table.number("time", 0.0, |features| features.time);
+    table.number("running_minimum", 0.0, |features| features.running_minimum);
+    table.number("speed", 0.0, |features| {
+        features.sighting.velocity.norm() / features.sighting.max_speed
     });
-    table.vector("nearest_direction", |seen| {
-        seen.direction(&seen.sighting.nearest)
+    table.vector("nearest_direction", |features| {
+        features.direction(&features.sighting.nearest)
     });
-    table.number("nearest_distance", 0.0, |seen| {
-        seen.distance(&seen.sighting.nearest)
+    table.number("nearest_distance", 0.0, |features| {
+        features.distance(&features.sighting.nearest)
     });
-    table.vector("nearest_velocity", |seen| {
-        seen.scaled(&seen.sighting.nearest_velocity)
+    table.vector("nearest_velocity", |features| {
+        features.scaled(&features.sighting.nearest_velocity)
     });
-    table.vector("centroid_direction", |seen| {
-        seen.direction(&seen.sighting.centroid)
+    table.vector("centroid_direction", |features| {
+        features.direction(&features.sighting.centroid)
     });
-    table.number("centroid_distance", 0.0, |seen| {
-        seen.distance(&seen.sighting.centroid)
+    table.number("centroid_distance", 0.0, |features| {
+        features.distance(&features.sighting.centroid)
     });
-    table.vector("flock_velocity", |seen| {
-        seen.scaled(&seen.sighting.flock_velocity)
+    table.vector("flock_velocity", |features| {
+        features.scaled(&features.sighting.flock_velocity)
     });
-    table.number("spread", 0.0, |seen| {
-        squash(seen.flock.dispersion, seen.length)
+    table.number("spread", 0.0, |features| {
+        squash(features.flock.dispersion, features.length)
     });
-    table.number("polarization", 0.0, |seen| seen.flock.polarization);
-    table.number("fraction_in_range", 0.0, |seen| seen.fraction_in_range);
-    table.number("other_present", 0.0, |seen| {
-        f64::from(seen.sighting.other.is_some())
+    table.number("polarization", 0.0, |features| features.flock.polarization);
+    table.number("fraction_in_range", 0.0, |features| {
+        features.fraction_in_range
     });
-    table.vector("other_direction", |seen| seen.direction(&seen.other()));
-    table.number("other_distance", 0.0, |seen| seen.distance(&seen.other()));
+    table.number("other_present", 0.0, |features| {
+        f64::from(features.sighting.other.is_some())
+    });
+    table.vector("other_direction", |features| {
+        features.direction(&features.other())
+    });
+    table.number("other_distance", 0.0, |features| {
+        features.distance(&features.other())
+    });
 }
 
-impl<const D: usize> Seen<'_, D> {
-    /// Offset of the nearest other predator in m; 0 without one.
+impl<const D: usize> Features<'_, D> {
+    /// Returns the offset of the nearest other predator in m, or 0 if there is none.
     fn other(&self) -> SVector<f64, D> {
         self.sighting.other.unwrap_or_else(SVector::zeros)
     }
 
-    /// The direction of an offset in the predator's frame.
+    /// Returns the direction of an offset in the predator's frame.
     fn direction(&self, offset: &SVector<f64, D>) -> [f64; D] {
         let direction = unit(offset).unwrap_or_else(SVector::zeros);
         self.frame.coordinates(&direction)
     }
 
-    /// The length of an offset, scaled.
+    /// Returns the length of an offset, scaled to [0, 1).
     fn distance(&self, offset: &SVector<f64, D>) -> f64 {
         squash(offset.norm(), self.length)
     }
 
-    /// A velocity in the predator's frame, scaled.
+    /// Returns a velocity in the predator's frame, scaled to a norm below 1.
     fn scaled(&self, velocity: &SVector<f64, D>) -> [f64; D] {
         let scale = velocity.norm() + self.speed;
         self.frame.coordinates(&(velocity / scale))
     }
 }
 
-/// Writes a row for every predator that is steered from outside.
+/// Writes one row per learned predator.
 pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
     let (world, scenario) = (scene.world, scene.scenario());
     let predators = world.predators();
@@ -96,7 +103,7 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
     for ((index, sighting), row) in sightings.zip(out.chunks_exact_mut(length.max(1))) {
         let position = &predators[index].position;
         let in_range = prey.within(position, scenario.predator_range).count();
-        let seen = Seen {
+        let features = Features {
             time: scene.time(),
             running_minimum: scene.running_minimum(),
             length: scene.length(),
@@ -106,6 +113,6 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
             flock: scene.summary,
             fraction_in_range: in_range as f64 / world.agents().len().max(1) as f64,
         };
-        table(&mut Row::new(&seen, row));
+        table(&mut Row::new(&features, row));
     }
 }

@@ -1,11 +1,11 @@
-//! What observations are made from.
+//! The input of observations.
 
 use super::SensingRange;
 use super::table::squash;
 use crate::flock::{FlockConfig, Summary, World};
 use crate::reward::Objective;
 
-/// A flock at one moment of an episode.
+/// The state of an episode that observations are computed from.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scene<'a, const D: usize> {
     pub(crate) world: &'a World<D>,
@@ -15,11 +15,11 @@ pub(crate) struct Scene<'a, const D: usize> {
     pub(crate) minimum: f64,
     /// Ranges of the last action in m: one, or one per agent.
     pub(crate) ranges: &'a [f64],
-    /// In m.
+    /// Largest range of an action in m.
     pub(crate) max_range: f64,
-    /// `None`: predators are seen from any distance.
+    /// Distance up to which agents sense predators; `None` is any distance.
     pub(crate) sensing_range: Option<SensingRange>,
-    /// Steps made.
+    /// Number of steps so far.
     pub(crate) step: usize,
 }
 
@@ -28,18 +28,18 @@ impl<'a, const D: usize> Scene<'a, D> {
         self.world.config()
     }
 
-    /// Whether a predator is seen from this distance in m.
+    /// Returns whether an agent senses a predator at this distance in m.
     pub(super) fn is_sensed(&self, distance: f64) -> bool {
         self.sensing_range
             .is_none_or(|range| range.reaches(distance, self.scenario()))
     }
 
-    /// The elapsed share of the episode.
+    /// Returns the elapsed fraction of the episode.
     pub(super) fn time(&self) -> f64 {
         self.step as f64 / self.scenario().num_steps as f64
     }
 
-    /// The running minimum: of a distance, scaled, or of the share of agents that were not caught.
+    /// Returns the objective's running minimum; distances are scaled to [0, 1).
     pub(super) fn running_minimum(&self) -> f64 {
         match self.objective {
             Objective::Mean | Objective::Minimum => squash(self.minimum, self.length()),
@@ -47,12 +47,12 @@ impl<'a, const D: usize> Scene<'a, D> {
         }
     }
 
-    /// Scale of lengths in m.
+    /// Returns the scale of lengths in m.
     pub(super) fn length(&self) -> f64 {
         self.scenario().initial_side
     }
 
-    /// Scale of speeds in m/s.
+    /// Returns the scale of speeds in m/s.
     pub(super) fn speed(&self) -> f64 {
         self.scenario().speed.largest()
     }

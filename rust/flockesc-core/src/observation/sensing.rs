@@ -1,22 +1,22 @@
-//! How far a predator is seen.
+//! The distance up to which agents sense a predator.
 
 use serde::{Deserialize, Serialize};
 
 use crate::flock::FlockConfig;
 
-/// Distance up to which a predator is seen.
+/// Distance up to which agents sense a predator.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SensingRange {
-    /// rho_p of the episode's scenario.
+    /// The predator range rho_p of the episode's scenario.
     PredatorRange,
-    /// In m.
+    /// A length in m.
     #[serde(untagged)]
     Length(f64),
 }
 
 impl SensingRange {
-    /// Whether a predator is seen from this distance in m.
+    /// Returns whether an agent senses a predator at this distance in m.
     pub(crate) fn reaches(self, distance: f64, scenario: &FlockConfig) -> bool {
         match self {
             Self::PredatorRange => distance <= scenario.predator_range,

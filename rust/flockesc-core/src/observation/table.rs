@@ -1,16 +1,17 @@
-//! Tables of observation entries: name, lower bound and value together, so that names and values cannot part.
+//! Tables of observation entries. Each entry is defined once, with name, lower bound and value.
 
 use crate::base::entry::Entry;
 
 /// Suffixes of a vector's coordinates.
 const AXES: [&str; 3] = ["ahead", "left", "up"];
 
-/// What becomes of the entries of a row that is made from an `S`: their names, or their values.
+/// A visitor of the entries of a row, which collects their names and bounds or computes their values from an
+/// `S`.
 pub(super) trait Table<S> {
     /// Adds a number from `low` to 1.
     fn number(&mut self, name: &str, low: f32, value: impl Fn(&S) -> f64);
 
-    /// Adds a vector of norm 1 at most, coordinate by coordinate.
+    /// Adds the coordinates of a vector of norm at most 1.
     fn vector<const D: usize>(&mut self, name: &str, value: impl Fn(&S) -> [f64; D]);
 }
 
@@ -40,17 +41,17 @@ impl<S> Table<S> for Entries {
 /// Writes the values of one row.
 #[derive(Debug)]
 pub(super) struct Row<'a, S> {
-    seen: &'a S,
+    features: &'a S,
     out: std::slice::IterMut<'a, f32>,
 }
 
 impl<'a, S> Row<'a, S> {
-    pub(super) fn new(seen: &'a S, out: &'a mut [f32]) -> Self {
+    pub(super) fn new(features: &'a S, out: &'a mut [f32]) -> Self {
         let out = out.iter_mut();
-        Self { seen, out }
+        Self { features, out }
     }
 
-    /// Rounding may carry a value out of [-1, 1] by a hair; it is clamped.
+    /// Writes the next value, clamped to [-1, 1] because rounding may exceed the bounds.
     #[inline(always)]
     fn push(&mut self, value: f64) {
         if let Some(slot) = self.out.next() {
@@ -62,18 +63,18 @@ impl<'a, S> Row<'a, S> {
 impl<S> Table<S> for Row<'_, S> {
     #[inline(always)]
     fn number(&mut self, _name: &str, _low: f32, value: impl Fn(&S) -> f64) {
-        self.push(value(self.seen));
+        self.push(value(self.features));
     }
 
     #[inline(always)]
     fn vector<const D: usize>(&mut self, _name: &str, value: impl Fn(&S) -> [f64; D]) {
-        for coordinate in value(self.seen) {
+        for coordinate in value(self.features) {
             self.push(coordinate);
         }
     }
 }
 
-/// Maps a length or speed of at least 0 onto [0, 1): half at `scale`.
+/// Maps a length or speed x >= 0 to x / (x + `scale`), in [0, 1).
 pub(super) fn squash(value: f64, scale: f64) -> f64 {
     if value.is_finite() {
         value / (value + scale)

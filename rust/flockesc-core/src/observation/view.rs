@@ -1,19 +1,19 @@
-//! Who observes.
+//! `View`: one observation for the flock, or one per agent.
 
 use serde::{Deserialize, Serialize};
 
-/// Who observes, and gets a range per action: the flock as a whole, or every agent.
+/// Whether an episode has one observation and one range for the flock, or one per agent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, strum::VariantNames)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 pub enum View {
-    /// One summary per flock.
+    /// One row for the flock.
     Flock,
-    /// One row per agent, in its own frame.
+    /// One row per agent, in the agent's body frame.
     Agent,
 }
 
 impl View {
-    /// The names of all views in documents.
+    /// Names of all views in documents.
     pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
 }

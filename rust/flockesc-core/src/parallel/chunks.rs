@@ -1,16 +1,17 @@
-//! Loops over the groups of one flock, in chunks on several threads.
+//! Parallel loops over the groups of one flock, in chunks.
 
 use rayon::prelude::*;
 
 use super::pools::is_pooled;
 
-/// Smallest number of items, groups of agents, that are shared among threads.
+/// Smallest number of items (groups of agents) for a parallel loop.
 pub(crate) const MIN_ITEMS: usize = 64;
-/// Items that one thread takes at a time.
+/// Number of items in a chunk.
 const CHUNK: usize = 16;
 
-/// Calls `work(index of the first, some of a, as many of b)` until all are done: in parallel on a thread of a pool,
-/// if there are many.
+/// Calls `work(first, chunk of a, chunk of b)` for all chunks, where `first` is the index of the chunks'
+/// first item. Runs in parallel if there are at least [`MIN_ITEMS`] items and the calling thread belongs to a
+/// pool.
 pub(crate) fn for_each_chunk<A: Send, B: Send>(
     a: &mut [A],
     b: &mut [B],
@@ -26,30 +27,32 @@ pub(crate) fn for_each_chunk<A: Send, B: Send>(
     }
 }
 
-/// Number of chunks into which so many items may be cut.
+/// Returns the number of chunks of `items` items.
 pub(crate) fn num_chunks(items: usize) -> usize {
     items.div_ceil(CHUNK)
 }
 
-/// As [`for_each_chunk`], with something of its own for every one of [`num_chunks`] chunks.
+/// Calls `work(first, chunk of a, scratch of the chunk)` for all chunks, as [`for_each_chunk`] does.
+/// `scratch` has one item for each of [`num_chunks`] chunks.
 pub(crate) fn for_each_chunk_with<A: Send, B: Send>(
     a: &mut [A],
-    own: &mut [B],
+    scratch: &mut [B],
     work: impl Fn(usize, &mut [A], &mut B) + Sync,
 ) {
     if a.len() >= MIN_ITEMS && is_pooled() {
         a.par_chunks_mut(CHUNK)
-            .zip(own)
+            .zip(scratch)
             .enumerate()
-            .for_each(|(index, (a, own))| work(index * CHUNK, a, own));
+            .for_each(|(index, (a, scratch))| work(index * CHUNK, a, scratch));
     } else {
-        for (index, (a, own)) in a.chunks_mut(CHUNK).zip(own).enumerate() {
-            work(index * CHUNK, a, own);
+        for (index, (a, scratch)) in a.chunks_mut(CHUNK).zip(scratch).enumerate() {
+            work(index * CHUNK, a, scratch);
         }
     }
 }
 
-/// Folds what `map` makes of chunks of `items`, in an order that must not matter.
+/// Maps the chunks of `items` and folds the results, in parallel if there are many. `fold` must be
+/// associative and commutative. Returns `None` if there are no items.
 pub(crate) fn map_reduce<A: Sync, R: Send>(
     items: &[A],
     map: impl Fn(&[A]) -> R + Sync + Send,
@@ -62,7 +65,7 @@ pub(crate) fn map_reduce<A: Sync, R: Send>(
     }
 }
 
-/// Runs both: in parallel on a thread of a pool, if `is_large`.
+/// Runs `a` and `b`, in parallel if `is_large` and the calling thread belongs to a pool.
 pub(crate) fn join(is_large: bool, a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
     if is_large && is_pooled() {
         rayon::join(a, b);

@@ -1,4 +1,4 @@
-//! Dispatch of pieces of work to threads.
+//! Dispatch of independent tasks to threads, with guided self-scheduling.
 
 use std::hint;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -7,7 +7,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
-/// Number of checks for the end of the work before the caller sleeps: about 50 us.
+/// Number of times that the caller polls for the end of the work before it sleeps, about 50 us.
 const SPINS: usize = 1000;
 
 /// The threads that [`dispatch`] uses.
@@ -15,14 +15,14 @@ const SPINS: usize = 1000;
 pub(crate) enum Pool {
     /// Only the calling thread.
     None,
-    /// The calling thread and those of a pool, for pieces that stay on one thread. The calling thread starts at once: pool
-    /// threads need as long to wake up as some flocks need for a step.
-    Beside(&'static ThreadPool),
-    /// Only the threads of a pool, for pieces that are divided further.
-    Within(&'static ThreadPool),
+    /// The calling thread and the threads of a pool, for tasks that run on one thread. The calling thread
+    /// starts at once, because waking up a pool thread takes as long as a step of some flocks.
+    WithCaller(&'static ThreadPool),
+    /// Only the threads of a pool, for tasks with parallel loops.
+    ThreadsOnly(&'static ThreadPool),
 }
 
-/// Runs every piece of work; results are in order.
+/// Runs all tasks and returns their results in order.
 pub(crate) fn dispatch<T: Send, R: Send>(
     pool: Pool,
     work: impl ExactSizeIterator<Item = T> + Send,
@@ -30,17 +30,17 @@ pub(crate) fn dispatch<T: Send, R: Send>(
 ) -> Vec<R> {
     match pool {
         Pool::None => work.map(run).collect(),
-        Pool::Beside(pool) => share(pool, work, run),
-        Pool::Within(pool) => {
+        Pool::WithCaller(pool) => run_with_caller(pool, work, run),
+        Pool::ThreadsOnly(pool) => {
             let work: Vec<T> = work.collect();
             pool.install(|| work.into_par_iter().map(run).collect())
         }
     }
 }
 
-/// Runs `work` on the calling thread and n - 1 pool threads. Idle threads take chunks of decreasing size (guided
-/// self-scheduling).
-fn share<T: Send, R: Send>(
+/// Runs `work` on the calling thread and n - 1 threads of a pool of n. Idle threads take chunks of decreasing
+/// size (guided self-scheduling).
+fn run_with_caller<T: Send, R: Send>(
     pool: &ThreadPool,
     work: impl ExactSizeIterator<Item = T> + Send,
     run: impl Fn(T) -> R + Send + Sync,
@@ -49,8 +49,8 @@ fn share<T: Send, R: Send>(
     let queue = Mutex::new(work.enumerate());
     let take_chunk = || {
         let mut queue = locked(&queue);
-        let share = (queue.len() / (2 * (helpers + 1))).max(1);
-        queue.by_ref().take(share).collect::<Vec<_>>()
+        let size = (queue.len() / (2 * (helpers + 1))).max(1);
+        queue.by_ref().take(size).collect::<Vec<_>>()
     };
     let all_done = Mutex::new(Vec::new());
     let run_chunks = || {
@@ -60,7 +60,7 @@ fn share<T: Send, R: Send>(
             if chunk.is_empty() {
                 break;
             }
-            done.extend(chunk.into_iter().map(|(index, piece)| (index, run(piece))));
+            done.extend(chunk.into_iter().map(|(index, task)| (index, run(task))));
         }
         locked(&all_done).extend(done);
     };
@@ -73,7 +73,7 @@ fn share<T: Send, R: Send>(
             });
         }
         run_chunks();
-        // Falling asleep and waking up takes longer than most pieces.
+        // Poll first, because sleeping and waking up takes longer than most tasks.
         for _ in 0..SPINS {
             if finished.load(Ordering::Acquire) == helpers {
                 break;
@@ -88,7 +88,7 @@ fn share<T: Send, R: Send>(
     done.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Locks a mutex. It is never poisoned, because nothing panics while it is held.
+/// Locks a mutex. It cannot be poisoned, because no code panics while it is held.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -99,13 +99,13 @@ mod tests {
     use crate::parallel::pool as pool_of;
 
     #[test]
-    fn every_piece_is_done_once_and_in_its_place() {
+    fn every_task_runs_once_and_results_are_in_order() {
         for threads in [1, 2, 5] {
             let pool = pool_of(Some(threads)).expect("few threads");
-            for pieces in [0, 1, 2, 7, 1000] {
-                let counts: Vec<_> = (0..pieces).map(|_| AtomicUsize::new(0)).collect();
-                let expected: Vec<_> = (0..pieces).collect();
-                for pool in [Pool::None, Pool::Beside(pool), Pool::Within(pool)] {
+            for num_tasks in [0, 1, 2, 7, 1000] {
+                let counts: Vec<_> = (0..num_tasks).map(|_| AtomicUsize::new(0)).collect();
+                let expected: Vec<_> = (0..num_tasks).collect();
+                for pool in [Pool::None, Pool::WithCaller(pool), Pool::ThreadsOnly(pool)] {
                     let done = dispatch(pool, counts.iter().enumerate(), |(index, count)| {
                         count.fetch_add(1, Ordering::Relaxed);
                         index
@@ -122,12 +122,12 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_is_passed_on_after_the_other_pieces() {
-        let pool = Pool::Beside(pool_of(Some(2)).expect("few threads"));
+    fn a_panic_is_propagated_after_the_other_tasks() {
+        let pool = Pool::WithCaller(pool_of(Some(2)).expect("few threads"));
         let done = AtomicUsize::new(0);
         let panicked = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-            dispatch(pool, 0..100, |piece| {
-                assert_ne!(piece, 99, "as meant");
+            dispatch(pool, 0..100, |task| {
+                assert_ne!(task, 99, "intended panic");
                 done.fetch_add(1, Ordering::Relaxed);
             })
         }));

@@ -1,4 +1,4 @@
-//! Work on several threads: pools, chunks of one flock, dispatch of many flocks.
+//! Multithreading: thread pools, parallel loops over one flock, dispatch of many flocks, cancellation.
 
 mod chunks;
 mod dispatch;

@@ -1,4 +1,4 @@
-//! The crate's own thread pools, safe after `fork`.
+//! The crate's thread pools, which are safe to use after `fork`.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -7,31 +7,32 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::base::error::{Error, Result};
 
-/// Most threads that a call may ask for.
+/// Largest number of threads of a call.
 const MAX_THREADS: usize = 1024;
 
-/// All pools, in a list without locks: a lock held by another thread during a fork stays locked in the child. A child
-/// inherits its parent's pools without their threads. It never uses them, and it never drops them, because a drop
-/// waits for the threads.
-static POOLS: OnceBox<Started> = OnceBox::new();
+/// A lock-free linked list of all pools. A lock would stay locked in a child process if another thread held
+/// it during the fork. A child inherits its parent's pools without their threads. It neither uses them nor
+/// drops them, because dropping a pool waits for its threads.
+static POOLS: OnceBox<Node> = OnceBox::new();
 
 /// Number of calls of [`forked`] in this process and its ancestors.
 static FORKS: AtomicUsize = AtomicUsize::new(0);
 
-/// A pool and the process that started it.
-struct Started {
+/// A node of the list: a pool, and the process id and fork count of the process that started it.
+struct Node {
     pool: ThreadPool,
     process: (u32, usize),
-    next: OnceBox<Started>,
+    next: OnceBox<Node>,
 }
 
-/// Marks this process as a forked child. The process id is not enough: ids are reused after a process ends, and the first
-/// processes of two containers have the same id.
+/// Marks this process as a forked child. The process id alone does not identify a process, because ids are
+/// reused, and the first processes of two containers have the same id.
 pub fn forked() {
     FORKS.fetch_add(1, Ordering::Relaxed);
 }
 
-/// The pool of `num_threads` threads of this process (`None`: one thread per core).
+/// Returns this process's pool of `num_threads` threads, and starts it at the first call. `None` is one
+/// thread per core.
 ///
 /// # Errors
 /// [`Error::Argument`] if `num_threads` is 0 or above [`MAX_THREADS`], or if threads cannot be started.
@@ -47,33 +48,37 @@ pub(crate) fn pool(num_threads: Option<usize>) -> Result<&'static ThreadPool> {
     let process = (std::process::id(), FORKS.load(Ordering::Relaxed));
     let mut link = &POOLS;
     loop {
-        let started = link.get_or_try_init(|| start(threads, process))?;
-        if started.process == process && started.pool.current_num_threads() == threads {
-            return Ok(&started.pool);
+        let node = link.get_or_try_init(|| start(threads, process))?;
+        if node.process == process && node.pool.current_num_threads() == threads {
+            return Ok(&node.pool);
         }
-        link = &started.next;
+        link = &node.next;
     }
 }
 
-/// A new pool. If two threads start one at once, one of the pools is dropped and its threads end.
-fn start(threads: usize, process: (u32, usize)) -> Result<Box<Started>> {
+/// Starts a pool. If two threads start one at the same time, one of the pools is dropped.
+fn start(threads: usize, process: (u32, usize)) -> Result<Box<Node>> {
     let pool = ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
-        .map_err(|error| Error::argument("num_threads", "threads that can be started", error))?;
-    Ok(Box::new(Started {
+        .map_err(|error| {
+            let expected = "a number of threads that the system can start";
+            Error::argument("num_threads", expected, error)
+        })?;
+    Ok(Box::new(Node {
         pool,
         process,
         next: OnceBox::new(),
     }))
 }
 
-/// The default number of threads: one per core.
+/// Returns the default number of threads, one per core.
 fn available_threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Whether the calling thread belongs to a pool of several threads; elsewhere rayon would use its global pool.
+/// Returns whether the calling thread belongs to a pool of several threads. On other threads, rayon would use
+/// its global pool.
 pub(super) fn is_pooled() -> bool {
     rayon::current_thread_index().is_some() && rayon::current_num_threads() > 1
 }
@@ -91,10 +96,10 @@ mod tests {
     }
 
     #[test]
-    fn every_thread_gets_the_pool_of_this_process() {
+    fn all_threads_of_a_process_get_the_same_pool() {
         let started = thread::scope(|scope| {
-            let asked: Vec<_> = (0..8).map(|_| scope.spawn(|| address(3))).collect();
-            asked
+            let handles: Vec<_> = (0..8).map(|_| scope.spawn(|| address(3))).collect();
+            handles
                 .into_iter()
                 .map(|thread| thread.join().expect("a pool"))
                 .collect::<Vec<_>>()

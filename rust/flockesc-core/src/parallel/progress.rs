@@ -1,10 +1,10 @@
-//! Progress and cancellation of a long call.
+//! `Progress`: progress and cancellation of a long call.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use crate::base::error::{Error, Result};
 
-/// Counter of finished pieces of work and request to stop, shared by a worker and its caller.
+/// A counter of finished runs and a cancellation flag, shared by a worker and its caller.
 #[derive(Debug, Default)]
 pub struct Progress {
     done: AtomicUsize,
@@ -12,13 +12,13 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Number of finished pieces of work.
+    /// Returns the number of finished runs.
     #[must_use]
     pub fn done(&self) -> usize {
         self.done.load(Ordering::Relaxed)
     }
 
-    /// Asks the worker to stop; it returns [`Error::Interrupted`] within one step of the model.
+    /// Cancels the call. The worker returns [`Error::Interrupted`] after at most one more step of the model.
     pub fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
     }

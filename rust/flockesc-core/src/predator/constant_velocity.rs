@@ -1,4 +1,4 @@
-//! The paper's predator: constant velocity.
+//! The strategy of the paper's predator: constant velocity.
 
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::strategy::{Flight, Strategy, Surroundings};
 use crate::base::error::Result;
 
-/// v_p(t + dt) = v_p(t) (paper, Section V).
+/// Keeps its velocity: v_p(t + dt) = v_p(t) (paper, Section V).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ConstantVelocity {
@@ -27,7 +27,7 @@ impl Strategy for ConstantVelocity {
         &self,
         (): &mut (),
         flight: &Flight<D>,
-        _scene: &mut Surroundings<'_, D>,
+        _surroundings: &mut Surroundings<'_, D>,
     ) -> (SVector<f64, D>, f64) {
         (flight.velocity, flight.speed)
     }

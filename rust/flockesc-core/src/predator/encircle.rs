@@ -1,4 +1,4 @@
-//! Encirclement: predators take evenly spaced stations on a circle around the flock.
+//! The encircling strategy: predators move to evenly spaced stations on a circle around the flock.
 
 use std::f64::consts::TAU;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::shared::flight::steering;
 use super::shared::prey::Prey;
-use super::strategy::{Flight, Pack, Recall, Strategy, Surroundings};
+use super::strategy::{Flight, Memory, Pack, Strategy, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::Result;
 use crate::snapshot::check_vector;
@@ -17,27 +17,28 @@ steering! {
     Encircle {
         /// Radius of the circle at t = 0 in m, at least 0.
         radius: f64,
-        /// How fast the circle closes in, down to 0, in m/s, at least 0.
+        /// Rate in m/s at which the radius decreases to 0, at least 0.
         closing_speed: f64,
     }
 }
 
-/// How long a predator has encircled the flock, and where its station is.
+/// A predator's station on the circle.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct Station<const D: usize> {
+    /// Number of steps so far, which determines the radius.
     steps: usize,
-    /// In m.
+    /// Position in m.
     position: Option<SVector<f64, D>>,
 }
 
-impl<const D: usize> Recall for Station<D> {
+impl<const D: usize> Memory for Station<D> {
     fn check(&self, _num_agents: usize) -> Result<()> {
         check_vector(self.position.as_ref(), "a predator's station")
     }
 }
 
 impl Encircle {
-    /// Radius in m after `seconds`.
+    /// Returns the radius in m after `seconds`.
     fn radius(&self, seconds: f64) -> f64 {
         (self.radius - self.closing_speed * seconds).max(0.0)
     }
@@ -52,8 +53,8 @@ impl Strategy for Encircle {
         quantity(&format!("{path}.closing_speed"), self.closing_speed)
     }
 
-    /// Gives every encircling predator its station.
-    fn agree<const D: usize>(
+    /// Assigns a station to every encircling predator.
+    fn coordinate<const D: usize>(
         pack: &mut (impl Pack<Self, D> + ?Sized),
         time_step: f64,
         prey: Prey<'_, D>,
@@ -64,7 +65,7 @@ impl Strategy for Encircle {
         let Some(center) = prey.centroid() else {
             return;
         };
-        // In the order of their bearings, so that no predator has to pass another one.
+        // Stations are assigned in the order of bearings, so that no predator has to pass another one.
         let mut bearings: Vec<_> = pack
             .members()
             .map(|predator| {
@@ -74,8 +75,9 @@ impl Strategy for Encircle {
             .collect();
         bearings.sort_by(|a, b| a.0.total_cmp(&b.0));
         let count = bearings.len() as f64;
-        // This turn of the circle minimizes the sum of the squared angles left to fly. Where the bearings begin, at -pi
-        // or elsewhere, does not matter: one more turn of one bearing turns the circle by one station.
+        // This rotation of the circle minimizes the sum of the squared angles between bearings and stations.
+        // The branch cut of the bearings has no effect: adding a full turn to one bearing rotates the circle
+        // by one station.
         let mean = bearings.iter().map(|(bearing, _)| bearing).sum::<f64>() / count;
         for (rank, (_, predator)) in bearings.into_iter().enumerate() {
             let station = predator.memory;

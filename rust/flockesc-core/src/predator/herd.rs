@@ -1,44 +1,44 @@
-//! Herding: a predator drives the flock toward its partner, from behind.
+//! The herding strategy: a predator drives the flock toward its partner.
 
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
 use super::shared::flight::steering;
 use super::shared::prey::Prey;
-use super::strategy::{Flight, Pack, Recall, Strategy, Surroundings};
+use super::strategy::{Flight, Memory, Pack, Strategy, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::{Error, Result};
 use crate::base::vector::unit;
 use crate::snapshot::check_vector;
 
 steering! {
-    /// Turns toward the point behind the flock as its partner sees it.
+    /// Turns toward the driving position: the point behind the centroid, seen from its partner.
     Herd {
-        /// Distance of that point from the centroid in m, at least 0.
+        /// Distance of the driving position from the centroid in m, at least 0.
         distance: f64,
         /// Index of the partner among the predators.
         partner: usize,
     }
 }
 
-/// Where a predator drives the flock from, in m; `None` if its partner is at the centroid.
+/// The driving position in m; `None` if the partner is at the centroid.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(crate) struct Post<const D: usize>(Option<SVector<f64, D>>);
+pub(crate) struct DrivingPosition<const D: usize>(Option<SVector<f64, D>>);
 
-impl<const D: usize> Recall for Post<D> {
+impl<const D: usize> Memory for DrivingPosition<D> {
     fn check(&self, _num_agents: usize) -> Result<()> {
-        check_vector(self.0.as_ref(), "a predator's post")
+        check_vector(self.0.as_ref(), "a predator's driving position")
     }
 }
 
 impl Strategy for Herd {
-    type Memory<const D: usize> = Post<D>;
+    type Memory<const D: usize> = DrivingPosition<D>;
 
     fn check(&self, path: &str, index: usize, count: usize) -> Result<()> {
         self.limits().check(path, &self.velocity)?;
         quantity(&format!("{path}.distance"), self.distance)?;
         if self.partner >= count || self.partner == index {
-            let expected = format!("the index of another one of {count} predators");
+            let expected = format!("the index of another of the {count} predators");
             return Err(Error::config(
                 format!("{path}.partner"),
                 expected,
@@ -48,8 +48,8 @@ impl Strategy for Herd {
         Ok(())
     }
 
-    /// Gives every herding predator its post.
-    fn agree<const D: usize>(
+    /// Computes the driving position of every herding predator.
+    fn coordinate<const D: usize>(
         pack: &mut (impl Pack<Self, D> + ?Sized),
         _time_step: f64,
         prey: Prey<'_, D>,
@@ -74,10 +74,11 @@ impl Strategy for Herd {
 
     fn steer<const D: usize>(
         &self,
-        post: &mut Post<D>,
+        driving_position: &mut DrivingPosition<D>,
         flight: &Flight<D>,
         surroundings: &mut Surroundings<'_, D>,
     ) -> (SVector<f64, D>, f64) {
-        self.limits().toward(post.0, flight, surroundings.time_step)
+        self.limits()
+            .toward(driving_position.0, flight, surroundings.time_step)
     }
 }

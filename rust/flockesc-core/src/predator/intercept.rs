@@ -1,4 +1,4 @@
-//! Proportional navigation: the velocity turns as the line of sight to the nearest agent does, times a constant.
+//! The intercepting strategy: proportional navigation toward the nearest agent.
 
 use nalgebra::SVector;
 
@@ -10,15 +10,16 @@ use crate::base::error::Result;
 use crate::base::vector::{side_of, turn, unit};
 
 steering! {
-    /// Turns at `navigation_constant` times the rate of the line of sight.
+    /// Turns at `navigation_constant` times the turn rate of the line of sight to the nearest agent.
     Intercept {
-        /// N, without a unit, at least 0.
+        /// Navigation constant N, dimensionless, at least 0.
         navigation_constant: f64,
     }
 }
 
 impl Intercept {
-    /// The next heading; `None` at the target or on a collision course, where the predator flies straight on.
+    /// Returns the next heading, or `None` at the target's position or on a collision course, where the
+    /// predator flies straight on.
     fn heading<const D: usize>(
         &self,
         position: &SVector<f64, D>,
@@ -26,18 +27,19 @@ impl Intercept {
         time_step: f64,
         prey: Prey<'_, D>,
     ) -> Option<SVector<f64, D>> {
-        let quarry = prey.nearest(position)?;
-        let offset = quarry.position - position;
-        let sight = unit(&offset)?;
-        // From rest it sets off along the line of sight.
+        let agent = prey.nearest(position)?;
+        let offset = agent.position - position;
+        let line_of_sight = unit(&offset)?;
+        // A predator at rest starts along the line of sight.
         let Some(heading) = unit(velocity) else {
-            return Some(sight);
+            return Some(line_of_sight);
         };
-        // With w = ||R|| du/dt across the sight u, the rate omega = u x du/dt turns the heading h by
-        // omega x h = (w (u . h) - u (w . h)) / ||R||, in every dimension.
-        let relative = quarry.velocity - velocity;
-        let across = relative - sight * sight.dot(&relative);
-        let push = across * sight.dot(&heading) - sight * across.dot(&heading);
+        // Let u be the line of sight and w = ||R|| du/dt the component of the relative velocity across it.
+        // The turn rate omega = u x du/dt changes the heading h by omega x h = (w (u . h) - u (w . h)) /
+        // ||R||, in any dimension.
+        let relative = agent.velocity - velocity;
+        let across = relative - line_of_sight * line_of_sight.dot(&relative);
+        let push = across * line_of_sight.dot(&heading) - line_of_sight * across.dot(&heading);
         let rate = self.navigation_constant * push.norm() / offset.norm();
         let angle = rate.min(self.max_turn_rate) * time_step;
         Some(turn(&heading, &side_of(&heading, &push)?, angle))

@@ -1,16 +1,16 @@
-//! A predator that is steered from outside: an action accelerates it in its own frame.
+//! The learned strategy: an action sets the predator's acceleration in its body frame.
 
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
 use super::shared::prey::Prey;
 use super::shared::sighting::Sighting;
-use super::strategy::{Flight, Pack, Recall, Steered, Strategy, Surroundings};
+use super::strategy::{ActionLimits, Flight, Memory, Pack, Strategy, Surroundings};
 use crate::base::check::{positive_quantity, quantity};
 use crate::base::error::Result;
 use crate::snapshot::check_vector;
 
-/// Accelerates as an action says; without one it flies straight on.
+/// Accelerates by the action of a policy; without an action it flies straight on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Learned {
@@ -18,20 +18,20 @@ pub struct Learned {
     pub position: Vec<f64>,
     /// v_p(0) in m/s.
     pub velocity: Vec<f64>,
-    /// Acceleration in m/s^2 of an action of norm 1, at least 0.
+    /// Acceleration in m/s^2 for an action of norm 1, at least 0.
     pub max_acceleration: f64,
     /// Largest speed in m/s, from 1e-20 to 1e20.
     pub max_speed: f64,
 }
 
 impl Learned {
-    fn steering(&self) -> Steered {
-        Steered {
+    fn limits(&self) -> ActionLimits {
+        ActionLimits {
             max_speed: self.max_speed,
         }
     }
 
-    /// v_p + `push`, shortened to `max_speed` where it is longer.
+    /// Returns v_p + `push`, scaled down to `max_speed` if it is faster.
     fn pushed<const D: usize>(
         &self,
         velocity: &SVector<f64, D>,
@@ -47,16 +47,16 @@ impl Learned {
     }
 }
 
-/// What steers a learned predator.
+/// The action of a learned predator.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct Steering<const D: usize> {
-    /// The action, in the predator's own frame, of norm 1 at most.
+pub(crate) struct ActionMemory<const D: usize> {
+    /// The action in the predator's body frame, of norm at most 1.
     action: SVector<f64, D>,
-    /// The change of velocity in m/s by the action in the current step.
+    /// The change of velocity in m/s in the current step.
     push: SVector<f64, D>,
 }
 
-impl<const D: usize> Default for Steering<D> {
+impl<const D: usize> Default for ActionMemory<D> {
     fn default() -> Self {
         Self {
             action: SVector::zeros(),
@@ -65,30 +65,30 @@ impl<const D: usize> Default for Steering<D> {
     }
 }
 
-impl<const D: usize> Recall for Steering<D> {
+impl<const D: usize> Memory for ActionMemory<D> {
     fn check(&self, _num_agents: usize) -> Result<()> {
         check_vector(Some(&self.action), "a predator's action")?;
-        check_vector(Some(&self.push), "a predator's push")
+        check_vector(Some(&self.push), "a predator's change of velocity")
     }
 }
 
 impl Strategy for Learned {
-    type Memory<const D: usize> = Steering<D>;
+    type Memory<const D: usize> = ActionMemory<D>;
 
     fn check(&self, path: &str, _index: usize, _count: usize) -> Result<()> {
         quantity(&format!("{path}.max_acceleration"), self.max_acceleration)?;
         positive_quantity(&format!("{path}.max_speed"), self.max_speed)
     }
 
-    fn steered(&self) -> Option<Steered> {
-        Some(self.steering())
+    fn action_limits(&self) -> Option<ActionLimits> {
+        Some(self.limits())
     }
 
-    fn set_action<const D: usize>(steering: &mut Steering<D>, action: SVector<f64, D>) {
-        steering.action = action;
+    fn set_action<const D: usize>(memory: &mut ActionMemory<D>, action: SVector<f64, D>) {
+        memory.action = action;
     }
 
-    /// Computes the accelerations of the step from what the predators see before anything moves.
+    /// Computes the changes of velocity from the state before the step.
     fn prepare<const D: usize>(
         pack: &mut (impl Pack<Self, D> + ?Sized),
         time_step: f64,
@@ -99,11 +99,11 @@ impl Strategy for Learned {
                 continue;
             };
             let size = own.strategy.max_acceleration * time_step;
-            let (action, steered) = (own.memory.action, own.strategy.steering());
+            let (action, limits) = (own.memory.action, own.strategy.limits());
             let push = if action.norm() > 0.0 {
                 let others = (0..pack.len()).filter(|other| *other != index);
                 let others = others.map(|other| pack.flight(other).position);
-                let sighting = Sighting::of(&pack.flight(index), steered, others, prey);
+                let sighting = Sighting::of(&pack.flight(index), limits, others, prey);
                 sighting.frame().vector(&action) * size
             } else {
                 SVector::zeros()
@@ -116,11 +116,11 @@ impl Strategy for Learned {
 
     fn steer<const D: usize>(
         &self,
-        steering: &mut Steering<D>,
+        memory: &mut ActionMemory<D>,
         flight: &Flight<D>,
-        _scene: &mut Surroundings<'_, D>,
+        _surroundings: &mut Surroundings<'_, D>,
     ) -> (SVector<f64, D>, f64) {
-        let velocity = self.pushed(&flight.velocity, &steering.push);
+        let velocity = self.pushed(&flight.velocity, &memory.push);
         (velocity, velocity.norm())
     }
 }

@@ -1,4 +1,4 @@
-//! Predators: one strategy per file, each the rule that sets a predator's next velocity (step 5).
+//! Predators and their strategies, one per file. A strategy sets the predator's next velocity (step 5).
 
 mod constant_velocity;
 mod encircle;
@@ -19,7 +19,7 @@ pub(crate) use shared::prey::Prey;
 pub(crate) use shared::sighting::Sighting;
 pub(crate) use state::PredatorState;
 
-use strategy::{Flight, Member, Pack, Recall, Steered, Strategy, Surroundings, strategies};
+use strategy::{ActionLimits, Flight, Member, Memory, Pack, Strategy, Surroundings, strategies};
 
 use crate::base::check;
 use crate::base::error::Result;
@@ -28,27 +28,27 @@ use crate::snapshot;
 strategies! {
     /// Flies straight on.
     constant_velocity::ConstantVelocity,
-    /// Turns toward an agent or the whole flock.
+    /// Turns toward an agent or the centroid of the flock.
     pure_pursuit::PurePursuit,
-    /// Turns as the line of sight to the nearest agent turns.
+    /// Turns in proportion to the turn rate of the line of sight to the nearest agent.
     intercept::Intercept,
     /// Turns at random.
     wandering::Wandering,
     /// Turns toward a station on a circle around the flock.
     encircle::Encircle,
-    /// Turns toward a place behind the flock.
+    /// Turns toward a point behind the flock.
     herd::Herd,
-    /// Accelerates as an action from outside says.
+    /// Accelerates by the action of a policy.
     learned::Learned,
 }
 
 impl PredatorConfig {
-    /// Whether it is steered from outside.
-    pub(crate) fn is_steered(&self) -> bool {
-        self.steered().is_some()
+    /// Returns whether the predator is controlled by actions.
+    pub(crate) fn is_learned(&self) -> bool {
+        self.action_limits().is_some()
     }
 
-    /// Checks the predator with this `index` among `count`.
+    /// Checks the predator at `index` of `count`.
     fn check(&self, index: usize, count: usize, dimension: usize) -> Result<()> {
         let path = format!("predators[{index}].{}", self.kind());
         let (position, velocity) = self.start();
@@ -67,20 +67,21 @@ pub(crate) fn check(predators: &[PredatorConfig], dimension: usize) -> Result<()
     PredatorConfig::check_all(predators)
 }
 
-/// A predator in flight.
+/// A predator and the state of its strategy.
 #[derive(Debug, Clone)]
 pub struct Predator<const D: usize> {
     /// r_p in m.
     pub position: SVector<f64, D>,
     /// v_p in m/s.
     pub velocity: SVector<f64, D>,
-    /// ||v_p|| in m/s. Stored, because the norm of a velocity that turned a million times has as many rounding errors.
+    /// ||v_p|| in m/s. It is stored, because the norm of the velocity accumulates a rounding error in every
+    /// turn.
     speed: f64,
-    mind: Mind<D>,
+    strategy: StrategyState<D>,
 }
 
 impl<const D: usize> Predator<D> {
-    /// The predator at t = 0; missing coordinates are 0.
+    /// Creates the predator at t = 0. Missing coordinates of its position and velocity are 0.
     #[must_use]
     pub fn new(config: &PredatorConfig) -> Self {
         let (position, velocity) = config.start();
@@ -90,12 +91,12 @@ impl<const D: usize> Predator<D> {
             position: embed(position),
             velocity,
             speed: velocity.norm(),
-            mind: Mind::new(config),
+            strategy: StrategyState::new(config),
         }
     }
 
-    /// Replaces its velocity by one of any norm.
-    pub(crate) fn fly(&mut self, velocity: SVector<f64, D>) {
+    /// Sets the velocity in m/s.
+    pub(crate) fn set_velocity(&mut self, velocity: SVector<f64, D>) {
         self.velocity = velocity;
         self.speed = velocity.norm();
     }
@@ -109,12 +110,12 @@ impl<const D: usize> Predator<D> {
     }
 }
 
-/// A strategy in the list: access to its parameters and memory.
+/// A strategy in the list of all strategies. Gives access to its parameters and memory.
 trait Listed: Strategy {
-    /// The parameters, if `config` is of this strategy.
+    /// Returns the parameters, if `config` has this strategy.
     fn of_config(config: &PredatorConfig) -> Option<&Self>;
 
-    /// The predator, if it is of this strategy.
+    /// Returns the predator, if it has this strategy.
     fn of<const D: usize>(predator: &mut Predator<D>) -> Option<Member<'_, Self, D>>;
 }
 
@@ -136,40 +137,43 @@ impl<S: Listed, const D: usize> Pack<S, D> for [Predator<D>] {
     }
 }
 
-/// What the predator at `index` sees; `None` if it is not steered from outside.
+/// Returns the observation of the predator at `index`, or `None` if it is not a learned predator.
 pub(crate) fn sighting<const D: usize>(
     predators: &[Predator<D>],
     index: usize,
     prey: Prey<'_, D>,
 ) -> Option<Sighting<D>> {
-    let steered = predators[index].mind.steered()?;
+    let limits = predators[index].strategy.action_limits()?;
     let others = predators.iter().enumerate().filter(|(k, _)| *k != index);
     let others = others.map(|(_, other)| other.position);
     let own = predators[index].flight();
-    Some(Sighting::of(&own, steered, others, prey))
+    Some(Sighting::of(&own, limits, others, prey))
 }
 
-/// Sets the actions of the predators that are steered from outside: D entries in [-1, 1] for each, in order. Missing
-/// ones are 0.
+/// Sets the actions of the learned predators: D entries in [-1, 1] per predator, in order. Missing actions
+/// are 0.
 pub(crate) fn set_actions<const D: usize>(predators: &mut [Predator<D>], actions: &[f64]) {
     let mut given = actions.chunks_exact(D);
-    for predator in predators.iter_mut().filter(|p| p.mind.steered().is_some()) {
+    let is_learned = |p: &&mut Predator<D>| p.strategy.action_limits().is_some();
+    for predator in predators.iter_mut().filter(is_learned) {
         let action = given.next().map(SVector::<f64, D>::from_column_slice);
         let action = action.unwrap_or_else(SVector::zeros);
-        // An action in a corner of its box is no stronger than one along an axis.
-        predator.mind.set_action(action / action.norm().max(1.0));
+        // The norm is limited to 1, so that the acceleration does not depend on the direction of the action.
+        predator
+            .strategy
+            .set_action(action / action.norm().max(1.0));
     }
 }
 
-/// Sets the next velocities of all predators. They see each other and the agents at the end of the step. Random numbers
-/// come from `rng`.
+/// Sets the next velocities of all predators, from the positions of agents and predators at the end of the
+/// step. Random numbers come from `rng`.
 pub(crate) fn steer<const D: usize>(
     predators: &mut [Predator<D>],
     time_step: f64,
     prey: Prey<'_, D>,
     rng: &mut ChaCha8Rng,
 ) {
-    agree(predators, time_step, prey);
+    coordinate(predators, time_step, prey);
     let mut surroundings = Surroundings {
         time_step,
         prey,
@@ -177,7 +181,7 @@ pub(crate) fn steer<const D: usize>(
     };
     for predator in predators {
         let flight = predator.flight();
-        (predator.velocity, predator.speed) = predator.mind.steer(&flight, &mut surroundings);
+        (predator.velocity, predator.speed) = predator.strategy.steer(&flight, &mut surroundings);
     }
 }
 
@@ -185,9 +189,9 @@ pub(crate) fn steer<const D: usize>(
 mod tests {
     use super::*;
 
-    /// Documents name a strategy by the name of its module.
+    /// The name of a strategy in documents is the name of its module.
     #[test]
-    fn kinds_are_the_names_in_documents() {
+    fn documents_accept_all_kinds() {
         for kind in PredatorConfig::KINDS {
             let document = format!(r#"{{"{kind}": {{}}}}"#);
             let error = serde_json::from_str::<PredatorConfig>(&document).expect_err("no fields");

@@ -1,12 +1,12 @@
-//! Pure pursuit: the velocity turns toward a target, no faster than a given rate.
+//! The pure pursuit strategy: the velocity turns toward a target at a limited rate.
 
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
 use super::shared::assignment::{MAX_ASSIGNED, assign};
 use super::shared::flight::steering;
-use super::shared::prey::{Prey, Quarry};
-use super::strategy::{Flight, Pack, Recall, Strategy, Surroundings};
+use super::shared::prey::{Prey, PreyAgent};
+use super::strategy::{Flight, Memory, Pack, Strategy, Surroundings};
 use crate::base::check::{not_negative, quantity};
 use crate::base::error::{Error, Result};
 use crate::base::rng;
@@ -15,16 +15,17 @@ use crate::snapshot;
 steering! {
     /// Turns toward the current position of its target.
     PurePursuit {
-        /// What is pursued.
+        /// The pursued target.
         target: Target,
-        /// Rate in 1/s at which every further agent in sight distracts the predator from its target, at least 0.
+        /// Rate in 1/s, per other visible agent, at which the predator changes its target (confusion effect),
+        /// at least 0.
         confusion_rate: f64,
-        /// How far a predator that can be confused sees, in m, at least 0.
+        /// Distance in m up to which agents are visible to a predator with a confusion rate, at least 0.
         sight: f64,
     }
 }
 
-/// What a predator pursues; among equal agents the one with the lowest index.
+/// The target of a predator. Among equally suitable agents it is the one with the lowest id.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, strum::VariantNames)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
@@ -33,45 +34,45 @@ pub enum Target {
     Nearest,
     /// The mean position of all agents.
     Centroid,
-    /// The agent whose nearest other agent is farthest.
+    /// The agent whose nearest other agent is farthest away.
     MostIsolated,
-    /// Its own agent: predators with this target pursue distinct agents.
+    /// The assigned agent. Predators with this target pursue distinct agents.
     Assigned,
 }
 
 impl Target {
-    /// The names of all kinds in documents.
+    /// Names of all targets in documents.
     pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
 }
 
-/// The agents that a predator keeps to.
+/// The targets that a predator remembers.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(crate) struct Quarries<const D: usize> {
-    /// The agent that a predator which can be confused pursues.
-    kept: Option<usize>,
-    /// Position in m of the agent that is assigned to the predator.
+pub(crate) struct TargetMemory<const D: usize> {
+    /// Id of the current target of a predator with a confusion rate.
+    current: Option<usize>,
+    /// Position in m of the agent assigned to the predator.
     assigned: Option<SVector<f64, D>>,
 }
 
-impl<const D: usize> Recall for Quarries<D> {
+impl<const D: usize> Memory for TargetMemory<D> {
     fn check(&self, num_agents: usize) -> Result<()> {
-        let is_agent = self.kept.is_none_or(|agent| agent < num_agents);
+        let is_agent = self.current.is_none_or(|agent| agent < num_agents);
         snapshot::check(is_agent, "a predator's target")?;
         snapshot::check_vector(self.assigned.as_ref(), "a predator's assigned target")
     }
 }
 
 impl Strategy for PurePursuit {
-    type Memory<const D: usize> = Quarries<D>;
+    type Memory<const D: usize> = TargetMemory<D>;
 
     fn check(&self, path: &str, _index: usize, _count: usize) -> Result<()> {
         self.limits().check(path, &self.velocity)?;
         quantity(&format!("{path}.confusion_rate"), self.confusion_rate)?;
         not_negative(&format!("{path}.sight"), self.sight)?;
-        if self.can_be_confused() && self.target != Target::Nearest {
+        if self.has_confusion() && self.target != Target::Nearest {
             return Err(Error::config(
                 format!("{path}.confusion_rate"),
-                "0 where the target is not the nearest agent",
+                "0 unless the target is the nearest agent",
                 self.confusion_rate,
             ));
         }
@@ -81,14 +82,14 @@ impl Strategy for PurePursuit {
     fn check_all<'a>(predators: impl Iterator<Item = &'a Self>) -> Result<()> {
         let assigned = predators.filter(|p| p.target == Target::Assigned).count();
         if assigned > MAX_ASSIGNED {
-            let expected = format!("at most {MAX_ASSIGNED} with assigned targets");
+            let expected = format!("at most {MAX_ASSIGNED} predators with assigned targets");
             return Err(Error::config("predators", expected, assigned));
         }
         Ok(())
     }
 
     /// Assigns an agent to every predator whose target is assigned.
-    fn agree<const D: usize>(
+    fn coordinate<const D: usize>(
         pack: &mut (impl Pack<Self, D> + ?Sized),
         _time_step: f64,
         prey: Prey<'_, D>,
@@ -101,60 +102,61 @@ impl Strategy for PurePursuit {
         };
         let Some(second) = assigned.next() else {
             let nearest = prey.nearest(&first.position);
-            first.memory.assigned = nearest.map(|quarry| quarry.position);
+            first.memory.assigned = nearest.map(|agent| agent.position);
             return;
         };
         let assigned: Vec<_> = [first, second].into_iter().chain(assigned).collect();
         let places: Vec<_> = assigned.iter().map(|p| p.position).collect();
-        for (predator, quarry) in assigned.into_iter().zip(assign(&places, prey)) {
-            predator.memory.assigned = quarry.map(|quarry| quarry.position);
+        for (predator, agent) in assigned.into_iter().zip(assign(&places, prey)) {
+            predator.memory.assigned = agent.map(|agent| agent.position);
         }
     }
 
     fn steer<const D: usize>(
         &self,
-        quarries: &mut Quarries<D>,
+        memory: &mut TargetMemory<D>,
         flight: &Flight<D>,
         surroundings: &mut Surroundings<'_, D>,
     ) -> (SVector<f64, D>, f64) {
-        let aim = self.aim(&flight.position, quarries, surroundings);
+        let aim = self.aim(&flight.position, memory, surroundings);
         self.limits().toward(aim, flight, surroundings.time_step)
     }
 }
 
 impl PurePursuit {
-    fn can_be_confused(&self) -> bool {
+    fn has_confusion(&self) -> bool {
         self.confusion_rate > 0.0
     }
 
-    /// Where it aims, in m.
+    /// Returns the position of the target in m.
     fn aim<const D: usize>(
         &self,
         position: &SVector<f64, D>,
-        quarries: &mut Quarries<D>,
+        memory: &mut TargetMemory<D>,
         surroundings: &mut Surroundings<'_, D>,
     ) -> Option<SVector<f64, D>> {
         let prey = surroundings.prey;
         match self.target {
-            Target::Nearest if self.can_be_confused() => {
-                let quarry = self.choose(position, quarries.kept, surroundings);
-                quarries.kept = quarry.map(|quarry| quarry.id);
-                quarry.map(|quarry| quarry.position)
+            Target::Nearest if self.has_confusion() => {
+                let agent = self.choose(position, memory.current, surroundings);
+                memory.current = agent.map(|agent| agent.id);
+                agent.map(|agent| agent.position)
             }
-            Target::Nearest => prey.nearest(position).map(|quarry| quarry.position),
+            Target::Nearest => prey.nearest(position).map(|agent| agent.position),
             Target::Centroid => prey.centroid(),
             Target::MostIsolated => prey.most_isolated(),
-            Target::Assigned => quarries.assigned,
+            Target::Assigned => memory.assigned,
         }
     }
 
-    /// Another agent in sight, at random, or the kept one; the nearest if that is out of sight.
+    /// Returns the target under the confusion effect: with some probability a random visible agent, otherwise
+    /// the current target if it is visible, otherwise the nearest agent.
     fn choose<const D: usize>(
         &self,
         position: &SVector<f64, D>,
-        kept: Option<usize>,
+        current: Option<usize>,
         surroundings: &mut Surroundings<'_, D>,
-    ) -> Option<Quarry<D>> {
+    ) -> Option<PreyAgent<D>> {
         let prey = surroundings.prey;
         let count = prey.within(position, self.sight).count();
         let others = count.saturating_sub(1);
@@ -165,7 +167,7 @@ impl PurePursuit {
             return prey.at_rank(position, self.sight, rank);
         }
         prey.within(position, self.sight)
-            .find(|quarry| Some(quarry.id) == kept)
+            .find(|agent| Some(agent.id) == current)
             .or_else(|| prey.nearest(position))
     }
 }
@@ -178,8 +180,8 @@ mod tests {
     use nalgebra::vector;
 
     #[test]
-    fn hunts_the_nearest() {
-        let hunter = PurePursuit {
+    fn pursues_the_nearest_agent() {
+        let predator = PurePursuit {
             position: vec![],
             velocity: vec![],
             max_turn_rate: 1e3,
@@ -200,9 +202,9 @@ mod tests {
             prey,
             rng: &mut rng::stream(0, rng::Stream::Predators),
         };
-        let aim = hunter.aim(
+        let aim = predator.aim(
             &vector![0.0, 0.0],
-            &mut Quarries::default(),
+            &mut TargetMemory::default(),
             &mut surroundings,
         );
         assert_eq!(aim, Some(positions[1]));

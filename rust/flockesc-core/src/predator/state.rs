@@ -1,12 +1,12 @@
-//! A predator in flight as plain data; its strategy comes from the scenario.
+//! Snapshots of a predator. Its strategy comes from the scenario.
 
 use serde::{Deserialize, Serialize};
 
-use super::{Mind, Predator, PredatorConfig};
+use super::{Predator, PredatorConfig, StrategyState};
 use crate::base::error::Result;
-use crate::snapshot::{check, is_sound, vector};
+use crate::snapshot::{check, is_bounded, vector};
 
-/// See the fields of [`Predator`].
+/// The serialized form of a [`Predator`]; fields have the same meaning.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct PredatorState {
     position: Vec<f64>,
@@ -21,7 +21,7 @@ impl<const D: usize> Predator<D> {
             position: self.position.as_slice().to_vec(),
             velocity: self.velocity.as_slice().to_vec(),
             speed: self.speed,
-            memory: self.mind.save(),
+            memory: self.strategy.save(),
         }
     }
 
@@ -30,13 +30,13 @@ impl<const D: usize> Predator<D> {
         config: &PredatorConfig,
         num_agents: usize,
     ) -> Result<Self> {
-        let is_speed = is_sound(state.speed) && state.speed >= 0.0;
+        let is_speed = is_bounded(state.speed) && state.speed >= 0.0;
         check(is_speed, "a predator's speed")?;
         Ok(Self {
             position: vector(&state.position, "a predator's position")?,
             velocity: vector(&state.velocity, "a predator's velocity")?,
             speed: state.speed,
-            mind: Mind::restore(config, &state.memory, num_agents)?,
+            strategy: StrategyState::restore(config, &state.memory, num_agents)?,
         })
     }
 }

@@ -1,4 +1,4 @@
-//! The trait of a strategy, and what the list of all strategies generates.
+//! `Strategy`: the trait of a predator's strategy, and the macro that generates the enum of all strategies.
 
 use std::fmt::Debug;
 
@@ -12,26 +12,27 @@ use crate::base::error::Result;
 
 /// The rule by which a predator sets its next velocity (step 5).
 pub(crate) trait Strategy: Sized + 'static {
-    /// What a predator with this strategy remembers between steps.
-    type Memory<const D: usize>: Recall;
+    /// The state of the strategy between steps.
+    type Memory<const D: usize>: Memory;
 
-    /// Checks the parameters of the predator with this `index` among `count`; errors begin with `path`.
+    /// Checks the parameters of the predator at `index` of `count`. `path` is the strategy's path in the
+    /// scenario.
     fn check(&self, path: &str, index: usize, count: usize) -> Result<()>;
 
-    /// Checks what must hold for all predators of this strategy together.
+    /// Checks the conditions on all predators with this strategy together.
     fn check_all<'a>(_predators: impl Iterator<Item = &'a Self>) -> Result<()> {
         Ok(())
     }
 
-    /// What an action can do, if the predator is steered from outside.
-    fn steered(&self) -> Option<Steered> {
+    /// Returns the limits of actions, if the predator is controlled by actions.
+    fn action_limits(&self) -> Option<ActionLimits> {
         None
     }
 
-    /// Stores the action that steers the predator from now on, of norm 1 at most.
+    /// Stores the action for the next steps, a vector of norm at most 1.
     fn set_action<const D: usize>(_memory: &mut Self::Memory<D>, _action: SVector<f64, D>) {}
 
-    /// Prepares a step, before anything moves.
+    /// Prepares a step from the state before it.
     fn prepare<const D: usize>(
         _pack: &mut (impl Pack<Self, D> + ?Sized),
         _time_step: f64,
@@ -39,15 +40,15 @@ pub(crate) trait Strategy: Sized + 'static {
     ) {
     }
 
-    /// Settles what predators of this strategy decide together, before any of them turns.
-    fn agree<const D: usize>(
+    /// Makes the joint decisions of all predators with this strategy, before any of them turns.
+    fn coordinate<const D: usize>(
         _pack: &mut (impl Pack<Self, D> + ?Sized),
         _time_step: f64,
         _prey: Prey<'_, D>,
     ) {
     }
 
-    /// The velocity in m/s for the next step, and its norm.
+    /// Returns the velocity in m/s for the next step, and its norm.
     fn steer<const D: usize>(
         &self,
         memory: &mut Self::Memory<D>,
@@ -56,7 +57,7 @@ pub(crate) trait Strategy: Sized + 'static {
     ) -> (SVector<f64, D>, f64);
 }
 
-/// Where a predator is and how it moves.
+/// Position and velocity of a predator.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Flight<const D: usize> {
     /// r_p in m.
@@ -67,7 +68,7 @@ pub(crate) struct Flight<const D: usize> {
     pub(crate) speed: f64,
 }
 
-/// What a predator turns in: the agents at the end of a step, and the stream of what is random about predators.
+/// The input of a strategy: the agents at the end of a step, and the random stream of the predators.
 #[derive(Debug)]
 pub(crate) struct Surroundings<'a, const D: usize> {
     /// dt in s.
@@ -76,41 +77,41 @@ pub(crate) struct Surroundings<'a, const D: usize> {
     pub(crate) rng: &'a mut ChaCha8Rng,
 }
 
-/// What an action from outside can do to a predator.
+/// Limits of the actions of a learned predator.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Steered {
+pub(crate) struct ActionLimits {
     /// Largest speed in m/s.
     pub(crate) max_speed: f64,
 }
 
-/// What a predator remembers between steps; a snapshot holds it.
-pub(crate) trait Recall: Debug + Clone + Default + Serialize + DeserializeOwned {
-    /// Refuses a memory that no step of a flock of `num_agents` leaves.
+/// The state of a strategy between steps, which is part of snapshots.
+pub(crate) trait Memory: Debug + Clone + Default + Serialize + DeserializeOwned {
+    /// Checks a memory from a snapshot of a flock that had `num_agents` agents at t = 0.
     fn check(&self, num_agents: usize) -> Result<()>;
 }
 
-impl Recall for () {
+impl Memory for () {
     fn check(&self, _num_agents: usize) -> Result<()> {
         Ok(())
     }
 }
 
-/// All predators of a flock, as the strategy `S` sees them.
+/// All predators of a flock, with access to the memory of those with the strategy `S`.
 pub(crate) trait Pack<S: Strategy, const D: usize> {
-    /// How many there are, of all strategies.
+    /// Returns the number of predators of all strategies.
     fn len(&self) -> usize;
 
-    /// Where the predator at `index` is and how it moves.
+    /// Returns the position and velocity of the predator at `index`.
     fn flight(&self, index: usize) -> Flight<D>;
 
-    /// The predator at `index`, if it is of this strategy.
+    /// Returns the predator at `index`, if it has the strategy `S`.
     fn member(&mut self, index: usize) -> Option<Member<'_, S, D>>;
 
-    /// The predators of this strategy.
+    /// Returns the predators with the strategy `S`.
     fn members(&mut self) -> impl Iterator<Item = Member<'_, S, D>>;
 }
 
-/// A predator of one strategy.
+/// A predator with the strategy `S`.
 pub(crate) struct Member<'a, S: Strategy, const D: usize> {
     /// r_p in m.
     pub(crate) position: SVector<f64, D>,
@@ -118,13 +119,13 @@ pub(crate) struct Member<'a, S: Strategy, const D: usize> {
     pub(crate) memory: &'a mut S::Memory<D>,
 }
 
-/// Makes the list of all strategies: the enum of a scenario's predators, and everything that matches on a strategy.
-/// A module has the name of its strategy in documents.
+/// Generates [`PredatorConfig`](super::PredatorConfig) and all code that matches on a strategy. The name of a
+/// strategy in documents is the name of its module.
 macro_rules! strategies {
     ($($(#[$about:meta])* $module:ident::$Strategy:ident,)*) => {
         $(pub use $module::$Strategy;)*
 
-        /// A predator as a scenario names it.
+        /// A predator of a scenario: its strategy and initial state.
         #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
         #[serde(rename_all = "snake_case")]
         pub enum PredatorConfig {
@@ -132,38 +133,38 @@ macro_rules! strategies {
         }
 
         impl PredatorConfig {
-            /// The names of all strategies in documents.
+            /// Names of all strategies in documents.
             pub const KINDS: &[&str] = &[$(stringify!($module)),*];
 
-            /// The name of its strategy in documents.
+            /// Returns the name of the strategy in documents.
             fn kind(&self) -> &'static str {
                 match self {
                     $(Self::$Strategy(_) => stringify!($module),)*
                 }
             }
 
-            /// Position at t = 0 in m and velocity at t = 0 in m/s, each of length D or 2.
+            /// Returns the initial position in m and velocity in m/s, each with D or 2 coordinates.
             fn start(&self) -> (&[f64], &[f64]) {
                 match self {
                     $(Self::$Strategy(strategy) => (&strategy.position, &strategy.velocity),)*
                 }
             }
 
-            /// Checks the strategy's own parameters.
+            /// Checks the strategy's parameters.
             fn check_strategy(&self, path: &str, index: usize, count: usize) -> Result<()> {
                 match self {
                     $(Self::$Strategy(strategy) => strategy.check(path, index, count),)*
                 }
             }
 
-            /// What an action can do, if it is steered from outside.
-            fn steered(&self) -> Option<Steered> {
+            /// Returns the limits of actions, if the predator is controlled by actions.
+            fn action_limits(&self) -> Option<ActionLimits> {
                 match self {
-                    $(Self::$Strategy(strategy) => strategy.steered(),)*
+                    $(Self::$Strategy(strategy) => strategy.action_limits(),)*
                 }
             }
 
-            /// Checks what must hold for all predators of a strategy together.
+            /// Checks the conditions on all predators of a strategy together.
             fn check_all(predators: &[Self]) -> Result<()> {
                 $($Strategy::check_all(predators.iter().filter_map($Strategy::of_config))?;)*
                 Ok(())
@@ -172,11 +173,11 @@ macro_rules! strategies {
 
         /// A strategy and its memory.
         #[derive(Debug, Clone)]
-        enum Mind<const D: usize> {
+        enum StrategyState<const D: usize> {
             $($Strategy($Strategy, <$Strategy as Strategy>::Memory<D>),)*
         }
 
-        impl<const D: usize> Mind<D> {
+        impl<const D: usize> StrategyState<D> {
             fn new(config: &PredatorConfig) -> Self {
                 match config {
                     $(PredatorConfig::$Strategy(strategy) => {
@@ -185,7 +186,7 @@ macro_rules! strategies {
                 }
             }
 
-            /// The memory of a snapshot, with its strategy.
+            /// Restores the memory from a snapshot.
             fn restore(config: &PredatorConfig, memory: &[u8], num_agents: usize) -> Result<Self> {
                 Ok(match config {
                     $(PredatorConfig::$Strategy(strategy) => {
@@ -196,16 +197,16 @@ macro_rules! strategies {
                 })
             }
 
-            /// The memory as bytes.
+            /// Serializes the memory.
             fn save(&self) -> Vec<u8> {
                 match self {
                     $(Self::$Strategy(_, memory) => snapshot::write(memory),)*
                 }
             }
 
-            fn steered(&self) -> Option<Steered> {
+            fn action_limits(&self) -> Option<ActionLimits> {
                 match self {
-                    $(Self::$Strategy(strategy, _) => strategy.steered(),)*
+                    $(Self::$Strategy(strategy, _) => strategy.action_limits(),)*
                 }
             }
 
@@ -222,14 +223,14 @@ macro_rules! strategies {
             }
         }
 
-        /// Prepares a step for the predators of every strategy, before anything moves.
+        /// Prepares a step of all predators from the state before it.
         pub(crate) fn prepare<const D: usize>(predators: &mut [Predator<D>], time_step: f64, prey: Prey<'_, D>) {
             $($Strategy::prepare(predators, time_step, prey);)*
         }
 
-        /// Settles what the predators of every strategy decide together.
-        fn agree<const D: usize>(predators: &mut [Predator<D>], time_step: f64, prey: Prey<'_, D>) {
-            $($Strategy::agree(predators, time_step, prey);)*
+        /// Makes the joint decisions of the predators of every strategy.
+        fn coordinate<const D: usize>(predators: &mut [Predator<D>], time_step: f64, prey: Prey<'_, D>) {
+            $($Strategy::coordinate(predators, time_step, prey);)*
         }
 
         $(impl Listed for $Strategy {
@@ -242,7 +243,7 @@ macro_rules! strategies {
 
             fn of<const D: usize>(predator: &mut Predator<D>) -> Option<Member<'_, Self, D>> {
                 let position = predator.position;
-                if let Mind::$Strategy(strategy, memory) = &mut predator.mind {
+                if let StrategyState::$Strategy(strategy, memory) = &mut predator.strategy {
                     return Some(Member { position, strategy, memory });
                 }
                 None

@@ -1,4 +1,4 @@
-//! A random walk of the heading, at constant speed.
+//! The wandering strategy: rotational diffusion of the heading at constant speed.
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
@@ -10,20 +10,20 @@ use crate::base::error::Result;
 use crate::base::rng;
 use crate::base::vector::{side_of, turn, unit};
 
-/// Flies about without regard to the flock.
+/// Turns at random, independently of the flock.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wandering {
     /// r_p(0) in m.
     pub position: Vec<f64>,
-    /// v_p(0) in m/s; its norm is the speed at all times.
+    /// v_p(0) in m/s. The speed is constant.
     pub velocity: Vec<f64>,
     /// Rotational diffusion coefficient of the heading in rad^2/s, at least 0.
     pub angular_diffusion: f64,
 }
 
 impl Wandering {
-    /// The velocity after `velocity`, whose norm is `speed`.
+    /// Returns the next velocity; `speed` is the norm of `velocity`.
     fn turned<const D: usize>(
         &self,
         velocity: &SVector<f64, D>,
@@ -35,7 +35,7 @@ impl Wandering {
         let Some(heading) = unit(velocity) else {
             return *velocity;
         };
-        // Isotropic across the heading: one normal number in the plane, two in space.
+        // The component across the heading is an isotropic normal vector with D - 1 coordinates.
         let size = (drawn - heading * heading.dot(&drawn)).norm();
         let angle = size * (2.0 * self.angular_diffusion * time_step).sqrt();
         match side_of(&heading, &drawn) {

@@ -1,21 +1,21 @@
-//! The distance to the predators itself.
+//! Rewards equal to the predator distance.
 
-use super::term::Moment;
+use super::term::StepContext;
 
-/// The objective's value over T.
-pub(super) fn team<const D: usize>(moment: &Moment<'_, D>) -> f64 {
-    moment.value * share(moment)
+/// Returns the objective's value divided by T.
+pub(super) fn team<const D: usize>(step: &StepContext<'_, D>) -> f64 {
+    step.value * share(step)
 }
 
-/// Adds d_i over T.
-pub(super) fn individual<const D: usize>(moment: &Moment<'_, D>, rewards: &mut [f64]) {
-    let share = share(moment);
-    for (reward, distance) in rewards.iter_mut().zip(moment.distances) {
+/// Adds d_i divided by T.
+pub(super) fn individual<const D: usize>(step: &StepContext<'_, D>, rewards: &mut [f64]) {
+    let share = share(step);
+    for (reward, distance) in rewards.iter_mut().zip(step.distances) {
         *reward += distance * share;
     }
 }
 
-/// One step's share of the episode.
-fn share<const D: usize>(moment: &Moment<'_, D>) -> f64 {
-    (moment.world.config().num_steps as f64).recip()
+/// Returns 1 / T, where T is the number of steps of an episode.
+fn share<const D: usize>(step: &StepContext<'_, D>) -> f64 {
+    (step.world.config().num_steps as f64).recip()
 }

@@ -1,24 +1,25 @@
-//! The change of distance in a step: each agent's own, or the mean over its neighborhood.
+//! Rewards equal to the change of predator distance in a step, of each agent or averaged over its
+//! neighborhood.
 
-use super::term::{Moment, add_changes};
+use super::term::{StepContext, add_changes};
 use crate::agents::GROUP;
 use crate::base::exact::Scale;
 use crate::neighbor::Ranges;
 
 /// Adds d_i(t) - d_i(t-1).
-pub(super) fn individual<const D: usize>(moment: &Moment<'_, D>, rewards: &mut [f64]) {
-    add_changes(moment.distances, moment.distances_before, rewards);
+pub(super) fn individual<const D: usize>(step: &StepContext<'_, D>, rewards: &mut [f64]) {
+    add_changes(step.distances, step.distances_before, rewards);
 }
 
-/// Adds for every agent in the flock the mean of d_j(t) - d_j(t-1) in m over its neighbors at t under the largest
-/// range, itself included.
-pub(super) fn neighborhood<const D: usize>(moment: &Moment<'_, D>, rewards: &mut [f64]) {
-    let agents = moment.world.agents();
+/// Adds the mean of d_j(t) - d_j(t-1) in m over the neighborhood of every agent that was not caught. The
+/// neighborhood is the one at t under the largest range, the agent itself included.
+pub(super) fn neighborhood<const D: usize>(step: &StepContext<'_, D>, rewards: &mut [f64]) {
+    let agents = step.world.agents();
     if agents.len() == 0 {
         return;
     }
-    let now = moment.distances;
-    let change = |&id: &u32| now[id as usize] - moment.distances_before[id as usize];
+    let now = step.distances;
+    let change = |&id: &u32| now[id as usize] - step.distances_before[id as usize];
     let changes: Vec<f64> = agents.ids().iter().map(change).collect();
     let largest = changes
         .iter()
@@ -28,9 +29,8 @@ pub(super) fn neighborhood<const D: usize>(moment: &Moment<'_, D>, rewards: &mut
         .iter()
         .map(|change| scale.quantize(*change))
         .collect();
-    let (ranges, mut tiles) = (Ranges::Shared(moment.max_range), Vec::new());
-    moment
-        .world
+    let (ranges, mut tiles) = (Ranges::Shared(step.max_range), Vec::new());
+    step.world
         .neighborhood()
         .with_pairs(agents, ranges, |pairs| {
             for group in 0..agents.groups.len() {

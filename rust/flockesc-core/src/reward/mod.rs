@@ -1,4 +1,4 @@
-//! Rewards: what a step of the model earns, for the team or for each agent (docs/model.md, "Rewards").
+//! Reward terms, for the team or for each agent (docs/model.md, "Rewards").
 
 mod difference;
 mod distance;
@@ -12,13 +12,13 @@ mod total;
 use serde::{Deserialize, Serialize};
 
 pub use objective::Objective;
-pub(crate) use term::{Action, Moment, Term};
+pub(crate) use term::{ActionContext, StepContext, Term};
 pub(crate) use total::exact_sum;
 
-/// Makes the table of rewards: the enum of an episode's options, and the term of each.
+/// Generates [`Reward`] and the term of each variant from a table.
 macro_rules! rewards {
     ($($(#[$about:meta])* $Reward:ident = $Kind:ident($function:expr),)*) => {
-        /// The reward term. Team terms give every agent the same reward.
+        /// The reward term of an episode. Team terms give every agent the same reward.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, strum::VariantNames)]
         #[serde(rename_all = "snake_case")]
         #[strum(serialize_all = "snake_case")]
@@ -27,12 +27,12 @@ macro_rules! rewards {
         }
 
         impl Reward {
-            /// The names of all terms in documents.
+            /// Names of all terms in documents.
             pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
 
             const ALL: &[Self] = &[$(Self::$Reward),*];
 
-            /// How it is computed.
+            /// Returns the function that computes the reward.
             pub(crate) fn term<const D: usize>(self) -> Term<D> {
                 match self {
                     $(Self::$Reward => Term::$Kind($function),)*
@@ -43,27 +43,27 @@ macro_rules! rewards {
 }
 
 rewards! {
-    /// m_t - m_(t-1), where m is the running minimum of the objective's value. Sums to J - m_0 exactly.
+    /// m_t - m_(t-1), where m is the running minimum of the objective. Sums to J - m_0 exactly.
     RunningMinimum = Team(running_minimum::team),
-    /// The objective's value over T steps, so that an episode sums to its time mean. Dense.
+    /// The objective's value divided by the number of steps. Sums to the time average of the objective.
     Distance = Team(distance::team),
-    /// As `Distance`, for each agent its own distance.
+    /// d_i divided by the number of steps. Sums to the time average of d_i.
     IndividualDistance = Individual(distance::individual),
-    /// d_i(t) - d_i(t-1), for each agent the change of its own distance. Sums to d_i(T) - d_i(0).
+    /// d_i(t) - d_i(t-1). Sums to d_i(T) - d_i(0).
     IndividualDistanceChange = Individual(distance_change::individual),
-    /// Each agent's part of `RunningMinimum` of the mean distance: when the minimum falls, d_i minus d_i at its last
-    /// fall.
+    /// Each agent's part of `RunningMinimum` of the mean distance: when the minimum falls, d_i minus d_i at
+    /// the previous fall; 0 otherwise.
     IndividualRunningMinimum = Individual(running_minimum::individual),
-    /// As `IndividualDistanceChange`, for each agent the mean over its neighborhood.
+    /// `IndividualDistanceChange`, averaged over the agent's neighborhood.
     NeighborhoodDistanceChange = Individual(distance_change::neighborhood),
-    /// G - G_-i, by how much the objective's value after an action grows because agent i hears its neighbors.
+    /// G - G_-i: the objective's value after an action minus its value with a range of 0 for agent i.
     Difference = Counterfactual(difference::add),
-    /// J - m_0 on the last step, 0 before.
+    /// J - m_0 in the last step, 0 before.
     Terminal = Team(terminal::team),
 }
 
 impl Reward {
-    /// Whether agents earn different rewards, which needs one range per agent.
+    /// Returns whether agents have different rewards, which needs the view of the agents.
     pub(crate) fn is_individual(self) -> bool {
         match self.term::<2>() {
             Term::Team(_) => false,
@@ -71,7 +71,7 @@ impl Reward {
         }
     }
 
-    /// The names of the team terms.
+    /// Returns the names of the team terms.
     pub(crate) fn team_kinds() -> Vec<&'static str> {
         let rewards = Self::ALL.iter().zip(Self::KINDS);
         let team = rewards.filter(|(reward, _)| !reward.is_individual());

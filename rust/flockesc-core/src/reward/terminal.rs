@@ -1,11 +1,11 @@
-//! The whole return on the last step.
+//! The terminal reward: the whole return in the last step.
 
-use super::term::Moment;
+use super::term::StepContext;
 
-/// J - m_0 on the last step, 0 before.
-pub(super) fn team<const D: usize>(moment: &Moment<'_, D>) -> f64 {
-    if moment.is_last {
-        moment.minimum - moment.minimum_at_start
+/// Returns J - m_0 in the last step, 0 before.
+pub(super) fn team<const D: usize>(step: &StepContext<'_, D>) -> f64 {
+    if step.is_last {
+        step.minimum - step.minimum_at_start
     } else {
         0.0
     }

@@ -1,9 +1,9 @@
-//! The sum of many rewards, rounded once, so that it does not depend on their order.
+//! Correctly rounded sums of rewards. They do not depend on the order of the terms.
 
-/// The sum of `values`, correctly rounded: Python's `math.fsum` (Shewchuk, "Adaptive precision floating-point
-/// arithmetic", 1997).
+/// Returns the correctly rounded sum of `values`, as Python's `math.fsum` does (Shewchuk, "Adaptive precision
+/// floating-point arithmetic", 1997).
 pub(crate) fn exact_sum(values: &[f64]) -> f64 {
-    // Numbers of rising size without common bits, whose sum is exact.
+    // Nonoverlapping numbers of increasing magnitude with the exact sum of the values so far.
     let mut parts: Vec<f64> = Vec::new();
     for &value in values {
         let (mut sum, mut kept) = (value, 0);
@@ -23,7 +23,8 @@ pub(crate) fn exact_sum(values: &[f64]) -> f64 {
         let (total, rest) = two_sum(sum, part);
         sum = total;
         if rest != 0.0 {
-            // What is left may decide a tie: `rest` is then half a unit of `sum` in the last place.
+            // If `rest` is half a unit in the last place of `sum`, the sign of the next part decides how to
+            // round.
             let (away, error) = two_sum(sum, 2.0 * rest);
             let is_tie = error == 0.0;
             if is_tie && parts.last().is_some_and(|part| part * rest > 0.0) {
@@ -35,7 +36,7 @@ pub(crate) fn exact_sum(values: &[f64]) -> f64 {
     sum
 }
 
-/// The rounded sum of two numbers and its error, which are exact together.
+/// Returns the rounded sum of two numbers and its rounding error. The two results add to the exact sum.
 fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let (large, small) = if a.abs() < b.abs() { (b, a) } else { (a, b) };
     let sum = large + small;
@@ -47,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rounds_once() {
+    fn sums_are_correctly_rounded() {
         let power = |exponent| 2f64.powi(exponent);
         for (values, expected) in [
             (vec![], 0.0),

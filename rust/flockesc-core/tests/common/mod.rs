@@ -1,8 +1,9 @@
-//! Flocks that the tests share.
+//! Scenarios for the integration tests.
 
 use flockesc_core::{ConstantVelocity, FlockConfig, PredatorConfig, PurePursuit, Target};
 
-/// A flock in a square (D = 3: cube) of `side` m, chased by one predator that flies straight on and one that pursues.
+/// Returns a flock in a square (D = 3: cube) of side `initial_side` in m, with one predator of constant
+/// velocity and one with pure pursuit.
 pub(crate) fn scenario(
     num_agents: usize,
     dimension: usize,

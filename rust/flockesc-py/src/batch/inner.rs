@@ -1,4 +1,4 @@
-//! The batch of either dimension, and calls of it that may take long.
+//! `Inner`: a batch in two or three dimensions, and its long-running calls.
 
 use std::time::Duration;
 
@@ -11,20 +11,21 @@ use crate::errors::CoreError;
 use crate::info::Measured;
 use crate::long_call::{LONG, LongCall, long_call, maybe_detach};
 
-/// The batch of either dimension.
+/// A batch in two or three dimensions.
 #[derive(Clone)]
 pub(super) enum Inner {
     Plane(Batch<2>),
     Space(Batch<3>),
 }
 
-/// Steps from which on an action is worth a copy of the flocks, which costs about as much as one or two of them.
-const COPY_PAYS: usize = 100;
+/// Smallest number of model steps per action for which the flocks are copied before a step. The copy costs
+/// about as much as one or two model steps.
+const MIN_STEPS_TO_COPY: usize = 100;
 
-/// How long an interrupted step may go on, so that it ends with a flock that can be stepped on.
+/// Time that an interrupted step may take to finish, so that its episodes remain usable.
 const GRACE: Duration = Duration::from_millis(100);
 
-/// Runs the same expression on the batch of either dimension.
+/// Evaluates the same expression on a batch in two or three dimensions.
 macro_rules! on_batch {
     ($inner:expr, $batch:ident => $body:expr) => {
         match $inner {
@@ -36,7 +37,7 @@ macro_rules! on_batch {
 pub(super) use on_batch;
 
 impl Inner {
-    /// Which agents of every slot were caught, one slot after the other.
+    /// Returns whether each agent was caught, slot after slot.
     pub(super) fn is_caught(&self) -> Result<Vec<bool>, CoreError> {
         on_batch!(self, batch => {
             let mut all = Vec::new();
@@ -50,7 +51,8 @@ impl Inner {
         })
     }
 
-    /// Rows whose action is ignored: caught agents and, unless `at_end` is `Refuse`, slots whose episode has ended.
+    /// Returns whether the action of each row is ignored. Ignored rows are those of caught agents and, unless
+    /// `at_end` is `Refuse`, of slots whose episode has ended.
     pub(super) fn is_ignored(&self, at_end: AtEnd) -> Result<Vec<bool>, CoreError> {
         let (flocks, rows) = on_batch!(self, batch => (batch.num_flocks(), batch.rows()));
         let mut ignored = if rows > 1 {
@@ -68,18 +70,18 @@ impl Inner {
         Ok(ignored)
     }
 
-    /// Whether the episode in a slot has ended.
+    /// Returns whether the episode in a slot has ended.
     pub(super) fn has_ended(&self, slot: usize) -> Result<bool, CoreError> {
         Ok(on_batch!(self, batch => batch.episode(slot)?.has_ended()))
     }
 
-    /// Whether the episode in each slot has ended.
+    /// Returns whether the episode in each slot has ended.
     pub(super) fn ended(&self) -> Result<Vec<bool>, CoreError> {
         let flocks = on_batch!(self, batch => batch.num_flocks());
         (0..flocks).map(|slot| self.has_ended(slot)).collect()
     }
 
-    /// State of some slots.
+    /// Returns a snapshot of `slots`.
     pub(super) fn save<'py>(
         &self,
         py: Python<'py>,
@@ -91,7 +93,7 @@ impl Inner {
         Ok(PyBytes::new(py, &state))
     }
 
-    /// Starts episodes; the old ones stay if that is interrupted.
+    /// Starts new episodes. If the call is interrupted, the old episodes continue.
     pub(super) fn restart(
         &mut self,
         py: Python<'_>,
@@ -108,13 +110,16 @@ impl Inner {
                 let progress = Progress::default();
                 maybe_detach(py, visits, || reset.build(&progress)).map_err(CoreError::from)?
             };
-            batch.put(reset);
+            batch.commit(reset);
         });
         Ok(())
     }
 
-    /// Steps all flocks. Where that is interrupted, they are as after the step, as before it or, if neither comes
-    /// cheaply, without episodes.
+    /// Steps all flocks.
+    ///
+    /// A long step can be interrupted. If an action has at least [`MIN_STEPS_TO_COPY`] model steps, the
+    /// interrupted step is rolled back. Otherwise it is completed if that takes less than [`GRACE`], or else
+    /// all slots must be reset.
     pub(super) fn advance(
         &mut self,
         py: Python<'_>,
@@ -133,9 +138,9 @@ impl Inner {
                 });
                 return Ok(measured.map_err(CoreError::from)?);
             }
-            let is_copied = batch.steps_per_action() >= COPY_PAYS;
-            let left = if is_copied { batch.clone() } else { batch.without_episodes() };
-            let mut taken = std::mem::replace(batch, left);
+            let is_copied = batch.steps_per_action() >= MIN_STEPS_TO_COPY;
+            let fallback = if is_copied { batch.clone() } else { batch.without_episodes() };
+            let mut taken = std::mem::replace(batch, fallback);
             let (ranges, predator_actions) = (ranges.to_vec(), predator_actions.to_vec());
             let (mut out, mut rows) = (std::mem::take(rewards), std::mem::take(observations));
             let mut call = LongCall::start(move |progress| {

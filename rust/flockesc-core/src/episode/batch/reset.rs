@@ -1,4 +1,5 @@
-//! Resets: episodes are started apart from the batch, so that a reset that is refused or given up leaves no trace.
+//! Resets of a batch. New episodes are built outside of the batch, so that a failed or cancelled reset
+//! changes nothing.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,10 +11,10 @@ use crate::episode::slot::Slot;
 use crate::flock::{FlockConfig, InitialState};
 use crate::parallel::{Pool, Progress, dispatch};
 
-/// Cost of drawing and arranging an agent, in steps of it.
-const START: usize = 16;
+/// Cost of drawing and sorting an agent, in units of the cost of its step.
+const RESET_COST: usize = 16;
 
-/// What a reset makes of some slots, apart from their batch: given up half-made, it leaves no trace.
+/// The new slots of a reset, before they replace the slots of the batch.
 #[derive(Debug)]
 pub struct Reset<const D: usize> {
     scenario: Arc<FlockConfig>,
@@ -24,7 +25,7 @@ pub struct Reset<const D: usize> {
 }
 
 impl<const D: usize> Reset<D> {
-    /// Starts the episodes.
+    /// Starts the episodes of the new slots.
     ///
     /// # Errors
     /// [`Error::Interrupted`] if `progress` was cancelled.
@@ -41,21 +42,23 @@ impl<const D: usize> Reset<D> {
 }
 
 impl<const D: usize> Batch<D> {
-    /// Starts a new episode in `slot`, and the schedule of its seed.
+    /// Starts a new episode in `slot` and the schedule of seeds that begins with `start.seed`.
     ///
     /// # Errors
-    /// [`Error::Argument`] if there is no such slot or `start` does not fit the scenario.
+    /// [`Error::Argument`] if `slot` does not exist or `start` does not fit the scenario.
     pub fn reset(&mut self, slot: usize, start: &InitialState) -> Result<()> {
         self.reset_many(&[(slot, Some(start.seed))], None, start)
     }
 
-    /// Starts new episodes in several slots: of the schedule of a seed of their own, or of the one that they follow. It is
-    /// that of number `episode` or, where that is `None`, the next one.
-    /// All take the arrays of `start`, whose seed does not count.
+    /// Starts new episodes in several slots, given as pairs (slot, seed).
+    ///
+    /// A seed starts a new schedule; `None` continues the slot's schedule. `episode` is the number of the
+    /// episode in the schedule; `None` is the next one. All episodes start from the arrays of `start`, whose
+    /// seed is ignored.
     ///
     /// # Errors
-    /// [`Error::Argument`] if there is no such slot or `start` does not fit the scenario. Nothing has changed
-    /// then.
+    /// [`Error::Argument`] if a slot does not exist or `start` does not fit the scenario. The batch is then
+    /// unchanged.
     pub fn reset_many(
         &mut self,
         resets: &[(usize, Option<u64>)],
@@ -63,11 +66,11 @@ impl<const D: usize> Batch<D> {
         start: &InitialState,
     ) -> Result<()> {
         let reset = self.prepare_reset(resets, episode, start.clone())?;
-        self.put(reset.build(&Progress::default())?);
+        self.commit(reset.build(&Progress::default())?);
         Ok(())
     }
 
-    /// What [`Self::reset_many`] does, to be built apart from the batch and put into it then.
+    /// Checks the arguments of [`Self::reset_many`] and returns a [`Reset`] to build and then to commit.
     ///
     /// # Errors
     /// As [`Self::reset_many`].
@@ -84,41 +87,41 @@ impl<const D: usize> Batch<D> {
             let expected = format!("an integer below {slots}");
             return Err(Error::argument("slot", expected, slot));
         }
-        let mut fresh = BTreeMap::new();
+        let mut new_slots = BTreeMap::new();
         for &(index, seed) in resets {
-            let slot = fresh
+            let slot = new_slots
                 .entry(index)
                 .or_insert_with(|| self.slots[index].without_episode());
             if let Some(seed) = seed {
                 slot.seed(seed);
             }
             if let Some(episode) = episode {
-                slot.turn_to(episode);
+                slot.set_next_episode(episode);
             }
         }
         Ok(Reset {
             scenario: self.scenario.clone(),
             config: self.config.clone(),
             start,
-            slots: fresh,
+            slots: new_slots,
             pool: self.pool(resets.len())?,
         })
     }
 
-    /// Puts the slots of a reset in the places of the old ones.
+    /// Replaces slots of the batch by the new slots of a reset.
     #[doc(hidden)]
-    pub fn put(&mut self, reset: Reset<D>) {
+    pub fn commit(&mut self, reset: Reset<D>) {
         for (index, slot) in reset.slots {
             self.slots[index] = slot;
         }
     }
 
-    /// As [`Self::work`], of a reset of so many slots.
+    /// Estimates the cost of a reset of `slots` slots, in the unit of [`Self::work`].
     #[doc(hidden)]
     #[must_use]
     pub fn work_of_reset(&self, slots: usize) -> usize {
         slots
-            .saturating_mul(START)
+            .saturating_mul(RESET_COST)
             .saturating_mul(self.scenario.num_agents)
     }
 }

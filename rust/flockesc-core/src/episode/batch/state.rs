@@ -1,38 +1,37 @@
-//! Slots of a batch as bytes.
+//! Snapshots of a batch's slots.
 
 use super::Batch;
 use crate::base::error::{Error, Result};
 use crate::episode::slot::{Slot, SlotState};
-use crate::snapshot::{open, seal};
+use crate::snapshot::{decode, encode};
 
 impl<const D: usize> Batch<D> {
-    /// Everything about `slots` that their future depends on, as bytes: episodes with their random streams, and the
-    /// seeds of those to come.
+    /// Returns a snapshot of `slots`: their episodes with the random streams, and their schedules of seeds.
     ///
     /// # Errors
-    /// [`Error::Argument`] if there is no such slot.
+    /// [`Error::Argument`] if a slot does not exist.
     pub fn save(&self, slots: &[usize]) -> Result<Vec<u8>> {
         let states: Vec<SlotState<D>> = slots
             .iter()
             .map(|slot| self.slots.get(*slot).map(Slot::save))
             .collect::<Option<_>>()
             .ok_or_else(|| self.no_such_slot(slots))?;
-        seal(self.fingerprint, &states)
+        encode(self.fingerprint, &states)
     }
 
-    /// Makes `slots` what [`Self::save`] has saved, of this or another batch of the same scenario and configuration: as
-    /// many slots, or one that all of them become.
+    /// Restores `slots` from a snapshot by [`Self::save`] of any batch with the same scenario and options.
+    /// The snapshot has as many slots, or one slot that is copied to all.
     ///
     /// # Errors
-    /// [`Error::Argument`] if there is no such slot, or for bytes that are damaged, of another version, of something else
-    /// or of another number of slots. Nothing has changed then.
+    /// [`Error::Argument`] if a slot does not exist, or if the bytes are damaged or have another version,
+    /// scenario, options or number of slots. The batch is then unchanged.
     pub fn restore(&mut self, slots: &[usize], state: &[u8]) -> Result<()> {
         if slots.iter().any(|slot| *slot >= self.slots.len()) {
             return Err(self.no_such_slot(slots));
         }
-        let states: Vec<SlotState<D>> = open(self.fingerprint, state)?;
+        let states: Vec<SlotState<D>> = decode(self.fingerprint, state)?;
         if states.len() != slots.len() && states.len() != 1 {
-            let expected = format!("one of 1 or {} flocks", slots.len());
+            let expected = format!("a state of 1 or {} flocks", slots.len());
             return Err(Error::argument("state", expected, states.len()));
         }
         let mut restored = states
@@ -74,17 +73,17 @@ mod tests {
         running
     }
 
-    /// The bytes with another body, under a head that is right.
-    fn sealed(good: &[u8], body: &[u8]) -> Vec<u8> {
+    /// Replaces the body of the snapshot `good` and corrects the checksum in its header.
+    fn with_body(good: &[u8], body: &[u8]) -> Vec<u8> {
         let mut bytes = [&good[..16], body].concat();
         bytes[8..12].copy_from_slice(&crc32fast::hash(body).to_le_bytes());
         bytes
     }
 
     proptest! {
-        /// A damaged body is refused and changes nothing, or can be played.
+        /// A modified body is either rejected and changes nothing, or gives a batch that can be stepped.
         #[test]
-        fn a_body_that_somebody_made_does_no_harm(
+        fn modified_bodies_are_rejected_or_can_be_stepped(
             edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
             cut in any::<prop::sample::Index>(),
             is_cut in any::<bool>(),
@@ -99,7 +98,7 @@ mod tests {
             if is_cut {
                 body.truncate(cut.index(body.len()));
             }
-            if running.restore(&[0, 1], &sealed(&good, &body)).is_ok() {
+            if running.restore(&[0, 1], &with_body(&good, &body)).is_ok() {
                 let (rows, length) = (2 * running.rows(), running.row_length());
                 let (mut rewards, mut seen) = (vec![0.0; rows], vec![0.0; rows * length]);
                 let (ranges, progress) = (vec![4.0; rows], Progress::default());
@@ -116,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn a_state_goes_into_every_slot() {
+    fn a_snapshot_of_one_slot_restores_several() {
         let (source, mut other) = (running(), batch(3, 2));
         let good = source.save(&[1]).expect("a slot");
         other.restore(&[0, 1, 2], &good).expect("a state of one");
@@ -130,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn the_largest_range_comes_back() {
+    fn the_largest_range_is_restored() {
         let mut running = running();
         step(&mut running, f64::MAX).expect("steps left");
         let state = running.save(&[0, 1]).expect("slots");
@@ -139,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn another_version_is_named() {
+    fn errors_name_another_version() {
         let mut running = running();
         let mut bytes = running.save(&[0]).expect("a slot");
         bytes[4] += 1;

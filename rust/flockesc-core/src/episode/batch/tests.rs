@@ -11,7 +11,7 @@ pub(super) fn batch(num_flocks: usize, num_threads: usize) -> Batch<2> {
     Batch::new(scenario, config, num_flocks, Some(num_threads)).expect("a good scenario")
 }
 
-/// One flock with this reward and capture radius.
+/// Returns a batch of one flock with this reward and capture radius.
 fn rewarded(reward: Reward, capture_radius: Option<f64>) -> Batch<2> {
     let (scenario, config) = documents();
     let scenario = FlockConfig {
@@ -57,7 +57,7 @@ pub(super) fn step(batch: &mut Batch<2>, range: f64) -> Result<(Vec<f64>, Vec<f3
 }
 
 #[test]
-fn threads_and_places_do_not_matter() {
+fn results_do_not_depend_on_threads_or_slots() {
     let run = |threads: usize, seeds: &[u64]| {
         let mut batch = batch(seeds.len(), threads);
         for (slot, seed) in seeds.iter().enumerate() {
@@ -75,10 +75,10 @@ fn threads_and_places_do_not_matter() {
         assert_eq!(run(threads, &seeds), serial);
     }
     for (seed, step) in (0..FLOCKS).flat_map(|seed| (0..7).map(move |step| (seed, step))) {
-        let alone = &run(1, &[seed as u64])[step];
-        let width = alone.1.len();
-        assert_eq!(alone.0, serial[step].0[seed * AGENTS..(seed + 1) * AGENTS]);
-        assert_eq!(alone.1, serial[step].1[seed * width..(seed + 1) * width]);
+        let single = &run(1, &[seed as u64])[step];
+        let width = single.1.len();
+        assert_eq!(single.0, serial[step].0[seed * AGENTS..(seed + 1) * AGENTS]);
+        assert_eq!(single.1, serial[step].1[seed * width..(seed + 1) * width]);
     }
 }
 
@@ -95,56 +95,53 @@ fn rewards_sum_to_the_change_of_the_objective() {
     assert!(end < start && (total - (end - start)).abs() < 1e-12);
 }
 
-/// Slots whose episodes end at different times: each goes on as if it were alone.
+/// Slots whose episodes end at different times give the same results as batches of one slot.
 #[test]
 fn slots_restart_at_their_own_horizon() {
-    let ends = 7; // of 20 steps, three per action
+    let actions_per_episode = 7; // 20 steps, three per action
     for threads in [1, 3] {
-        let mut crowd = batch(3, threads);
+        let mut many = batch(3, threads);
         let all: Vec<_> = (0..3).map(|slot| (slot, Some(slot as u64))).collect();
-        crowd
-            .reset_many(&all, None, &InitialState::default())
+        many.reset_many(&all, None, &InitialState::default())
             .expect("slots");
-        let mut alone: Vec<_> = (0..3).map(|_| batch(1, 1)).collect();
-        for (seed, batch) in alone.iter_mut().enumerate() {
+        let mut single: Vec<_> = (0..3).map(|_| batch(1, 1)).collect();
+        for (seed, batch) in single.iter_mut().enumerate() {
             let start = InitialState::seeded(seed as u64);
             batch.reset(0, &start).expect("a slot");
         }
         let rows = 3 * AGENTS;
         let mut rewards = vec![0.0; rows];
-        let mut observations = vec![0.0; rows * crowd.row_length()];
+        let mut observations = vec![0.0; rows * many.row_length()];
         let mut numbers = [0, 0, 0];
-        for action in 0..3 * ends {
+        for action in 0..3 * actions_per_episode {
             if action == 2 {
                 let next = InitialState::seeded(episode_seed(1, 1));
-                crowd
-                    .reset_many(&[(1, None)], None, &InitialState::seeded(99))
+                many.reset_many(&[(1, None)], None, &InitialState::seeded(99))
                     .expect("a slot");
-                alone[1].reset(0, &next).expect("a slot");
+                single[1].reset(0, &next).expect("a slot");
                 numbers[1] = 1;
             }
-            crowd
-                .step_measured(
-                    (&vec![4.0; rows], &[]),
-                    AtEnd::Restart,
-                    &mut rewards,
-                    &mut observations,
-                    &Progress::default(),
-                    |_| (),
-                )
-                .expect("good ranges");
-            for (slot, alone) in alone.iter_mut().enumerate() {
+            many.step_measured(
+                (&vec![4.0; rows], &[]),
+                AtEnd::Restart,
+                &mut rewards,
+                &mut observations,
+                &Progress::default(),
+                |_| (),
+            )
+            .expect("good ranges");
+            for (slot, single) in single.iter_mut().enumerate() {
                 let mut reward = vec![1.0; AGENTS];
-                let mut observation = vec![0.0; AGENTS * alone.row_length()];
-                if alone.episode(0).expect("an episode").has_ended() {
+                let mut observation = vec![0.0; AGENTS * single.row_length()];
+                if single.episode(0).expect("an episode").has_ended() {
                     numbers[slot] += 1;
                     let start = InitialState::seeded(episode_seed(slot as u64, numbers[slot]));
-                    alone.reset(0, &start).expect("a slot");
-                    alone.observe(&[0], &mut observation).expect("a slot");
+                    single.reset(0, &start).expect("a slot");
+                    single.observe(&[0], &mut observation).expect("a slot");
                     reward.fill(0.0);
                 } else {
                     let ranges = vec![4.0; AGENTS];
-                    alone
+                    single
                         .step(&ranges, &mut reward, &mut observation)
                         .expect("steps left");
                 }
@@ -157,9 +154,9 @@ fn slots_restart_at_their_own_horizon() {
     }
 }
 
-/// Episodes of a schedule that are started directly, in some slots, and the ones after them.
+/// Starts episodes by their number in the schedule, in some slots, and then the next ones in all slots.
 #[test]
-fn an_episode_of_a_schedule_starts_directly() {
+fn episodes_start_by_their_number_in_the_schedule() {
     let mut batch = batch(3, 1);
     batch.seed(5);
     let all: Vec<_> = (0..3).map(|slot| (slot, None)).collect();
@@ -178,11 +175,11 @@ fn an_episode_of_a_schedule_starts_directly() {
         .reset_many(&all, Some(u64::MAX), &start)
         .expect("slots");
     batch.reset_many(&all, None, &start).expect("slots");
-    assert_eq!(seeds(&batch), [7, own(1, 0), own(2, 0)]); // no number is larger
+    assert_eq!(seeds(&batch), [7, own(1, 0), own(2, 0)]); // the number after u64::MAX is 0
 }
 
 #[test]
-fn unseeded_slots_start_apart_and_refused_resets_change_nothing() {
+fn slots_without_a_seed_differ_and_rejected_resets_change_nothing() {
     let mut batch = batch(3, 1);
     batch.seed(5);
     let all: Vec<_> = (0..3).map(|slot| (slot, None)).collect();
@@ -191,11 +188,11 @@ fn unseeded_slots_start_apart_and_refused_resets_change_nothing() {
             .reset_many(&[(0, None), (3, None)], None, &InitialState::default())
             .is_err()
     );
-    let spoilt = InitialState {
+    let too_short = InitialState {
         positions: Some(vec![0.0]),
         ..InitialState::default()
     };
-    assert!(batch.reset_many(&all, None, &spoilt).is_err());
+    assert!(batch.reset_many(&all, None, &too_short).is_err());
     assert!(batch.metrics().is_err());
     batch
         .reset_many(&all, None, &InitialState::default())
@@ -216,7 +213,7 @@ fn unseeded_slots_start_apart_and_refused_resets_change_nothing() {
 }
 
 #[test]
-fn refused_steps_change_nothing() {
+fn rejected_steps_change_nothing() {
     let mut batch = batch(2, 1);
     assert!(matches!(step(&mut batch, 1.0), Err(Error::Episode { .. })));
     for slot in 0..2 {
@@ -238,7 +235,7 @@ fn refused_steps_change_nothing() {
 }
 
 #[test]
-fn the_batch_knows_what_teams_and_predators_earn() {
+fn team_rewards_and_predator_rewards_are_opposite() {
     let mut batch = batch(2, 1);
     assert_eq!(batch.team_rewards(), [0.0; 2]);
     for slot in 0..2 {
@@ -252,9 +249,9 @@ fn the_batch_knows_what_teams_and_predators_earn() {
     assert_eq!(batch.team_rewards(), [rewards[0], 0.0]);
 }
 
-/// Agents that were caught earn nothing, but the mean goes over all.
+/// The mean is over all agents, and caught agents have a reward of 0.
 #[test]
-fn teams_of_individual_rewards_earn_their_mean() {
+fn the_team_reward_is_the_mean_of_individual_rewards() {
     let mut batch = rewarded(Reward::IndividualDistance, Some(8.0));
     batch.reset(0, &InitialState::seeded(9)).expect("a slot");
     for _ in 0..7 {
@@ -266,9 +263,9 @@ fn teams_of_individual_rewards_earn_their_mean() {
     assert!(episode.world().caught().len() > 0);
 }
 
-/// The team's reward is not that of an agent that was caught before, which is 0.
+/// Caught agents have a reward of 0, but the team's reward is that of the other agents.
 #[test]
-fn captures_do_not_change_what_the_team_earns() {
+fn captures_do_not_change_the_team_reward() {
     let mut batch = rewarded(Reward::Distance, Some(8.0));
     batch.reset(0, &InitialState::seeded(9)).expect("a slot");
     for _ in 0..7 {

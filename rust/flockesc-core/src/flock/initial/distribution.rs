@@ -1,4 +1,5 @@
-//! The trait of initial positions and headings, and what the list of a family generates.
+//! The trait of the distributions of initial positions and headings, and the macro that generates their
+//! enums.
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
@@ -8,12 +9,13 @@ use crate::base::error::Result;
 
 /// A distribution of one vector per agent.
 pub(super) trait Distribution {
-    /// Checks the parameters for a flock of `count` agents; fields of errors begin with `path`.
+    /// Checks the parameters for a flock of `count` agents. `path` is the distribution's path in the
+    /// scenario.
     fn check(&self, _path: &str, _space: &Space, _count: usize) -> Result<()> {
         Ok(())
     }
 
-    /// The vectors of `count` agents: positions in m, or headings of length 1 up to rounding.
+    /// Draws the vectors of `count` agents: positions in m, or headings of length 1 up to rounding.
     fn draw<const D: usize>(
         &self,
         space: &Space,
@@ -22,12 +24,12 @@ pub(super) trait Distribution {
     ) -> Vec<SVector<f64, D>>;
 }
 
-/// One draw after the other.
-pub(super) fn times<T>(count: usize, draw: impl FnMut() -> T) -> Vec<T> {
+/// Calls `draw` `count` times and collects the results.
+pub(super) fn repeat<T>(count: usize, draw: impl FnMut() -> T) -> Vec<T> {
     std::iter::repeat_with(draw).take(count).collect()
 }
 
-/// Makes the list of all distributions of a family: the enum of a scenario, and everything that matches on a distribution.
+/// Generates the enum of a family of distributions and its methods.
 macro_rules! distributions {
     (
         $(#[$about:meta])*
@@ -56,7 +58,7 @@ macro_rules! distributions {
                 }
             }
 
-            /// The vectors of `count` agents.
+            /// Draws the vectors of `count` agents.
             pub(crate) fn draw<const D: usize>(
                 &self,
                 space: &Space,

@@ -1,4 +1,4 @@
-//! Distributions of the agents' positions and headings at t = 0.
+//! Distributions of the initial positions and headings.
 
 mod distribution;
 mod headings;

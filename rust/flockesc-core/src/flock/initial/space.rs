@@ -1,4 +1,4 @@
-//! The space that a flock starts in, the plane z = 0 or all of R^D, and elementary distributions in it.
+//! `Space`: the space that a flock starts in, either the plane z = 0 or R^D, and basic distributions in it.
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
@@ -8,18 +8,18 @@ use crate::base::error::{Error, Result};
 use crate::base::rng;
 use crate::base::vector::SHORTEST;
 
-/// The axes that a flock starts in; coordinates beyond them are 0.
+/// The space that a flock starts in: the plane z = 0 or R^D.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Space {
     dimension: usize,
-    /// 2, or 3 for a flock that fills space.
+    /// Number of axes, 2 or 3. Initial coordinates along other axes are 0.
     pub(super) axes: usize,
     /// Side in m of the initial region `[0, side]^axes`.
     side: f64,
 }
 
 impl Space {
-    /// The plane z = 0 if `is_plane`, otherwise all of R^`dimension`; `side` in m.
+    /// Creates the plane z = 0 if `is_plane`, otherwise R^`dimension`. `side` is in m.
     pub(crate) fn new(dimension: usize, is_plane: bool, side: f64) -> Self {
         Self {
             dimension,
@@ -34,30 +34,34 @@ impl Space {
             2 => 2,
             _ if self.dimension == 2 => 2,
             3 => 3,
-            given => return Err(Error::config(field, "2 or 3 numbers", given)),
+            given => {
+                let given = format!("{given} numbers");
+                return Err(Error::config(field, "2 or 3 numbers", given));
+            }
         };
         vector(field, entries, expected)?;
         match entries.get(self.axes) {
             Some(&above) if above != 0.0 => Err(Error::config(
                 format!("{field}[{}]", self.axes),
-                "0, as initial_plane is true",
+                "0 if initial_plane is true",
                 above,
             )),
             _ => Ok(()),
         }
     }
 
-    /// Checks that a scenario has `count` such vectors.
+    /// Checks that there are `count` vectors, each as [`Self::check`] does.
     pub(super) fn check_each(&self, field: &str, vectors: &[Vec<f64>], count: usize) -> Result<()> {
         if vectors.len() != count {
             let expected = format!("{count} entries, one per agent");
-            return Err(Error::config(field, expected, vectors.len()));
+            let given = format!("{} entries", vectors.len());
+            return Err(Error::config(field, expected, given));
         }
         let mut places = vectors.iter().enumerate();
         places.try_for_each(|(k, vector)| self.check(&format!("{field}[{k}]"), vector))
     }
 
-    /// Checks that such a vector has a direction.
+    /// Checks a vector as [`Self::check`] does, and that it is long enough to have a direction.
     pub(super) fn check_direction(&self, field: &str, entries: &[f64]) -> Result<()> {
         self.check(field, entries)?;
         let norm = embed::<3>(entries).norm();
@@ -72,17 +76,17 @@ impl Space {
         SVector::from_fn(|axis, _| if axis < self.axes { entry() } else { 0.0 })
     }
 
-    /// Center of the initial region.
+    /// Returns the center of the initial region in m.
     pub(super) fn center<const D: usize>(&self) -> SVector<f64, D> {
         self.along_axes(|| self.side / 2.0)
     }
 
-    /// Uniform in the initial region.
+    /// Draws a point uniformly from the initial region.
     pub(super) fn uniform<const D: usize>(&self, rng: &mut ChaCha8Rng) -> SVector<f64, D> {
         self.along_axes(|| rng::uniform(rng, self.side))
     }
 
-    /// Normal with mean 0 and this standard deviation along every axis.
+    /// Draws a normal vector with mean 0 and this standard deviation along every axis.
     pub(super) fn normal<const D: usize>(
         &self,
         standard_deviation: f64,
@@ -91,12 +95,13 @@ impl Space {
         self.along_axes(|| standard_deviation * rng::normal(rng))
     }
 
-    /// A unit vector, uniform over all directions.
+    /// Draws a unit vector uniformly from all directions.
     pub(super) fn direction<const D: usize>(&self, rng: &mut ChaCha8Rng) -> SVector<f64, D> {
         rng::direction(self.axes, rng)
     }
 
-    /// Uniform between two spheres (in the plane: circles) around the center of the initial region.
+    /// Draws a point uniformly from the region between two spheres (in the plane: circles) around the center
+    /// of the initial region. `inner` and `outer` are their radii in m.
     pub(super) fn shell<const D: usize>(
         &self,
         inner: f64,
@@ -104,7 +109,7 @@ impl Space {
         rng: &mut ChaCha8Rng,
     ) -> SVector<f64, D> {
         let direction = self.direction(rng);
-        // The volume within a radius grows with its power `axes`; ratios do not overflow.
+        // The volume inside a radius is proportional to radius^axes. Ratios of radii do not overflow.
         let hollow: f64 = (0..self.axes).map(|_| inner / outer).product();
         let volume = hollow + rng::uniform(rng, 1.0 - hollow);
         let ratio = match self.axes {
@@ -115,7 +120,7 @@ impl Space {
     }
 }
 
-/// The vector with these entries; missing ones are 0.
+/// Returns the vector with these entries; missing entries are 0.
 pub(super) fn embed<const D: usize>(entries: &[f64]) -> SVector<f64, D> {
     SVector::from_fn(|axis, _| entries.get(axis).copied().unwrap_or(0.0))
 }

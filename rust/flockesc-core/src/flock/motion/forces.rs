@@ -1,17 +1,18 @@
 //! The forces of step 2: consensus (Eq. 11) and escape.
 
-use super::traits::Traits;
+use super::columns::ParameterColumns;
 use crate::agents::{Column, GROUP, Group};
 use crate::base::vector::{SHORTEST, squared_norm};
 use crate::neighbor::NeighborSums;
 
-/// A force on every agent of a group.
+/// Forces on the agents of a group.
 pub(super) type Force<const D: usize> = [Column<f64>; D];
 
-/// a v0 <v>_i / ||<v>_i|| (Eq. 11), along the sum of velocities; 0 if the sum is exactly 0.
+/// Returns the consensus force a v0 <v>_i / ||<v>_i|| (Eq. 11), or 0 if the sum of the neighbors' velocities
+/// is exactly 0. Stores the norms of the sums in `sums`.
 #[inline(always)]
 pub(super) fn consensus_force<const D: usize>(
-    traits: &Traits,
+    columns: &ParameterColumns,
     sums: &mut NeighborSums<D>,
 ) -> Force<D> {
     let mut force = [[0.0; GROUP]; D];
@@ -19,7 +20,7 @@ pub(super) fn consensus_force<const D: usize>(
         let sum: [f64; D] = std::array::from_fn(|axis| sums.sum[axis][lane] as f64);
         let norm = squared_norm(&sum).sqrt();
         let factor = if norm > 0.0 {
-            traits.alignment[lane] / norm
+            columns.alignment[lane] / norm
         } else {
             0.0
         };
@@ -31,11 +32,12 @@ pub(super) fn consensus_force<const D: usize>(
     force
 }
 
-/// Adds s (r_i - r_p) / ||r_i - r_p|| to agents whose `distance` to the predator is at most `range`, rho_p in m, and not 0.
+/// Adds the escape force s (r_i - r_p) / ||r_i - r_p|| to agents with a `distance` to the predator above 0
+/// and up to `range`, the predator range rho_p in m.
 #[inline(always)]
 pub(super) fn add_escape_force<const D: usize>(
     range: f64,
-    traits: &Traits,
+    columns: &ParameterColumns,
     group: &Group<D>,
     predator: &[f64; D],
     distance: &Column<f64>,
@@ -44,7 +46,7 @@ pub(super) fn add_escape_force<const D: usize>(
     for lane in 0..GROUP {
         let is_felt = distance[lane] <= range && distance[lane] > SHORTEST;
         let factor = if is_felt {
-            traits.repulsion[lane] / distance[lane]
+            columns.repulsion[lane] / distance[lane]
         } else {
             0.0
         };

@@ -1,11 +1,11 @@
-//! The paper's law: forces change velocities (steps 3 and 4).
+//! The paper's law of motion: forces change velocities (steps 3 and 4).
 
 use serde::{Deserialize, Serialize};
 
+use super::columns::ParameterColumns;
 use super::forces::Force;
 use super::law::Law;
 use super::parameters::Parameters;
-use super::traits::Traits;
 use crate::agents::{GROUP, Group};
 use crate::base::vector::{SHORTEST, squared_norm};
 
@@ -19,19 +19,20 @@ impl Law for Inertial {
     fn integrate<const D: usize>(
         &self,
         parameters: &Parameters<'_>,
-        traits: &Traits,
+        columns: &ParameterColumns,
         force: &Force<D>,
         group: &mut Group<D>,
     ) {
-        integrate(parameters, traits, force, group);
+        integrate(parameters, columns, force, group);
     }
 }
 
-/// r += dt v with the old velocity, v += (dt / m) f, then v is scaled to speed v0 (a v of length 0 is not applied).
+/// Adds dt v to r, adds (dt / m) f to v, and scales v to the speed v0 if the speed is constant. If the new v
+/// has length 0, the old v stays.
 #[inline(always)]
 pub(super) fn integrate<const D: usize>(
     parameters: &Parameters<'_>,
-    traits: &Traits,
+    columns: &ParameterColumns,
     force: &Force<D>,
     group: &mut Group<D>,
 ) {
@@ -41,10 +42,10 @@ pub(super) fn integrate<const D: usize>(
         ..
     } = *parameters;
     for lane in 0..GROUP {
-        let speed = traits.speed[lane];
+        let speed = columns.speed[lane];
         let velocity: [f64; D] = std::array::from_fn(|axis| group.velocity[axis][lane]);
         let pushed: [f64; D] =
-            std::array::from_fn(|axis| velocity[axis] + force[axis][lane] * traits.gain[lane]);
+            std::array::from_fn(|axis| velocity[axis] + force[axis][lane] * columns.gain[lane]);
         let norm = squared_norm(&pushed).sqrt();
         let is_kept = constant_speed && norm <= SHORTEST;
         let factor = if constant_speed { speed / norm } else { 1.0 };

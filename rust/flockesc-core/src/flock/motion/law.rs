@@ -1,60 +1,59 @@
-//! The trait of a law of motion.
+//! `Law`: the trait of a law of motion.
 
+use super::columns::ParameterColumns;
 use super::forces::Force;
 use super::parameters::Parameters;
-use super::traits::Traits;
 use crate::agents::Group;
 use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::neighbor::Pairs;
 
-/// Buffers of one thread for forces between neighbors.
-#[derive(Debug, Clone)]
+/// The pairs of the agents in one group and their neighbors.
+#[derive(Clone, Copy)]
+pub(super) struct GroupPairs<'a, const D: usize> {
+    pub(super) pairs: &'a Pairs<'a, D>,
+    /// Index of the group.
+    pub(super) group: usize,
+    pub(super) columns: &'a ParameterColumns,
+    /// Fixed-point scale of sums of offsets between agents, in m.
+    pub(super) scale: Scale,
+}
+
+/// Buffers of one thread for the forces between pairs of neighbors.
+#[derive(Debug, Clone, Default)]
 pub(super) struct PairBuffers<const D: usize> {
     pub(super) tiles: Vec<u32>,
-    /// Lane of an agent and the term of one neighbor in a force on it, agent by agent.
+    /// Pairs of an agent's lane and one neighbor's contribution to the force on the agent, in the order of
+    /// lanes.
     pub(super) terms: Vec<(usize, [f64; D])>,
 }
 
-impl<const D: usize> PairBuffers<D> {
-    pub(super) fn new() -> Self {
-        Self {
-            tiles: Vec::new(),
-            terms: Vec::new(),
-        }
-    }
-}
-
-/// The law by which forces set velocities.
+/// A law of motion: how forces change velocities.
 pub(super) trait Law {
-    /// Checks the law's parameters; fields of errors begin with `path`.
+    /// Checks the parameters. `path` is the law's path in the scenario.
     fn check(&self, _path: &str, _constant_speed: bool) -> Result<()> {
         Ok(())
     }
 
-    /// Whether the law has forces between pairs of neighbors.
+    /// Returns whether the law has forces between pairs of neighbors.
     fn needs_pairs(&self) -> bool {
         false
     }
 
-    /// Adds these forces on the agents of a group. No coordinate of an offset between two agents exceeds the bound of
-    /// `scale`.
+    /// Adds the forces between pairs to the agents of a group.
     fn add_pair_forces<const D: usize>(
         &self,
-        _pairs: &Pairs<'_, D>,
-        _scale: Scale,
-        _group: usize,
-        _traits: &Traits,
+        _pairs: &GroupPairs<'_, D>,
         _buffers: &mut PairBuffers<D>,
         _force: &mut Force<D>,
     ) {
     }
 
-    /// Advances positions and velocities of a group by one step (steps 3 and 4).
+    /// Advances the positions and velocities of a group by one step (steps 3 and 4).
     fn integrate<const D: usize>(
         &self,
         parameters: &Parameters<'_>,
-        traits: &Traits,
+        columns: &ParameterColumns,
         force: &Force<D>,
         group: &mut Group<D>,
     );

@@ -1,5 +1,6 @@
-//! The agents' motion (steps 2 to 4 of docs/model.md): one law per file, and the list of all.
+//! Motion of the agents (steps 2 to 4 of docs/model.md): forces, noise, and one law of motion per file.
 
+mod columns;
 mod forces;
 mod inertial;
 mod law;
@@ -8,7 +9,6 @@ mod parameters;
 mod response;
 mod reynolds;
 mod step;
-mod traits;
 mod vicsek;
 
 use serde::{Deserialize, Serialize};
@@ -24,16 +24,14 @@ pub(super) use step::{Predators, advance};
 
 use crate::agents::Group;
 use crate::base::error::Result;
-use crate::base::exact::Scale;
-use crate::neighbor::Pairs;
+use columns::ParameterColumns;
 use forces::Force;
-use law::{Law, PairBuffers};
-use traits::Traits;
+use law::{GroupPairs, Law, PairBuffers};
 
-/// Makes the list of all laws, and everything that matches on a law.
+/// Generates [`Motion`] and its methods from the list of all laws.
 macro_rules! laws {
     ($($(#[$about:meta])* $Variant:ident($Law:ident),)+) => {
-        /// The law by which forces set velocities.
+        /// The law of motion: how forces change velocities.
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, AsRefStr, VariantNames)]
         #[serde(rename_all = "snake_case")]
         #[strum(serialize_all = "snake_case")]
@@ -53,41 +51,36 @@ macro_rules! laws {
                 }
             }
 
-            /// Whether the law has forces between pairs of neighbors.
+            /// Returns whether the law has forces between pairs of neighbors.
             pub(crate) fn needs_pairs(&self) -> bool {
                 match self {
                     $(Self::$Variant(law) => law.needs_pairs(),)+
                 }
             }
 
-            /// Adds these forces on the agents of a group.
+            /// Adds the forces between pairs to the agents of a group.
             fn add_pair_forces<const D: usize>(
                 &self,
-                pairs: &Pairs<'_, D>,
-                scale: Scale,
-                group: usize,
-                traits: &Traits,
+                pairs: &GroupPairs<'_, D>,
                 buffers: &mut PairBuffers<D>,
                 force: &mut Force<D>,
             ) {
                 match self {
-                    $(Self::$Variant(law) => {
-                        law.add_pair_forces(pairs, scale, group, traits, buffers, force);
-                    })+
+                    $(Self::$Variant(law) => law.add_pair_forces(pairs, buffers, force),)+
                 }
             }
 
-            /// Advances positions and velocities of a group by one step.
+            /// Advances the positions and velocities of a group by one step.
             #[inline(always)]
             fn integrate<const D: usize>(
                 &self,
                 parameters: &Parameters<'_>,
-                traits: &Traits,
+                columns: &ParameterColumns,
                 force: &Force<D>,
                 group: &mut Group<D>,
             ) {
                 match self {
-                    $(Self::$Variant(law) => law.integrate(parameters, traits, force, group),)+
+                    $(Self::$Variant(law) => law.integrate(parameters, columns, force, group),)+
                 }
             }
         }
@@ -97,7 +90,7 @@ macro_rules! laws {
 laws! {
     /// Forces change velocities.
     Inertial(Inertial),
-    /// Forces are the new headings.
+    /// Forces set the new headings.
     Vicsek(Vicsek),
     /// Forces change velocities, and neighbors also attract and repel each other.
     Reynolds(Reynolds),

@@ -1,4 +1,4 @@
-//! Sensing noise and angular noise: drawn in the order of ids, and only if the scenario has noise.
+//! Sensing noise and angular noise of the agents.
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
@@ -8,13 +8,13 @@ use crate::agents::{Agents, GROUP};
 use crate::base::rng::{self, Stream};
 use crate::base::vector::{heading, side_of, turn, unit};
 
-/// Errors of one step, by id; empty without noise.
+/// The random errors of one step, by id. They are drawn only if the scenario has noise.
 #[derive(Debug, Clone)]
 pub(super) struct Noise<const D: usize> {
     rng: ChaCha8Rng,
-    /// xi_i, unit vectors.
+    /// Unit vectors xi_i of the sensing noise.
     sensing: Vec<SVector<f64, D>>,
-    /// The error of a new heading: an angle in rad and, in space, a direction to turn toward.
+    /// Errors of the new headings: an angle in rad and, for D = 3, a direction to turn toward.
     turns: Vec<(f64, SVector<f64, D>)>,
 }
 
@@ -27,17 +27,17 @@ impl<const D: usize> Noise<D> {
         }
     }
 
-    /// Position in the random stream.
-    pub(super) fn drawn(&self) -> u128 {
+    /// Returns the position in the random stream.
+    pub(super) fn stream_position(&self) -> u128 {
         self.rng.get_word_pos()
     }
 
-    /// Continues the stream from this position.
-    pub(super) fn go_on(&mut self, drawn: u128) {
-        self.rng.set_word_pos(drawn);
+    /// Sets the position in the random stream.
+    pub(super) fn set_stream_position(&mut self, position: u128) {
+        self.rng.set_word_pos(position);
     }
 
-    /// Draws all errors of the next step.
+    /// Draws the errors of the next step in the order of ids.
     pub(super) fn draw(&mut self, parameters: &Parameters<'_>) {
         self.sensing.clear();
         self.turns.clear();
@@ -58,7 +58,7 @@ impl<const D: usize> Noise<D> {
         }
     }
 
-    /// The mean velocity in m/s of the neighbors, with the sensing error of the agent with this id.
+    /// Returns the neighbors' mean velocity in m/s with the sensing error of agent `id`.
     pub(super) fn sensed(
         &self,
         parameters: &Parameters<'_>,
@@ -91,8 +91,8 @@ impl<const D: usize> Noise<D> {
     }
 }
 
-/// The unit vector across `ahead`: to its left in the plane, toward the side of `toward` in space. `None` for an agent
-/// at rest.
+/// Returns the unit vector perpendicular to `ahead`: to its left in the plane, and to the side of `toward`
+/// for D = 3. `None` for an agent at rest.
 fn across<const D: usize>(
     ahead: &SVector<f64, D>,
     toward: &SVector<f64, D>,

@@ -1,8 +1,8 @@
-//! The parameters of the agents' motion.
+//! Parameters of the agents' motion.
 
 use crate::agents::PerAgent;
 
-/// The fields of a scenario that steps 2 to 4 use (docs/model.md), without the law of motion.
+/// The fields of a scenario for steps 2 to 4 (docs/model.md), except the law of motion.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::flock) struct Parameters<'a> {
     pub(in crate::flock) num_agents: usize,

@@ -6,35 +6,35 @@ use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
 use super::Motion;
+use super::columns::ParameterColumns;
 use super::forces::{Force, consensus_force};
-use super::law::PairBuffers;
+use super::law::{GroupPairs, PairBuffers};
 use super::noise::Noise;
 use super::parameters::Parameters;
-use super::traits::Traits;
 use crate::agents::{Agents, GROUP};
 use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::base::vector::heading;
 use crate::neighbor::{NeighborSums, Neighborhood};
 use crate::parallel;
-use crate::snapshot::{are_sound, check};
+use crate::snapshot::{are_bounded, check};
 
-/// The neighbors' forces of one step, and the state that outlasts a step.
+/// The neighbor forces of one step, with random streams and delayed forces.
 #[derive(Debug, Clone)]
 pub(crate) struct Response<const D: usize> {
     noise: Noise<D>,
-    /// The neighbors' force in the current step, by groups.
+    /// The neighbor forces in the current step, one entry per group.
     forces: Vec<Force<D>>,
-    /// The forces of past steps, by id; the oldest first.
+    /// The neighbor forces of past steps, by id, oldest first.
     past: VecDeque<Vec<SVector<f64, D>>>,
     buffers: Vec<PairBuffers<D>>,
 }
 
-/// The state that outlasts a step.
+/// The serialized form of a [`Response`].
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct ResponseState<const D: usize> {
     /// Position in the random stream of the noise.
-    drawn: u128,
+    stream_position: u128,
     past: VecDeque<Vec<SVector<f64, D>>>,
 }
 
@@ -50,7 +50,7 @@ impl<const D: usize> Response<D> {
 
     pub(crate) fn save(&self) -> ResponseState<D> {
         ResponseState {
-            drawn: self.noise.drawn(),
+            stream_position: self.noise.stream_position(),
             past: self.past.clone(),
         }
     }
@@ -61,7 +61,7 @@ impl<const D: usize> Response<D> {
         seed: u64,
     ) -> Result<Self> {
         let is_possible = |forces: &Vec<SVector<f64, D>>| {
-            forces.len() == parameters.num_agents && are_sound(forces.iter().flatten())
+            forces.len() == parameters.num_agents && are_bounded(forces.iter().flatten())
         };
         check(
             state.past.len() <= parameters.sensing_delay + 1,
@@ -69,12 +69,13 @@ impl<const D: usize> Response<D> {
         )?;
         check(state.past.iter().all(is_possible), "past forces")?;
         let mut response = Self::new(seed);
-        response.noise.go_on(state.drawn);
+        response.noise.set_stream_position(state.stream_position);
         response.past = state.past;
         Ok(response)
     }
 
-    /// The neighbors' forces in this step, by groups; `None` if they are the consensus forces of the current sums.
+    /// Computes the neighbor forces of this step, one entry per group. Returns `None` if they are the
+    /// consensus forces of the current sums.
     pub(crate) fn neighbor_forces(
         &mut self,
         motion: &Motion,
@@ -106,13 +107,13 @@ impl<const D: usize> Response<D> {
     ) {
         let unit = neighborhood.scale();
         self.forces.clear();
-        let mut traits = Traits::of_first(parameters);
+        let mut columns = ParameterColumns::of_first(parameters);
         let ids = agents.ids().chunks(GROUP);
         for (sums, ids) in neighborhood.sums_mut().iter_mut().zip(ids) {
-            traits.load(parameters, ids);
-            let mut force = consensus_force(&traits, sums);
+            columns.load(parameters, ids);
+            let mut force = consensus_force(&columns, sums);
             if parameters.sensing_noise > 0.0 {
-                self.add_sensing_noise(parameters, &traits, ids, sums, unit, &mut force);
+                self.add_sensing_noise(parameters, &columns, ids, sums, unit, &mut force);
             }
             self.forces.push(force);
         }
@@ -131,22 +132,28 @@ impl<const D: usize> Response<D> {
         let extent = (0..D).fold(0.0, |most: f64, axis| most.max(high[axis] - low[axis]));
         let scale = Scale::for_registers(extent, agents.len());
         let chunks = parallel::num_chunks(self.forces.len());
-        self.buffers.resize_with(chunks, PairBuffers::new);
+        self.buffers.resize_with(chunks, PairBuffers::default);
         let buffers = &mut self.buffers;
         parallel::for_each_chunk_with(&mut self.forces, buffers, |first, forces, buffers| {
-            let mut traits = Traits::of_first(parameters);
+            let mut columns = ParameterColumns::of_first(parameters);
             for (group, force) in (first..).zip(forces) {
-                traits.load(parameters, agents.ids_of(group));
-                motion.add_pair_forces(&pairs, scale, group, &traits, buffers, force);
+                columns.load(parameters, agents.ids_of(group));
+                let pairs = GroupPairs {
+                    pairs: &pairs,
+                    group,
+                    columns: &columns,
+                    scale,
+                };
+                motion.add_pair_forces(&pairs, buffers, force);
             }
         });
     }
 
-    /// Replaces consensus forces by those of mean velocities sensed with an error.
+    /// Replaces consensus forces by the ones that follow from mean velocities with sensing noise.
     fn add_sensing_noise(
         &self,
         parameters: &Parameters<'_>,
-        traits: &Traits,
+        columns: &ParameterColumns,
         ids: &[u32],
         sums: &NeighborSums<D>,
         unit: Scale,
@@ -156,21 +163,22 @@ impl<const D: usize> Response<D> {
             let mean = |axis: usize, _| unit.mean(sums.sum[axis][lane], sums.count[lane]);
             let mean = SVector::from_fn(mean);
             let sensed = self.noise.sensed(parameters, id as usize, mean);
-            let aim = heading(&sensed) * traits.alignment[lane];
+            let aim = heading(&sensed) * columns.alignment[lane];
             for axis in 0..D {
                 force[axis][lane] = aim[axis];
             }
         }
     }
 
-    /// Stores the forces and replaces them by those of `sensing_delay` steps ago, or of t = 0 until then.
+    /// Stores the forces and replaces them by the forces of `sensing_delay` steps ago. The first steps use
+    /// the forces of t = 0.
     fn delay(&mut self, parameters: &Parameters<'_>, ids: &[u32]) {
-        let spare = if self.past.len() > parameters.sensing_delay {
+        let recycled = if self.past.len() > parameters.sensing_delay {
             self.past.pop_front()
         } else {
             None
         };
-        let mut latest = spare.unwrap_or_else(|| vec![SVector::zeros(); parameters.num_agents]);
+        let mut latest = recycled.unwrap_or_else(|| vec![SVector::zeros(); parameters.num_agents]);
         let force = |forces: &[Force<D>], place: usize| {
             SVector::from_fn(|axis, _| forces[place / GROUP][axis][place % GROUP])
         };
@@ -186,7 +194,7 @@ impl<const D: usize> Response<D> {
         }
     }
 
-    /// Turns every heading by its error.
+    /// Turns every heading by its angular noise.
     pub(crate) fn apply_angular_noise(&self, agents: &mut Agents<D>) {
         self.noise.turn(agents);
     }

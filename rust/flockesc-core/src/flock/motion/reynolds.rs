@@ -2,17 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::columns::ParameterColumns;
 use super::forces::Force;
 use super::inertial::integrate;
-use super::law::{Law, PairBuffers};
+use super::law::{GroupPairs, Law, PairBuffers};
 use super::parameters::Parameters;
-use super::traits::Traits;
 use crate::agents::{GROUP, Group};
 use crate::base::check::{not_negative, quantity};
 use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::base::vector::{SHORTEST, squared_norm};
-use crate::neighbor::Pairs;
 
 /// Forces change velocities, and neighbors also attract and repel each other.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -38,16 +37,19 @@ impl Law for Reynolds {
         true
     }
 
-    /// Adds separation and cohesion, each of the norm of its weight times v0.
+    /// Adds the separation force and the cohesion force. The norm of each is its strength times v0.
     fn add_pair_forces<const D: usize>(
         &self,
-        pairs: &Pairs<'_, D>,
-        scale: Scale,
-        group: usize,
-        traits: &Traits,
+        pairs: &GroupPairs<'_, D>,
         buffers: &mut PairBuffers<D>,
         force: &mut Force<D>,
     ) {
+        let GroupPairs {
+            pairs,
+            group,
+            columns,
+            scale,
+        } = *pairs;
         let PairBuffers {
             tiles,
             terms: close,
@@ -67,14 +69,14 @@ impl Law for Reynolds {
         let mut add = |lane: usize, vector: [f64; D], strength: f64| {
             let norm = squared_norm(&vector).sqrt();
             if norm > SHORTEST {
-                let factor = strength * traits.speed[lane] / norm;
+                let factor = strength * columns.speed[lane] / norm;
                 for axis in 0..D {
                     force[axis][lane] += vector[axis] * factor;
                 }
             }
         };
         for (lane, sum) in offsets.iter().enumerate() {
-            // The direction of the sum is that of the mean.
+            // The sum of the offsets has the same direction as their mean.
             add(
                 lane,
                 sum.map(|units| scale.value(units)),
@@ -90,15 +92,15 @@ impl Law for Reynolds {
     fn integrate<const D: usize>(
         &self,
         parameters: &Parameters<'_>,
-        traits: &Traits,
+        columns: &ParameterColumns,
         force: &Force<D>,
         group: &mut Group<D>,
     ) {
-        integrate(parameters, traits, force, group);
+        integrate(parameters, columns, force, group);
     }
 }
 
-/// The sum of some vectors, independent of their order: in fixed point, scaled to their largest entry.
+/// Returns the sum of the vectors. It is computed in fixed point, so that it does not depend on their order.
 fn sum<const D: usize>(terms: &[(usize, [f64; D])]) -> [f64; D] {
     let entries = terms.iter().flat_map(|(_, term)| term);
     let largest = entries.fold(0.0, |largest: f64, entry| largest.max(entry.abs()));

@@ -1,16 +1,16 @@
-//! Vicsek's law: the force replaces the heading at once, as in T. Vicsek et al., PRL 75, 1226 (1995).
+//! Vicsek's law: the heading is the direction of the force, as in T. Vicsek et al., PRL 75, 1226 (1995).
 
 use serde::{Deserialize, Serialize};
 
+use super::columns::ParameterColumns;
 use super::forces::Force;
 use super::law::Law;
 use super::parameters::Parameters;
-use super::traits::Traits;
 use crate::agents::{GROUP, Group};
 use crate::base::error::{Error, Result};
 use crate::base::vector::{SHORTEST, squared_norm};
 
-/// Agents without mass: the force is the new heading.
+/// The direction of the force is the new heading; the mass has no effect.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Vicsek {}
@@ -20,23 +20,23 @@ impl Law for Vicsek {
         if constant_speed {
             return Ok(());
         }
-        let expected = "true, as motion is vicsek";
+        let expected = "true if motion is vicsek";
         Err(Error::config("constant_speed", expected, constant_speed))
     }
 
-    /// r += dt v with the old velocity, then v = v0 f / ||f|| (the old v if f has length 0).
+    /// Adds dt v to r and sets v to v0 f / ||f||. If f has length 0, the old v stays.
     #[inline(always)]
     fn integrate<const D: usize>(
         &self,
         parameters: &Parameters<'_>,
-        traits: &Traits,
+        columns: &ParameterColumns,
         force: &Force<D>,
         group: &mut Group<D>,
     ) {
         for lane in 0..GROUP {
             let pull: [f64; D] = std::array::from_fn(|axis| force[axis][lane]);
             let norm = squared_norm(&pull).sqrt();
-            let factor = traits.speed[lane] / norm;
+            let factor = columns.speed[lane] / norm;
             for axis in 0..D {
                 let velocity = group.velocity[axis][lane];
                 group.position[axis][lane] += velocity * parameters.time_step;
@@ -47,7 +47,7 @@ impl Law for Vicsek {
                 };
             }
             if norm > SHORTEST {
-                group.speed[lane] = traits.speed[lane];
+                group.speed[lane] = columns.speed[lane];
             }
         }
     }

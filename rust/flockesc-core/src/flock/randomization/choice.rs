@@ -1,4 +1,4 @@
-//! One of several numbers.
+//! A uniform distribution over a list of numbers.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,9 +10,9 @@ use crate::base::error::{Error, Result};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Choice {
-    /// Path of the number in the scenario, as errors name it.
+    /// Path of the number in the scenario, such as `predators[0].pure_pursuit.max_speed`.
     pub field: String,
-    /// At least one.
+    /// The numbers, at least one.
     pub values: Vec<f64>,
 }
 

@@ -1,32 +1,33 @@
-//! The trait of a distribution, and what intervals have in common.
+//! `Draw`: the trait of the distributions of a scenario's numbers, and functions for intervals.
 
 use crate::base::check::finite;
 use crate::base::error::{Error, Result};
 
 /// A distribution of one number of the scenario.
 pub(super) trait Draw {
-    /// Path of the number in the scenario.
+    /// Returns the path of the number in the scenario.
     fn field(&self) -> &str;
 
-    /// Checks the parameters; errors begin with `path`.
+    /// Checks the parameters. `path` is the distribution's path in the scenario.
     fn check(&self, path: &str) -> Result<()>;
 
-    /// The smallest and the largest value, or all values.
+    /// Returns the smallest and the largest value, or all values of a finite set.
     fn ends(&self) -> Vec<End>;
 
-    /// The value for a uniform `part` in [0, 1). Rounding does not carry it out of the ends.
+    /// Returns the value for a uniform number `part` in [0, 1). It lies between the ends in spite of
+    /// rounding.
     fn draw(&self, part: f64) -> f64;
 }
 
-/// A value, and the parameter that holds it.
+/// An extreme value, with the name of the parameter that sets it.
 pub(super) type End = (String, f64);
 
-/// The number at `part` of the way from `low` to `high`.
-pub(super) fn between(low: f64, high: f64, part: f64) -> f64 {
+/// Interpolates linearly from `low` at `part` = 0 to `high` at `part` = 1.
+pub(super) fn interpolate(low: f64, high: f64, part: f64) -> f64 {
     low * (1.0 - part) + high * part
 }
 
-/// The ends of an interval.
+/// Returns the ends of an interval.
 pub(super) fn interval_ends(low: f64, high: f64) -> Vec<End> {
     vec![("low".to_owned(), low), ("high".to_owned(), high)]
 }

@@ -1,4 +1,5 @@
-//! Distributions and the document of a scenario: which draws fit, and the document with drawn numbers.
+//! Domain randomization of a scenario's document: validation of the distributions, and drawing of the
+//! numbers.
 
 use serde_json::Value;
 
@@ -7,20 +8,22 @@ use super::distribution::End;
 use crate::base::error::{Error, Result};
 use crate::base::rng::{self, Stream};
 
-/// Fields that stay: the length scale of observations, and the time between two steps.
+/// Fields that cannot be randomized: the length scale of observations and the time step.
 const FIXED: [&str; 2] = ["initial_side", "time_step"];
 
-/// Most combinations of ends that one part of a scenario may have.
-const MOST_COMBINATIONS: usize = 4096;
+/// Largest number of combinations of ends in one part of a scenario.
+const MAX_COMBINATIONS: usize = 4096;
 
-/// Checks that `accept` takes the scenario with every draw.
+/// Checks that `accept` accepts the scenario with every possible draw.
 ///
-/// A bound of a scenario concerns one part of it, such as one predator, and the numbers that a bound accepts are a convex
-/// set. So every draw is accepted if all combinations of the distributions' ends in a part are. A direction must not be
-/// 0, which is not convex: between accepted ends it is drawn with probability 2^-53 at most, and then means rest.
+/// Every bound of a scenario concerns one part of it, such as one predator, and the accepted numbers are a
+/// convex set. If all combinations of the distributions' ends in each part are accepted, every draw is
+/// accepted. The one exception is a direction, which must not be 0. Between accepted ends it is 0 with a
+/// probability of at most 2^-53, and the agent is then at rest.
 ///
 /// # Errors
-/// [`Error::Config`] for a distribution of no real number, and for draws that do not fit, one by one or together.
+/// [`Error::Config`] if a distribution does not name a real number, or if a draw or a combination of draws is
+/// rejected.
 pub(in crate::flock) fn check(
     distributions: &[Distribution],
     scenario: &Value,
@@ -39,7 +42,8 @@ pub(in crate::flock) fn check(
     trial.check_together()
 }
 
-/// A scenario under combinations of the distributions' ends; entry k of a combination is an end of distribution k.
+/// Tests a scenario with combinations of the distributions' ends. Entry k of a combination is the index of an
+/// end of distribution k.
 struct Trial<'a> {
     distributions: &'a [Distribution],
     scenario: &'a Value,
@@ -48,7 +52,8 @@ struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    /// Every end, the other distributions at their first one. An error is on the distribution of the refused field.
+    /// Tests every end of every distribution, with the other distributions at their first end. Errors name
+    /// the distribution of the rejected field.
     fn check_one_by_one(&self) -> Result<()> {
         let first = vec![0; self.ends.len()];
         self.check_end(&first, None)?;
@@ -74,14 +79,14 @@ impl Trial<'_> {
         };
         let mut fields = self.distributions.iter().map(|d| d.as_draw().field());
         let Some(index) = fields.position(|set| set == field).or(varied) else {
-            return Err(self.not_together(&error, combination));
+            return Err(self.combination_error(&error, combination));
         };
         let (end, value) = &self.ends[index][combination[index]];
         let path = format!("{}.{end}", path(self.distributions, index));
         Err(Error::config(path, format!("{expected} ({field})"), value))
     }
 
-    /// All combinations of the ends in every part of the scenario.
+    /// Tests all combinations of the ends in every part of the scenario.
     fn check_together(&self) -> Result<()> {
         let part = |index: usize| {
             self.distributions[index]
@@ -98,9 +103,9 @@ impl Trial<'_> {
             let mut combinations = vec![vec![0; self.ends.len()]];
             for member in all.clone().filter(|other| part(*other) == part(index)) {
                 let ends = 0..self.ends[member].len();
-                if combinations.len() * ends.len() > MOST_COMBINATIONS {
-                    let of = part(index).unwrap_or_default();
-                    let expected = format!("at most {MOST_COMBINATIONS} combinations in {of}");
+                if combinations.len() * ends.len() > MAX_COMBINATIONS {
+                    let part = part(index).unwrap_or_default();
+                    let expected = format!("at most {MAX_COMBINATIONS} combinations in {part}");
                     return Err(Error::config("randomization", expected, "more"));
                 }
                 let with = |combination: Vec<usize>, end| {
@@ -116,7 +121,7 @@ impl Trial<'_> {
             }
             for combination in combinations {
                 (self.accept)(&self.drawn(&combination))
-                    .map_err(|error| self.not_together(&error, &combination))?;
+                    .map_err(|error| self.combination_error(&error, &combination))?;
             }
         }
         Ok(())
@@ -129,18 +134,18 @@ impl Trial<'_> {
 
     fn drawn(&self, combination: &[usize]) -> Value {
         let mut drawn = self.scenario.clone();
-        put(self.distributions, &self.values(combination), &mut drawn);
+        set_numbers(self.distributions, &self.values(combination), &mut drawn);
         drawn
     }
 
-    fn not_together(&self, error: &Error, combination: &[usize]) -> Error {
-        let expected = format!("distributions whose draws all fit together ({error})");
+    fn combination_error(&self, error: &Error, combination: &[usize]) -> Error {
+        let expected = format!("distributions with valid combinations of draws ({error})");
         let given = format!("{:?}", self.values(combination));
         Error::config("randomization", expected, given)
     }
 }
 
-/// Checks one distribution by itself, and its field.
+/// Checks the parameters and the field of one distribution.
 fn check_field(distributions: &[Distribution], index: usize, scenario: &Value) -> Result<()> {
     let (path, field) = (
         path(distributions, index),
@@ -154,8 +159,8 @@ fn check_field(distributions: &[Distribution], index: usize, scenario: &Value) -
     if is_real && is_first && !FIXED.contains(&field) {
         return Ok(());
     }
-    let expected = "the path of a real number of the scenario other than initial_side and time_step, \
-                    such as predator_range, once";
+    let expected = "the path of a real number of the scenario, such as predator_range, in only one \
+                    distribution and not initial_side or time_step";
     Err(Error::config(
         format!("{path}.field"),
         expected,
@@ -163,23 +168,23 @@ fn check_field(distributions: &[Distribution], index: usize, scenario: &Value) -
     ))
 }
 
-/// The path of a distribution in the scenario.
+/// Returns the path of a distribution in the scenario.
 fn path(distributions: &[Distribution], index: usize) -> String {
     format!("randomization[{index}].{}", distributions[index].kind())
 }
 
-/// Puts the numbers that the episode with this seed draws into the scenario.
+/// Draws the randomized numbers of the episode with this seed and writes them to the scenario.
 pub(in crate::flock) fn draw(distributions: &[Distribution], seed: u64, scenario: &mut Value) {
     let mut rng = rng::stream(seed, Stream::Scenario);
     let draws = distributions
         .iter()
         .map(|distribution| distribution.as_draw().draw(rng::uniform(&mut rng, 1.0)));
     let values: Vec<f64> = draws.collect();
-    put(distributions, &values, scenario);
+    set_numbers(distributions, &values, scenario);
 }
 
-/// Puts these numbers into the scenario.
-fn put(distributions: &[Distribution], values: &[f64], scenario: &mut Value) {
+/// Writes the numbers of the distributions to the scenario.
+fn set_numbers(distributions: &[Distribution], values: &[f64], scenario: &mut Value) {
     for (distribution, value) in distributions.iter().zip(values) {
         if let Some(number) = number_at(scenario, distribution.as_draw().field()) {
             *number = Value::from(*value);
@@ -187,7 +192,7 @@ fn put(distributions: &[Distribution], values: &[f64], scenario: &mut Value) {
     }
 }
 
-/// The entry of a document at a path such as `predators[0].constant_velocity.position[1]`.
+/// Returns the entry of a document at a path such as `predators[0].constant_velocity.position[1]`.
 fn number_at<'a>(document: &'a mut Value, path: &str) -> Option<&'a mut Value> {
     path.split('.').try_fold(document, |object, part| {
         let mut steps = part.split('[');
@@ -195,7 +200,7 @@ fn number_at<'a>(document: &'a mut Value, path: &str) -> Option<&'a mut Value> {
         steps.try_fold(list, |list, step| {
             let digits = step.strip_suffix(']')?;
             let index: usize = digits.parse().ok()?;
-            // One spelling per number: two distributions cannot set the same.
+            // Only one spelling is accepted, so that two distributions cannot name the same number.
             (index.to_string() == digits).then(|| list.get_mut(index))?
         })
     })

@@ -1,16 +1,16 @@
-//! A number that is uniform in its logarithm.
+//! The log-uniform distribution.
 
 use serde::{Deserialize, Serialize};
 
-use super::distribution::{Draw, End, between, check_interval, interval_ends};
+use super::distribution::{Draw, End, check_interval, interpolate, interval_ends};
 use crate::base::check::positive;
 use crate::base::error::Result;
 
-/// A number between two others above 0, uniform in its logarithm.
+/// Log-uniform on [`low`, `high`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LogUniform {
-    /// Path of the number in the scenario, as errors name it.
+    /// Path of the number in the scenario, such as `predators[0].pure_pursuit.max_speed`.
     pub field: String,
     /// Smallest value, above 0.
     pub low: f64,
@@ -33,8 +33,8 @@ impl Draw for LogUniform {
     }
 
     fn draw(&self, part: f64) -> f64 {
-        // libm, not the platform's: a seed means the same scenario on every machine.
-        let logarithm = between(libm::log(self.low), libm::log(self.high), part);
+        // libm instead of the platform's functions, so that a seed draws the same scenario on every machine.
+        let logarithm = interpolate(libm::log(self.low), libm::log(self.high), part);
         libm::exp(logarithm).clamp(self.low, self.high)
     }
 }

@@ -1,4 +1,5 @@
-//! Domain randomization: numbers of a scenario that every episode draws from its seed. One distribution per file.
+//! Domain randomization: every episode draws some numbers of the scenario from its seed. One distribution per
+//! file.
 
 mod choice;
 mod distribution;
@@ -14,7 +15,8 @@ pub(super) use document::{check, draw};
 
 use distribution::Draw;
 
-/// Makes the list of all distributions. A module has the name of its distribution in documents.
+/// Generates [`Distribution`] and its methods. The name of a distribution in documents is the name of its
+/// module.
 macro_rules! distributions {
     ($($(#[$about:meta])* $module:ident::$Distribution:ident,)*) => {
         $(pub use $module::$Distribution;)*
@@ -27,10 +29,10 @@ macro_rules! distributions {
         }
 
         impl Distribution {
-            /// The names of all distributions in documents.
+            /// Names of all distributions in documents.
             pub const KINDS: &[&str] = &[$(stringify!($module)),*];
 
-            /// Its name in documents.
+            /// Returns its name in documents.
             fn kind(&self) -> &'static str {
                 match self {
                     $(Self::$Distribution(_) => stringify!($module),)*
@@ -47,10 +49,10 @@ macro_rules! distributions {
 }
 
 distributions! {
-    /// Uniform.
+    /// Uniform on an interval.
     uniform::Uniform,
-    /// Uniform in its logarithm; above 0.
+    /// Log-uniform on an interval above 0.
     log_uniform::LogUniform,
-    /// One of several values, all equally likely.
+    /// One of several numbers, all equally likely.
     choice::Choice,
 }

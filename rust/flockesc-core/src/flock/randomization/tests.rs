@@ -18,9 +18,9 @@ fn uniform(field: &str, low: f64, high: f64) -> Value {
     json!({"uniform": {"field": field, "low": low, "high": high}})
 }
 
-/// The meaning of a seed: these numbers must never change, on any machine.
+/// These numbers must never change, on any machine, because they determine what a seed generates.
 #[test]
-fn a_seed_is_a_scenario() {
+fn a_seed_draws_the_same_numbers() {
     let config = scenario(json!([
         uniform("predator_range", 20.0, 40.0),
         {"log_uniform": {"field": "mass", "low": 0.01, "high": 1.0}},
@@ -37,7 +37,7 @@ fn a_seed_is_a_scenario() {
 }
 
 #[test]
-fn draws_spread_between_the_ends() {
+fn draws_have_their_distribution() {
     let config = scenario(json!([
         uniform("predator_range", 20.0, 40.0),
         {"log_uniform": {"field": "mass", "low": 0.01, "high": 1.0}},
@@ -45,8 +45,8 @@ fn draws_spread_between_the_ends() {
     ]))
     .expect("it is good");
     let drawn: Vec<_> = (0..3000).map(|seed| config.drawn(seed)).collect();
-    let share = |is_so: &dyn Fn(&FlockConfig) -> bool| {
-        drawn.iter().filter(|config| is_so(config)).count() as f64 / 3000.0
+    let share = |holds: &dyn Fn(&FlockConfig) -> bool| {
+        drawn.iter().filter(|config| holds(config)).count() as f64 / 3000.0
     };
     assert_eq!(share(&|c| (20.0..=40.0).contains(&c.predator_range)), 1.0);
     assert_eq!(share(&|c| (0.01..=1.0).contains(&c.mass.of(0))), 1.0);
@@ -60,13 +60,13 @@ fn draws_spread_between_the_ends() {
 }
 
 #[test]
-fn ends_that_are_equal_are_hit_exactly() {
+fn equal_ends_are_drawn_exactly() {
     let config = scenario(json!([uniform("speed", 0.1, 0.1)])).expect("it is good");
     assert!((0..100).all(|seed| config.drawn(seed).speed.of(0) == 0.1));
 }
 
 #[test]
-fn what_is_never_good_is_refused_by_its_field() {
+fn invalid_distributions_are_rejected_by_field() {
     let log = json!({"log_uniform": {"field": "mass", "low": 0.0, "high": 1.0}});
     let reversed = uniform("mass", 1.0, 0.5);
     let twice = json!([uniform("mass", 1.0, 2.0), uniform("mass", 1.0, 2.0)]);
@@ -125,9 +125,9 @@ fn what_is_never_good_is_refused_by_its_field() {
     }
 }
 
-/// Ends that are good one by one do not make every draw good.
+/// Every end is valid by itself, but not every combination.
 #[test]
-fn distributions_that_do_not_go_together_are_refused() {
+fn invalid_combinations_are_rejected() {
     let together = scenario(json!([
         uniform("initial_positions.ring.radius", 10.0, 40.0),
         uniform("initial_positions.ring.width", 0.0, 20.0),
@@ -151,9 +151,9 @@ fn distributions_that_do_not_go_together_are_refused() {
     }
 }
 
-/// Ends that fit one by one and all together: every draw between them fits, too.
+/// If all combinations of the ends are valid, every draw between them is valid.
 #[test]
-fn all_draws_between_good_ends_are_good() {
+fn all_draws_between_valid_ends_are_valid() {
     let pursuer = "predators[0].pure_pursuit";
     let mut document = paper();
     document["initial_positions"] = json!({"ring": {"radius": 40.0, "width": 10.0}});
@@ -176,7 +176,7 @@ fn all_draws_between_good_ends_are_good() {
 }
 
 #[test]
-fn too_many_combinations_are_refused() {
+fn too_many_combinations_are_rejected() {
     let values: Vec<f64> = (1..70).map(f64::from).collect();
     let choices: Vec<Value> = (["position[0]", "position[1]"].iter())
         .map(|number| {

@@ -1,15 +1,15 @@
-//! A uniform number.
+//! The uniform distribution on an interval.
 
 use serde::{Deserialize, Serialize};
 
-use super::distribution::{Draw, End, between, check_interval, interval_ends};
+use super::distribution::{Draw, End, check_interval, interpolate, interval_ends};
 use crate::base::error::Result;
 
-/// A number between two others.
+/// Uniform on [`low`, `high`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Uniform {
-    /// Path of the number in the scenario, as errors name it.
+    /// Path of the number in the scenario, such as `predators[0].pure_pursuit.max_speed`.
     pub field: String,
     /// Smallest value.
     pub low: f64,
@@ -31,6 +31,6 @@ impl Draw for Uniform {
     }
 
     fn draw(&self, part: f64) -> f64 {
-        between(self.low, self.high, part).clamp(self.low, self.high)
+        interpolate(self.low, self.high, part).clamp(self.low, self.high)
     }
 }

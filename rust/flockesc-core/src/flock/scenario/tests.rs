@@ -3,7 +3,7 @@ use serde_json::{Value, json};
 use super::*;
 use crate::base::error::Error;
 
-/// The document of the paper's flock.
+/// Returns the document of the paper's flock.
 pub(in crate::flock) fn paper() -> Value {
     serde_json::to_value(FlockConfig::default()).expect("a document")
 }
@@ -24,7 +24,7 @@ fn refused(pointer: &str, value: Value) -> String {
 }
 
 #[test]
-fn the_paper_is_accepted() {
+fn the_default_is_accepted() {
     assert_eq!(FlockConfig::default().check(), Ok(()));
     let parsed = FlockConfig::from_json(&paper().to_string());
     assert_eq!(parsed, Ok(FlockConfig::default()));
@@ -110,12 +110,12 @@ fn errors_name_the_field() {
 }
 
 #[test]
-fn a_missing_field_is_the_papers() {
+fn missing_fields_have_their_default() {
     assert_eq!(FlockConfig::from_json("{}"), Ok(FlockConfig::default()));
 }
 
 #[test]
-fn text_that_is_no_document_is_refused() {
+fn invalid_documents_are_rejected() {
     for text in ["", "{", "[]", "3", "null", "\u{0}"] {
         assert!(FlockConfig::from_json(text).is_err(), "{text:?}");
     }

@@ -1,4 +1,4 @@
-//! Snapshots of a world: one state per component. Distances and summaries are recomputed on restore.
+//! Snapshots of a world: one struct per component. Distances and summaries are recomputed on restore.
 
 use std::sync::Arc;
 
@@ -15,13 +15,13 @@ use crate::neighbor::{Neighborhood, NeighborhoodState};
 use crate::predator::{Predator, PredatorState};
 use crate::snapshot::check;
 
-/// The components of a world whose state outlasts a step.
+/// The serialized form of a [`World`].
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct WorldState<const D: usize> {
     agents: AgentsState<D>,
     predators: Vec<PredatorState>,
     /// Position in the random stream of the predators.
-    drawn: u128,
+    stream_position: u128,
     neighborhood: NeighborhoodState<D>,
     response: ResponseState<D>,
 }
@@ -31,13 +31,13 @@ impl<const D: usize> World<D> {
         WorldState {
             agents: self.agents.save(),
             predators: self.predators.iter().map(Predator::save).collect(),
-            drawn: self.rng.get_word_pos(),
+            stream_position: self.rng.get_word_pos(),
             neighborhood: self.neighborhood.save(&self.agents),
             response: self.response.save(),
         }
     }
 
-    /// The world that was started with `seed` in the scenario `config`.
+    /// Restores a world that was started with `seed` in the scenario `config`.
     pub(crate) fn restore(
         state: WorldState<D>,
         config: &Arc<FlockConfig>,
@@ -56,7 +56,7 @@ impl<const D: usize> World<D> {
             group.distance = distances(&group.position, &after);
         }
         let mut rng = rng::stream(seed, Stream::Predators);
-        rng.set_word_pos(state.drawn);
+        rng.set_word_pos(state.stream_position);
         let options = config.neighbor_options();
         Ok(Self {
             predator_distance: PredatorDistance::of(&agents.groups, agents.len()),

@@ -1,14 +1,14 @@
-//! Connected components of the neighbor graph, by union-find over places and the tree.
+//! Connected components of the neighbor graph, by union-find and the tree.
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::agents::{Agents, Column, FAN, GROUP, TILE};
+use crate::agents::{Agents, Column, FANOUT, GROUP, TILE};
 use crate::neighbor::engine::pairs::Pairs;
 use crate::neighbor::engine::reach::{Reach, bits, squared_norm};
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::ranges::Reaches;
 
-/// The weakly connected components: two agents are linked if either is a neighbor of the other.
+/// Returns the weakly connected components, from all pairs of neighbors.
 pub(in crate::neighbor) fn connect_pairs<const D: usize>(pairs: &Pairs<'_, D>) -> Forest {
     let mut forest = Forest::new(pairs.agents, pairs.tree);
     let mut tiles = Vec::new();
@@ -20,7 +20,7 @@ pub(in crate::neighbor) fn connect_pairs<const D: usize>(pairs: &Pairs<'_, D>) -
     forest
 }
 
-/// The same if distances alone decide who is a neighbor.
+/// Returns the weakly connected components if neighbors are determined by distances alone.
 pub(in crate::neighbor) fn connect<const D: usize>(
     agents: &Agents<D>,
     tree: &Tree<D>,
@@ -36,16 +36,17 @@ pub(in crate::neighbor) fn connect<const D: usize>(
     forest
 }
 
-/// Disjoint sets of places, and flags of the nodes that lie in one set.
+/// A disjoint-set forest of places.
 pub(in crate::neighbor) struct Forest {
     parents: Vec<u32>,
     count: usize,
-    /// For every block of the tree one bit per child: whether all of its agents are in one set.
+    /// For every block of the tree one bit per child: whether all agents of the child are known to be in one
+    /// set.
     united: Vec<Vec<u8>>,
 }
 
 impl Forest {
-    /// Every agent on its own.
+    /// Creates one set per agent.
     fn new<const D: usize>(agents: &Agents<D>, tree: &Tree<D>) -> Self {
         Self {
             parents: (0..agents.len() as u32).collect(),
@@ -58,12 +59,12 @@ impl Forest {
         }
     }
 
-    /// Number of sets.
+    /// Returns the number of sets.
     pub(in crate::neighbor) fn count(&self) -> usize {
         self.count
     }
 
-    /// The set of every agent, labeled by the lowest id in it; in the order of ids.
+    /// Returns the label of every agent's set in the order of ids. A label is the lowest id in the set.
     pub(in crate::neighbor) fn labels<const D: usize>(mut self, agents: &Agents<D>) -> Vec<u32> {
         let ids = || (0..agents.groups.len()).flat_map(|group| agents.ids_of(group));
         let mut lowest = vec![u32::MAX; agents.len()];
@@ -99,7 +100,7 @@ impl Forest {
         }
     }
 
-    /// Unites the places from `first` on, up to `last`, with `place`.
+    /// Merges the sets of the places in `first..last` with the set of `place`.
     fn union_all(&mut self, first: usize, last: usize, place: usize) {
         for other in first..last {
             self.union(other, place);
@@ -146,10 +147,10 @@ impl<const D: usize> WithSimd for Connect<'_, D> {
                 nodes.push((tree.levels.len() - 1, 0));
                 while let Some((level, index)) = nodes.pop() {
                     let (mut inside, mut across) = reach.classify(simd, &tree.levels[level][index]);
-                    // Agents of one node share their places' upper digits.
-                    let width = TILE * FAN.pow(level as u32);
+                    // The agents of a node have consecutive places.
+                    let width = TILE * FANOUT.pow(level as u32);
                     let places = |child: usize| {
-                        let first = (index * FAN + child) * width;
+                        let first = (index * FANOUT + child) * width;
                         (first, agents.len().min(first + width))
                     };
                     while inside != 0 {
@@ -168,9 +169,9 @@ impl<const D: usize> WithSimd for Connect<'_, D> {
                             continue;
                         }
                         if level > 0 {
-                            nodes.push((level - 1, index * FAN + child));
+                            nodes.push((level - 1, index * FANOUT + child));
                         } else {
-                            own.test(simd, agents, &squared, forest, first, last);
+                            own.unite_in_reach(simd, agents, &squared, forest, first, last);
                         }
                     }
                 }
@@ -179,9 +180,8 @@ impl<const D: usize> WithSimd for Connect<'_, D> {
     }
 }
 
-/// The agents of one tile.
+/// A tile and the places `first..last` of its agents.
 struct Tile {
-    /// Their places.
     first: usize,
     last: usize,
     group: usize,
@@ -197,7 +197,8 @@ impl Tile {
         self.are_united(forest) && forest.find(self.first) == forest.find(place)
     }
 
-    /// Unites the tile with a node whose agents are all within reach of all its agents.
+    /// Merges the sets of the tile and a node. All agents of the node must be within reach of all agents of
+    /// the tile.
     fn unite_with_node(
         &self,
         forest: &mut Forest,
@@ -217,9 +218,10 @@ impl Tile {
         forest.union(self.first, first);
     }
 
-    /// Tests the agents of this tile against those of another tile.
+    /// Merges the sets of agents in this tile and in the places `first..last` of another tile that are within
+    /// reach.
     #[inline(always)]
-    fn test<S: Simd, const D: usize>(
+    fn unite_in_reach<S: Simd, const D: usize>(
         &self,
         simd: S,
         agents: &Agents<D>,

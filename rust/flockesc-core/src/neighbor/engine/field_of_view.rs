@@ -1,14 +1,15 @@
-//! How an agent sees another one: the offset on a torus, and the blind sector behind the agent.
+//! `Torus` and `FieldOfView`: offsets in a periodic world, and the blind sector behind an agent.
 
 use std::f64::consts::PI;
 
 use crate::base::vector::{larger, smaller, squared_norm};
 use crate::neighbor::engine::tree::Bounds;
 
-/// Fraction of the side by which gaps between boxes on a torus are reduced; larger than the rounding of offsets.
+/// Fraction of the side by which gaps between boxes on a torus are reduced. It is larger than the rounding of
+/// offsets.
 const MARGIN: f64 = 1e-12;
 
-/// The side in m of a periodic world; infinite for the open world.
+/// A periodic world with this side in m, or the open world if it is infinite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Torus(f64);
 
@@ -20,7 +21,7 @@ impl Torus {
         side.map_or(Self::NONE, Self)
     }
 
-    /// The shortest offset from `a` to `b` along one axis in m, both in [0, side).
+    /// Returns the shortest offset from `a` to `b` along one axis in m. Both are in [0, side).
     #[inline(always)]
     pub(in crate::neighbor) fn offset(self, a: f64, b: f64) -> f64 {
         let (offset, half) = (b - a, 0.5 * self.0);
@@ -29,7 +30,7 @@ impl Torus {
         offset - turn + back
     }
 
-    /// A lower bound in m^2 of the squared distance between any agents in the two boxes.
+    /// Returns a lower bound in m^2 of the squared distance between agents in the two boxes.
     pub(in crate::neighbor) fn squared_gap<const D: usize>(
         self,
         a: &Bounds<D>,
@@ -39,7 +40,7 @@ impl Torus {
             let above = b.low[axis] - a.high[axis];
             let below = a.low[axis] - b.high[axis];
             let direct = larger(above, below);
-            let around = smaller(above, below) + self.0; // past the border; infinite in the open world
+            let around = smaller(above, below) + self.0; // across the border; infinite in the open world
             let shortest = if around < direct { around } else { direct };
             let margin = if self.0.is_finite() {
                 MARGIN * self.0
@@ -52,17 +53,17 @@ impl Torus {
     }
 }
 
-/// The field of view.
+/// The field of view of the agents.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FieldOfView {
-    /// Cosine of the largest visible angle off the heading; below -1 if everything is visible.
+    /// Cosine of the largest visible angle from the heading; below -1 if all directions are visible.
     edge: f64,
 }
 
 impl FieldOfView {
     pub(crate) const ALL_ROUND: Self = Self { edge: -2.0 };
 
-    /// Everything except a sector of `blind_angle` rad behind the agent.
+    /// Creates a field of view of all directions except a sector of `blind_angle` rad behind the agent.
     pub(crate) fn new(blind_angle: f64) -> Self {
         if blind_angle > 0.0 {
             let edge = libm::cos(PI - 0.5 * blind_angle);
@@ -72,8 +73,9 @@ impl FieldOfView {
         }
     }
 
-    /// Whether an agent of this speed sees a point at the squared distance `squared` m^2, where `along` is the scalar product
-    /// of its velocity and the offset. An agent at rest sees all round; every agent sees its own point.
+    /// Returns whether an agent with this speed sees a point at the squared distance `squared` in m^2.
+    /// `along` is the dot product of the agent's velocity and the offset. An agent at rest sees in all
+    /// directions, and every agent sees points at its own position.
     #[inline(always)]
     pub(in crate::neighbor) fn sees(self, along: f64, speed: f64, squared: f64) -> bool {
         along >= self.edge * (speed * squared.sqrt())

@@ -1,10 +1,11 @@
-//! The most isolated agent: the one whose nearest other agent is farthest away.
+//! Search for the most isolated agent, whose nearest other agent is farthest away.
 
-use crate::agents::{Agents, FAN, GROUP, TILE};
+use crate::agents::{Agents, FANOUT, GROUP, TILE};
 use crate::base::vector::{larger, smaller, squared_norm};
 use crate::neighbor::engine::tree::Tree;
 
-/// The place of the agent whose nearest other agent is farthest; the lowest id among equals.
+/// Returns the place of the agent whose nearest other agent is farthest away; among equals, the one with the
+/// lowest id.
 pub(in crate::neighbor) fn most_isolated<const D: usize>(
     agents: &Agents<D>,
     tree: &Tree<D>,
@@ -17,9 +18,9 @@ pub(in crate::neighbor) fn most_isolated<const D: usize>(
             place,
             position: tree.agents[place / GROUP].0[place % GROUP].position,
             nearest: f64::INFINITY,
-            enough: farthest,
+            stop_below: farthest,
         };
-        // Its own tile first: that alone rules most agents out.
+        // The agent's own tile first, because it already excludes most agents.
         search.visit_tile(place / TILE);
         search.descend(tree.levels.len() - 1, 0);
         let has_lower_id = || agents.id(place) < agents.id(best);
@@ -30,23 +31,23 @@ pub(in crate::neighbor) fn most_isolated<const D: usize>(
     best
 }
 
-/// The search for the nearest other agent of the one at `place`.
+/// Search for the agent nearest to the one at `place`.
 struct Search<'a, const D: usize> {
     tree: &'a Tree<D>,
     num_agents: usize,
     place: usize,
     position: [f64; D],
-    /// Squared distance in m^2 to the nearest agent found.
+    /// Squared distance in m^2 to the nearest agent so far.
     nearest: f64,
-    /// The search stops below this squared distance.
-    enough: f64,
+    /// The search stops when `nearest` is below this squared distance in m^2.
+    stop_below: f64,
 }
 
 impl<const D: usize> Search<'_, D> {
     fn descend(&mut self, level: usize, block: usize) {
         let nodes = &self.tree.levels[level][block];
-        for child in 0..FAN {
-            if self.nearest < self.enough {
+        for child in 0..FANOUT {
+            if self.nearest < self.stop_below {
                 return;
             }
             let bounds = nodes.bounds_of(child);
@@ -58,7 +59,7 @@ impl<const D: usize> Search<'_, D> {
                 )
             });
             if squared_norm(&gap) < self.nearest {
-                let node = block * FAN + child;
+                let node = block * FANOUT + child;
                 match level.checked_sub(1) {
                     Some(below) => self.descend(below, node),
                     None => self.visit_tile(node),
@@ -85,7 +86,8 @@ mod tests {
     use nalgebra::SVector;
     use proptest::prelude::*;
 
-    fn named<const D: usize>(coordinates: &[i32]) -> (usize, usize) {
+    /// Returns the ids of the most isolated agent from the search and from a comparison of all pairs.
+    fn found_and_expected<const D: usize>(coordinates: &[i32]) -> (usize, usize) {
         let positions: Vec<SVector<f64, D>> = coordinates
             .chunks_exact(D)
             .map(|row| SVector::from_fn(|axis, _| f64::from(row[axis])))
@@ -113,12 +115,12 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
-        /// Whole coordinates: many agents at one place, and many that are equally far apart.
+        /// Integer coordinates, so that many agents coincide and many distances are equal.
         #[test]
-        fn is_what_all_pairs_say(coordinates in prop::collection::vec(-40..40_i32, 6..2400)) {
-            let (found, expected) = named::<2>(&coordinates);
+        fn equals_all_pairs(coordinates in prop::collection::vec(-40..40_i32, 6..2400)) {
+            let (found, expected) = found_and_expected::<2>(&coordinates);
             prop_assert_eq!(found, expected);
-            let (found, expected) = named::<3>(&coordinates);
+            let (found, expected) = found_and_expected::<3>(&coordinates);
             prop_assert_eq!(found, expected);
         }
     }

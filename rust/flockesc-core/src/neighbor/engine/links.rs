@@ -1,25 +1,25 @@
-//! Reaches and lists of neighbors that a rule finds in every step.
+//! `Links`: the reaches and neighbor lists that a rule computes in every step.
 
 use crate::agents::{Agents, GROUP};
-use crate::neighbor::engine::lists::{Lists, NOWHERE};
+use crate::neighbor::engine::lists::{Lists, NO_PLACE};
 use crate::neighbor::engine::pairs::{Candidates, Pairs};
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::options::NeighborOptions;
 use crate::neighbor::ranges::{Ranges, Reaches};
 use crate::neighbor::rules::rule::{Criterion, Found, Sensing};
 
-/// The reach and the list of every agent.
+/// The reach of every agent, and its neighbor list if the rule has lists.
 #[derive(Debug, Clone, Default)]
 pub(in crate::neighbor) struct Links {
     found: Found,
-    /// Place of every agent by id; empty without lists.
+    /// Places of all agents by id; empty without lists.
     places: Vec<u32>,
-    /// Whether the lists are the graph of the first step, which is kept.
+    /// Whether the lists are the frozen graph of the first step.
     is_frozen: bool,
 }
 
 impl Links {
-    /// Finds reaches and lists for the agents' positions.
+    /// Computes reaches and lists for the agents' current positions.
     pub(in crate::neighbor) fn update<const D: usize>(
         &mut self,
         options: &NeighborOptions,
@@ -32,7 +32,7 @@ impl Links {
             return;
         }
         let criterion = options.rule.criterion();
-        if criterion == Criterion::Range && options.is_by_reach() && !options.visits {
+        if criterion == Criterion::Range && options.is_by_reach() && !options.needs_pairs {
             return;
         }
         let sensing = Sensing {
@@ -52,7 +52,7 @@ impl Links {
         }
     }
 
-    /// The reach of every agent, if distances alone decide.
+    /// Returns the reach of every agent, if neighbors are determined by distances alone.
     pub(in crate::neighbor) fn reaches<'a>(
         &'a self,
         options: &NeighborOptions,
@@ -66,7 +66,7 @@ impl Links {
             })
     }
 
-    /// The neighbor graph of the last update.
+    /// Returns the neighbor graph of the last update.
     pub(in crate::neighbor) fn pairs<'a, const D: usize>(
         &'a self,
         options: &'a NeighborOptions,
@@ -87,24 +87,25 @@ impl Links {
         }
     }
 
-    /// Whether the graph of the first step has been found and is kept.
+    /// Returns whether the graph is frozen, which is the case after the first step of a scenario with
+    /// `frozen_graph`.
     pub(in crate::neighbor) fn is_frozen(&self) -> bool {
         self.is_frozen
     }
 
-    /// The graph of the first step, if it has been found and is kept.
+    /// Returns the frozen graph, if there is one.
     pub(in crate::neighbor) fn frozen(&self) -> Option<&Lists> {
         self.is_frozen.then_some(&self.found.lists)
     }
 
-    /// Keeps `lists` as the graph from now on.
+    /// Freezes the graph `lists`.
     pub(in crate::neighbor) fn freeze<const D: usize>(&mut self, lists: Lists, agents: &Agents<D>) {
         self.found.lists = lists;
         self.places = places(agents);
         self.is_frozen = true;
     }
 
-    /// Mean reach over a sample of the agents, in m.
+    /// Returns the mean reach of a sample of the agents, in m.
     pub(in crate::neighbor) fn typical_reach(
         &self,
         options: &NeighborOptions,
@@ -114,9 +115,9 @@ impl Links {
     }
 }
 
-/// The place of every agent, by id; [`NOWHERE`] for agents that were caught.
+/// Returns the places of all agents by id; [`NO_PLACE`] for caught agents.
 fn places<const D: usize>(agents: &Agents<D>) -> Vec<u32> {
-    let mut places = vec![NOWHERE; agents.num_agents()];
+    let mut places = vec![NO_PLACE; agents.num_agents()];
     for group in 0..agents.groups.len() {
         for (place, &id) in (group * GROUP..).zip(agents.ids_of(group)) {
             places[id as usize] = place as u32;

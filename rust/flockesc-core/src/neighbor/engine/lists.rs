@@ -1,20 +1,20 @@
-//! A neighbor graph as adjacency lists, in the order of ids.
+//! `Lists`: a neighbor graph as adjacency lists.
 
 use serde::{Deserialize, Serialize};
 
-/// The place of an agent that was caught.
-pub(in crate::neighbor) const NOWHERE: u32 = u32::MAX;
+/// Marks caught agents, which have no place.
+pub(in crate::neighbor) const NO_PLACE: u32 = u32::MAX;
 
-/// For every agent the ids of some other agents.
+/// Adjacency lists: for every agent the ids of other agents.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(in crate::neighbor) struct Lists {
-    /// Start of each agent's list in `others`, and the end of the last list.
+    /// Index in `others` at which each agent's list starts, and the end of the last list.
     starts: Vec<usize>,
     others: Vec<u32>,
 }
 
 impl Lists {
-    /// The lists of `num_agents` agents, from distinct pairs (agent, entry of its list).
+    /// Creates the lists of `num_agents` agents from distinct pairs (agent, other agent).
     pub(in crate::neighbor) fn new(num_agents: usize, pairs: &[(u32, u32)]) -> Self {
         let mut starts = vec![0; num_agents + 1];
         for &(id, _) in pairs {
@@ -31,7 +31,7 @@ impl Lists {
         Self { starts, others }
     }
 
-    /// Whether these are lists of `num_agents` agents.
+    /// Returns whether the lists are valid for `num_agents` agents.
     pub(in crate::neighbor) fn fit(&self, num_agents: usize) -> bool {
         self.starts.len() == num_agents + 1
             && self.starts[0] == 0
@@ -40,7 +40,7 @@ impl Lists {
             && self.others.iter().all(|id| (*id as usize) < num_agents)
     }
 
-    /// The ids in the list of one agent, in no particular order.
+    /// Returns the ids in the list of one agent, in no particular order.
     pub(in crate::neighbor) fn of(&self, id: usize) -> &[u32] {
         &self.others[self.starts[id]..self.starts[id + 1]]
     }

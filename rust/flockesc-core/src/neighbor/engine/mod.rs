@@ -1,8 +1,9 @@
-//! The search for neighbors and the sums over them, under any rule.
+//! The neighbor search and the sums over neighbors, for all neighbor rules.
 
 pub(super) mod components;
 pub(super) mod field_of_view;
 pub(super) mod isolation;
+pub(super) mod kernel;
 pub(super) mod links;
 pub(super) mod lists;
 pub(super) mod pairs;

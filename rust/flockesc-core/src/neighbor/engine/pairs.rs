@@ -1,13 +1,13 @@
-//! All pairs of an agent and a neighbor, under any rule.
+//! `Pairs`: iteration over all pairs of an agent and a neighbor, for all neighbor rules.
 
 use std::ops::Range;
 
 use multiversion::multiversion;
 
-use crate::agents::{Agents, Column, FAN, GROUP, TILE};
+use crate::agents::{Agents, Column, FANOUT, GROUP, TILE};
 use crate::base::vector::{larger, squared_norm};
 use crate::neighbor::engine::field_of_view::FieldOfView;
-use crate::neighbor::engine::lists::{Lists, NOWHERE};
+use crate::neighbor::engine::lists::{Lists, NO_PLACE};
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::options::NeighborOptions;
 
@@ -17,25 +17,27 @@ pub(crate) struct Pairs<'a, const D: usize> {
     pub(in crate::neighbor) agents: &'a Agents<D>,
     pub(in crate::neighbor) tree: &'a Tree<D>,
     pub(in crate::neighbor) options: &'a NeighborOptions,
-    /// Squared reach in m^2 of the agents of every group.
+    /// Squared reaches in m^2 of the agents, group by group.
     pub(in crate::neighbor) squares: &'a [Column<f64>],
     pub(in crate::neighbor) candidates: Candidates<'a>,
 }
 
-/// The agents that may be an agent's neighbors.
+/// The agents among which neighbors are searched.
 #[derive(Clone, Copy)]
 pub(in crate::neighbor) enum Candidates<'a> {
-    /// All agents.
+    /// All agents. Neighbors are the ones within reach and in view.
     All,
-    /// The agents in its list that are within its reach and in its view; and the places of all agents, by id.
+    /// The agents in lists. Neighbors are the ones within reach and in view. The second field has the places
+    /// of all agents by id.
     Listed(&'a Lists, &'a [u32]),
-    /// The agents in its list, all of them neighbors; and the places of all agents, by id.
+    /// The agents in lists; all of them are neighbors. The second field has the places of all agents by id.
     Frozen(&'a Lists, &'a [u32]),
 }
 
 impl<const D: usize> Pairs<'_, D> {
-    /// Calls `visit(lane, place of a neighbor)` for every agent of one group and each of its neighbors, first the agent
-    /// itself. Returns the number of pairs of tiles that were tested. `tiles` is a buffer.
+    /// Calls `visit(lane, place)` for every agent of a group and each of its neighbors, where `place` is the
+    /// neighbor's. The first neighbor is the agent itself. Returns the number of tested pairs of tiles.
+    /// `tiles` is a buffer.
     pub(crate) fn visit(
         &self,
         group: usize,
@@ -71,7 +73,7 @@ impl<const D: usize> Pairs<'_, D> {
                     visit(lane, group * GROUP + lane);
                     let others = lists.of(id as usize).iter();
                     for place in others.map(|&other| places[other as usize]) {
-                        if place != NOWHERE {
+                        if place != NO_PLACE {
                             visit(lane, place as usize);
                         }
                     }
@@ -81,7 +83,7 @@ impl<const D: usize> Pairs<'_, D> {
         }
     }
 
-    /// All pairs of an agent and a neighbor other than itself, by id.
+    /// Returns the ids of all pairs of an agent and a neighbor other than itself.
     pub(crate) fn by_id(&self) -> Vec<(u32, u32)> {
         let mut pairs = Vec::new();
         let mut tiles = Vec::new();
@@ -96,7 +98,7 @@ impl<const D: usize> Pairs<'_, D> {
         pairs
     }
 
-    /// Lists the tiles that may hold neighbors of a tile's agents.
+    /// Lists the tiles that may contain neighbors of a tile's agents.
     fn list_near(&self, group: usize, tile: usize, tiles: &mut Vec<u32>) {
         let lanes = tile * TILE..self.agents.ids_of(group).len().min((tile + 1) * TILE);
         let longest = self.squares[group][lanes].iter().copied().fold(0.0, larger);
@@ -106,8 +108,8 @@ impl<const D: usize> Pairs<'_, D> {
             .list_tiles(tiles, |node| torus.squared_gap(&bounds, node) <= longest);
     }
 
-    /// The agents of a tile that are within reach of an agent (within reach of each other in a mutual graph) and in its
-    /// view: one bit per agent.
+    /// Returns one bit per agent of a tile: whether it is within reach and in view of the agent in `lane`. In
+    /// a mutual graph the reach is the shorter one of the two agents.
     #[inline(always)]
     fn near(&self, group: usize, lane: usize, tile: usize) -> u8 {
         let NeighborOptions {
@@ -116,8 +118,11 @@ impl<const D: usize> Pairs<'_, D> {
             is_mutual,
             ..
         } = *self.options;
-        let (one, other) = (&self.agents.groups[group], &self.agents.groups[tile / FAN]);
-        let first = tile % FAN * TILE;
+        let (one, other) = (
+            &self.agents.groups[group],
+            &self.agents.groups[tile / FANOUT],
+        );
+        let first = tile % FANOUT * TILE;
         let reach = self.squares[group][lane];
         let (mut squared, mut reaches) = ([0.0; TILE], [reach; TILE]);
         for axis in 0..D {
@@ -129,7 +134,7 @@ impl<const D: usize> Pairs<'_, D> {
             }
         }
         if is_mutual {
-            let others = &self.squares[tile / FAN][first..first + TILE];
+            let others = &self.squares[tile / FANOUT][first..first + TILE];
             for k in 0..TILE {
                 reaches[k] = if others[k] < reach { others[k] } else { reach };
             }
@@ -155,13 +160,14 @@ impl<const D: usize> Pairs<'_, D> {
         (0..TILE).fold(0, |bits, k| bits | u8::from(near[k]) << k)
     }
 
-    /// Whether the agent in `place` is within reach and in view; in a mutual graph, both ways.
+    /// Returns whether the agent at `place` is a neighbor of the agent in `lane` by reach and view, mutually
+    /// in a mutual graph.
     fn is_neighbor(&self, group: usize, lane: usize, place: usize) -> bool {
         let bit = 1 << (place % TILE);
         self.near(group, lane, place / TILE) & bit != 0 && self.sees_back(group, lane, place)
     }
 
-    /// Whether the agent in `place` sees the one in `lane`, if the graph is mutual.
+    /// Returns whether the agent at `place` sees the agent in `lane`. Always true unless the graph is mutual.
     #[inline(always)]
     fn sees_back(&self, group: usize, lane: usize, place: usize) -> bool {
         let NeighborOptions {
@@ -180,7 +186,7 @@ impl<const D: usize> Pairs<'_, D> {
         field_of_view.sees(along, self.speed(place / GROUP, place % GROUP), squared)
     }
 
-    /// ||v|| in m/s, as the field of view uses it.
+    /// Returns the speed ||v|| in m/s for the field of view.
     #[inline(always)]
     fn speed(&self, group: usize, lane: usize) -> f64 {
         let columns = &self.agents.groups[group].velocity;
@@ -188,7 +194,8 @@ impl<const D: usize> Pairs<'_, D> {
         squared_norm(&velocity).sqrt()
     }
 
-    /// The offset in m from an agent to the one in `place`, and the squared distance.
+    /// Returns the offset in m from the agent in `lane` to the agent at `place`, and the squared distance in
+    /// m^2.
     #[inline(always)]
     pub(crate) fn offset(&self, group: usize, lane: usize, place: usize) -> ([f64; D], f64) {
         let one = &self.agents.groups[group].position;
@@ -201,7 +208,7 @@ impl<const D: usize> Pairs<'_, D> {
     }
 }
 
-/// Visits the neighbors of some agents among the tiles listed.
+/// Visits the neighbors of the agents in `lanes` among the agents of `tiles`.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn visit_near<const D: usize, F: FnMut(usize, usize)>(
     pairs: &Pairs<'_, D>,

@@ -1,29 +1,33 @@
-//! Whether nodes of the tree are out of reach, partly within or wholly within reach of some agents.
+//! `Reach`: classification of the tree's nodes as out of reach, partly within reach or entirely within reach.
 //!
-//! Boxes are compared with the same operations as agents, and rounding keeps order: the computed squared distance to a
-//! box is at most (to its farthest corner: at least) that to any agent in it. No margin is needed.
+//! Distances to boxes are computed with the same operations as distances to agents, and rounding is
+//! monotonic. The computed squared distance to a box is therefore a lower bound of the computed squared
+//! distance to any agent in the box, and the one to the box's farthest corner is an upper bound. No margin
+//! for rounding is needed.
 
 use bytemuck::{bytes_of, cast_slice};
 use pulp::Simd;
 
-use crate::agents::FAN;
+use crate::agents::FANOUT;
 use crate::base::vector::{larger, smaller};
 use crate::neighbor::engine::tree::{Bounds, Siblings};
 use crate::neighbor::ranges::Reaches;
 
-/// The box around some agents, and their shortest and longest reach.
+/// The bounding box of some agents, and their shortest and longest reach.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::neighbor) struct Reach<const D: usize> {
     bounds: Bounds<D>,
-    /// Squares of the shortest and the longest reach, in m^2.
+    /// Square of the shortest reach in m^2.
     shortest: f64,
+    /// Square of the longest reach in m^2.
     longest: f64,
-    /// Whether the shortest reach is at least half the diagonal of the box; otherwise no node is wholly within reach.
+    /// Whether the shortest reach is at least half the diagonal of the box. Otherwise no node is entirely
+    /// within reach.
     pub(in crate::neighbor) may_enclose: bool,
 }
 
 impl<const D: usize> Reach<D> {
-    /// Agents inside `bounds` with these squared reaches.
+    /// Creates the reach of agents with the bounding box `bounds` and the squared reaches `squared` in m^2.
     #[inline(always)]
     pub(in crate::neighbor) fn new(
         bounds: Bounds<D>,
@@ -51,12 +55,12 @@ impl<const D: usize> Reach<D> {
         }
     }
 
-    /// The nodes of eight that may be within reach of some agent: one bit per node.
+    /// Returns one bit per node: whether it may contain agents within reach of one of the agents.
     #[inline(always)]
     pub(in crate::neighbor) fn near<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> u8 {
         let zero = simd.splat_f64s(0.0);
         let mut mask = 0;
-        for register in 0..FAN / S::F64_LANES {
+        for register in 0..FANOUT / S::F64_LANES {
             let mut gap = [zero; D];
             for axis in 0..D {
                 let low = S::as_simd_f64s(&nodes.low[axis]).0[register];
@@ -72,7 +76,8 @@ impl<const D: usize> Reach<D> {
         mask
     }
 
-    /// The nodes of one register that are wholly within reach of all agents, if any [may be](Self::may_enclose).
+    /// Returns a mask of the nodes of one register that are entirely within reach of all agents. Only for
+    /// [`Self::may_enclose`].
     #[inline(always)]
     pub(in crate::neighbor) fn encloses<S: Simd>(
         &self,
@@ -92,7 +97,7 @@ impl<const D: usize> Reach<D> {
         simd.less_than_or_equal_f64s(squared_norm(simd, extent), shortest)
     }
 
-    /// The nodes of eight that lie wholly within reach, and those that lie partly: one bit per node.
+    /// Returns one bit per node for those entirely within reach, and one for those partly within reach.
     #[inline(always)]
     pub(in crate::neighbor) fn classify<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> (u8, u8) {
         let near = self.near(simd, nodes);
@@ -100,7 +105,7 @@ impl<const D: usize> Reach<D> {
             return (0, near);
         }
         let mut inside = 0;
-        for register in 0..FAN / S::F64_LANES {
+        for register in 0..FANOUT / S::F64_LANES {
             let is_inside = self.encloses(simd, nodes, register);
             inside |= bits(simd, is_inside) << (register * S::F64_LANES);
         }
@@ -108,7 +113,8 @@ impl<const D: usize> Reach<D> {
     }
 }
 
-/// The squared Euclidean norm, lane by lane. Loops, not iterators: what takes registers must be inlined.
+/// Returns the squared Euclidean norm, lane by lane. It uses loops, because iterators over registers are not
+/// always inlined.
 #[inline(always)]
 pub(in crate::neighbor) fn squared_norm<S: Simd, const D: usize>(
     simd: S,
@@ -121,7 +127,7 @@ pub(in crate::neighbor) fn squared_norm<S: Simd, const D: usize>(
     sum
 }
 
-/// One bit per lane.
+/// Converts a mask to one bit per lane.
 #[inline(always)]
 pub(in crate::neighbor) fn bits<S: Simd>(simd: S, mask: S::m64s) -> u8 {
     if let [bits] = bytes_of(&mask) {

@@ -1,38 +1,30 @@
-//! Sum of the neighbors' velocities and number of neighbors of every agent (Eq. 11), found with the tree.
-//!
-//! A node wholly within reach is added as a whole, one wholly out of reach is skipped, and only tiles across the
-//! boundary are tested agent by agent.
+//! `NeighborSums`: sum of the neighbors' velocities and number of neighbors of every agent (Eq. 11).
 
-use bytemuck::{NoUninit, cast_ref, cast_slice};
 use nalgebra::SVector;
-use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
-use crate::agents::{Agents, Column, FAN, GROUP, TILE};
-use crate::base::vector;
+use crate::agents::{Column, GROUP};
+use crate::base::vector::squared_norm;
 use crate::neighbor::engine::pairs::Pairs;
-use crate::neighbor::engine::reach::{Reach, bits, squared_norm};
-use crate::neighbor::engine::tree::{FixedPointAgent, FixedPointAgents, Siblings, Tree};
-use crate::neighbor::ranges::Reaches;
+use crate::neighbor::engine::tree::{FixedPointAgent, FixedPointAgents};
 
-/// The sums over the neighbors of one group's agents; arbitrary in empty lanes.
+/// Sums over the neighbors of the agents of one group. Values in empty lanes are unspecified.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub(crate) struct NeighborSums<const D: usize> {
-    /// Sum of v_j over N_i, in the unit of the tree.
+    /// Sum of v_j over the neighbors N_i, in fixed point.
     pub(crate) sum: [Column<i64>; D],
-    /// |N_i|.
+    /// Number of neighbors |N_i|.
     pub(crate) count: Column<i64>,
-    /// Norm of the sum, written by the step that used it.
+    /// Norm of the sum in the same unit. The consensus force computes it.
     pub(crate) norm: Column<f64>,
 }
 
 impl<const D: usize> NeighborSums<D> {
-    /// The sums of agents whose only neighbor is themselves.
-    pub(in crate::neighbor) fn alone(agents: &FixedPointAgents<D>) -> Self {
-        let norm = |agent: FixedPointAgent<D>| {
-            vector::squared_norm(&agent.velocity.map(|v| v as f64)).sqrt()
-        };
+    /// Creates the sums of agents whose only neighbor is the agent itself.
+    pub(in crate::neighbor) fn isolated(agents: &FixedPointAgents<D>) -> Self {
+        let norm =
+            |agent: FixedPointAgent<D>| squared_norm(&agent.velocity.map(|v| v as f64)).sqrt();
         Self {
             sum: std::array::from_fn(|axis| agents.0.map(|agent| agent.velocity[axis])),
             count: [1; GROUP],
@@ -40,7 +32,7 @@ impl<const D: usize> NeighborSums<D> {
         }
     }
 
-    /// The sums of the agent in a lane.
+    /// Returns the sums of the agent in `lane`.
     pub(in crate::neighbor) fn of(&self, lane: usize) -> AgentSums<D> {
         AgentSums {
             sum: SVector::from_fn(|axis, _| self.sum[axis][lane]),
@@ -49,7 +41,7 @@ impl<const D: usize> NeighborSums<D> {
         }
     }
 
-    /// Sets the sums of the agent in a lane.
+    /// Sets the sums of the agent in `lane`.
     pub(in crate::neighbor) fn set(&mut self, lane: usize, agent: &AgentSums<D>) {
         for axis in 0..D {
             self.sum[axis][lane] = agent.sum[axis];
@@ -58,7 +50,7 @@ impl<const D: usize> NeighborSums<D> {
     }
 }
 
-/// The sums of one agent; a snapshot has one per agent in the flock.
+/// The sums of one agent, for snapshots.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::neighbor) struct AgentSums<const D: usize> {
     pub(in crate::neighbor) sum: SVector<i64, D>,
@@ -69,36 +61,17 @@ pub(in crate::neighbor) struct AgentSums<const D: usize> {
 /// Buffers that are reused from step to step.
 #[derive(Debug, Clone, Default)]
 pub(in crate::neighbor) struct Scratch {
-    /// Nodes still to be opened: level and block.
-    nodes: Vec<(usize, usize)>,
-    /// Groups that are partly within reach of a group.
-    groups: Vec<usize>,
-    /// Tiles that are partly within reach of a tile; valid up to the number found.
-    tiles: Vec<u32>,
-    /// Number of pairs of tiles that the last step tested.
+    /// Stack of the nodes to visit, as pairs (level, block).
+    pub(super) nodes: Vec<(usize, usize)>,
+    /// Groups partly within reach of a group.
+    pub(super) groups: Vec<usize>,
+    /// Tiles partly within reach of a tile. Entries after the number of tiles found are unspecified.
+    pub(super) tiles: Vec<u32>,
+    /// Number of pairs of tiles that were tested agent by agent in the last step.
     pub(in crate::neighbor) num_tile_pairs: usize,
 }
 
-/// Fills `sums` for the groups from `first` on.
-pub(in crate::neighbor) fn sum_neighbors<const D: usize>(
-    agents: &Agents<D>,
-    tree: &Tree<D>,
-    reaches: Reaches<'_>,
-    first: usize,
-    sums: &mut [NeighborSums<D>],
-    scratch: &mut Scratch,
-) {
-    Arch::new().dispatch(SumNeighbors {
-        agents,
-        tree,
-        reaches,
-        first,
-        sums,
-        scratch,
-    });
-}
-
-/// The same from pairs of neighbors.
+/// Computes the sums of the groups from `first` on, from all pairs of neighbors.
 pub(in crate::neighbor) fn sum_pairs<const D: usize>(
     pairs: Pairs<'_, D>,
     first: usize,
@@ -119,226 +92,4 @@ pub(in crate::neighbor) fn sum_pairs<const D: usize>(
             sums.count[lane] += 1;
         });
     }
-}
-
-/// Sums over nodes that lie wholly within reach.
-#[derive(Clone, Copy)]
-struct Whole<const D: usize> {
-    sum: [i64; D],
-    count: i64,
-}
-
-impl<const D: usize> Whole<D> {
-    #[inline(always)]
-    fn add(&mut self, block: &Siblings<D>, mut children: u8) {
-        while children != 0 {
-            let child = children.trailing_zeros() as usize;
-            children &= children - 1;
-            for axis in 0..D {
-                self.sum[axis] += block.sum[axis][child];
-            }
-            self.count += block.count[child];
-        }
-    }
-}
-
-pub(in crate::neighbor) struct SumNeighbors<'a, const D: usize> {
-    pub(in crate::neighbor) agents: &'a Agents<D>,
-    pub(in crate::neighbor) tree: &'a Tree<D>,
-    pub(in crate::neighbor) reaches: Reaches<'a>,
-    pub(in crate::neighbor) first: usize,
-    pub(in crate::neighbor) sums: &'a mut [NeighborSums<D>],
-    pub(in crate::neighbor) scratch: &'a mut Scratch,
-}
-
-impl<const D: usize> WithSimd for SumNeighbors<'_, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self {
-            agents,
-            tree,
-            reaches,
-            first,
-            sums,
-            scratch,
-        } = self;
-        scratch.num_tile_pairs = 0;
-        let mut squared = [0.0; GROUP];
-        for (group, sums) in (first..).zip(sums) {
-            let ids = agents.ids_of(group);
-            reaches.square(group, ids, &mut squared);
-            let tiles = &tree.levels[0][group];
-            let reach = Reach::new(tiles.bounds(), reaches, &squared[..ids.len()]);
-            let common = find_groups(simd, tree, &reach, scratch);
-            for (tile, ids) in ids.chunks(TILE).enumerate() {
-                let lanes = tile * TILE..tile * TILE + ids.len();
-                let reach = Reach::new(tiles.bounds_of(tile), reaches, &squared[lanes]);
-                let (whole, found) = find_tiles(simd, tree, &reach, common, scratch);
-                scratch.num_tile_pairs += found;
-                for start in (tile * TILE..(tile + 1) * TILE).step_by(S::F64_LANES) {
-                    let positions = &agents.groups[group].position;
-                    let across = &scratch.tiles[..found];
-                    fill(simd, positions, &squared, start, tree, across, whole, sums);
-                }
-            }
-        }
-    }
-}
-
-/// Lists the groups partly within reach of a group, and sums the nodes wholly within reach.
-#[inline(always)]
-fn find_groups<S: Simd, const D: usize>(
-    simd: S,
-    tree: &Tree<D>,
-    reach: &Reach<D>,
-    scratch: &mut Scratch,
-) -> Whole<D> {
-    let mut whole = Whole {
-        sum: [0; D],
-        count: 0,
-    };
-    scratch.groups.clear();
-    scratch.nodes.push((tree.levels.len() - 1, 0));
-    while let Some((level, index)) = scratch.nodes.pop() {
-        if level == 0 {
-            scratch.groups.push(index);
-            continue;
-        }
-        let block = &tree.levels[level][index];
-        let (inside, mut across) = reach.classify(simd, block);
-        whole.add(block, inside);
-        while across != 0 {
-            let child = across.trailing_zeros() as usize;
-            across &= across - 1;
-            scratch.nodes.push((level - 1, index * FAN + child));
-        }
-    }
-    let room = scratch.groups.len() * FAN;
-    if scratch.tiles.len() < room {
-        scratch.tiles.resize(room, 0);
-    }
-    whole
-}
-
-/// Among the listed groups, lists the tiles partly within reach of a tile, returns their number, and adds the tiles
-/// wholly within reach. There is no branch per tile, which no processor could predict.
-#[inline(always)]
-fn find_tiles<S: Simd, const D: usize>(
-    simd: S,
-    tree: &Tree<D>,
-    reach: &Reach<D>,
-    mut whole: Whole<D>,
-    scratch: &mut Scratch,
-) -> (Whole<D>, usize) {
-    let mut found = 0;
-    let zero = simd.splat_u64s(0);
-    let (mut sum, mut count) = ([zero; D], zero);
-    for &group in &scratch.groups {
-        let block = &tree.levels[0][group];
-        let mut across = reach.near(simd, block);
-        if across != 0 && reach.may_enclose {
-            for register in 0..FAN / S::F64_LANES {
-                let is_inside = reach.encloses(simd, block, register);
-                across &= !(bits(simd, is_inside) << (register * S::F64_LANES));
-                for axis in 0..D {
-                    let added = simd.add_u64s(sum[axis], load(simd, &block.sum[axis], register));
-                    sum[axis] = simd.select_u64s(is_inside, added, sum[axis]);
-                }
-                let added = simd.add_u64s(count, load(simd, &block.count, register));
-                count = simd.select_u64s(is_inside, added, count);
-            }
-        }
-        let first = (group * FAN) as u32;
-        let list = &mut scratch.tiles[found..found + FAN];
-        for (tile, child) in list.iter_mut().zip(ONES[across as usize]) {
-            *tile = first + u32::from(child);
-        }
-        found += across.count_ones() as usize;
-    }
-    if reach.may_enclose {
-        for axis in 0..D {
-            whole.sum[axis] += lanes(&sum[axis]).iter().sum::<i64>();
-        }
-        whole.count += lanes(&count).iter().sum::<i64>();
-    }
-    (whole, found)
-}
-
-/// The positions of the ones in every byte, lowest first; then zeros.
-const ONES: [[u8; FAN]; 256] = {
-    let mut table = [[0; FAN]; 256];
-    let mut byte = 0;
-    while byte < 256 {
-        let (mut bit, mut found) = (0, 0);
-        while bit < FAN {
-            if byte >> bit & 1 == 1 {
-                table[byte][found] = bit as u8;
-                found += 1;
-            }
-            bit += 1;
-        }
-        byte += 1;
-    }
-    table
-};
-
-/// Fills the sums of one register of agents, from `start` on in their group: `whole`, and the agents of `tiles` in reach.
-#[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "a struct would only rename them")]
-fn fill<S: Simd, const D: usize>(
-    simd: S,
-    positions: &[Column<f64>; D],
-    squared: &Column<f64>,
-    start: usize,
-    tree: &Tree<D>,
-    tiles: &[u32],
-    whole: Whole<D>,
-    sums: &mut NeighborSums<D>,
-) {
-    let places = start..start + S::F64_LANES;
-    let squared = S::as_simd_f64s(&squared[places.clone()]).0[0];
-    let mut position = [squared; D];
-    for axis in 0..D {
-        position[axis] = S::as_simd_f64s(&positions[axis][places.clone()]).0[0];
-    }
-    let one = simd.splat_u64s(1);
-    let mut sum = [one; D];
-    for axis in 0..D {
-        sum[axis] = simd.splat_u64s(whole.sum[axis] as u64);
-    }
-    let mut count = simd.splat_u64s(whole.count as u64);
-    for &tile in tiles {
-        let others = &tree.agents[tile as usize / FAN].0.as_chunks::<TILE>().0[tile as usize % FAN];
-        for other in others {
-            let mut offset = position;
-            for axis in 0..D {
-                offset[axis] = simd.sub_f64s(offset[axis], simd.splat_f64s(other.position[axis]));
-            }
-            let is_near = simd.less_than_or_equal_f64s(squared_norm(simd, offset), squared);
-            for axis in 0..D {
-                let added = simd.add_u64s(sum[axis], simd.splat_u64s(other.velocity[axis] as u64));
-                sum[axis] = simd.select_u64s(is_near, added, sum[axis]);
-            }
-            count = simd.select_u64s(is_near, simd.add_u64s(count, one), count);
-        }
-    }
-    for axis in 0..D {
-        sums.sum[axis][places.clone()].copy_from_slice(lanes(&sum[axis]));
-    }
-    sums.count[places].copy_from_slice(lanes(&count));
-}
-
-/// One register of eight whole numbers.
-#[inline(always)]
-fn load<S: Simd>(_: S, values: &[i64; FAN], register: usize) -> S::u64s {
-    let values: &[u64; FAN] = cast_ref(values);
-    S::as_simd_u64s(values).0[register]
-}
-
-/// The whole numbers in a register.
-#[inline(always)]
-fn lanes<T: NoUninit>(register: &T) -> &[i64] {
-    cast_slice(std::slice::from_ref(register))
 }

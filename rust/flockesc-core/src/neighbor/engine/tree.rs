@@ -1,8 +1,9 @@
-//! A tree of bounding boxes over tiles, groups, groups of groups and so on, with sums of velocities and numbers of agents.
+//! `Tree`: a bounding volume hierarchy of the agents, with sums of velocities and numbers of agents in every
+//! node.
 
 use multiversion::multiversion;
 
-use crate::agents::{Agents, FAN, GROUP, Group, TILE, reduce};
+use crate::agents::{Agents, FANOUT, GROUP, Group, TILE, reduce};
 use crate::base::exact::Scale;
 use crate::base::vector::{larger, smaller};
 use crate::neighbor::ranges::SAMPLE;
@@ -14,7 +15,7 @@ use crate::parallel;
 pub(in crate::neighbor) struct FixedPointAgent<const D: usize> {
     /// r in m.
     pub(in crate::neighbor) position: [f64; D],
-    /// v in units of the tree's scale.
+    /// v in fixed point, in units of the tree's scale.
     pub(in crate::neighbor) velocity: [i64; D],
 }
 
@@ -34,19 +35,19 @@ impl<const D: usize> FixedPointAgents<D> {
     );
 }
 
-/// Eight sibling nodes side by side: their boxes, the sums of their agents' velocities and their numbers of agents.
+/// A block of eight sibling nodes: their bounding boxes, sums of velocities and numbers of agents.
 ///
-/// A node without agents has a box from infinity to minus infinity.
+/// The box of a node without agents extends from infinity to minus infinity.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(in crate::neighbor) struct Siblings<const D: usize> {
-    pub(in crate::neighbor) low: [[f64; FAN]; D],
-    pub(in crate::neighbor) high: [[f64; FAN]; D],
-    pub(in crate::neighbor) sum: [[i64; FAN]; D],
-    pub(in crate::neighbor) count: [i64; FAN],
+    pub(in crate::neighbor) low: [[f64; FANOUT]; D],
+    pub(in crate::neighbor) high: [[f64; FANOUT]; D],
+    pub(in crate::neighbor) sum: [[i64; FANOUT]; D],
+    pub(in crate::neighbor) count: [i64; FANOUT],
 }
 
-/// The smallest box around some agents.
+/// A bounding box of some agents.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::neighbor) struct Bounds<const D: usize> {
     pub(in crate::neighbor) low: [f64; D],
@@ -55,13 +56,13 @@ pub(in crate::neighbor) struct Bounds<const D: usize> {
 
 impl<const D: usize> Siblings<D> {
     pub(in crate::neighbor) const EMPTY: Self = Self {
-        low: [[f64::INFINITY; FAN]; D],
-        high: [[f64::NEG_INFINITY; FAN]; D],
-        sum: [[0; FAN]; D],
-        count: [0; FAN],
+        low: [[f64::INFINITY; FANOUT]; D],
+        high: [[f64::NEG_INFINITY; FANOUT]; D],
+        sum: [[0; FANOUT]; D],
+        count: [0; FANOUT],
     };
 
-    /// The box of child `child`.
+    /// Returns the box of one node.
     #[inline(always)]
     pub(in crate::neighbor) fn bounds_of(&self, child: usize) -> Bounds<D> {
         Bounds {
@@ -70,7 +71,7 @@ impl<const D: usize> Siblings<D> {
         }
     }
 
-    /// The box around all eight.
+    /// Returns the box around all eight nodes.
     #[inline(always)]
     pub(in crate::neighbor) fn bounds(&self) -> Bounds<D> {
         Bounds {
@@ -87,25 +88,26 @@ impl<const D: usize> Siblings<D> {
     }
 }
 
-/// The tree over all agents.
+/// The tree of all agents.
 #[derive(Debug, Clone)]
 pub(in crate::neighbor) struct Tree<const D: usize> {
-    /// `levels[0][g]` are the tiles of group g, `levels[1][k]` the groups 8 k to 8 k + 7, and so on to a single block.
+    /// `levels[0][g]` has the tiles of group g, `levels[1][k]` has the groups 8 k to 8 k + 7, and so on. The
+    /// last level has one block.
     pub(in crate::neighbor) levels: Vec<Vec<Siblings<D>>>,
     pub(in crate::neighbor) agents: Vec<FixedPointAgents<D>>,
-    /// Unit of all sums of velocities, in m/s.
+    /// Fixed-point scale of the velocities, in m/s.
     pub(in crate::neighbor) scale: Scale,
-    /// Largest component of any velocity, in m/s.
+    /// Largest magnitude of a velocity component, in m/s.
     pub(in crate::neighbor) largest_speed: f64,
 }
 
 impl<const D: usize> Tree<D> {
-    /// A tree of the right size for `num_groups` groups; empty before the first [`Tree::refresh`].
+    /// Creates a tree for `num_groups` groups. It is empty before the first [`Tree::refresh`].
     pub(in crate::neighbor) fn new(num_groups: usize) -> Self {
         let mut blocks = num_groups;
         let mut levels = vec![vec![Siblings::EMPTY; blocks]];
         while blocks > 1 {
-            blocks = blocks.div_ceil(FAN);
+            blocks = blocks.div_ceil(FANOUT);
             levels.push(vec![Siblings::EMPTY; blocks]);
         }
         Self {
@@ -116,14 +118,14 @@ impl<const D: usize> Tree<D> {
         }
     }
 
-    /// Resizes the tree for fewer groups; a [`Tree::refresh`] must follow.
+    /// Shrinks the tree to `num_groups` groups. A [`Tree::refresh`] must follow.
     pub(in crate::neighbor) fn shrink(&mut self, num_groups: usize) {
         self.agents.truncate(num_groups);
         let mut blocks = num_groups;
         self.levels[0].truncate(blocks);
         let mut height = 1;
         while blocks > 1 {
-            blocks = blocks.div_ceil(FAN);
+            blocks = blocks.div_ceil(FANOUT);
             self.levels[height].truncate(blocks);
             height += 1;
         }
@@ -138,7 +140,7 @@ impl<const D: usize> Tree<D> {
         let scale = self.scale;
         let (tiles, nodes) = self.levels.split_at_mut(1);
         parallel::for_each_chunk(&mut self.agents, &mut tiles[0], |first, rows, tiles| {
-            survey(
+            build_tiles(
                 &agents.groups[first..first + tiles.len()],
                 scale,
                 rows,
@@ -147,19 +149,19 @@ impl<const D: usize> Tree<D> {
         });
         let mut below = &tiles[0];
         for blocks in nodes {
-            for (children, block) in below.chunks(FAN).zip(blocks.iter_mut()) {
-                *block = unite(children);
+            for (children, block) in below.chunks(FANOUT).zip(blocks.iter_mut()) {
+                *block = parents_of(children);
             }
             below = blocks;
         }
     }
 
-    /// The block of the highest nodes.
+    /// Returns the block of the last level.
     pub(in crate::neighbor) fn root(&self) -> &Siblings<D> {
         &self.levels[self.levels.len() - 1][0]
     }
 
-    /// Lists the tiles whose box, and the boxes of all nodes above it, are near.
+    /// Lists the tiles for which `is_near` is true of their box and of the boxes of all nodes above.
     pub(in crate::neighbor) fn list_tiles(
         &self,
         tiles: &mut Vec<u32>,
@@ -177,9 +179,9 @@ impl<const D: usize> Tree<D> {
         is_near: &impl Fn(&Bounds<D>) -> bool,
     ) {
         let nodes = &self.levels[level][block];
-        for child in (0..FAN).filter(|&child| nodes.count[child] > 0) {
+        for child in (0..FANOUT).filter(|&child| nodes.count[child] > 0) {
             if is_near(&nodes.bounds_of(child)) {
-                let node = block * FAN + child;
+                let node = block * FANOUT + child;
                 match level.checked_sub(1) {
                     Some(below) => self.descend(below, node, tiles, is_near),
                     None => tiles.push(node as u32),
@@ -188,14 +190,14 @@ impl<const D: usize> Tree<D> {
         }
     }
 
-    /// Mean extent of a tile along an axis in m, over a sample of the groups.
+    /// Returns the mean extent of a tile along an axis in m, over a sample of the groups.
     pub(in crate::neighbor) fn mean_extent(&self) -> f64 {
         let (mut total, mut count) = (0.0, 0.0);
         for tiles in self.levels[0]
             .iter()
             .step_by(self.levels[0].len().div_ceil(SAMPLE))
         {
-            for tile in (0..FAN).filter(|&tile| tiles.count[tile] > 0) {
+            for tile in (0..FANOUT).filter(|&tile| tiles.count[tile] > 0) {
                 let Bounds { low, high } = tiles.bounds_of(tile);
                 total += (0..D).map(|axis| high[axis] - low[axis]).sum::<f64>();
                 count += D as f64;
@@ -205,7 +207,7 @@ impl<const D: usize> Tree<D> {
     }
 }
 
-/// Largest component of any velocity, in m/s.
+/// Returns the largest magnitude of a velocity component, in m/s.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn largest_speed<const D: usize>(groups: &[Group<D>]) -> f64 {
     let mut largest = [0.0; GROUP];
@@ -219,9 +221,9 @@ fn largest_speed<const D: usize>(groups: &[Group<D>]) -> f64 {
     reduce(largest, larger)
 }
 
-/// Fixed-point agents and tiles of some groups.
+/// Computes the fixed-point agents and the tiles of some groups.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn survey<const D: usize>(
+fn build_tiles<const D: usize>(
     groups: &[Group<D>],
     scale: Scale,
     rows: &mut [FixedPointAgents<D>],
@@ -239,7 +241,7 @@ fn survey<const D: usize>(
                 rows.0[lane].velocity[axis] = units[lane];
             }
             let position = &group.position[axis];
-            for tile in 0..FAN {
+            for tile in 0..FANOUT {
                 let places = tile * TILE..(tile + 1) * TILE;
                 tiles.low[axis][tile] = position[places.clone()]
                     .iter()
@@ -252,7 +254,7 @@ fn survey<const D: usize>(
                 tiles.sum[axis][tile] = units[places].iter().sum();
             }
         }
-        for tile in 0..FAN {
+        for tile in 0..FANOUT {
             let places = tile * TILE..(tile + 1) * TILE;
             let column = &group.position[0][places];
             tiles.count[tile] = column.iter().map(|x| i64::from(!x.is_nan())).sum();
@@ -260,8 +262,8 @@ fn survey<const D: usize>(
     }
 }
 
-/// The nodes whose children are the blocks given.
-fn unite<const D: usize>(children: &[Siblings<D>]) -> Siblings<D> {
+/// Returns the block of nodes whose children are the given blocks.
+fn parents_of<const D: usize>(children: &[Siblings<D>]) -> Siblings<D> {
     let mut block = Siblings::EMPTY;
     for (node, child) in children.iter().enumerate() {
         let bounds = child.bounds();

@@ -1,5 +1,5 @@
-//! Snapshots of a neighborhood. Sums are stored agent by agent, so that a snapshot does not depend on the layout of
-//! groups; the tree and the reaches are rebuilt from the agents.
+//! Snapshots of a neighborhood. Sums are stored per agent, so that a snapshot does not depend on the memory
+//! layout. The tree and the reaches are recomputed on restore.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,16 +10,16 @@ use crate::base::exact::Scale;
 use crate::neighbor::engine::lists::Lists;
 use crate::neighbor::engine::sums::AgentSums;
 use crate::neighbor::options::NeighborOptions;
-use crate::snapshot::{check, damaged, is_sound};
+use crate::snapshot::{check, damaged, is_bounded};
 
-/// The sums of the last step, and the graph that is kept.
+/// The serialized form of a [`Neighborhood`].
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct NeighborhoodState<const D: usize> {
-    /// In the order of places.
+    /// Sums of the last step, in the order of places.
     sums: Vec<AgentSums<D>>,
     /// Unit of the sums in m/s.
     unit: f64,
-    /// The graph of the first step, if it has been found and is kept.
+    /// The frozen graph, if there is one.
     frozen: Option<Lists>,
 }
 
@@ -40,12 +40,12 @@ impl<const D: usize> Neighborhood<D> {
     ) -> Result<Self> {
         let counts = 1..=agents.num_agents() as i64;
         let is_possible = |agent: &AgentSums<D>| {
-            counts.contains(&agent.count) && is_sound(agent.norm) && agent.norm >= 0.0
+            counts.contains(&agent.count) && is_bounded(agent.norm) && agent.norm >= 0.0
         };
         check(state.sums.len() == agents.len(), "sums over neighbors")?;
         check(state.sums.iter().all(is_possible), "sums over neighbors")?;
         let mut neighborhood = Self::new(options, agents);
-        let scale = Scale::of_unit(state.unit).filter(|_| is_sound(state.unit));
+        let scale = Scale::of_unit(state.unit).filter(|_| is_bounded(state.unit));
         neighborhood.scale = scale.ok_or_else(|| damaged("unit of sums over neighbors"))?;
         for (place, agent) in state.sums.iter().enumerate() {
             neighborhood.sums[place / GROUP].set(place % GROUP, agent);

@@ -1,4 +1,4 @@
-//! The paper's rule: neighbors are the agents within the interaction range.
+//! The metric neighbor rule of the paper: neighbors are the agents within the interaction range.
 
 use serde::{Deserialize, Serialize};
 

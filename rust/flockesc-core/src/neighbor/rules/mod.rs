@@ -1,4 +1,4 @@
-//! The rules that make agents neighbors: one per file, and the list of all.
+//! Neighbor rules, one per file.
 
 mod metric;
 pub(super) mod rule;
@@ -15,10 +15,10 @@ use rule::{Criterion, Found, Rule, Sensing};
 pub use topological::Topological;
 pub use voronoi::Voronoi;
 
-/// Makes the list of all rules, and everything that matches on a rule.
+/// Generates [`NeighborRule`] and its methods from the list of all rules.
 macro_rules! rules {
     ($($(#[$about:meta])* $Variant:ident($Rule:ident),)+) => {
-        /// The rule that makes agents neighbors; an agent is always its own.
+        /// The rule that determines which agents are neighbors. Every agent is its own neighbor.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, AsRefStr, VariantNames)]
         #[serde(rename_all = "snake_case")]
         #[strum(serialize_all = "snake_case")]
@@ -30,21 +30,22 @@ macro_rules! rules {
             /// Names of all rules in a scenario.
             pub const KINDS: &'static [&'static str] = <Self as VariantNames>::VARIANTS;
 
-            /// Refuses a world in which the rule is not defined.
+            /// Checks that the rule is defined in a world with this dimension and periodic side.
             pub(crate) fn check(&self, dimension: usize, periodic_side: Option<f64>) -> Result<()> {
                 match self {
                     $(Self::$Variant(rule) => rule.check(dimension, periodic_side),)+
                 }
             }
 
-            /// What makes another agent a neighbor.
+            /// Returns the criterion by which agents are neighbors.
             pub(in crate::neighbor) fn criterion(&self) -> Criterion {
                 match self {
                     $(Self::$Variant(rule) => rule.criterion(),)+
                 }
             }
 
-            /// Finds what the criterion needs. The reaches found in the last step are still there.
+            /// Computes the reaches or lists that the criterion needs. `found` has the results of the last
+            /// step.
             pub(in crate::neighbor) fn find<const D: usize>(
                 &self,
                 sensing: &Sensing<'_, D>,
@@ -55,7 +56,7 @@ macro_rules! rules {
                 }
             }
 
-            /// Mean reach over a sample of the agents, in m.
+            /// Returns the mean reach of a sample of the agents, in m.
             pub(in crate::neighbor) fn typical_reach(&self, ranges: Ranges<'_>, found: &Found) -> f64 {
                 match self {
                     $(Self::$Variant(rule) => rule.typical_reach(ranges, found),)+
@@ -68,8 +69,8 @@ macro_rules! rules {
 rules! {
     /// All agents within the interaction range, boundary included.
     Metric(Metric),
-    /// The k nearest agents in view, and all that are as near as the last of them; an action sets k.
+    /// The k nearest agents in view, ties included. The interaction range is k.
     Topological(Topological),
-    /// The agents within the interaction range whose Voronoi cells share an edge with the agent's; in the plane only.
+    /// The agents within the interaction range whose Voronoi cells share an edge with the agent's. For D = 2.
     Voronoi(Voronoi),
 }

@@ -1,4 +1,4 @@
-//! The trait of a neighbor rule.
+//! `Rule`: the trait of a neighbor rule.
 
 use crate::agents::{Agents, Column, GROUP};
 use crate::base::error::Result;
@@ -7,18 +7,18 @@ use crate::neighbor::engine::lists::Lists;
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::ranges::Ranges;
 
-/// What makes another agent a neighbor, if it is seen.
+/// The criterion by which visible agents are neighbors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::neighbor) enum Criterion {
-    /// It is within the interaction range.
+    /// A neighbor is within the agent's interaction range.
     Range,
-    /// It is within the reach that the rule finds for every agent.
+    /// A neighbor is within the reach that the rule computes for the agent.
     Reach,
-    /// It is within that reach, and in the list that the rule makes for every agent.
+    /// A neighbor is within this reach and in the list that the rule computes for the agent.
     List,
 }
 
-/// A flock, and how its agents see each other.
+/// The input of a rule.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::neighbor) struct Sensing<'a, const D: usize> {
     pub(in crate::neighbor) agents: &'a Agents<D>,
@@ -28,13 +28,13 @@ pub(in crate::neighbor) struct Sensing<'a, const D: usize> {
     pub(in crate::neighbor) ranges: Ranges<'a>,
 }
 
-/// What a rule has found; it keeps its memory from step to step.
+/// The output of a rule. Buffers are reused from step to step.
 #[derive(Debug, Clone, Default)]
 pub(in crate::neighbor) struct Found {
-    /// Squared reach in m^2 of the agents of every group; empty where interaction ranges suffice.
+    /// Squared reaches in m^2 of the agents, group by group. Empty if the criterion is the interaction range.
     pub(in crate::neighbor) squares: Vec<Column<f64>>,
     pub(in crate::neighbor) lists: Lists,
-    /// Buffers of a search, one per chunk of groups.
+    /// Search buffers, one per chunk of groups.
     pub(in crate::neighbor) searches: Vec<SearchBuffers>,
 }
 
@@ -42,12 +42,12 @@ pub(in crate::neighbor) struct Found {
 #[derive(Debug, Clone, Default)]
 pub(in crate::neighbor) struct SearchBuffers {
     pub(in crate::neighbor) tiles: Vec<u32>,
-    /// Squared distances in m^2 as bits, which have the order of the numbers because none is negative.
+    /// Bits of squared distances in m^2. They have the same order as the distances, which are not negative.
     pub(in crate::neighbor) distances: Vec<u64>,
 }
 
 impl Found {
-    /// Makes the interaction range the reach of every agent.
+    /// Sets the reach of every agent to its interaction range.
     pub(in crate::neighbor) fn square_ranges<const D: usize>(&mut self, sensing: &Sensing<'_, D>) {
         self.squares
             .resize(sensing.agents.groups.len(), [0.0; GROUP]);
@@ -57,23 +57,23 @@ impl Found {
     }
 }
 
-/// A rule that makes agents neighbors.
+/// A neighbor rule.
 pub(in crate::neighbor) trait Rule {
-    /// Refuses a world in which the rule is not defined.
+    /// Checks that the rule is defined in a world with this dimension and periodic side.
     fn check(&self, _dimension: usize, _periodic_side: Option<f64>) -> Result<()> {
         Ok(())
     }
 
-    /// What makes another agent a neighbor.
+    /// Returns the criterion by which agents are neighbors.
     fn criterion(&self) -> Criterion;
 
-    /// Finds what the criterion needs. The reaches found in the last step are still there.
+    /// Computes the reaches or lists that the criterion needs. `found` has the results of the last step.
     fn find<const D: usize>(&self, sensing: &Sensing<'_, D>, found: &mut Found) {
         found.square_ranges(sensing);
     }
 
-    /// Mean reach over a sample of the agents, in m.
+    /// Returns the mean reach of a sample of the agents, in m.
     fn typical_reach(&self, ranges: Ranges<'_>, _found: &Found) -> f64 {
-        ranges.typical()
+        ranges.sample_mean()
     }
 }

@@ -1,16 +1,16 @@
-//! Topological neighbors: the k nearest agents in view.
+//! The topological neighbor rule: neighbors are the k nearest agents in view.
 
 use multiversion::multiversion;
 use serde::{Deserialize, Serialize};
 
 use super::rule::{Criterion, Found, Rule, SearchBuffers, Sensing};
-use crate::agents::{Column, FAN, GROUP, Group, TILE};
+use crate::agents::{Column, FANOUT, GROUP, Group, TILE};
 use crate::base::vector::{larger, squared_norm};
 use crate::neighbor::engine::field_of_view::FieldOfView;
 use crate::neighbor::ranges::{Ranges, SAMPLE};
 use crate::parallel;
 
-/// The k nearest agents in view, and all that are as near as the last of them; an action sets k.
+/// The k nearest agents in view, ties included. The interaction range is k.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Topological {}
@@ -40,13 +40,14 @@ impl Rule for Topological {
     }
 }
 
-/// The factor of the squared distance by which a search looks beyond what sufficed in the last step.
-const AHEAD: f64 = 1.3;
-/// The factor by which a search that has found too few is widened.
-const WIDER: f64 = 4.0;
+/// Ratio of the squared search radius to the squared reach in the last step.
+const MARGIN: f64 = 1.3;
+/// Factor of the squared search radius if a search has found too few agents.
+const GROWTH: f64 = 4.0;
 
-/// Replaces `squares`, of the groups from `first` on, by the squared distance in m^2 to the k-th nearest other agent in
-/// view: the largest number if there are fewer, 0 for k = 0. The old squares guide the search.
+/// Replaces the squared reaches `squares` of the groups from `first` on by the squared distances in m^2 to
+/// the k-th nearest other agents in view. The new reach is the largest number if there are fewer agents in
+/// view, and 0 for k = 0. The old reaches determine the search radius.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn reach_nearest<const D: usize>(
     sensing: &Sensing<'_, D>,
@@ -72,7 +73,7 @@ fn reach_nearest<const D: usize>(
     }
 }
 
-/// The search for the agents of one tile.
+/// Search for the neighbors of the agents of one tile.
 struct Search<'a, const D: usize> {
     sensing: &'a Sensing<'a, D>,
     group: usize,
@@ -91,7 +92,7 @@ impl<const D: usize> Search<'_, D> {
         } = *self.sensing;
         let bounds = tree.levels[0][self.group].bounds_of(self.start / TILE);
         let known = squares.iter().copied().filter(|square| *square < f64::MAX);
-        let mut square = AHEAD * known.fold(0.0, larger);
+        let mut square = MARGIN * known.fold(0.0, larger);
         if square <= 0.0 {
             let size: [f64; D] = std::array::from_fn(|axis| bounds.high[axis] - bounds.low[axis]);
             square = squared_norm(&size);
@@ -103,7 +104,7 @@ impl<const D: usize> Search<'_, D> {
                 torus.squared_gap(&bounds, node) <= square
             });
             while next < numbers.len() {
-                let own = (AHEAD * squares[next]).min(square);
+                let own = (MARGIN * squares[next]).min(square);
                 let reach = self
                     .reach(next, numbers[next], own, buffers)
                     .or_else(|| self.reach(next, numbers[next], square, buffers));
@@ -115,7 +116,7 @@ impl<const D: usize> Search<'_, D> {
                 next += 1;
             }
             let is_all = buffers.tiles.len() == agents.len().div_ceil(TILE);
-            let wider = (WIDER * square).min(f64::MAX);
+            let wider = (GROWTH * square).min(f64::MAX);
             square = if is_all || wider <= 0.0 {
                 f64::MAX
             } else {
@@ -124,7 +125,7 @@ impl<const D: usize> Search<'_, D> {
         }
     }
 
-    /// The squared distance to the k-th nearest agent that the agent sees, where it is at most `square`.
+    /// Returns the squared distance in m^2 to the k-th nearest agent in view, if it is at most `square`.
     #[inline(always)]
     fn reach(
         &self,
@@ -147,8 +148,8 @@ impl<const D: usize> Search<'_, D> {
         distances.resize(tiles.len() * TILE, 0);
         let mut found = 0;
         for &tile in tiles.iter() {
-            let others = &agents.groups[tile as usize / FAN];
-            let first = tile as usize % FAN * TILE;
+            let others = &agents.groups[tile as usize / FANOUT];
+            let first = tile as usize % FANOUT * TILE;
             let mut squared = [0.0; TILE];
             for axis in 0..D {
                 let column = &others.position[axis][first..first + TILE];
@@ -163,12 +164,12 @@ impl<const D: usize> Search<'_, D> {
                 found += usize::from(is_near);
             }
         }
-        // The agent itself is the nearest.
+        // Index 0 is the agent itself.
         let found = &mut distances[..found];
         (found.len() > k).then(|| f64::from_bits(*found.select_nth_unstable(k).1))
     }
 
-    /// Whether the agent in `lane` sees the one in `place` of a group.
+    /// Returns whether the agent in `lane` sees the agent in lane `place` of the group `others`.
     #[inline(always)]
     fn sees(&self, lane: usize, others: &Group<D>, place: usize, squared: f64) -> bool {
         let Sensing {

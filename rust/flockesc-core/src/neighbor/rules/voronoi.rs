@@ -1,8 +1,9 @@
-//! Voronoi neighbors in the plane, by the Delaunay triangulation.
+//! The Voronoi neighbor rule in the plane, by Delaunay triangulation.
 //!
-//! Two agents are neighbors if their cells share an edge of positive length. Triangulations of points on a common
-//! circle are not unique, but their superfluous edges belong to cells that meet in a point: exact predicates find and drop
-//! them. Agents at the same point share a cell. They are neighbors of each other and have the same other neighbors.
+//! Two agents are neighbors if their cells share an edge of positive length. Points on a common circle have
+//! several triangulations; some of their edges belong to cells that meet only in a point. Exact predicates
+//! find and remove these edges. Agents at the same point share a cell: they are neighbors of each other and
+//! have the same other neighbors.
 
 use nalgebra::SVector;
 use robust::{Coord, incircle};
@@ -17,7 +18,7 @@ use crate::agents::Agents;
 use crate::base::error::{Error, Result};
 use crate::neighbor::engine::lists::Lists;
 
-/// The agents within the interaction range whose Voronoi cells share an edge with the agent's; in the plane only.
+/// The agents within the interaction range whose Voronoi cells share an edge with the agent's. For D = 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Voronoi {}
@@ -25,7 +26,7 @@ pub struct Voronoi {}
 impl Rule for Voronoi {
     fn check(&self, dimension: usize, periodic_side: Option<f64>) -> Result<()> {
         if dimension != 2 {
-            let expected = format!("a rule that is defined in {dimension} dimensions");
+            let expected = format!("a rule for {dimension} dimensions");
             return Err(Error::config("neighbor_rule", expected, "voronoi"));
         }
         match periodic_side {
@@ -48,7 +49,7 @@ impl Rule for Voronoi {
     }
 }
 
-/// A point with at least one agent.
+/// A point with one or more agents.
 struct Site {
     position: Point2<f64>,
     /// Index of the site.
@@ -63,7 +64,8 @@ impl HasPosition for Site {
     }
 }
 
-/// Every agent's Voronoi neighbors, itself excluded. Agents beyond 2^201 m have only those at the same point.
+/// Returns every agent's Voronoi neighbors, the agent itself excluded. Agents with a coordinate above 2^201 m
+/// have only neighbors at the same point.
 fn voronoi_neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
     let mut points: Vec<(Point2<f64>, u32)> = agents
         .iter()
@@ -93,13 +95,13 @@ fn voronoi_neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
     Lists::new(agents.num_agents(), &pairs)
 }
 
-/// The position as the triangulation takes it: tiny coordinates are 0, and there is one 0 only.
+/// Returns the position in the form that the triangulation accepts: tiny coordinates and -0 become 0.
 fn rounded<const D: usize>(position: &SVector<f64, D>) -> Point2<f64> {
     let Point2 { x, y } = mitigate_underflow(Point2::new(position[0], position[1]));
     Point2::new(x + 0.0, y + 0.0)
 }
 
-/// Pairs of sites whose cells share an edge of positive length.
+/// Returns the pairs of sites whose cells share an edge of positive length.
 fn shared_edges(sites: &[&[(Point2<f64>, u32)]]) -> Vec<(usize, usize)> {
     let is_allowed = |point: &Point2<f64>| {
         point.x.abs() <= MAX_ALLOWED_VALUE && point.y.abs() <= MAX_ALLOWED_VALUE
@@ -109,7 +111,7 @@ fn shared_edges(sites: &[&[(Point2<f64>, u32)]]) -> Vec<(usize, usize)> {
         .filter(|(_, position)| is_allowed(position))
         .map(|(index, position)| Site { position, index })
         .collect();
-    // Every coordinate has been checked, so there is nothing to refuse.
+    // The triangulation rejects only invalid coordinates, which were removed above.
     let Ok(triangulation) = DelaunayTriangulation::<Site>::bulk_load(vertices) else {
         return Vec::new();
     };

@@ -1,4 +1,4 @@
-//! The tree against all pairs, one at a time: the same neighbors and the same sums, bit for bit, on every
+//! The kernel against a reference that tests all pairs: bitwise equal sums and equal components on every
 //! instruction set.
 
 mod rules;
@@ -8,7 +8,8 @@ use proptest::prelude::*;
 use pulp::{Scalar, Simd};
 
 use super::engine::components::connect;
-use super::engine::sums::{NeighborSums, Scratch, SumNeighbors};
+use super::engine::kernel::SumNeighbors;
+use super::engine::sums::{NeighborSums, Scratch};
 use super::engine::tree::Tree;
 use super::ranges::Reaches;
 use super::{NeighborOptions, Neighborhood, Ranges};
@@ -35,13 +36,14 @@ fn squared_distance<const D: usize>(a: &SVector<f64, D>, b: &SVector<f64, D>) ->
     (0..D).map(|axis| (a[axis] - b[axis]).powi(2)).sum()
 }
 
-/// Sum of velocities in units of `scale` and number of neighbors of every agent, by definition.
+/// Returns the sum of velocities in units of `scale` and the number of neighbors of every agent, by
+/// definition.
 fn reference<const D: usize>(
     case: &Case<D>,
     ranges: Ranges<'_>,
     scale: Scale,
 ) -> Vec<([i64; D], i64)> {
-    let listener = |i: usize| {
+    let sums_of = |i: usize| {
         let mut sums = ([0; D], 0);
         for (position, velocity) in case.positions.iter().zip(&case.velocities) {
             if squared_distance(&case.positions[i], position) <= range_of(ranges, i).powi(2) {
@@ -53,10 +55,10 @@ fn reference<const D: usize>(
         }
         sums
     };
-    (0..case.positions.len()).map(listener).collect()
+    (0..case.positions.len()).map(sums_of).collect()
 }
 
-/// Weakly connected components by repeated search, by definition.
+/// Returns the labels of the weakly connected components, by repeated graph search.
 fn reference_labels<const D: usize>(case: &Case<D>, ranges: Ranges<'_>) -> Vec<u32> {
     let mut labels = vec![u32::MAX; case.positions.len()];
     for start in 0..labels.len() {
@@ -76,14 +78,14 @@ fn reference_labels<const D: usize>(case: &Case<D>, ranges: Ranges<'_>) -> Vec<u
     labels
 }
 
-/// The sums of the kernel with the registers of `simd`, in the order of ids.
+/// Returns the sums by the kernel with the registers of `simd`, in the order of ids.
 fn kernel<S: Simd, const D: usize>(
     simd: S,
     agents: &Agents<D>,
     tree: &Tree<D>,
     ranges: Ranges<'_>,
 ) -> Vec<([i64; D], i64)> {
-    let mut groups: Vec<NeighborSums<D>> = tree.agents.iter().map(NeighborSums::alone).collect();
+    let mut groups: Vec<NeighborSums<D>> = tree.agents.iter().map(NeighborSums::isolated).collect();
     simd.vectorize(SumNeighbors {
         agents,
         tree,
@@ -134,14 +136,14 @@ fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// Flocks of all sizes around the edges of tiles, groups and nodes, and of all shapes.
+/// Generates flocks of various shapes, with sizes close to multiples of tiles, groups and nodes.
 fn cases<const D: usize>() -> impl Strategy<Value = Case<D>> {
     let sizes = prop_oneof![4 => 1..80_usize, 1 => 120..140_usize, 1 => 505..530_usize];
     let coordinates = (sizes, 0..7_u8).prop_flat_map(|(n, shape)| {
         let coordinate = match shape {
             0 => (-50.0..50.0_f64).boxed(),
             1 => (0..6_u8).prop_map(f64::from).boxed(), // a lattice: coincident agents, equal distances
-            2 => Just(3.5).boxed(),                     // all in one place
+            2 => Just(3.5).boxed(),                     // all at one point
             3 => prop_oneof![Just(-0.0), Just(0.0), -1e-9..1e-9_f64].boxed(),
             4 => (0..3_u8, -1.0..1.0_f64)
                 .prop_map(|(c, x)| 1e3 * f64::from(c) + x)
@@ -170,7 +172,7 @@ fn cases<const D: usize>() -> impl Strategy<Value = Case<D>> {
         let range = prop_oneof![
             Just(0.0),
             0.0..60.0_f64,
-            // Exactly as far as from one agent to another, or a hair less.
+            // Exactly the distance between two agents, or less by one rounding error.
             (0..n, 0..n, any::<bool>()).prop_map(move |(i, j, is_exact)| {
                 let distance = squared_distance(&between[i], &between[j]).sqrt();
                 if is_exact {
@@ -209,9 +211,9 @@ proptest! {
     }
 }
 
-/// Three levels of nodes, and every way in which places can be taken.
+/// A tree of three levels. Sums do not depend on the agents' places.
 #[test]
-fn a_crowd_equals_all_pairs_wherever_its_agents_stand() {
+fn a_large_flock_equals_all_pairs_in_any_order() {
     let mut rng = rng::stream(0, Stream::Positions);
     let positions: Vec<SVector<f64, 2>> = (0..5000)
         .map(|_| SVector::from_fn(|_, _| rng::uniform(&mut rng, 100.0)))
@@ -233,7 +235,7 @@ fn a_crowd_equals_all_pairs_wherever_its_agents_stand() {
         counts
     };
     let counts = by_id(&neighborhood, &agents);
-    // The same agents under other ids, which puts them into other places.
+    // The same agents with other ids, and therefore at other places.
     case.positions.reverse();
     case.velocities.reverse();
     let mut agents = Agents::new(&case.positions, &case.velocities);

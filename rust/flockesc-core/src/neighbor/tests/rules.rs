@@ -1,4 +1,4 @@
-//! Every rule, with all that may hold on top of it, against its definition.
+//! Every neighbor rule with all options against its definition.
 
 use std::f64::consts::PI;
 
@@ -12,7 +12,7 @@ use crate::neighbor::{
     Voronoi,
 };
 
-/// What holds for a case, in plain words.
+/// Options of the neighbor graph in the form of a scenario.
 #[derive(Debug, Clone, Copy)]
 struct Options {
     rule: NeighborRule,
@@ -29,7 +29,7 @@ impl Options {
             torus: Torus::new(self.side),
             is_mutual: self.is_mutual,
             is_frozen,
-            visits: true,
+            needs_pairs: true,
         }
     }
 }
@@ -66,7 +66,7 @@ fn squared(offset: &[f64]) -> f64 {
     offset.iter().map(|x| x * x).sum()
 }
 
-/// Whether agent i sees agent j, by definition.
+/// Returns whether agent i sees agent j, by definition.
 fn sees<const D: usize>(case: &Case<D>, options: Options, i: usize, j: usize) -> bool {
     let (offset, velocity) = (offset(case, options, i, j), case.velocities[i]);
     let along: f64 = (0..D).map(|axis| velocity[axis] * offset[axis]).sum();
@@ -75,7 +75,7 @@ fn sees<const D: usize>(case: &Case<D>, options: Options, i: usize, j: usize) ->
     options.blind_angle == 0.0 || along >= edge * (speed * squared(&offset).sqrt())
 }
 
-/// All pairs (agent, neighbor) of different agents, by definition.
+/// Returns all pairs (agent, neighbor) of different agents, by definition.
 fn reference<const D: usize>(
     case: &Case<D>,
     ranges: Ranges<'_>,
@@ -108,7 +108,7 @@ fn reference<const D: usize>(
         .collect()
 }
 
-/// Compares pairs, sums and components of the engine with those of the expected pairs.
+/// Compares the pairs, sums and components of the engine with the ones that follow from the expected pairs.
 fn check<const D: usize>(
     case: &Case<D>,
     ranges: Ranges<'_>,
@@ -123,7 +123,7 @@ fn check<const D: usize>(
         prop_assert_eq!(&pairs[..], expected);
     }
     neighborhood.sum_neighbors(&mut agents, ranges);
-    // A second time, guided by the first; or from the frozen graph, under any range.
+    // The second step starts from the reaches of the first. With a frozen graph, ranges no longer matter.
     let again = if options.is_frozen {
         Ranges::Shared(0.0)
     } else {
@@ -168,7 +168,7 @@ fn check<const D: usize>(
     Ok(())
 }
 
-/// The engine against the definition, with one range for all and with one for each.
+/// Compares the engine with the definition, with a shared range and with one range per agent.
 fn check_all<const D: usize>(case: &Case<D>, options: Options) -> Result<(), TestCaseError> {
     let mut case = case.clone();
     if let Some(side) = options.side {
@@ -189,7 +189,8 @@ fn check_all<const D: usize>(case: &Case<D>, options: Options) -> Result<(), Tes
     Ok(())
 }
 
-/// Whether the Voronoi cells of two points share an edge of positive length: in whole numbers, so exactly.
+/// Returns whether the Voronoi cells of two points share an edge of positive length, in exact integer
+/// arithmetic.
 fn share_an_edge(points: &[[i128; 2]], i: usize, j: usize) -> bool {
     let dot = |a: [i128; 2], b: [i128; 2]| a[0] * b[0] + a[1] * b[1];
     let minus = |a: [i128; 2], b: [i128; 2]| [a[0] - b[0], a[1] - b[1]];
@@ -197,9 +198,9 @@ fn share_an_edge(points: &[[i128; 2]], i: usize, j: usize) -> bool {
     if a == b {
         return true;
     }
-    // On the bisector, at (a + b) / 2 + t across, point k is no nearer than a where p + t q >= 0.
+    // At the point (a + b) / 2 + t across of the bisector, k is at least as far away as a if p + t q >= 0.
     let across = [a[1] - b[1], b[0] - a[0]];
-    let (mut low, mut high) = ((-1, 0), (1, 0)); // t as fractions with denominators of at least 0
+    let (mut low, mut high) = ((-1, 0), (1, 0)); // bounds of t as fractions with denominators >= 0
     for &k in points {
         let p = dot([a[0] + b[0], a[1] + b[1]], minus(a, k)) + dot(k, k) - dot(a, a);
         let q = 2 * dot(across, minus(a, k));
@@ -230,7 +231,7 @@ proptest! {
         check_all(&case, options)?;
     }
 
-    /// Lattices: points on a common line or circle, and many in the same place.
+    /// Integer coordinates, so that points lie on common lines and circles and many coincide.
     #[test]
     fn voronoi_cells_share_edges(
         points in prop_oneof![

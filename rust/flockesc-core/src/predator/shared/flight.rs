@@ -1,8 +1,9 @@
-//! What all predators that turn toward something have in common: where they start, and their limits.
+//! Parameters of strategies that turn toward a point: initial position and velocity, and limits of speed and
+//! turn rate.
 
 use nalgebra::SVector;
 
-use crate::base::check::{LARGEST, quantity};
+use crate::base::check::{MAX_MAGNITUDE, quantity};
 use crate::base::error::{Error, Result};
 use crate::base::vector::unit;
 use crate::predator::shared::steering::heading_toward;
@@ -11,7 +12,8 @@ use crate::predator::strategy::Flight;
 /// Relative error of the norm of a velocity that was scaled to `max_speed`.
 const ROUNDING: f64 = 1e-12;
 
-/// Declares a strategy that turns toward something: the fields that all of them have, and its own.
+/// Declares the struct of a strategy that turns toward a point, with the fields that all such strategies
+/// share.
 macro_rules! steering {
     ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $field:ident: $kind:ty,)* }) => {
         $(#[$about])*
@@ -24,9 +26,9 @@ macro_rules! steering {
             pub velocity: Vec<f64>,
             /// Largest turn rate in rad/s, at least 0.
             pub max_turn_rate: f64,
-            /// Speed in m/s up to which it accelerates, at least ||v_p(0)||; `None`: it keeps its speed.
+            /// Largest speed in m/s, at least ||v_p(0)||; `None` is a constant speed.
             pub max_speed: Option<f64>,
-            /// How fast the speed grows, in m/s^2, at least 0.
+            /// Rate in m/s^2 at which the speed increases up to `max_speed`, at least 0.
             pub acceleration: f64,
             $($(#[$doc])* pub $field: $kind,)*
         }
@@ -44,7 +46,7 @@ macro_rules! steering {
 }
 pub(in crate::predator) use steering;
 
-/// How fast a predator may turn and fly.
+/// Limits of a predator's turn rate and speed.
 pub(in crate::predator) struct Limits {
     pub(in crate::predator) max_turn_rate: f64,
     pub(in crate::predator) max_speed: Option<f64>,
@@ -52,14 +54,15 @@ pub(in crate::predator) struct Limits {
 }
 
 impl Limits {
-    /// Checks them for a predator that starts with `velocity`.
+    /// Checks the limits for a predator with the initial velocity `velocity`.
     pub(in crate::predator) fn check(&self, path: &str, velocity: &[f64]) -> Result<()> {
         quantity(&format!("{path}.max_turn_rate"), self.max_turn_rate)?;
         quantity(&format!("{path}.acceleration"), self.acceleration)?;
         let speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
         match self.max_speed {
-            Some(fastest) if !(speed * (1.0 - ROUNDING)..=LARGEST).contains(&fastest) => {
-                let expected = format!("a number from the initial speed, {speed}, to {LARGEST:?}");
+            Some(fastest) if !(speed * (1.0 - ROUNDING)..=MAX_MAGNITUDE).contains(&fastest) => {
+                let expected =
+                    format!("a number from the initial speed {speed} to {MAX_MAGNITUDE:?}");
                 Err(Error::config(
                     format!("{path}.max_speed"),
                     expected,
@@ -75,7 +78,8 @@ impl Limits {
         }
     }
 
-    /// The velocity of a predator that turns toward `aim` in m, and its norm; it flies straight on without an aim.
+    /// Returns the next velocity of a predator that turns toward the point `aim` in m, and its norm. Without
+    /// an aim it flies straight on.
     pub(in crate::predator) fn toward<const D: usize>(
         &self,
         aim: Option<SVector<f64, D>>,
@@ -88,8 +92,8 @@ impl Limits {
         self.next(velocity, flight.speed, heading, time_step)
     }
 
-    /// The velocity after `velocity`, and its norm after `speed`, along the unit vector `heading`; without one, straight
-    /// on.
+    /// Returns the next velocity along the unit vector `heading`, and its norm. Without a heading the
+    /// predator flies straight on.
     pub(in crate::predator) fn next<const D: usize>(
         &self,
         velocity: &SVector<f64, D>,
@@ -105,7 +109,7 @@ impl Limits {
         };
         match heading {
             Some(heading) => (heading * grown, grown),
-            // Unchanged, bit for bit.
+            // Returned without a multiplication, so that it stays bitwise equal.
             None if grown <= speed => (*velocity, speed),
             None => unit(velocity).map_or((*velocity, speed), |heading| (heading * grown, grown)),
         }
@@ -118,7 +122,7 @@ mod tests {
     use nalgebra::vector;
 
     #[test]
-    fn the_speed_grows_to_its_limit_and_never_falls() {
+    fn the_speed_increases_to_its_limit_and_never_decreases() {
         let limits = |max_speed| Limits {
             max_turn_rate: 1.0,
             max_speed,

@@ -1,43 +1,46 @@
-//! What a predator sees at one moment: vectors in m and m/s, and the frame that is made of them.
+//! `Sighting`: the vectors that a learned predator observes, and its body frame.
 
 use nalgebra::SVector;
 
 use crate::base::frame::Frame;
 use crate::base::vector::unit;
-use crate::predator::shared::prey::{Prey, Quarry};
-use crate::predator::strategy::{Flight, Steered};
+use crate::predator::shared::prey::{Prey, PreyAgent};
+use crate::predator::strategy::{ActionLimits, Flight};
 
-/// Offsets and velocities relative to one predator; 0 for agents that do not exist.
+/// Positions and velocities relative to one predator. They are 0 if all agents were caught.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sighting<const D: usize> {
     /// v_p in m/s.
     pub(crate) velocity: SVector<f64, D>,
-    /// Toward the nearest agent, in m, and its velocity relative to the predator's.
+    /// Relative position of the nearest agent in m.
     pub(crate) nearest: SVector<f64, D>,
+    /// Relative velocity of the nearest agent in m/s.
     pub(crate) nearest_velocity: SVector<f64, D>,
-    /// Toward the mean position of all agents, in m, and their mean velocity relative to the predator's.
+    /// Relative position of the centroid in m.
     pub(crate) centroid: SVector<f64, D>,
+    /// Relative mean velocity of all agents in m/s.
     pub(crate) flock_velocity: SVector<f64, D>,
-    /// Toward the nearest other predator, in m.
+    /// Relative position of the nearest other predator in m.
     pub(crate) other: Option<SVector<f64, D>>,
     /// The predator's largest speed in m/s.
     pub(crate) max_speed: f64,
 }
 
-/// Up to this speed over the largest one a predator rests: its heading would be rounding.
+/// Fraction of the largest speed up to which a predator counts as at rest, because its heading would be
+/// dominated by rounding errors.
 const REST: f64 = 1e-9;
 
 impl<const D: usize> Sighting<D> {
-    /// What a predator that is steered from outside sees; `others` are the positions of the other predators.
+    /// Computes the observation of the predator `own`; `others` are the positions of the other predators.
     pub(in crate::predator) fn of(
         own: &Flight<D>,
-        steered: Steered,
+        limits: ActionLimits,
         others: impl Iterator<Item = SVector<f64, D>>,
         prey: Prey<'_, D>,
     ) -> Self {
         let nearest = prey.nearest(&own.position);
-        let of_nearest = |vector: fn(&Quarry<D>) -> SVector<f64, D>, own: &SVector<f64, D>| {
-            nearest.map_or_else(SVector::zeros, |quarry| vector(&quarry) - own)
+        let of_nearest = |vector: fn(&PreyAgent<D>) -> SVector<f64, D>, own: &SVector<f64, D>| {
+            nearest.map_or_else(SVector::zeros, |agent| vector(&agent) - own)
         };
         let centroid = prey.centroid();
         let mean_velocity =
@@ -47,18 +50,19 @@ impl<const D: usize> Sighting<D> {
             .min_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
         Self {
             velocity: own.velocity,
-            nearest: of_nearest(|quarry| quarry.position, &own.position),
-            nearest_velocity: of_nearest(|quarry| quarry.velocity, &own.velocity),
+            nearest: of_nearest(|agent| agent.position, &own.position),
+            nearest_velocity: of_nearest(|agent| agent.velocity, &own.velocity),
             centroid: centroid.map_or_else(SVector::zeros, |centroid| centroid - own.position),
             flock_velocity: centroid
                 .map(mean_velocity)
                 .map_or_else(SVector::zeros, |mean| mean - own.velocity),
             other,
-            max_speed: steered.max_speed,
+            max_speed: limits.max_speed,
         }
     }
 
-    /// The predator's own frame: ahead is its heading or, at rest, the first direction that it sees.
+    /// Returns the predator's body frame. The axis ahead is its heading or, at rest, the first observed
+    /// vector that is not 0.
     pub(crate) fn frame(&self) -> Frame<D> {
         let seen = [
             self.nearest,

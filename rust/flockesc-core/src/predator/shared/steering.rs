@@ -1,34 +1,37 @@
-//! Turning a heading by a limited angle.
+//! Turns of a heading toward a point by a limited angle.
 
 use nalgebra::SVector;
 
 use crate::base::vector::{least_aligned_axis, side_of, turn, unit};
 
-/// The unit vector `heading` turned toward the unit vector `sight` by at most `limit` rad, in their plane.
+/// Returns the unit vector `heading` turned toward the unit vector `direction` by at most `limit` rad, in
+/// their plane.
 fn turn_toward<const D: usize>(
     heading: &SVector<f64, D>,
-    sight: &SVector<f64, D>,
+    direction: &SVector<f64, D>,
     limit: f64,
 ) -> SVector<f64, D> {
-    let along = heading.dot(sight);
-    if libm::atan2((sight - heading * along).norm(), along) <= limit {
-        return *sight;
+    let along = heading.dot(direction);
+    if libm::atan2((direction - heading * along).norm(), along) <= limit {
+        return *direction;
     }
-    // For an aim straight behind both sides are equal: it turns to the axis least along the heading.
-    let side = side_of(heading, sight).or_else(|| side_of(heading, &least_aligned_axis(heading)));
+    // If the aim is straight behind, the side is ambiguous: turn toward the axis that is least aligned with
+    // the heading.
+    let side =
+        side_of(heading, direction).or_else(|| side_of(heading, &least_aligned_axis(heading)));
     side.map_or(*heading, |side| turn(heading, &side, limit))
 }
 
-/// The next heading of a predator that turns by at most `limit` rad toward a place at `offset`; `None` if it is there.
-/// From rest it sets off straight toward the place.
+/// Returns the next heading of a predator that turns toward a point at `offset` by at most `limit` rad, or
+/// `None` if the offset is 0. A predator at rest starts straight toward the point.
 pub(in crate::predator) fn heading_toward<const D: usize>(
     velocity: &SVector<f64, D>,
     offset: &SVector<f64, D>,
     limit: f64,
 ) -> Option<SVector<f64, D>> {
-    let sight = unit(offset)?;
-    let turned = unit(velocity).map(|heading| turn_toward(&heading, &sight, limit));
-    Some(turned.unwrap_or(sight))
+    let direction = unit(offset)?;
+    let turned = unit(velocity).map(|heading| turn_toward(&heading, &direction, limit));
+    Some(turned.unwrap_or(direction))
 }
 
 #[cfg(test)]
@@ -67,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn flies_on_over_its_aim_and_sets_off_from_rest() {
+    fn flies_straight_on_at_its_aim_and_starts_from_rest() {
         let (up, none) = (vector![0.0, 2.0], vector![0.0, 0.0]);
         assert_eq!(heading_toward(&up, &none, 1.0), None);
         assert_eq!(heading_toward(&none, &up, 0.0), Some(vector![0.0, 1.0]));

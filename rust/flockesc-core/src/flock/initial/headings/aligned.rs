@@ -1,4 +1,4 @@
-//! One direction, or those close to it.
+//! Initial headings within an angle of one direction.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,16 +10,16 @@ use crate::base::check::within_bounds;
 use crate::base::error::Result;
 use crate::base::rng;
 use crate::base::vector::{heading, least_aligned_axis};
-use crate::flock::initial::distribution::{Distribution, times};
+use crate::flock::initial::distribution::{Distribution, repeat};
 use crate::flock::initial::space::{Space, embed};
 
-/// Uniform over the directions (in the plane: angles) within `max_angle` of `direction`.
+/// Uniform over the directions within `max_angle` of `direction`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AlignedHeadings {
-    /// Of any length but 0; length D, or 2 for a direction in the plane.
+    /// A nonzero vector with D coordinates, or 2 for a direction in the plane.
     pub direction: Vec<f64>,
-    /// Largest angle off the direction in rad, from 0 to pi.
+    /// Largest angle from the direction in rad, from 0 to pi.
     pub max_angle: f64,
 }
 
@@ -36,7 +36,7 @@ impl Distribution for AlignedHeadings {
         rng: &mut ChaCha8Rng,
     ) -> Vec<SVector<f64, D>> {
         let ahead: Vector3<f64> = heading(&embed(&self.direction));
-        times(count, || self.draw_one(space, &ahead, rng))
+        repeat(count, || self.draw_one(space, &ahead, rng))
     }
 }
 
@@ -54,7 +54,8 @@ impl AlignedHeadings {
                 ahead * libm::cos(angle) + left * libm::sin(angle)
             }
             _ => {
-                // Equal heights of a sphere have equal areas; 1 - cos, kept exact for small angles.
+                // Zones of a sphere with equal heights have equal areas. 2 sin^2(a / 2) is 1 - cos(a) without
+                // cancellation for small angles.
                 let half = libm::sin(self.max_angle / 2.0);
                 let height = rng::uniform(rng, 2.0 * half * half);
                 let across = (height * (2.0 - height)).sqrt();

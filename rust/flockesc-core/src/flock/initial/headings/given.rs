@@ -1,4 +1,4 @@
-//! Given directions.
+//! Initial headings given in the scenario.
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
@@ -13,7 +13,7 @@ use crate::flock::initial::space::{Space, embed};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GivenHeadings {
-    /// n vectors of any length but 0, each of length D, or 2 for a direction in the plane.
+    /// n nonzero vectors, each with D coordinates, or 2 for a direction in the plane.
     pub directions: Vec<Vec<f64>>,
 }
 

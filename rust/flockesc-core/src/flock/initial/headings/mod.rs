@@ -1,4 +1,4 @@
-//! Initial headings: one distribution per file, and the list of all.
+//! Distributions of the initial headings, one per file.
 
 mod aligned;
 mod given;
@@ -20,7 +20,7 @@ distributions! {
     pub enum InitialHeadings in "initial_headings" {
         /// Uniform over all directions.
         Random(RandomHeadings),
-        /// Uniform around one direction.
+        /// Uniform within an angle of one direction.
         Aligned(AlignedHeadings),
         /// Given directions.
         GivenHeadings(GivenHeadings),

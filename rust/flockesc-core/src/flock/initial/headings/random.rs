@@ -1,13 +1,13 @@
-//! The paper's: every direction is as likely.
+//! Uniformly random initial headings, as in the paper.
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::flock::initial::distribution::{Distribution, times};
+use crate::flock::initial::distribution::{Distribution, repeat};
 use crate::flock::initial::space::Space;
 
-/// Uniform over all directions, or those of the plane for a flock that starts there.
+/// Uniform over all directions, or over the directions in the plane if the flock starts there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RandomHeadings {}
@@ -19,6 +19,6 @@ impl Distribution for RandomHeadings {
         count: usize,
         rng: &mut ChaCha8Rng,
     ) -> Vec<SVector<f64, D>> {
-        times(count, || space.direction(rng))
+        repeat(count, || space.direction(rng))
     }
 }

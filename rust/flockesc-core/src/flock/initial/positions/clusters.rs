@@ -1,4 +1,4 @@
-//! Several normal distributions.
+//! Initial positions in several normally distributed clusters.
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
@@ -6,10 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::check::{MAX_AGENTS, quantity, within};
 use crate::base::error::Result;
-use crate::flock::initial::distribution::{Distribution, times};
+use crate::flock::initial::distribution::{Distribution, repeat};
 use crate::flock::initial::space::Space;
 
-/// Normal around centers that are uniform in the initial region; agent i belongs to center i modulo their number.
+/// Normal around centers that are uniform in the initial region. Agent i belongs to center i modulo
+/// `num_clusters`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Clusters {
@@ -39,8 +40,8 @@ impl Distribution for Clusters {
         count: usize,
         rng: &mut ChaCha8Rng,
     ) -> Vec<SVector<f64, D>> {
-        let num_centers = self.num_clusters.min(count); // the others would stay empty
-        let centers: Vec<SVector<f64, D>> = times(num_centers, || space.uniform(rng));
+        let num_centers = self.num_clusters.min(count); // further clusters would have no agents
+        let centers: Vec<SVector<f64, D>> = repeat(num_centers, || space.uniform(rng));
         let center = centers.iter().cycle().take(count);
         center
             .map(|center| center + space.normal(self.standard_deviation, rng))

@@ -1,4 +1,4 @@
-//! A disc, in space a ball.
+//! Initial positions in a disc, or in a ball for D = 3.
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::check::positive_quantity;
 use crate::base::error::Result;
-use crate::flock::initial::distribution::{Distribution, times};
+use crate::flock::initial::distribution::{Distribution, repeat};
 use crate::flock::initial::space::Space;
 
 /// Uniform within `radius` of the center of the initial region.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Disc {
-    /// In m, from 1e-20 to 1e20.
+    /// Radius in m, from 1e-20 to 1e20.
     pub radius: f64,
 }
 
@@ -28,6 +28,6 @@ impl Distribution for Disc {
         count: usize,
         rng: &mut ChaCha8Rng,
     ) -> Vec<SVector<f64, D>> {
-        times(count, || space.shell(0.0, self.radius, rng))
+        repeat(count, || space.shell(0.0, self.radius, rng))
     }
 }

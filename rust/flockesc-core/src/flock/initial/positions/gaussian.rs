@@ -1,4 +1,4 @@
-//! One normal distribution.
+//! Normally distributed initial positions.
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::check::quantity;
 use crate::base::error::Result;
-use crate::flock::initial::distribution::{Distribution, times};
+use crate::flock::initial::distribution::{Distribution, repeat};
 use crate::flock::initial::space::Space;
 
-/// Normal around the center of the initial region, every coordinate on its own.
+/// Normal around the center of the initial region, independently in every coordinate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gaussian {
-    /// Of every coordinate in m, at least 0.
+    /// Standard deviation of every coordinate in m, at least 0.
     pub standard_deviation: f64,
 }
 
@@ -30,6 +30,6 @@ impl Distribution for Gaussian {
         rng: &mut ChaCha8Rng,
     ) -> Vec<SVector<f64, D>> {
         let deviation = self.standard_deviation;
-        times(count, || space.center() + space.normal(deviation, rng))
+        repeat(count, || space.center() + space.normal(deviation, rng))
     }
 }

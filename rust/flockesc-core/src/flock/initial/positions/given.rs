@@ -1,4 +1,4 @@
-//! Given points.
+//! Initial positions given in the scenario.
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
@@ -12,7 +12,7 @@ use crate::flock::initial::space::{Space, embed};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GivenPositions {
-    /// n points in m, each of length D, or 2 for a point in the plane.
+    /// n points in m, each with D coordinates, or 2 for a point in the plane.
     pub points: Vec<Vec<f64>>,
 }
 

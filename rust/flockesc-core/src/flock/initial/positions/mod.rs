@@ -1,4 +1,4 @@
-//! Initial positions: one shape per file, and the list of all.
+//! Distributions of the initial positions, one per file.
 
 mod clusters;
 mod disc;
@@ -24,13 +24,13 @@ use super::space::Space;
 use crate::base::error::Result;
 
 distributions! {
-    /// The distribution of r(0), named by its shape in the plane.
+    /// The distribution of r(0). Variants are named after shapes in the plane.
     pub enum InitialPositions in "initial_positions" {
-        /// Uniform in the initial region; in space a cube.
+        /// Uniform in the initial region: a square, or a cube for D = 3.
         Square(Square),
-        /// Uniform in a disc; in space a ball.
+        /// Uniform in a disc, or in a ball for D = 3.
         Disc(Disc),
-        /// Uniform in a ring; in space a spherical shell.
+        /// Uniform in a ring, or in a spherical shell for D = 3.
         Ring(Ring),
         /// Uniform along a line segment.
         Segment(Segment),

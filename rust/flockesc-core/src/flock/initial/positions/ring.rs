@@ -1,4 +1,4 @@
-//! A ring, in space a spherical shell.
+//! Initial positions in a ring, or in a spherical shell for D = 3.
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
@@ -6,16 +6,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::check::positive_quantity;
 use crate::base::error::{Error, Result};
-use crate::flock::initial::distribution::{Distribution, times};
+use crate::flock::initial::distribution::{Distribution, repeat};
 use crate::flock::initial::space::Space;
 
-/// Uniform within `width` / 2 of the circle of `radius` around the center of the initial region.
+/// Uniform within `width` / 2 of the circle (D = 3: sphere) of `radius` around the center of the initial
+/// region.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ring {
-    /// In m, from 1e-20 to 1e20.
+    /// Radius in m, from 1e-20 to 1e20.
     pub radius: f64,
-    /// In m, from 0 to 2 `radius`.
+    /// Width in m, from 0 to twice the radius.
     pub width: f64,
 }
 
@@ -25,7 +26,7 @@ impl Distribution for Ring {
         if (0.0..=2.0).contains(&(self.width / self.radius)) {
             return Ok(());
         }
-        let expected = "a number from 0 to 2 radius";
+        let expected = "a number from 0 to twice the radius";
         Err(Error::config(format!("{path}.width"), expected, self.width))
     }
 
@@ -37,6 +38,6 @@ impl Distribution for Ring {
     ) -> Vec<SVector<f64, D>> {
         let half = self.width / 2.0;
         let (inner, outer) = (self.radius - half, self.radius + half);
-        times(count, || space.shell(inner, outer, rng))
+        repeat(count, || space.shell(inner, outer, rng))
     }
 }

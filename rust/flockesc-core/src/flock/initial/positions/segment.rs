@@ -1,4 +1,4 @@
-//! A line segment.
+//! Initial positions along a line segment.
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
@@ -6,16 +6,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::error::Result;
 use crate::base::rng;
-use crate::flock::initial::distribution::{Distribution, times};
+use crate::flock::initial::distribution::{Distribution, repeat};
 use crate::flock::initial::space::{Space, embed};
 
-/// Uniform between `start` and `end`, each of length D, or 2 for a point in the plane.
+/// Uniform between `start` and `end`, each with D coordinates, or 2 for a point in the plane.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Segment {
-    /// In m.
+    /// One end in m.
     pub start: Vec<f64>,
-    /// In m.
+    /// The other end in m.
     pub end: Vec<f64>,
 }
 
@@ -31,7 +31,7 @@ impl Distribution for Segment {
         count: usize,
         rng: &mut ChaCha8Rng,
     ) -> Vec<SVector<f64, D>> {
-        times(count, || {
+        repeat(count, || {
             let part = rng::uniform(rng, 1.0);
             embed(&self.start) * (1.0 - part) + embed(&self.end) * part
         })

@@ -1,13 +1,13 @@
-//! The paper's: uniform in the initial region.
+//! Uniform initial positions in a square, as in the paper, or in a cube for D = 3.
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::flock::initial::distribution::{Distribution, times};
+use crate::flock::initial::distribution::{Distribution, repeat};
 use crate::flock::initial::space::Space;
 
-/// Uniform in `[0, side]^D`, or `[0, side]^2` for a flock that starts in the plane.
+/// Uniform in `[0, side]^D`, or in `[0, side]^2` if the flock starts in the plane.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Square {}
@@ -19,6 +19,6 @@ impl Distribution for Square {
         count: usize,
         rng: &mut ChaCha8Rng,
     ) -> Vec<SVector<f64, D>> {
-        times(count, || space.uniform(rng))
+        repeat(count, || space.uniform(rng))
     }
 }

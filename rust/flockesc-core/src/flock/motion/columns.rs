@@ -1,24 +1,24 @@
-//! The parameters of the agents of one group, column by column.
+//! Per-agent parameters of one group, column by column.
 
 use super::parameters::Parameters;
 use crate::agents::{Column, GROUP, PerAgent};
 
-/// The parameters of the agents of one group.
-pub(super) struct Traits {
+/// Per-agent parameters of one group.
+pub(super) struct ParameterColumns {
     /// dt / m in s/kg.
     pub(super) gain: Column<f64>,
     /// v0 in m/s.
     pub(super) speed: Column<f64>,
     /// a v0, the norm of the consensus force.
     pub(super) alignment: Column<f64>,
-    /// s.
+    /// s, the norm of the escape force.
     pub(super) repulsion: Column<f64>,
     /// Whether any parameter differs between agents.
     is_mixed: bool,
 }
 
-impl Traits {
-    /// Parameters of a group whose agents all equal the first agent of the flock.
+impl ParameterColumns {
+    /// Fills all lanes with the parameters of agent 0.
     #[inline(always)]
     pub(super) fn of_first(parameters: &Parameters<'_>) -> Self {
         let fields = [
@@ -39,7 +39,7 @@ impl Traits {
         }
     }
 
-    /// Loads the parameters of the group with these `ids`.
+    /// Loads the parameters of the agents with these `ids`, if parameters differ between agents.
     #[inline(always)]
     pub(super) fn load(&mut self, parameters: &Parameters<'_>, ids: &[u32]) {
         if !self.is_mixed {

@@ -1,0 +1,260 @@
+//! The SIMD kernel of the neighbor sums, if neighbors are determined by distances alone.
+//!
+//! Nodes entirely within reach are added at once, and nodes out of reach are skipped. Only tiles partly
+//! within reach are tested agent by agent.
+
+use bytemuck::{NoUninit, cast_ref, cast_slice};
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::agents::{Agents, Column, FANOUT, GROUP, TILE};
+use crate::neighbor::engine::reach::{Reach, bits, squared_norm};
+use crate::neighbor::engine::sums::{NeighborSums, Scratch};
+use crate::neighbor::engine::tree::{Siblings, Tree};
+use crate::neighbor::ranges::Reaches;
+
+/// Computes the sums of the groups from `first` on.
+pub(in crate::neighbor) fn sum_neighbors<const D: usize>(
+    agents: &Agents<D>,
+    tree: &Tree<D>,
+    reaches: Reaches<'_>,
+    first: usize,
+    sums: &mut [NeighborSums<D>],
+    scratch: &mut Scratch,
+) {
+    Arch::new().dispatch(SumNeighbors {
+        agents,
+        tree,
+        reaches,
+        first,
+        sums,
+        scratch,
+    });
+}
+
+/// Sums over nodes entirely within reach.
+#[derive(Clone, Copy)]
+struct NodeSums<const D: usize> {
+    sum: [i64; D],
+    count: i64,
+}
+
+impl<const D: usize> NodeSums<D> {
+    /// Adds the children of `block` whose bits are set.
+    #[inline(always)]
+    fn add(&mut self, block: &Siblings<D>, mut children: u8) {
+        while children != 0 {
+            let child = children.trailing_zeros() as usize;
+            children &= children - 1;
+            for axis in 0..D {
+                self.sum[axis] += block.sum[axis][child];
+            }
+            self.count += block.count[child];
+        }
+    }
+}
+
+/// The arguments of [`sum_neighbors`], for dispatch to an instruction set.
+pub(in crate::neighbor) struct SumNeighbors<'a, const D: usize> {
+    pub(in crate::neighbor) agents: &'a Agents<D>,
+    pub(in crate::neighbor) tree: &'a Tree<D>,
+    pub(in crate::neighbor) reaches: Reaches<'a>,
+    pub(in crate::neighbor) first: usize,
+    pub(in crate::neighbor) sums: &'a mut [NeighborSums<D>],
+    pub(in crate::neighbor) scratch: &'a mut Scratch,
+}
+
+impl<const D: usize> WithSimd for SumNeighbors<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self {
+            agents,
+            tree,
+            reaches,
+            first,
+            sums,
+            scratch,
+        } = self;
+        scratch.num_tile_pairs = 0;
+        let mut squared = [0.0; GROUP];
+        for (group, sums) in (first..).zip(sums) {
+            let ids = agents.ids_of(group);
+            reaches.square(group, ids, &mut squared);
+            let tiles = &tree.levels[0][group];
+            let reach = Reach::new(tiles.bounds(), reaches, &squared[..ids.len()]);
+            let common = find_groups(simd, tree, &reach, scratch);
+            for (tile, ids) in ids.chunks(TILE).enumerate() {
+                let lanes = tile * TILE..tile * TILE + ids.len();
+                let reach = Reach::new(tiles.bounds_of(tile), reaches, &squared[lanes]);
+                let (whole, found) = find_tiles(simd, tree, &reach, common, scratch);
+                scratch.num_tile_pairs += found;
+                for start in (tile * TILE..(tile + 1) * TILE).step_by(S::F64_LANES) {
+                    let positions = &agents.groups[group].position;
+                    let across = &scratch.tiles[..found];
+                    sum_tiles(simd, positions, &squared, start, tree, across, whole, sums);
+                }
+            }
+        }
+    }
+}
+
+/// Lists the groups partly within reach of a group in `scratch`, and returns the sums over nodes entirely
+/// within reach.
+#[inline(always)]
+fn find_groups<S: Simd, const D: usize>(
+    simd: S,
+    tree: &Tree<D>,
+    reach: &Reach<D>,
+    scratch: &mut Scratch,
+) -> NodeSums<D> {
+    let mut whole = NodeSums {
+        sum: [0; D],
+        count: 0,
+    };
+    scratch.groups.clear();
+    scratch.nodes.push((tree.levels.len() - 1, 0));
+    while let Some((level, index)) = scratch.nodes.pop() {
+        if level == 0 {
+            scratch.groups.push(index);
+            continue;
+        }
+        let block = &tree.levels[level][index];
+        let (inside, mut across) = reach.classify(simd, block);
+        whole.add(block, inside);
+        while across != 0 {
+            let child = across.trailing_zeros() as usize;
+            across &= across - 1;
+            scratch.nodes.push((level - 1, index * FANOUT + child));
+        }
+    }
+    let room = scratch.groups.len() * FANOUT;
+    if scratch.tiles.len() < room {
+        scratch.tiles.resize(room, 0);
+    }
+    whole
+}
+
+/// Lists the tiles partly within reach of a tile, among the groups in `scratch`. Returns `whole` plus the
+/// sums over tiles entirely within reach, and the number of listed tiles. There is no branch per tile,
+/// because it would be unpredictable.
+#[inline(always)]
+fn find_tiles<S: Simd, const D: usize>(
+    simd: S,
+    tree: &Tree<D>,
+    reach: &Reach<D>,
+    mut whole: NodeSums<D>,
+    scratch: &mut Scratch,
+) -> (NodeSums<D>, usize) {
+    let mut found = 0;
+    let zero = simd.splat_u64s(0);
+    let (mut sum, mut count) = ([zero; D], zero);
+    for &group in &scratch.groups {
+        let block = &tree.levels[0][group];
+        let mut across = reach.near(simd, block);
+        if across != 0 && reach.may_enclose {
+            for register in 0..FANOUT / S::F64_LANES {
+                let is_inside = reach.encloses(simd, block, register);
+                across &= !(bits(simd, is_inside) << (register * S::F64_LANES));
+                for axis in 0..D {
+                    let added = simd.add_u64s(sum[axis], load(simd, &block.sum[axis], register));
+                    sum[axis] = simd.select_u64s(is_inside, added, sum[axis]);
+                }
+                let added = simd.add_u64s(count, load(simd, &block.count, register));
+                count = simd.select_u64s(is_inside, added, count);
+            }
+        }
+        let first = (group * FANOUT) as u32;
+        let list = &mut scratch.tiles[found..found + FANOUT];
+        for (tile, child) in list.iter_mut().zip(SET_BITS[across as usize]) {
+            *tile = first + u32::from(child);
+        }
+        found += across.count_ones() as usize;
+    }
+    if reach.may_enclose {
+        for axis in 0..D {
+            whole.sum[axis] += lanes(&sum[axis]).iter().sum::<i64>();
+        }
+        whole.count += lanes(&count).iter().sum::<i64>();
+    }
+    (whole, found)
+}
+
+/// Positions of the set bits of every byte, lowest first, padded with zeros.
+const SET_BITS: [[u8; FANOUT]; 256] = {
+    let mut table = [[0; FANOUT]; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        let (mut bit, mut found) = (0, 0);
+        while bit < FANOUT {
+            if byte >> bit & 1 == 1 {
+                table[byte][found] = bit as u8;
+                found += 1;
+            }
+            bit += 1;
+        }
+        byte += 1;
+    }
+    table
+};
+
+/// Computes the sums of one register of agents, which begins at lane `start`: `whole` plus the sums over the
+/// agents of `tiles` within reach.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "a struct would only rename them")]
+fn sum_tiles<S: Simd, const D: usize>(
+    simd: S,
+    positions: &[Column<f64>; D],
+    squared: &Column<f64>,
+    start: usize,
+    tree: &Tree<D>,
+    tiles: &[u32],
+    whole: NodeSums<D>,
+    sums: &mut NeighborSums<D>,
+) {
+    let places = start..start + S::F64_LANES;
+    let squared = S::as_simd_f64s(&squared[places.clone()]).0[0];
+    let mut position = [squared; D];
+    for axis in 0..D {
+        position[axis] = S::as_simd_f64s(&positions[axis][places.clone()]).0[0];
+    }
+    let one = simd.splat_u64s(1);
+    let mut sum = [one; D];
+    for axis in 0..D {
+        sum[axis] = simd.splat_u64s(whole.sum[axis] as u64);
+    }
+    let mut count = simd.splat_u64s(whole.count as u64);
+    for &tile in tiles {
+        let others =
+            &tree.agents[tile as usize / FANOUT].0.as_chunks::<TILE>().0[tile as usize % FANOUT];
+        for other in others {
+            let mut offset = position;
+            for axis in 0..D {
+                offset[axis] = simd.sub_f64s(offset[axis], simd.splat_f64s(other.position[axis]));
+            }
+            let is_near = simd.less_than_or_equal_f64s(squared_norm(simd, offset), squared);
+            for axis in 0..D {
+                let added = simd.add_u64s(sum[axis], simd.splat_u64s(other.velocity[axis] as u64));
+                sum[axis] = simd.select_u64s(is_near, added, sum[axis]);
+            }
+            count = simd.select_u64s(is_near, simd.add_u64s(count, one), count);
+        }
+    }
+    for axis in 0..D {
+        sums.sum[axis][places.clone()].copy_from_slice(lanes(&sum[axis]));
+    }
+    sums.count[places].copy_from_slice(lanes(&count));
+}
+
+/// Loads one register of eight integers.
+#[inline(always)]
+fn load<S: Simd>(_: S, values: &[i64; FANOUT], register: usize) -> S::u64s {
+    let values: &[u64; FANOUT] = cast_ref(values);
+    S::as_simd_u64s(values).0[register]
+}
+
+/// Returns the integers in a register.
+#[inline(always)]
+fn lanes<T: NoUninit>(register: &T) -> &[i64] {
+    cast_slice(std::slice::from_ref(register))
+}
