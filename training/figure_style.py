@@ -51,6 +51,7 @@ def label_ends(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float 
         labels: height in data coordinates, text and color of each label.
         gap: least distance between labels, as a share of the height of the panel.
     """
+    axes.get_ylim()  # computes limits that are still to be computed
     to_axes = axes.transScale + axes.transLimits
     ordered = sorted(labels)
     places = [float(to_axes.transform((1.0, height))[1]) for height, _, _ in ordered]
