@@ -74,7 +74,7 @@ def render(runs: Sequence[Run], live: dict[str, Any] | None = None) -> str:
     scripts = [(uplot / "uPlot.iife.min.js").read_text("utf-8")]
     scripts += [(here / "js" / f"{name}.js").read_text("utf-8") for name in _SCRIPTS]
     return Template((here / "page.html").read_text("utf-8")).substitute(
-        title=html.escape(" / ".join(name for name, _ in runs)),
+        title=html.escape(" / ".join(run["title"] for run in document["runs"])),
         styles="\n".join(styles),
         scripts="\n".join(f"<script>\n{script}</script>" for script in scripts),
         data=_script_safe(json.dumps(document, allow_nan=False, separators=(",", ":"))),

@@ -1,4 +1,4 @@
-"""A claim of the paper beside what was measured, and the rule that turns both into a verdict."""
+"""Claims of the paper, what was measured for each, and the rule for the verdicts."""
 
 from __future__ import annotations
 
@@ -22,19 +22,43 @@ class Verdict(StrEnum):
 
 
 MOST = 0.95
-"""Share of realizations from which on a claim holds as such."""
+"""A claim holds if it is true in at least this share of the realizations."""
 
 
-def verdict(share: float, *, in_expectation: bool) -> Verdict:
-    """Return the verdict on a claim.
+@dataclass(frozen=True)
+class Judgment:
+    """The verdict on a claim, and how sure it is.
+
+    Attributes:
+        verdict: by ``MOST`` and by whether the claim is true of the mean.
+        share: share of realizations in which the claim is true, with its Wilson interval.
+        is_clear: False if the sample is too small to judge: an interval includes the bound that decides.
+    """
+
+    verdict: Verdict
+    share: Estimate
+    is_clear: bool
+
+
+def judge(is_so: NDArray[np.bool], *, in_expectation: bool, mean_is_clear: bool = True) -> Judgment:
+    """Return the judgment on a claim.
 
     Args:
-        share: share of realizations in which it is true.
+        is_so: whether it is true, of every realization.
         in_expectation: whether it is true of the mean over realizations.
+        mean_is_clear: False if the interval of the mean includes values of which it is true and others.
     """
+    found = stats.share(is_so)
     if in_expectation:
-        return Verdict.HOLDS if share >= MOST else Verdict.IN_EXPECTATION
-    return Verdict.SOMETIMES if share > 0 else Verdict.FAILS
+        verdict = Verdict.HOLDS if is_so.mean() >= MOST else Verdict.IN_EXPECTATION
+        return Judgment(verdict, found, mean_is_clear and not found.low < MOST <= found.high)
+    verdict = Verdict.SOMETIMES if is_so.any() else Verdict.FAILS
+    return Judgment(verdict, found, mean_is_clear)
+
+
+def is_clear(estimate: Estimate, low: float, high: float) -> bool:
+    """Return whether an interval lies inside or outside the bounds, and not across one of them."""
+    return not any(estimate.low < bound < estimate.high for bound in (low, high))
 
 
 @dataclass(frozen=True)
@@ -113,10 +137,11 @@ class Claim:
     Attributes:
         where: section or figure of the paper.
         claim: what the paper says, with its number.
-        measured: this project's figures.
-        trials: realizations that they are taken over.
+        measured: what this package measures; the first is the key figure.
+        trials: realizations that were measured.
         holds_if: the rule: what has to be true of a realization, and of the mean.
-        verdict: what came of it.
+        judgment: the verdict.
+        is_reading: whether this is this project's own reading of the text, not a claim of the paper.
     """
 
     where: str
@@ -124,4 +149,5 @@ class Claim:
     measured: tuple[Quantity, ...]
     trials: int
     holds_if: str
-    verdict: Verdict
+    judgment: Judgment
+    is_reading: bool = False
