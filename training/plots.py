@@ -33,10 +33,9 @@ def _colors(count: int) -> list[str]:
 
 
 def _title(name: str, place: int, count: int) -> str:
-    """Return the title of a policy; a trained one without a telling name is "learned (name)"."""
+    """Return the title of a policy; the last one is learned, and its run's name says nothing to others."""
     title = policy_title(name)
-    is_plain = place == count - 1 and title == name and "learned" not in name
-    return f"learned ({name})" if is_plain else title
+    return "learned policy" if place == count - 1 and title == name else title
 
 
 def objective_against_range(
