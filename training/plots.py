@@ -82,16 +82,16 @@ def flock_over_time(runs: list[Run], folder: Path) -> Path:
         above.annotate(
             f"J_mean {distance[at]:.1f} m",
             (trajectory.times[at], distance[at]),
-            xytext=(0, -15),
+            xytext=(-3, 7) if place else (0, -16),
             textcoords="offset points",
-            ha="center",
+            ha="right" if place else "center",
             color=color,
         )
         ends.append((float(distance[-1]), title, color))
         share = 100 * (trajectory.interaction_ranges >= LISTENS).mean(axis=1)
         below.stairs(share, trajectory.times, baseline=None, color=color, lw=2)
         shares.append((float(share[-1]), title, color))
-    above.margins(x=0, y=0.12)
+    above.margins(x=0, y=0.2)
     above.set_ylabel("mean predator distance (m)")
     above.set_title(f"One flock (seed {runs[0][1].seed}); the dot is the objective J_mean")
     below.set_ylabel("agents that listen (%)")

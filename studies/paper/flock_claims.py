@@ -277,7 +277,7 @@ def _edge(aimed: dict[float, Arrays]) -> list[Claim]:
             Claim(
                 "VI",
                 f"Against an attack on the flock's edge full connectivity is best ({name}).",
-                (*measured, share(f"flocks in which 100 m beats 10 m at offsets >= {EDGE:g} m", wins)),
+                (share(f"flocks in which 100 m beats 10 m at offsets >= {EDGE:g} m", wins), *measured),
                 len(wins),
                 "100 m beats the 10 m of Figure 9 at all these offsets; so do the means",
                 judge(wins, in_expectation=all(margin[offset].mean() > 0 for offset in at_edge)),

@@ -91,8 +91,8 @@ def _figure_3(free: Arrays) -> list[Claim]:
                 f"IV, Fig. 3{panel}",
                 f"rho = {rho:g}: clusters at {', '.join(f'{x:.2f}' for x in printed)}.",
                 (
-                    *(mean(f"cluster {k + 1}", column) for k, column in enumerate(found.T)),
                     share(f"lines with all within {NEAR:g}", near),
+                    *(mean(f"cluster {k + 1}", column) for k, column in enumerate(found.T)),
                 ),
                 len(found),
                 f"lines with this number of clusters: all within {NEAR:g} of those printed; so are the means",
@@ -230,7 +230,7 @@ def edge_claim(results: dict[str, Arrays]) -> Claim:
     return Claim(
         "VI, for the line",
         "Against a predator at the edge (x_p = 0) full connectivity is best.",
-        (*measured, share("lines in which rho = 1 is best, x_p = 0", wins)),
+        (share("lines in which rho = 1 is best, x_p = 0", wins), *measured),
         len(wins),
         "no range keeps the predator farther than rho = 1; the best range in expectation leaves one cluster",
         judge(wins, in_expectation=bool((components[0.0] == 1).all())),

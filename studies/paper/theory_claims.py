@@ -107,8 +107,8 @@ def _existence(results: dict[str, Arrays]) -> list[Claim]:
                 where,
                 f"With {name} and s = 2 a steady state exists for all of Figure 5, which d_ss needs.",
                 (
-                    share("lines that converge for rho = 0, 0.1, 0.2 (<= rho_p)", within),
                     share("lines that converge for all of rho = 0, 0.1, .., 1", beyond),
+                    share("lines that converge for rho = 0, 0.1, 0.2 (<= rho_p)", within),
                     share(f"lines that converge at the worst, rho = {worst / 10:g}", converged[worst]),
                 ),
                 len(beyond),

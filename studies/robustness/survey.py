@@ -1,4 +1,4 @@
-"""From measurements to results, figure and page. Needs the ``analysis`` extra."""
+"""Run the survey: measurements, results, figure and page. Needs the ``analysis`` extra."""
 
 from __future__ import annotations
 
