@@ -125,10 +125,10 @@ def test_scales_of_both_axes_are_equal() -> None:
 
 def test_colors_are_those_of_ranges() -> None:
     positions = [(10.0, 10.0), (80.0, 80.0), (50.0, 20.0)]
-    ranges = np.array([[0.0, 5.0, 20.0]])
+    ranges = np.array([0.0, 5.0, 20.0])
     run = still(positions, ranges, predators=())
     picture = draw(run, 1, options=RenderOptions(color="range", largest_range=20.0))
-    for position, color in zip(positions, range_colors(ranges[0], 20.0), strict=True):
+    for position, color in zip(positions, range_colors(ranges, 20.0), strict=True):
         assert near(picture, place(run, position), color)
 
 
