@@ -19,7 +19,7 @@ from flockesc_env.render.palette import LIGHT
 from training.figure_style import BAND, DPI, RANGES, WIDTH, label_ends
 
 Run = tuple[str, Trajectory]
-"""Name of a policy, and what the flock did under it."""
+"""Name of a policy, and the run of the flock under it."""
 
 LISTENS = 1.0
 """Range in m from which on an agent listens; below, it hardly ever has a neighbor."""

@@ -15,7 +15,7 @@ def policy_title(name: str, unit: str = "m") -> str:
     """Return how pictures call a policy.
 
     Args:
-        name: a built-in policy, a policy's file, or any name, which stays as it is.
+        name: a built-in policy, a policy's file, or any other name, which is returned unchanged.
         unit: of a fixed range.
     """
     if name.startswith("fixed:"):

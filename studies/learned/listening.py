@@ -1,4 +1,4 @@
-"""The ranges that a policy sets: against time, against the predator's place, and who stops listening."""
+"""Ranges that a policy sets: by the predator's place, and the share of agents that listen over time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from training.figure_style import RANGES, WIDTH
 from training.seeds import HELD_OUT, first_seeds
 
 SILENT = 1.0
-"""Range in m below which an agent counts as one that does not listen: it hardly ever has a neighbor there."""
+"""Range in m below which an agent does not listen: it hardly ever has a neighbor."""
 
 _HEADINGS = (-1.0, -0.5, 0.0, 0.5, 1.0)
 """Labelled cosines between an agent's heading and the direction away from the predator."""
@@ -29,21 +29,22 @@ LISTENING_FLOCKS = 50
 
 
 def measure_listening(entry: NamedPolicy, path: Path) -> None:
-    """Watch a policy on held-out flocks of its own scenario, and keep the statistics that the figure shows.
+    """Run a policy on held-out flocks of its own scenario and save the statistics for the figure.
 
     - ``times``: of the actions, in s;
     - ``quantiles``: of the ranges in m at every action, shape (5, actions); ``silent``: share of agents below
       ``SILENT``;
     - with one range per agent ``range_by_place``: mean range in m by cosine between heading and the
       direction away from the predator (edges ``cosines``) and by predator distance in m (``distances``),
-      where it is sensed; NaN where nobody was;
-    - ``stopped``: share of agents that listen no more from this action on, by thirds of the agents in order
-      of their predator distance at the start, shape (3, actions); of all, where they do not see it then.
+      where it is sensed; NaN in cells without agents;
+    - ``stopped``: share of agents that never listen again from this action on, by thirds of the agents in
+      order of their predator distance at the start, shape (3, actions). One row for all agents if they do
+      not see the predator at the start.
     """
     flocks = first_seeds(HELD_OUT, LISTENING_FLOCKS)
     layout, seen, ranges = watch(entry, flocks)
     scenario = entry.scenario
-    assert isinstance(scenario, FlockScenario)  # noqa: S101, lines are not watched
+    assert isinstance(scenario, FlockScenario)  # noqa: S101, only flocks have this figure
     times = np.arange(len(ranges)) * entry.options["steps_per_action"] * scenario.time_step
     found: dict[str, NDArray[Any]] = {
         "times": times,

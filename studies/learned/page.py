@@ -1,4 +1,4 @@
-"""The page of results and the README's table, made from the files of the studies."""
+"""The results page and the README's table, made from the files of the studies."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def write_page(results: Path, page: Path) -> str:
     """Write the page, and its pictures into a folder of the results; return the README's table.
 
     Raises:
-        RecordError: if the results are not whole.
+        RecordError: if the results are incomplete.
     """
     summaries = summarize(load_studies(results))
     for name, picture in _pictures(summaries).items():
@@ -44,7 +44,7 @@ def write_page(results: Path, page: Path) -> str:
 
 
 def listened(results: Path) -> list[str]:
-    """Return the settings whose explained policy was watched."""
+    """Return the settings with a file of ``measure_listening``."""
     return sorted(file.parent.name for file in results.glob(f"*/{LISTENING_FILE}"))
 
 
@@ -57,7 +57,7 @@ def markdown_page(
         summaries: of the settings.
         pictures: folder of the pictures.
         page: file that the page is for.
-        watched: settings that have a picture of what their policy does.
+        watched: settings with a picture of their policy's ranges.
     """
     folder = Path(os.path.relpath(pictures.resolve(), page.resolve().parent)).as_posix()
     rendered: str = (
@@ -96,7 +96,7 @@ def readme_table(summaries: Sequence[Summary]) -> str:
 
 
 def _pictures(summaries: Sequence[Summary]) -> dict[str, Figure]:
-    """Return the figures by the names of their files, without those that would be empty."""
+    """Return the figures by file name; figures without data are left out."""
     studies = [summary.study for summary in summaries]
     shown = figures.shown_studies(studies)
     profiles = {

@@ -1,4 +1,4 @@
-"""Claims of the paper, what was measured for each, and the rule for the verdicts."""
+"""Claims of the paper, their measurements, and the rule for the verdicts."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def judge(is_so: NDArray[np.bool], *, in_expectation: bool, mean_is_clear: bool 
     Args:
         is_so: whether it is true, of every realization.
         in_expectation: whether it is true of the mean over realizations.
-        mean_is_clear: False if the interval of the mean includes values of which it is true and others.
+        mean_is_clear: False if the interval of the mean includes the bound that decides.
     """
     found = stats.share(is_so)
     if in_expectation:
@@ -66,9 +66,9 @@ class Quantity:
     """A measured quantity.
 
     Attributes:
-        what: what was measured.
+        what: name of the quantity.
         value: the estimate with its 95 % interval.
-        unit: ``"m"``, ``"%"`` (``value`` is then a share) or nothing.
+        unit: ``"m"``, ``"%"`` (then ``value`` is a share) or "".
         digits: decimals that are shown.
     """
 
@@ -87,13 +87,13 @@ class Quantity:
 
 
 def every(is_so: NDArray[np.bool], axis: int) -> NDArray[np.bool]:
-    """Return where something is true along a whole axis."""
+    """Return where all entries along an axis are true."""
     result: NDArray[np.bool] = np.all(is_so, axis=axis)
     return result
 
 
 def share(what: str, is_so: NDArray[np.bool]) -> Quantity:
-    """Return the share of realizations of which something is true."""
+    """Return the share of realizations in which something is true."""
     return Quantity(what, stats.share(is_so), "%", 1)
 
 
@@ -108,14 +108,14 @@ def exactly(what: str, value: float, unit: str = "", digits: int = 2) -> Quantit
 
 
 def quantiles(what: str, values: FloatArray, unit: str = "", digits: int = 2) -> Quantity:
-    """Return the median and, instead of an interval, the range of 95 % of the realizations."""
+    """Return the median with the range of 95 % of the realizations instead of an interval."""
     low, middle, high = np.quantile(values, [0.025, 0.5, 0.975])
     return Quantity(what, Estimate(float(middle), float(low), float(high)), unit, digits)
 
 
 @dataclass(frozen=True)
 class RangeRow:
-    """What a fixed range gives in expectation.
+    """Objectives and components of one fixed range, in expectation.
 
     Attributes:
         interaction_range: rho in m.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
@@ -18,7 +19,7 @@ from studies.style import component_colors, letter
 from training.figure_style import BAND, RANGES, WIDTH, label_ends
 
 _TIMES = (0.0, 4.0, 8.0, 12.0)
-_COLORS = {rho: RANGES(np.sqrt(rho / FULL_RANGE)) for rho in SHOWN_FLOCK_RANGES}
+_COLORS = {rho: to_hex(RANGES(np.sqrt(rho / FULL_RANGE))) for rho in SHOWN_FLOCK_RANGES}
 """Colors of the ranges; the square root keeps 10 m apart from 0."""
 _GRID, _AIMED = np.array(FLOCK_GRID), np.array(AIMED_GRID)
 _SYMBOLS = {"mean": "J_mean", "minimum": "J_min"}
@@ -106,7 +107,7 @@ def distances(objective: str, curves: Arrays, grid: Arrays, seed: int) -> Figure
 
 
 def aimed_beside(aimed: dict[float, Arrays]) -> Figure:
-    """Draw, for an attack beside the center, the best range, and full connectivity against 10 m."""
+    """Draw the best range, and 100 m minus 10 m, against the predator's distance from the center."""
     figure = Figure(figsize=(WIDTH, 5.6), layout="constrained")
     panels = figure.subplots(2, 2, sharex=True)
     for column, (objective, symbol) in enumerate(_SYMBOLS.items()):

@@ -27,15 +27,15 @@ _UNCLEAR = " (sample too small to tell)"
 
 @dataclasses.dataclass(frozen=True)
 class PaperResults:
-    """All that the page is made from.
+    """Everything that the page shows.
 
     Attributes:
         trials: how many flocks and lines.
         line_seed: the line of Figures 3 and 4.
         flock_seed: the flock of Figures 6 to 10.
         claims: the rows.
-        by_range: what fixed ranges give.
-        versions: of the packages that they were computed with.
+        by_range: objectives of some fixed ranges.
+        versions: of the packages.
     """
 
     trials: Trials
@@ -83,9 +83,7 @@ def html_page(results: PaperResults, figures: Path) -> str:
         extensions=["tables", "fenced_code", "toc"], extension_configs={"toc": {"toc_depth": "2-3"}}
     )
     body = converter.convert(text)
-    page: str = (
-        templates("studies.paper").get_template("page.html").render(body=body, contents=converter.toc)  # type: ignore[attr-defined]
-    )
+    page: str = templates("studies.paper").get_template("page.html").render(body=body, contents=converter.toc)
     return page
 
 

@@ -1,4 +1,4 @@
-"""Which single realizations the figures show: found by a rule, not by eye."""
+"""The single realizations that the figures show, chosen by a rule."""
 
 from __future__ import annotations
 

@@ -82,16 +82,16 @@ def outcome(symbol: str, actions: tuple[float, ...], results: Mapping[str, NDArr
     """
     half = results["num_components"].shape[1] // 2
     values = results[OBJECTIVES[symbol]]
-    chosen, told = values[:, :half], values[:, half:]
+    chosen, measured = values[:, :half], values[:, half:]
     best = stats.argmax(np.array(actions), chosen)
     at = actions.index(best.mean)
     return Outcome(
         best=best,
         min_mean_distance=stats.mean(results["min_mean_distance"][at, half:]),
         min_min_distance=stats.mean(results["min_min_distance"][at, half:]),
-        at_zero=stats.mean(told[0]),
-        at_longest=stats.mean(told[-1]),
-        gain_over_zero=stats.mean(told[at] - told[0]),
-        gain_over_longest=stats.mean(told[at] - told[-1]),
-        curve=tuple(stats.mean(row) for row in told),
+        at_zero=stats.mean(measured[0]),
+        at_longest=stats.mean(measured[-1]),
+        gain_over_zero=stats.mean(measured[at] - measured[0]),
+        gain_over_longest=stats.mean(measured[at] - measured[-1]),
+        curve=tuple(stats.mean(row) for row in measured),
     )

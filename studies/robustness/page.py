@@ -71,7 +71,7 @@ class Answer:
 
     Attributes:
         question: a key of ``QUESTIONS``.
-        interior: presets whose best range is interior.
+        interior: presets with an interior best range.
         others: the other presets, each with its finding.
     """
 
