@@ -19,7 +19,7 @@ from studies.style import component_colors, letter
 from training.figure_style import BAND, RANGES, WIDTH, label_ends
 
 _TIMES = (0.0, 4.0, 8.0, 12.0)
-_COLORS = {rho: to_hex(RANGES(np.sqrt(rho / FULL_RANGE))) for rho in SHOWN_FLOCK_RANGES}
+_COLORS = {rho: to_hex(RANGES((rho / FULL_RANGE) ** 0.5)) for rho in SHOWN_FLOCK_RANGES}
 """Colors of the ranges; the square root keeps 10 m apart from 0."""
 _GRID, _AIMED = np.array(FLOCK_GRID), np.array(AIMED_GRID)
 _SYMBOLS = {"mean": "J_mean", "minimum": "J_min"}

@@ -219,3 +219,11 @@ def test_the_committed_page_is_that_of_the_committed_results() -> None:
     assert results.num_flocks >= 500
     assert {row.name for row in results.presets} <= set(attacked_presets())
     assert (COMMITTED / "robustness.png").is_file()
+
+
+@pytest.mark.parametrize("name", ["paper", "results", "robustness"])
+def test_cells_of_generated_tables_are_short(name: str) -> None:
+    lines = (ROOT / "docs" / f"{name}.md").read_text().splitlines()
+    cells = [cell for line in lines if line.startswith("|") for cell in line.split("|")]
+    assert len(cells) > 100
+    assert max(map(len, cells)) <= 200
