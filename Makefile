@@ -1,4 +1,4 @@
-# The few commands that a person types; `make help` lists them.
+# Commands for development; `make help` lists them.
 .DEFAULT_GOAL := help
 SHELL := bash -o pipefail
 PYTHON ?= python3.11
@@ -6,31 +6,31 @@ VENV := .venv
 BIN := $(VENV)/bin
 UV := $(BIN)/uv
 INSTALL := $(UV) pip install --quiet --constraint constraints.txt --requirement pyproject.toml
-# With why tests were skipped: how to get a browser, say.
+# -rs lists the reasons of skipped tests, for example how to install a browser.
 PYTEST := $(BIN)/python -m pytest --numprocesses auto -rs
 DEMO := runs/demo
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 
 .PHONY: help
-help: ## list the commands
+help: ## list these commands
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
 
-# The one thing that pip installs; uv installs the rest.
+# pip installs uv, and uv installs everything else.
 $(UV):
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt uv
 
-# Cargo's `dev` compiles in seconds after an edit and shares its crates with the tests; `release` is what users get, and
-# some per cent faster. Results are the same bits.
+# Profile of Cargo. `dev` compiles in seconds after an edit and shares its crates with the tests. `release` is the
+# profile of the wheel and some per cent faster. Both give the same results, bit for bit.
 PROFILE := dev
 .PHONY: build
-build: $(UV) ## make the virtual environment .venv and build the package into it
+build: $(UV) ## create the virtual environment .venv and install the package in it
 	$(INSTALL) --extra dev
 	$(BIN)/maturin develop --uv --profile $(PROFILE) --locked --quiet
 
 .PHONY: demo
-demo: build ## train a range policy and compare it with the grid search (about 4 minutes on 2 cores)
+demo: build ## train a range policy and compare it with the best fixed range (about 4 minutes on 2 cores)
 	rm -rf $(DEMO)
 	$(BIN)/python -m training train demo-ppo --run $(DEMO)
 	$(BIN)/python -m training compare --policies stubborn-leaders $(DEMO) --output $(DEMO)/comparison
@@ -38,56 +38,58 @@ demo: build ## train a range policy and compare it with the grid search (about 4
 bench paper robustness: PROFILE := release
 
 .PHONY: bench
-bench: build ## measure speed beside peers (about 15 minutes; the core alone: cargo bench --package flockesc-kernels)
+bench: build ## benchmark this project and its peers (about 15 minutes; Rust core only: cargo bench --package flockesc-kernels)
 	$(INSTALL) --extra bench
 	$(BIN)/python -m benchmarks run
 
 .PHONY: paper
-paper: build ## reproduce the paper: every figure, every claim beside its measurement (about 6 minutes)
+paper: build ## reproduce the figures and check the claims of the paper (about 6 minutes)
 	$(BIN)/python -m studies paper --output results/paper --page docs/paper.md
 
 .PHONY: robustness
-robustness: build ## the best fixed range in every flock preset (about 35 minutes)
+robustness: build ## find the best fixed range of every flock preset (about 35 minutes)
 	$(BIN)/python -m studies robustness --output results/robustness --page docs/robustness.md
 
 .PHONY: test
-test: lint test-rust test-python ## what must pass before a change lands
+test: lint test-rust test-python ## run linters and all tests except the slow ones
 
 .PHONY: test-all
-test-all: test ## the tests that take minutes, too: long runs, forks, interrupts, lifecycles, corrupted documents
+test-all: test ## run all tests, including slow ones: long runs, forks, interrupts, lifecycles, corrupted documents
 	$(PYTEST) tests/slow
 
+# Stubtest reads the stubs alone: with the imports it takes half a minute more, and it overwrites mypy's cache.
+STUBTEST := [mypy]\nfollow_imports = skip\ncache_dir = /dev/null\n
 .PHONY: lint
-lint: build ## formatters, linters, types, stubs
+lint: build ## check formatting, lints, types and stubs
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked --quiet -- --deny warnings
 	RUSTDOCFLAGS="--deny warnings" cargo doc --workspace --no-deps --locked --quiet
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
-	$(BIN)/python -m mypy.stubtest flockesc_env._core
+	$(BIN)/python -m mypy.stubtest --mypy-config-file <(printf '$(STUBTEST)') flockesc_env._core
 
-# The bindings have no Rust tests; naming them lets the tests use the crates that `make build` has compiled.
+# flockesc-py has no Rust tests. Naming it selects the same features, so that the crates of `make build` are reused.
 .PHONY: test-rust
-test-rust: $(UV) ## tests of the core crate
+test-rust: $(UV) ## run the Rust tests
 	cargo test --locked --package flockesc-core --package flockesc-py
 
 .PHONY: test-python
-test-python: build ## tests of the Python package
+test-python: build ## run the Python tests
 	$(PYTEST)
 
-# Fuzzing wants a nightly compiler and cargo-fuzz; with no unsafe code there is nothing to sanitize.
+# Requires a nightly compiler and cargo-fuzz. No sanitizer is used, because the core has no unsafe code.
 FUZZ_SECONDS := 60
 .PHONY: fuzz
-fuzz: ## fuzz documents, steps and states of the core, a minute each
+fuzz: ## fuzz documents, steps and snapshots of the core, one minute each
 	for target in config state step; do \
 	  mkdir -p fuzz/corpus/$$target; \
 	  cargo +nightly fuzz run --sanitizer none $$target fuzz/corpus/$$target $$(ls -d fuzz/seeds/$$target 2> /dev/null) -- \
 	    -max_total_time=$(FUZZ_SECONDS) -max_len=8192 || exit 1; \
 	done
 
-# The package as users get it: a wheel, put into environments that hold other versions or other libraries than .venv
-# does. What is in each stands in compat/NAME.in, its pins in compat/NAME.txt; the newest takes NEWEST_PYTHON.
+# Tests of the wheel in other environments than .venv: the oldest and newest versions of dependencies, and other
+# libraries. compat/NAME.in lists the requirements of an environment, compat/NAME.txt its pins.
 COMPAT := .compat
 RELEASES := oldest newest
 PEERS := bare rllib supersuit torchrl
@@ -97,16 +99,16 @@ CONTRACT := envs/test_{conformance,copies,gymnasium,pettingzoo,sb3,states,vector
   policies/test_policy_files.py tools/test_{readme,records}.py
 WITHOUT_RUST := env -i HOME=$(HOME) PATH=/usr/bin:/bin
 
-# Not --locked: the source distribution lacks the crates that only measure, and Cargo drops from its lock what they alone
-# need. `make test` holds the lock itself.
+# Not --locked: the source distribution does not contain the benchmark crates, so Cargo removes their dependencies from
+# the lock file. `make test` checks the lock file.
 .PHONY: wheel
-wheel: $(UV) ## a portable wheel, made from the source distribution beside it, in dist
+wheel: $(UV) ## build a portable wheel and a source distribution in dist
 	rm -rf dist
 	$(INSTALL) --extra release
 	$(BIN)/maturin build --release --zig --compatibility manylinux2014 --sdist --out dist
 
 .PHONY: compat
-compat: $(ENVIRONMENTS:%=compat-%) ## the wheel with oldest and newest dependencies, RLlib, TorchRL, SuperSuit
+compat: $(ENVIRONMENTS:%=compat-%) ## test the wheel with the oldest and newest dependencies, RLlib, TorchRL and SuperSuit
 
 .PHONY: $(ENVIRONMENTS:%=compat-%)
 $(RELEASES:%=compat-%): TESTS = $(CONTRACT:%=tests/%)
@@ -118,16 +120,16 @@ $(ENVIRONMENTS:%=compat-%): compat-%: wheel
 	$(UV) pip check --quiet --python $(COMPAT)/$*
 	$(WITHOUT_RUST) $(COMPAT)/$*/bin/python -P -m pytest compat/test_wheel.py $(TESTS)
 
-# The pins of .venv and of `make compat`; UPGRADE= keeps what is pinned and still fits.
+# Pins of .venv and of `make compat`. `make pins UPGRADE=` keeps existing pins if they are still valid.
 UPGRADE := --upgrade
 COMPILE = $(UV) pip compile --quiet --no-header --no-annotate $(UPGRADE) --python-version 3.11 pyproject.toml
 .PHONY: pins
-pins: $(UV) ## resolve all pins from pyproject.toml and compat/*.in
+pins: $(UV) ## update all pins from pyproject.toml and compat/*.in
 	$(COMPILE) --all-extras --output-file constraints.txt
 	$(foreach name,$(ENVIRONMENTS),$(COMPILE) compat/$(name).in $(if $(filter $(name),$(RELEASES)),--extra train --extra video) \
 	  $(if $(filter $(name),oldest),--resolution lowest-direct) --output-file compat/$(name).txt &&) true
 
-# Tools that are compiled by the first call (some minutes).
+# Tools that are compiled at their first use (some minutes).
 CARGO_TOOLS := $(COMPAT)/cargo/bin
 CARGO_DENY := $(CARGO_TOOLS)/cargo-deny
 $(CARGO_DENY): VERSION := 0.20.2
@@ -135,20 +137,20 @@ $(CARGO_TOOLS)/cargo-mutants: VERSION := 27.1.0
 $(CARGO_TOOLS)/%:
 	cargo install --quiet --locked --root $(COMPAT)/cargo $*@$(VERSION)
 
-# Samples: some mutants of the package, one part of the core's.
+# Sample sizes: number of mutants of the Python package, and share of the mutants of the core.
 MUTANTS := 100
 SHARD := 0/40
 .PHONY: mutants
-mutants: build $(CARGO_TOOLS)/cargo-mutants ## change the code in a sample of places, and see whether tests notice (hours)
+mutants: build $(CARGO_TOOLS)/cargo-mutants ## mutation testing of samples of the package and the core (hours)
 	$(UV) run --quiet --no-project --isolated --python $(BIN)/python --with cosmic-ray==8.7.0 tests/support/mutants.py $(MUTANTS)
 	$(CARGO_TOOLS)/cargo-mutants mutants --package flockesc-core --shard $(SHARD) --output runs
 
 .PHONY: audit
-audit: $(CARGO_DENY) ## licenses, sources and versions of all crates
+audit: $(CARGO_DENY) ## check licenses, sources and versions of all crates
 	$(CARGO_DENY) --locked check licenses bans sources
 
 .PHONY: advisories
-advisories: $(CARGO_DENY) $(UV) ## known faults of crates and Python packages (asks RustSec and PyPI)
+advisories: $(CARGO_DENY) $(UV) ## check crates and Python packages for known vulnerabilities (RustSec, PyPI)
 	$(CARGO_DENY) --locked check advisories
 	$(INSTALL) --extra release
 	$(BIN)/pip-audit --requirement constraints.txt --no-deps --disable-pip
@@ -160,5 +162,5 @@ format: build ## format all code
 	$(BIN)/ruff check --fix .
 
 .PHONY: clean
-clean: ## remove what was built, not what was computed
+clean: ## remove build products; results are kept
 	rm -rf target dist $(COMPAT) $(VENV) flockesc_env/_core*.so

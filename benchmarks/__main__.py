@@ -1,4 +1,4 @@
-"""Command line: ``python -m benchmarks run | plot``."""
+"""Entry point of ``python -m benchmarks``: the commands run and plot."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _FILE = "benchmarks.json"
 
 @dataclass(frozen=True)
 class RunArgs:
-    """What to measure.
+    """Arguments of ``run``.
 
     Attributes:
-        only: sections to measure.
-        quick: a smoke run with few repetitions and small sizes; its figures mean little.
-        output: folder for the records and the figures.
+        only: sections to measure; default: all.
+        quick: few repetitions and small sizes, to test the benchmarks; the results are not meaningful.
+        output: folder for the measurements and the figures.
     """
 
     only: tuple[Section, ...] = get_args(Section)
@@ -34,10 +34,10 @@ class RunArgs:
 
 @dataclass(frozen=True)
 class PlotArgs:
-    """What to draw.
+    """Arguments of ``plot``.
 
     Attributes:
-        output: folder that holds the records of a run.
+        output: folder with the measurements of an earlier run; the figures are written there.
     """
 
     output: Path = Path("results/benchmarks")
@@ -48,9 +48,9 @@ app = tyro.extras.SubcommandApp()
 
 @app.command(name="run")
 def _run(args: Annotated[RunArgs, tyro.conf.arg(name="")]) -> None:
-    """Check every peer against this project, measure, print tables, save every repetition, draw."""
-    surroundings = machine.description()
-    with threadpool_limits(1):  # of BLAS: everybody has one thread, this project too
+    """Check that peers agree with this project, measure, and write tables, measurements and figures."""
+    machine_description = machine.description()
+    with threadpool_limits(1):  # of BLAS: all candidates use one thread
         others = peers.installed()
         peers.check(others)
         sections = {
@@ -67,14 +67,14 @@ def _run(args: Annotated[RunArgs, tyro.conf.arg(name="")]) -> None:
             print(f"measuring: {name}", flush=True)
             records += sections[name]()
     report.show(records)
-    _save(surroundings, records, args.output)
+    _save(machine_description, records, args.output)
     for path in plots.draw(records, args.output):
         print("Figure:", path)
 
 
 @app.command(name="plot")
 def _plot(args: Annotated[PlotArgs, tyro.conf.arg(name="")]) -> None:
-    """Print the tables and draw the figures of a run again, from its file alone."""
+    """Print the tables and draw the figures of an earlier run again."""
     document = json.loads((args.output / _FILE).read_text())
     records = [Record.from_document(entry) for entry in document["records"]]
     report.show(records)
@@ -82,11 +82,11 @@ def _plot(args: Annotated[PlotArgs, tyro.conf.arg(name="")]) -> None:
         print("Figure:", path)
 
 
-def _save(surroundings: dict[str, Any], records: list[Record], folder: Path) -> None:
-    document = {"machine": surroundings, "records": [record.document() for record in records]}
+def _save(machine_description: dict[str, Any], records: list[Record], folder: Path) -> None:
+    document = {"machine": machine_description, "records": [record.document() for record in records]}
     folder.mkdir(parents=True, exist_ok=True)
     (folder / _FILE).write_text(json.dumps(document, indent=1) + "\n")
 
 
 if __name__ == "__main__":
-    app.cli(description="Measure this project beside its peers, in one run.")
+    app.cli(prog="python -m benchmarks", description="Measure the speed of this project and its peers.")

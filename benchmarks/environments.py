@@ -1,6 +1,6 @@
-"""Environments, one step at a time: this project's interfaces, and multi-agent environments of others.
+"""Benchmark of environment steps: interfaces of this project, VMAS and MPE2.
 
-A call is an episode of 240 steps with its reset, at a range of 10 m; of the slow peers it is a few steps.
+One call is an episode of 240 steps with its reset, at a range of 10 m. For slow peers it is a few steps.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ def run(*, quick: bool) -> list[Record]:
         _mpe2,
     ]
     with cores(1):
-        contenders = []
+        candidates = []
         for make in makers:
             try:
-                contenders.append(make())
+                candidates.append(make())
             except ModuleNotFoundError as error:
-                print(f"{make.__name__.strip('_')} is left out: {error.name} is not installed")
-        return measure("environments", contenders, "environment step", repetitions=3 if quick else 5)
+                print(f"skipped {make.__name__.strip('_')}: {error.name} is not installed")
+        return measure("environments", candidates, "environment step", repetitions=3 if quick else 5)
 
 
 def _gymnasium() -> Candidate:
@@ -110,7 +110,7 @@ def _pettingzoo_arrays() -> Candidate:
 
 
 class _NoDynamics(ParallelEnv[str, Any, Any]):
-    """What a step of the parallel interface costs before anything happens in it: five dicts."""
+    """A PettingZoo environment that does nothing: the cost of the five dicts of a step."""
 
     metadata: ClassVar[dict[str, Any]] = {"name": "no_dynamics_v0"}
 
@@ -134,7 +134,7 @@ class _NoDynamics(ParallelEnv[str, Any, Any]):
 def _no_dynamics() -> Candidate:
     env = _NoDynamics()
     actions = {agent: np.array([RANGE], np.float32) for agent in env.possible_agents}
-    return _contender("PettingZoo, no dynamics", partial(_dict_episode, env, actions), STEPS, AGENTS, 1)
+    return _candidate("PettingZoo, no dynamics", partial(_dict_episode, env, actions), STEPS, AGENTS, 1)
 
 
 def _vmas() -> Candidate:
@@ -142,7 +142,7 @@ def _vmas() -> Candidate:
     from vmas import make_env
 
     agents, flocks, steps = 100, 32, 2
-    # The default distance between agents at the start leaves the drawing of 100 of them a minute to end.
+    # With the default minimum distance between entities, placing 100 agents takes a minute.
     env = make_env(
         "flocking", num_envs=flocks, device="cpu", seed=0, n_agents=agents, min_dist_between_entities=0.05
     )
@@ -152,7 +152,7 @@ def _vmas() -> Candidate:
         for _ in range(steps):
             env.step(actions)
 
-    return _contender("VMAS flocking", some_steps, steps, agents, flocks)
+    return _candidate("VMAS flocking", some_steps, steps, agents, flocks)
 
 
 def _mpe2() -> Candidate:
@@ -161,13 +161,13 @@ def _mpe2() -> Candidate:
     agents, steps = 100, 5
     env = simple_tag_v3.parallel_env(num_good=99, num_adversaries=1, max_cycles=10**9)
     env.reset(seed=0)
-    actions = {agent: i % 5 for i, agent in enumerate(env.agents)}  # to all sides, and none
+    actions = {agent: i % 5 for i, agent in enumerate(env.agents)}  # all five moves
 
     def some_steps() -> None:
         for _ in range(steps):
             env.step(actions)
 
-    return _contender("mpe2 simple_tag", some_steps, steps, agents, 1)
+    return _candidate("mpe2 simple_tag", some_steps, steps, agents, 1)
 
 
 def _dict_episode(env: ParallelEnv[str, Any, Any], actions: dict[str, Any]) -> None:
@@ -177,8 +177,8 @@ def _dict_episode(env: ParallelEnv[str, Any, Any], actions: dict[str, Any]) -> N
 
 
 def _own(interface: str, episode: Callable[[], None], flocks: int = 1) -> Candidate:
-    return _contender(f"{PROJECT}, {interface}", episode, STEPS, AGENTS, flocks)
+    return _candidate(f"{PROJECT}, {interface}", episode, STEPS, AGENTS, flocks)
 
 
-def _contender(name: str, run: Callable[[], None], steps: int, agents: int, flocks: int) -> Candidate:
+def _candidate(name: str, run: Callable[[], None], steps: int, agents: int, flocks: int) -> Candidate:
     return Candidate(name, run, steps, case={"agents": agents, "flocks": flocks})

@@ -1,4 +1,4 @@
-"""The paper's grid search through ``sweep``, on one core and on two."""
+"""Benchmark of the paper's grid search with ``sweep``, on one core and on two."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ SEEDS = range(40)
 
 
 def run(*, quick: bool) -> list[Record]:
-    """Time the whole grid on the wall: what a person waits for."""
+    """Measure the wall-clock time of the whole grid search."""
     ranges = RANGES[::20] if quick else RANGES
-    contenders = [
+    candidates = [
         Candidate(PROJECT, partial(_search, ranges, threads), 1, case={"threads": threads})
         for threads in (1, 2)
     ]
     case = {"ranges": len(ranges), "seeds": len(SEEDS)}
-    return measure("grid", contenders, "grid search", repetitions=3, clock="wall", case=case)
+    return measure("grid", candidates, "grid search", repetitions=3, clock="wall", case=case)
 
 
 def _search(ranges: Floats, threads: int) -> None:

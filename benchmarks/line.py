@@ -1,4 +1,4 @@
-"""The paper's line at four ranges: 100 agents, everybody on the same lines for as many steps as they move."""
+"""Benchmark of line steps: the paper's line (100 agents) at four ranges, until the steady state."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ RANGES = (0.05, 0.1, 0.2, 0.5)
 LINES = 200
 
 Run = Callable[[Floats, LineScenario, float, int], Floats]
-"""``run(states, scenario, interaction_range, steps)`` returns the states after that many steps."""
+"""``run(states, scenario, interaction_range, steps)`` returns the states after ``steps`` steps."""
 
 
 def run(*, quick: bool) -> list[Record]:
-    """Time a step of one line; this project by the difference of whole sweeps and sweeps of one step."""
+    """Time a step of one line. For this project: a whole sweep minus a sweep of one step."""
     scenario = LineScenario()
     seeds = range(20 if quick else LINES)
     records = []
@@ -34,29 +34,31 @@ def run(*, quick: bool) -> list[Record]:
             sum(steps) - len(lines),
             before=partial(sweep, scenario.replace(max_steps=1), [rho], seeds, num_threads=1),
         )
-        contenders = [own]
+        candidates = [own]
         for name, peer in PEERS.items():
             check(name, peer, rho)
-            contenders.append(Candidate(name, partial(_all, peer, starts, scenario, rho, steps), sum(steps)))
+            candidates.append(Candidate(name, partial(_all, peer, starts, scenario, rho, steps), sum(steps)))
         with cores(1):
             records += measure(
-                "line", contenders, "line step", repetitions=3 if quick else 5, case={"rho": rho}
+                "line", candidates, "line step", repetitions=3 if quick else 5, case={"rho": rho}
             )
     return records
 
 
 def check(name: str, peer: Run, rho: float) -> None:
-    """Compare a peer with this project on every step of a line until it stands still.
+    """Compare a peer with this project on every step of a line until its steady state.
 
     Raises:
-        DisagreementError: naming the peer, the range and the difference.
+        DisagreementError: if they differ by more than ``TOLERANCE``.
     """
     scenario = LineScenario()
     states = simulate_line(scenario, rho, seed=0).states
     reached = [peer(before, scenario, rho, 1) for before in states[:-1]]
     difference = np.abs(np.array(reached) - states[1:]).max()
     if not difference <= TOLERANCE:
-        raise DisagreementError(f"{name} at {rho} on the line: off by {difference:.3g}")
+        raise DisagreementError(
+            f"{name} differs from {PROJECT} by {difference:.3g} on the line at rho = {rho}"
+        )
 
 
 def _all(peer: Run, starts: list[Floats], scenario: LineScenario, rho: float, steps: list[int]) -> None:

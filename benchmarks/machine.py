@@ -1,4 +1,4 @@
-"""On what the figures were measured, and with which versions."""
+"""Description of the machine and the versions of a benchmark run."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ _FLAGS = ("sse2", "avx", "avx2", "fma", "avx512f", "avx512dq", "avx512vl", "avx5
 
 
 def description() -> dict[str, Any]:
-    """Return processor, system, versions and commit."""
+    """Return the processor, system, versions and commit."""
     cpu = _cpu()
     flags = set(cpu.get("flags", "").split())
     return {
         "cpu": cpu.get("model name", platform.processor()),
         "cores": os.cpu_count(),
-        "load_average": os.getloadavg()[0],  # of the last minute: who else was there
+        "load_average": os.getloadavg()[0],  # of the last minute
         "instruction_sets": [flag for flag in _FLAGS if flag in flags],
         "system": platform.platform(),
         "python": platform.python_version(),
@@ -45,7 +45,7 @@ def description() -> dict[str, Any]:
 
 
 def _cpu() -> dict[str, str]:
-    """Return the first processor's lines of /proc/cpuinfo; nothing where there is no such file."""
+    """Return the entries of the first processor in /proc/cpuinfo; empty if the file does not exist."""
     path = Path("/proc/cpuinfo")
     if not path.exists():
         return {}

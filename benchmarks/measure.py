@@ -1,4 +1,4 @@
-"""Timing: contenders take turns, so that a drift of the machine hits all alike."""
+"""Timing of candidates. They take turns, so that changes of the machine's speed affect all equally."""
 
 from __future__ import annotations
 
@@ -16,21 +16,22 @@ Clock = Literal["cpu", "wall"]
 _CLOCKS: dict[Clock, Callable[[], float]] = {"cpu": time.process_time, "wall": time.perf_counter}
 
 _SHORTEST = 0.05
-"""A repetition calls its contender as often as it takes to fill this many seconds."""
+"""Minimum duration of a repetition in s; short candidates are called several times."""
 _LONG = 1.0
-_REPETITIONS_OF_LONG = 3
+"""Candidates that take longer than this, in s, are repeated ``_LONG_REPETITIONS`` times."""
+_LONG_REPETITIONS = 3
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """Something to time.
+    """An implementation to time.
 
     Attributes:
-        name: in tables and figures.
-        run: what is timed.
-        units: how many of the record's units one call does.
-        before: timed as well and taken off, so that a set-up that both share does not count.
-        case: what tells this contender's record from others, beside the name.
+        name: name in tables and figures.
+        run: the function to time.
+        units: number of units of work per call, for example flock steps.
+        before: its time is subtracted, to exclude setup that ``run`` also does; ``None``: nothing.
+        case: parameters that distinguish this candidate from others of the same name.
     """
 
     name: str
@@ -42,16 +43,16 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Record:
-    """One contender's repetitions in one case.
+    """Measurements of one candidate in one case.
 
     Attributes:
-        section: which benchmark.
-        contender: who.
-        case: what, for instance ``{"n": 300, "rho": 10.0}``.
-        unit: what ``seconds`` are the cost of.
-        clock: processor time of the whole process, or time on the wall.
-        seconds: one entry per repetition, in the order in which they were taken.
-        note: why there are none.
+        section: name of the benchmark.
+        contender: name of the candidate.
+        case: parameters of the case, for example ``{"n": 300, "rho": 10.0}``.
+        unit: the unit of work that ``seconds`` refers to.
+        clock: ``"cpu"``: processor time of the process; ``"wall"``: wall-clock time.
+        seconds: time per unit in s, one entry per repetition.
+        note: reason why ``seconds`` is empty; otherwise empty.
     """
 
     section: str
@@ -64,44 +65,53 @@ class Record:
 
     @property
     def median(self) -> float:
-        """Return the median over repetitions in s, not a number if there are none."""
+        """Median over repetitions in s; NaN if there are none."""
         return statistics.median(self.seconds) if self.seconds else math.nan
 
     def document(self) -> dict[str, Any]:
-        """Return what the JSON file holds."""
+        """Return the record as JSON data."""
         return {**asdict(self), "median": self.median if self.seconds else None}
 
     @classmethod
     def from_document(cls, document: dict[str, Any]) -> Self:
-        """Return the record that a JSON file holds."""
+        """Return the record of JSON data."""
         return cls(**{name: value for name, value in document.items() if name != "median"})
 
 
 def measure(
     section: str,
-    contenders: list[Candidate],
+    candidates: list[Candidate],
     unit: str,
     *,
     repetitions: int,
     clock: Clock = "cpu",
     case: dict[str, Any] | None = None,
 ) -> list[Record]:
-    """Warm every contender up once, then time them in turns; what takes over a second, three times only."""
-    calls = [max(1, math.ceil(_SHORTEST / _time(entry.run, 1, clock))) for entry in contenders]
-    seconds: list[list[float]] = [[] for _ in contenders]
+    """Call every candidate once to warm up, then time all in turns.
+
+    Args:
+        section: name of the benchmark.
+        candidates: the candidates.
+        unit: the unit of work.
+        repetitions: number of repetitions; candidates that take over a second have at most three.
+        clock: the clock.
+        case: parameters of the case, added to those of the candidates.
+    """
+    calls = [max(1, math.ceil(_SHORTEST / _time(entry.run, 1, clock))) for entry in candidates]
+    seconds: list[list[float]] = [[] for _ in candidates]
     for repetition in range(repetitions):
-        for entry, count, taken in zip(contenders, calls, seconds, strict=True):
+        for entry, count, taken in zip(candidates, calls, seconds, strict=True):
             is_long = taken and taken[0] * entry.units > _LONG
-            if not (is_long and repetition >= _REPETITIONS_OF_LONG):
-                taken.append(_once(entry, count, clock) / (count * entry.units))
+            if not (is_long and repetition >= _LONG_REPETITIONS):
+                taken.append(_net_time(entry, count, clock) / (count * entry.units))
     return [
         Record(section, entry.name, {**(case or {}), **entry.case}, unit, clock, taken)
-        for entry, taken in zip(contenders, seconds, strict=True)
+        for entry, taken in zip(candidates, seconds, strict=True)
     ]
 
 
-def _once(entry: Candidate, calls: int, clock: Clock) -> float:
-    """Return the seconds of this many calls."""
+def _net_time(entry: Candidate, calls: int, clock: Clock) -> float:
+    """Return the seconds of ``calls`` calls, without the time of ``before``."""
     spent = _time(entry.run, calls, clock)
     return spent - (_time(entry.before, calls, clock) if entry.before else 0.0)
 
@@ -121,7 +131,7 @@ def _time(run: Callable[[], object], calls: int, clock: Clock) -> float:
 
 @contextmanager
 def cores(count: int) -> Iterator[None]:
-    """Keep this thread, and those that it starts, on the last ``count`` cores that it may use."""
+    """Pin this thread, and threads that it starts, to ``count`` cores."""
     before = os.sched_getaffinity(0)
     os.sched_setaffinity(0, sorted(before)[-count:])
     try:

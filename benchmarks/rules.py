@@ -1,4 +1,4 @@
-"""The paper's flock under other neighbor rules, beside SciPy: 300 agents, equal initial states."""
+"""Benchmark of flock steps with topological and Voronoi neighbors, against SciPy."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from flockesc_env import FlockScenario, NeighborRule, Topological, Voronoi, swee
 
 
 class Rule(NamedTuple):
-    """A neighbor rule, what actions set under it, and who else knows it."""
+    """A neighbor rule, the ranges to measure (in its unit), and the peer that implements it."""
 
     rule: NeighborRule
     ranges: tuple[float, ...]
@@ -28,21 +28,21 @@ RULES = {
 
 
 def run(*, quick: bool) -> list[Record]:
-    """Time a step of one flock; this project through ``sweep`` on one thread, set-up and outcome included."""
+    """Time a step of one flock. This project runs ``sweep`` on one thread, including setup and metrics."""
     records = []
     for name, (rule, ranges, peer) in RULES.items():
         scenario = FlockScenario(num_steps=24 if quick else 240, neighbor_rule=rule)
         peers.check([peer], ranges, rule)
         flocks, units = Flocks.seeded(scenario, range(FLOCKS)), FLOCKS * scenario.num_steps
         for rho in ranges:
-            contenders = [
+            candidates = [
                 Candidate(PROJECT, partial(sweep, scenario, [rho], range(FLOCKS), num_threads=1), units),
                 Candidate(peer.name, partial(peer.run, flocks, rho, scenario.num_steps), units),
             ]
             with cores(1):
                 records += measure(
                     "rules",
-                    contenders,
+                    candidates,
                     "flock step",
                     repetitions=3 if quick else 5,
                     case={"rule": name, "rho": rho},

@@ -1,7 +1,7 @@
-"""What a second thread is worth, on the wall: environments in Python threads, one batch, and two ceilings.
+"""Benchmark of a second thread: environments in Python threads, one vector environment, two upper bounds.
 
-Cores may share parts, and others may be at work on them: two threads can gain what two processes gain that do
-the same work, or plain arithmetic, and no more.
+Cores share resources and other programs use them. Two processes with the same work, and two processes with
+plain arithmetic, are therefore measured as upper bounds of the speedup.
 """
 
 from __future__ import annotations
@@ -30,27 +30,27 @@ _ADDITIONS = 2_000_000
 
 
 def run(*, quick: bool) -> list[Record]:
-    """Time the same work per thread on one thread and on two; one batch has the same work in all."""
+    """Time one and two threads: one piece of work per thread, or one vector environment on both threads."""
     with (
         ThreadPoolExecutor(2) as threads,
         ProcessPoolExecutor(2, mp_context=get_context("forkserver")) as processes,
     ):
-        contenders = [
-            contender
+        candidates = [
+            candidate
             for count in (1, 2)
-            for contender in (
+            for candidate in (
                 _per_thread(OWN_ENVIRONMENTS, threads, [_vector_episode(1) for _ in range(count)]),
                 _per_thread(OWN_SMALL_ENVIRONMENTS, threads, [_episode() for _ in range(count)]),
                 Candidate(ONE_BATCH, _on(count, _vector_episode(count)), 1, case={"threads": count}),
-                _per_thread(OWN_PROCESSES, processes, [play_apart] * count),
+                _per_thread(OWN_PROCESSES, processes, [play_in_process] * count),
                 _per_thread(ARITHMETIC, processes, [add] * count),
             )
         ]
-        return measure("threads", contenders, "piece of work", repetitions=3 if quick else 21, clock="wall")
+        return measure("threads", candidates, "piece of work", repetitions=3 if quick else 21, clock="wall")
 
 
 def _per_thread(name: str, executor: Executor, pieces: list[Callable[[], object]]) -> Candidate:
-    """Return a contender that does one piece per thread or process, all at once."""
+    """Return a candidate that runs one piece of work per thread or process at the same time."""
 
     def at_once() -> None:
         for future in [executor.submit(piece) for piece in pieces]:
@@ -85,18 +85,18 @@ def _play(env: FlockVectorEnv | FlockEscapeEnv, actions: np.ndarray) -> None:
         env.step(actions)
 
 
-def play_apart() -> None:
-    """Play an episode in a process that keeps its environment."""
-    _kept_episode()()
+def play_in_process() -> None:
+    """Run an episode in a worker process, with an environment that the process keeps."""
+    _cached_episode()()
 
 
 @cache
-def _kept_episode() -> Callable[[], object]:
+def _cached_episode() -> Callable[[], object]:
     return _vector_episode(1)
 
 
 def add() -> int:
-    """Add numbers, which needs neither memory nor another process."""
+    """Add numbers: work that is limited neither by memory nor by other processes."""
     total = 0
     for number in range(_ADDITIONS):
         total += number

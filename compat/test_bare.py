@@ -1,4 +1,4 @@
-"""The package with its own dependencies alone: what needs an extra says so, all else runs."""
+"""The package without extras: features that need an extra name it, everything else runs."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_commands_run(arguments: tuple[str, ...]) -> None:
     assert flockesc(*arguments)[0] == 0
 
 
-def test_a_run_is_kept_and_run_again() -> None:
+def test_a_run_is_saved_and_replayed() -> None:
     assert (
         flockesc("simulate", *SMALL, "--interaction-range", "10", "--seed", "7", "--output", "run.npz")[0]
         == 0
@@ -65,7 +65,7 @@ def test_a_run_is_kept_and_run_again() -> None:
         (("watch", *SMALL, "--policies", "fixed:15", "--seed", "7", "--output", "escape.mp4"), "video"),
     ],
 )
-def test_what_needs_an_extra_says_which(arguments: tuple[str, ...], extra: str) -> None:
+def test_missing_extras_are_named(arguments: tuple[str, ...], extra: str) -> None:
     code, said = flockesc(*arguments)
     assert code == 2
     assert f"flockesc-env[{extra}]" in said

@@ -29,7 +29,7 @@ def wrapped(_: Any = None) -> ParallelPettingZooEnv:
     return ParallelPettingZooEnv(parallel_env(SCENARIO, reward="individual_distance_change"))
 
 
-def test_the_wrapper_gives_what_the_environment_gives() -> None:
+def test_the_wrapper_returns_the_environments_results() -> None:
     env, plain = wrapped(), parallel_env(SCENARIO, reward="individual_distance_change")
     for each in (env, plain):
         each.reset(seed=3)

@@ -1,4 +1,4 @@
-"""SuperSuit still wraps the PettingZoo environment; training has adapters of its own."""
+"""SuperSuit wraps the PettingZoo environment; training uses the package's own adapters."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from flockesc_env import FlockScenario, parallel_env
 SCENARIO = FlockScenario(num_agents=4, num_steps=10)
 
 
-def test_wrapped_episodes_are_those_of_the_environment() -> None:
+def test_wrapped_episodes_equal_those_of_the_environment() -> None:
     plain = parallel_env(SCENARIO)
     env = supersuit.dtype_v0(supersuit.black_death_v3(parallel_env(SCENARIO)), np.float64)
     for each in (env, plain):

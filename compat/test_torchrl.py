@@ -10,7 +10,7 @@ from torchrl.envs.utils import MarlGroupMapType
 
 from flockesc_env import FlockScenario, parallel_env
 
-# It says so of every version but one of 2023.
+# TorchRL warns about every PettingZoo version except one from 2023.
 pytestmark = pytest.mark.filterwarnings("ignore:PettingZoo in TorchRL is tested:UserWarning")
 
 SCENARIO = FlockScenario(num_agents=4, num_steps=10)
@@ -25,7 +25,7 @@ def test_specs() -> None:
     check_env_specs(wrapped())
 
 
-def test_a_rollout_is_the_episode_that_the_environment_plays() -> None:
+def test_a_rollout_equals_the_episode_of_the_environment() -> None:
     env, plain = wrapped(), parallel_env(SCENARIO)
     env.set_seed(3)
     torch.manual_seed(0)
@@ -33,7 +33,7 @@ def test_a_rollout_is_the_episode_that_the_environment_plays() -> None:
     assert episode.shape == (SCENARIO.num_steps,)
     actions = episode["agents", "action"].numpy()
     plain.reset(seed=3)
-    plain.reset()  # as `set_seed` resets, and `rollout` again
+    plain.reset()  # because `set_seed` resets, and `rollout` resets again
     for step, each in enumerate(actions):
         observations, rewards, _, truncations, _ = plain.step(dict(zip(plain.agents, each, strict=True)))
         np.testing.assert_array_equal(

@@ -1,4 +1,4 @@
-"""The wheel is what is tested, installed apart from the sources and from Rust; it is small and portable."""
+"""The wheel: it is installed without the sources and Rust, small, portable, and the package under test."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import flockesc_env
 
 DIST = Path(__file__).parent.parent / "dist"
 LARGEST = 5_000_000
-"""Bytes of a wheel."""
+"""Largest size of a wheel in bytes."""
 
 
 def test_the_package_is_the_installed_one() -> None:

@@ -1,11 +1,12 @@
-"""Flocks under attack, and environments whose action is the interaction range.
+"""Reinforcement-learning environments of a flock under attack, whose action is the interaction range.
 
 - Models: ``simulate``, ``simulate_line``, ``sweep``; neighbor graphs by ``component_labels``,
   ``neighbor_pairs``, ``laplacian`` and ``perron_matrix``.
 - Environments: ``flockesc/FlockEscape-v0``, ``flockesc/FlockPursuit-v0`` and ``flockesc/LineEscape-v0``
   (Gymnasium), ``parallel_env`` and ``env`` (PettingZoo), ``flockesc_env.sb3`` (stable-baselines3).
+- Scenarios: ``FlockScenario``, ``LineScenario`` and the named ones in ``PRESETS``.
 - Policies: ``FixedRange``, ``StubbornLeaders`` and others (``flockesc_env.policies``); ``rollout`` and
-  ``record`` run them, ``bind`` puts one into an environment's loop.
+  ``record`` run a policy for whole episodes, ``bind`` turns it into a function from observation to action.
 - Files: ``save_run`` and ``load_run`` for runs, ``save_policy`` and ``load_policy`` for policies.
 """
 

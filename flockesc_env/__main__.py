@@ -1,4 +1,4 @@
-"""``python -m flockesc_env``: the same as ``flockesc``."""
+"""Entry point of ``python -m flockesc_env``, which is the same as the command ``flockesc``."""
 
 import sys
 

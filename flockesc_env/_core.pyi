@@ -1,3 +1,5 @@
+"""Types of the compiled core (Rust, PyO3); docs/architecture.md describes its layers."""
+
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self, final
 

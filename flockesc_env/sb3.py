@@ -1,4 +1,4 @@
-"""Vectorized environments of stable-baselines3: a slot per flock, or a slot per agent."""
+"""Vectorized environments for stable-baselines3: one slot per flock, or one slot per agent."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ from typing import Any, ClassVar, Unpack
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
-from stable_baselines3.common.vec_env import VecEnv
-from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
 from flockesc_env.common.checks import as_array, as_seed
 from flockesc_env.common.errors import ActionError, ArgumentError
+from flockesc_env.common.extras import require
 from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, ManyFlocks
 from flockesc_env.episodes.batch import Columns, infos
@@ -21,11 +20,20 @@ from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.render import render
 from flockesc_env.scenario.flock import FlockScenario
 
+require("train", ["stable_baselines3"])
+from stable_baselines3.common.vec_env import VecEnv  # noqa: E402, after the check
+from stable_baselines3.common.vec_env.base_vec_env import (  # noqa: E402
+    VecEnvIndices,
+    VecEnvObs,
+    VecEnvStepReturn,
+)
+
 
 class _BatchVecEnv(ManyFlocks, VecEnv):
-    """A batch of flocks with ``rows`` slots each; all slots of a flock share its episode.
+    """Base class: a batch of flocks with one or more slots per flock, which share its episode.
 
-    The horizon truncates an episode; it terminates when all agents are caught.
+    An episode terminates when all agents are caught and is truncated after ``scenario.num_steps`` model
+    steps.
     """
 
     _per_agent: ClassVar[bool]
@@ -48,13 +56,14 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
         self.metadata, self.render_mode = metadata, render_mode
 
     def reset(self) -> VecEnvObs:
-        """Start an episode in every flock, with the seeds and options set since the last reset.
+        """Start an episode in every flock, with the seeds and options that were set since the last reset.
 
-        ``set_options`` takes those of ``FlockEscapeEnv.reset``, for all slots or one dict per slot; those of
-        a flock's first slot count. ``seed(s)`` and an ``episode`` for each flock continue a run.
+        ``set_options`` takes the options of ``FlockEscapeEnv.reset``, for all slots or one dict per slot. The
+        options of the first slot of each flock are used. To continue a run, call ``seed(s)`` and set the
+        option ``episode``.
 
         Raises:
-            ArgumentError: naming a bad option; the running episodes go on.
+            ArgumentError: if an option is invalid; the running episodes continue.
         """
         rows, flocks = self._batch.rows, range(self._batch.num_flocks)
         seeds = self._seeds[::rows]
@@ -73,15 +82,15 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
         return observations
 
     def step_async(self, actions: NDArray[Any]) -> None:
-        """Take the actions of the next step, shape (num_envs, 1) or, where discrete, (num_envs,)."""
+        """Set the actions of the next step, shape (num_envs, 1) or, for discrete actions, (num_envs,)."""
         self._actions = as_array(actions, "action", ActionError).copy()  # the caller may reuse its array
 
     def step_wait(self) -> VecEnvStepReturn:
-        """Step all flocks; a flock whose episode has ended starts the next one.
+        """Step all flocks; a flock whose episode ends starts the next one in the same step.
 
         Raises:
-            ActionError: for an action outside of the action space.
-            ResetNeededError: before ``reset``.
+            ActionError: if the action is outside the action space.
+            ResetNeededError: if called before ``reset``.
         """
         step = _autoreset.step(self._batch, self._actions, AutoresetMode.SAME_STEP)
         slot_infos = self._slot_infos(step.columns, step.ranges)
@@ -94,7 +103,7 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
     def _add_final(
         self, dones: NDArray[np.bool], ending: _autoreset.Ending, slot_infos: list[dict[str, Any]]
     ) -> None:
-        """Add the last observation to the infos of ended slots, and whether the horizon truncated them."""
+        """Add ``terminal_observation`` and ``TimeLimit.truncated`` to the infos of ended slots."""
         is_caught = ending.caught if self._per_agent else ending.caught.all(axis=1)
         slots = np.flatnonzero(dones).tolist()
         for slot, last, caught in zip(slots, ending.observations, is_caught.flat, strict=True):
@@ -102,7 +111,7 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
             slot_infos[slot]["terminal_observation"] = last
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
-        """Give flock f the seed ``seed + f`` at the next reset; ``None``: draw ``seed`` at random."""
+        """Set the seed of flock f to ``seed + f`` for the next reset; ``None``: a random ``seed``."""
         rows = self._batch.rows
         first = fresh_seed() if seed is None else as_seed(seed)
         as_seed(first + self._batch.num_flocks - 1, "seed of the last flock")
@@ -110,30 +119,30 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
         return self._seeds
 
     def get_images(self) -> Sequence[np.ndarray | None]:
-        """Return a picture of every flock, shape (size, size, 3); an empty list without a render mode."""
+        """Return one image per flock, shape (size, size, 3); an empty list without a render mode."""
         return [] if self._viewer is None else self._viewer.images()
 
     def render(self, mode: str | None = None) -> np.ndarray | None:
-        """Return all flocks in one picture, or show them in mode ``"human"``."""
+        """Return all flocks in one image; in mode ``"human"`` show them."""
         if self.render_mode == "human" and mode in {None, "human"}:
-            render(self._viewer)  # SB3 would call every slot
+            render(self._viewer)  # SB3 would render every slot
             return None
         return super().render(mode)
 
     def close(self) -> None:
-        """Close the window, if there is one."""
+        """Close the window if one is open."""
         if self._viewer is not None:
             self._viewer.close()
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """Return an attribute, which all slots share, once per slot in ``indices``."""
+        """Return the value of an attribute once per slot in ``indices``; all slots share it."""
         return [getattr(self, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Set an attribute, which all slots share.
+        """Set an attribute for all slots, which share it.
 
         Raises:
-            ArgumentError: if ``indices`` leaves slots out.
+            ArgumentError: if ``indices`` does not include all slots.
         """
         if set(self._get_indices(indices)) != set(range(self.num_envs)):
             raise ArgumentError("indices", f"all slots, which share {attr_name!r}", indices)
@@ -142,61 +151,60 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
     def env_method(
         self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Call a method of this object once per slot in ``indices``."""
+        """Call a method of this environment once per slot in ``indices``."""
         method = getattr(self, method_name)
         return [method(*method_args, **method_kwargs) for _ in self._get_indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: Any, indices: VecEnvIndices = None) -> list[bool]:  # noqa: ARG002
-        """Return False for every slot: slots are not Gymnasium environments that could be wrapped."""
+        """Return False for every slot: slots are not wrapped Gymnasium environments."""
         return [False for _ in self._get_indices(indices)]
 
     def _slot_infos(self, columns: Columns, ranges: NDArray[np.float64]) -> list[dict[str, Any]]:
         added = {"interaction_range": 0.0, "TimeLimit.truncated": False}
         shared = [{**info, **added} for info in infos(columns)]
         slots = chain.from_iterable(repeat(info, self._batch.rows) for info in shared)
-        slot_infos = list(map(dict.copy, slots))  # without a loop in Python: hundreds of slots a step
+        slot_infos = list(map(dict.copy, slots))  # faster than a loop in Python
         for info, rho in zip(slot_infos, ranges.tolist(), strict=True):
             info["interaction_range"] = rho
         return slot_infos
 
 
 class FlockVecEnv(_BatchVecEnv):
-    """A slot per flock: one action sets the range of a whole flock.
+    """Vectorized environment with one slot per flock: one action sets the range of the whole flock.
 
     Args:
         num_flocks: number of flocks, and of slots.
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
-        **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns a picture of all flocks.
+        **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image of all flocks.
 
     Raises:
-        ArgumentError: for an argument of a wrong type or value.
-        OptionError: for an option that is unknown, missing or out of bounds.
-        ScenarioError: for a scenario without predator.
-        DependencyNotInstalled: for a render mode without pygame.
+        ArgumentError: if an argument has the wrong type or value.
+        OptionError: if an option is unknown, missing or out of bounds.
+        ScenarioError: if the scenario has no predator.
+        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
     _per_agent = False
 
 
 class AgentVecEnv(_BatchVecEnv):
-    """A slot per agent: one policy, shared by all agents, sets the range of each.
+    """Vectorized environment with one slot per agent: one shared policy sets the range of each agent.
 
     Slot ``f * num_agents + i`` is agent i of flock f. ``seed(s)`` gives flock f the seed ``s + f``.
 
-    The number of slots is fixed, so an agent that was caught keeps its slot, as in SuperSuit's
-    ``black_death``: until the episode of its flock ends, its observation is zeros, its reward is 0, its
-    action is ignored, and it is not done.
+    A caught agent keeps its slot until the episode of its flock ends, as in SuperSuit's ``black_death``: its
+    observation is zeros, its reward is 0, its action is ignored, and it is not done.
 
     Args:
         num_flocks: number of flocks; there are ``num_flocks * scenario.num_agents`` slots.
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
-        **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns a picture of all flocks.
+        **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image of all flocks.
 
     Raises:
-        ArgumentError: for an argument of a wrong type or value.
-        OptionError: for an option that is unknown, missing or out of bounds.
-        ScenarioError: for a scenario without predator.
-        DependencyNotInstalled: for a render mode without pygame.
+        ArgumentError: if an argument has the wrong type or value.
+        OptionError: if an option is unknown, missing or out of bounds.
+        ScenarioError: if the scenario has no predator.
+        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
     _per_agent = True

@@ -1,1 +1,1 @@
-"""Train range policies and compare them with the grid search: ``python -m training --help``."""
+"""Training of range policies and comparison with the grid search: ``python -m training --help``."""

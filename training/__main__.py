@@ -1,4 +1,4 @@
-"""Command line: ``python -m training --help``."""
+"""Entry point of ``python -m training``: the commands train, evaluate, compare and tune."""
 
 import sys
 from typing import Annotated
@@ -15,7 +15,7 @@ app = tyro.extras.SubcommandApp()
 
 @app.command(name="train")
 def _train(args: Annotated[Preset, tyro.conf.arg(name="")]) -> None:  # type: ignore[valid-type]
-    """Train a range policy, starting from a preset; an unfinished run is continued."""
+    """Train a range policy from a preset, or continue an unfinished run."""
     from training.train import train
 
     print("Policy:", train(args))
@@ -23,7 +23,7 @@ def _train(args: Annotated[Preset, tyro.conf.arg(name="")]) -> None:  # type: ig
 
 @app.command(name="evaluate")
 def _evaluate(args: Annotated[EvaluateArgs, tyro.conf.arg(name="")]) -> None:
-    """Evaluate one policy on held-out flocks."""
+    """Evaluate a policy on held-out flocks."""
     from training.evaluate import evaluate
 
     evaluate(args)
@@ -39,7 +39,7 @@ def _compare(args: Annotated[CompareArgs, tyro.conf.arg(name="")]) -> None:
 
 @app.command(name="tune")
 def _tune(args: Annotated[TuneArgs, tyro.conf.arg(name="")]) -> None:
-    """Choose hyperparameters of a learner on tuning flocks, with Optuna."""
+    """Tune the hyperparameters of a learner on tuning flocks with Optuna."""
     from training.tune import tune
 
     found = tune(args)
@@ -47,15 +47,19 @@ def _tune(args: Annotated[TuneArgs, tyro.conf.arg(name="")]) -> None:
 
 
 def main() -> int:
-    """Run one command and return its exit code: 0, 2 for refused input, 130 after Ctrl-C."""
+    """Run a command and return its exit code: 0, 2 for invalid input, 130 after Ctrl-C."""
     try:
         app.cli(
             prog="python -m training",
             description="Train range policies and compare them with the grid search over fixed ranges.",
         )
     except KeyboardInterrupt:
-        print("training: interrupted; run the same command again to go on", file=sys.stderr)
+        print("training: interrupted; run the same command again to continue", file=sys.stderr)
         return 130
+    except ModuleNotFoundError as error:
+        command = 'pip install "flockesc-env[train]"'
+        print(f"training: error: {error.name} is not installed; run `{command}`", file=sys.stderr)
+        return 2
     except (OSError, RuntimeError, ValueError) as error:
         print(f"training: error: {error}", file=sys.stderr)
         return 2

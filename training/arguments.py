@@ -1,4 +1,7 @@
-"""Arguments of the commands that do not train; kept apart so that the command line starts fast."""
+"""Arguments of the commands evaluate, compare and tune.
+
+This module imports no heavy library, so that ``python -m training`` starts fast.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +17,11 @@ class EvaluateArgs:
     """Arguments of ``evaluate``.
 
     Attributes:
-        policy: a built-in policy (see ``flockesc simulate --help``), a policy's
+        policy: name of a built-in policy (see ``flockesc simulate --help``), a policy
             file, the folder of a run, or module:function.
         flocks: number of held-out flocks.
-        output: Parquet file for the record per flock; default: none is written.
-        num_threads: threads of the engine; default: one per core.
+        output: Parquet file for a table with one row per flock; default: no file.
+        num_threads: number of threads; default: one per core.
     """
 
     policy: str
@@ -32,15 +35,15 @@ class CompareArgs:
     """Arguments of ``compare``.
 
     Attributes:
-        policies: built-in policies (see ``flockesc simulate --help``), files of
-            policies, folders of runs, and module:function.
-        output: folder of the table, the records and the figures.
-        objective: the distance that is compared.
-        flocks: held-out flocks that results are reported on.
-        tuning_flocks: other flocks, on which the best fixed range is chosen.
+        policies: names of built-in policies (see ``flockesc simulate --help``), policy
+            files, folders of runs, or module:function.
+        output: folder for the tables, the recorded runs and the figures.
+        objective: minimum over time of the mean or of the minimum predator distance.
+        flocks: number of held-out flocks for the comparison.
+        tuning_flocks: number of other flocks, on which the best fixed range is chosen.
         max_range: largest range of the grid in m.
-        grid_size: number of ranges in the grid, 0 and ``max_range`` included.
-        num_threads: threads of the engine; default: one per core.
+        grid_size: number of ranges in the grid, from 0 to ``max_range``.
+        num_threads: number of threads; default: one per core.
     """
 
     policies: tuple[str, ...]
@@ -58,13 +61,13 @@ class TuneArgs:
     """Arguments of ``tune``.
 
     Attributes:
-        run: name of a learner's preset, as ``train`` takes it.
-        trials: how many sets of hyperparameters are tried, those of earlier calls included.
-        share: of the preset's generations or episodes that a trial trains for.
-        flocks: tuning flocks on which a trial is judged.
-        output: folder of the study (``<run>.journal``) and its table (``<run>.csv``).
-        runs: folder of the trials' training runs.
-        jobs: trials at a time, each on one core.
+        run: name of a preset, as for ``train``.
+        trials: number of trials, including those of earlier calls.
+        share: length of a trial as a share of the preset's generations or episodes.
+        flocks: number of tuning flocks on which a trial is evaluated.
+        output: folder for the Optuna study (``<run>.journal``) and its table (``<run>.csv``).
+        runs: folder for the training runs of the trials.
+        jobs: number of trials that run at the same time, each on one core.
     """
 
     run: Positional[str]

@@ -1,4 +1,4 @@
-"""Policies against the grid search over fixed ranges, on the same held-out flocks."""
+"""Comparison of policies with the best fixed range on the same held-out flocks."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
 from training import plots, seeds
 from training.arguments import CompareArgs
-from training.config import versions
 from training.evaluation import outcome, run_policy
 from training.policies import named_policy, scenario_of
+from training.versions import versions
 
 RECORDS = ("best_fixed_range.npz", "last_policy.npz")
-"""One flock under each, for ``flockesc watch``."""
+"""Recorded runs of one flock, for ``flockesc watch``."""
 
 
 def compare(args: CompareArgs) -> pl.DataFrame:
     """Evaluate all policies on the held-out flocks; write and return the table.
 
     Raises:
-        ValueError: for an argument out of bounds or an unknown policy.
+        ValueError: if an argument is out of bounds or a policy is unknown.
     """
     entries = [named_policy(spec) for spec in args.policies]
     scenario = scenario_of(entries)
@@ -56,7 +56,7 @@ def compare(args: CompareArgs) -> pl.DataFrame:
     figures = [plots.objective_against_range(search, args.objective, outcomes, args.output)]
     if entries:
         last = entries[-1]
-        # A flock of the middle, found by a rule: the lower median of the last policy's paired differences.
+        # A typical flock: the lower median of the last policy's paired differences to the best range.
         order = np.argsort(outcomes[last.name] - fixed, kind="stable")
         flock = held_out[int(order[(len(order) - 1) // 2])]
         runs = plots.record_both(baseline, last, scenario, flock)
@@ -100,7 +100,7 @@ def _table(outcomes: dict[str, FloatArray], fixed: FloatArray) -> pl.DataFrame:
 def _markdown(table: pl.DataFrame, args: CompareArgs) -> str:
     lines = [
         f"Objective `{args.objective}` in m on {args.flocks} held-out flocks; 95 % bootstrap intervals.",
-        f"Differences are paired, flock by flock, with the best fixed range; that was chosen on"
+        f"Differences to the best fixed range are paired by flock. The best fixed range was chosen on"
         f" {args.tuning_flocks} other flocks.",
         "",
         "| policy | objective | difference to best fixed | probability of improvement |",

@@ -1,4 +1,4 @@
-"""Settings and arguments of training runs: flat dataclasses, TOML presets, and the record beside a run."""
+"""Settings and arguments of training runs, their TOML presets, and the record in the folder of a run."""
 
 from __future__ import annotations
 
@@ -6,42 +6,31 @@ import dataclasses
 import json
 import tomllib
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
-from platform import python_version
 from typing import Any, Literal
 
 from flockesc_env import FlockScenario, LineScenario, preset
 from flockesc_env.common.files import atomic_write
+from training.versions import versions
 
 PRESETS = Path(__file__).parent / "configs"
 CONFIG_FILE = "config.json"
 POLICY_FILE = "policy.npz"
 CURVE_FILE = "curve.parquet"
 RUN_FILE = "run.json"
-_RECORDED = (
-    "cmaes",
-    "flockesc-env",
-    "gymnasium",
-    "numpy",
-    "pettingzoo",
-    "sb3-contrib",
-    "stable-baselines3",
-    "torch",
-)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
-    """What is to be solved: one row of the comparison.
+    """The task of a training run: scenario, observations, actions and objective.
 
     Attributes:
-        scenario: name of the preset that is played, or a file (.toml) of a flock.
-        per_agent: one range per agent, with one policy shared by all, or one range for all.
-        predator_visible: whether agents see the predator at any distance, or only within its range.
-        objective: the distance that is to be kept large: the mean (Eq. 12) or the minimum one (Eq. 13).
-        max_range: largest range in m.
-        steps_per_action: model steps per action.
+        scenario: name of a preset scenario, or a scenario file (.toml) of a flock.
+        per_agent: one range per agent, set by a policy that all agents share; otherwise one for all agents.
+        predator_visible: agents observe the predator at any distance; otherwise within its range only.
+        objective: minimum over time of the mean (Eq. 12) or of the minimum predator distance (Eq. 13).
+        max_range: largest range, in m for a flock.
+        steps_per_action: number of model steps per action.
     """
 
     scenario: str = "paper-flock"
@@ -53,18 +42,18 @@ class Setting:
 
     @property
     def model(self) -> FlockScenario | LineScenario:
-        """The scenario itself."""
+        """The scenario object."""
         if Path(self.scenario).suffix == ".toml":
             return FlockScenario.from_toml(Path(self.scenario).read_text())
         return preset(self.scenario)
 
     @property
     def is_line(self) -> bool:
-        """Whether it is about the line."""
+        """Whether the scenario is a line."""
         return isinstance(self.model, LineScenario)
 
     def env_options(self) -> dict[str, Any]:
-        """Return the options of the environment, those of the reward aside."""
+        """Return the options of the environment, except the reward."""
         actions = {"max_range": self.max_range, "steps_per_action": self.steps_per_action}
         if self.is_line:
             return actions
@@ -74,13 +63,13 @@ class Setting:
 
 @dataclass(frozen=True, kw_only=True)
 class TrainArgs(Setting):
-    """What all learners have in common.
+    """Arguments of all learners.
 
     Attributes:
-        run: folder of the run; an unfinished run in it is continued.
-        seed: seed of the learner's draws and of the first flocks.
-        checkpoint_every: updates between checkpoints.
-        progress: whether to show a progress bar.
+        run: folder of the run; an unfinished run is continued.
+        seed: seed of the learner and of the training flocks.
+        checkpoint_every: number of generations or rounds between checkpoints.
+        progress: show a progress bar.
     """
 
     run: Path
@@ -89,26 +78,26 @@ class TrainArgs(Setting):
     progress: bool = True
 
     def setting(self) -> Setting:
-        """Return what is to be solved."""
+        """Return the task of the run."""
         return Setting(**{f.name: getattr(self, f.name) for f in dataclasses.fields(Setting)})
 
 
 @dataclass(frozen=True, kw_only=True)
 class SearchArgs(TrainArgs):
-    """CMA-ES over the parameters of a small network or of a rule, on the objective itself.
+    """Arguments of the search with CMA-ES, which maximizes the objective itself.
 
     Attributes:
-        rule: whether it searches for parameters of the rule ``StubbornWitnesses`` instead of a network.
-        inputs: entries of the observation that the network sees; none: all. With ``time`` alone the network
-            is an open-loop schedule.
-        hidden: hidden layers of the network.
-        memory: numbers that the network hands from one action to the next.
-        mirror: whether agents see the world reflected such that the predator is on their left.
-        population: networks per generation.
-        flocks: flocks that every network of the first generation plays, the same for all.
-        final_flocks: the same of the last generation; in between the number grows geometrically.
-        generations: how many.
-        step_size: first standard deviation of the parameters.
+        rule: search for the parameters of the rule ``StubbornWitnesses`` instead of a network.
+        inputs: observation entries that the network sees; empty: all. With ``time`` alone the network is an
+            open-loop schedule.
+        hidden: widths of the hidden layers.
+        memory: number of recurrent values of the network.
+        mirror: reflect observations such that the predator is on the left.
+        population: number of networks per generation.
+        flocks: number of flocks per network in the first generation.
+        final_flocks: number of flocks per network in the last generation; it grows geometrically.
+        generations: number of generations.
+        step_size: initial standard deviation of the parameters.
     """
 
     rule: bool = False
@@ -125,21 +114,21 @@ class SearchArgs(TrainArgs):
 
 @dataclass(frozen=True, kw_only=True)
 class SB3Args(TrainArgs):
-    """What the learners of stable-baselines3 have in common.
+    """Arguments of the learners of stable-baselines3.
 
-    They train in rounds, each on flocks of its own: one episode of every flock or, on the line, where
-    episodes last a few steps, 64 actions of every line.
+    They train in rounds on new flocks. A round is one episode of every flock, or 64 actions of every line,
+    whose episodes are short.
 
     Attributes:
-        reward: what training pays; reports always use the objective itself.
-        num_flocks: flocks (or lines) stepped together.
-        num_episodes: rounds.
-        batch_size: rows per gradient step.
-        learning_rate: of Adam.
-        gamma: discount per action.
-        net_arch: hidden layers of policy and value networks.
-        threads: of torch and of the engine.
-        tensorboard: whether to write logs for TensorBoard.
+        reward: reward during training; results always report the objective.
+        num_flocks: number of flocks (or lines) stepped together.
+        num_episodes: number of rounds.
+        batch_size: number of observation rows per gradient step.
+        learning_rate: learning rate of Adam.
+        gamma: discount factor per action.
+        net_arch: widths of the hidden layers of the policy and value networks.
+        threads: number of threads of torch and of the environment.
+        tensorboard: write logs for TensorBoard.
     """
 
     reward: str = "running_minimum"
@@ -155,15 +144,15 @@ class SB3Args(TrainArgs):
 
 @dataclass(frozen=True, kw_only=True)
 class PPOArgs(SB3Args):
-    """PPO of stable-baselines3.
+    """Arguments of PPO.
 
     Attributes:
-        n_epochs: passes over a round.
-        anneal: whether the learning rate falls linearly to 0.
-        gae_lambda: of the advantage estimate.
-        clip_range: of PPO.
-        ent_coef: weight of the entropy bonus.
-        log_std_init: logarithm of the first standard deviation of actions.
+        n_epochs: number of passes over the data of a round.
+        anneal: decrease the learning rate linearly to 0.
+        gae_lambda: lambda of the generalized advantage estimate.
+        clip_range: clipping parameter of PPO.
+        ent_coef: entropy coefficient.
+        log_std_init: logarithm of the initial standard deviation of actions.
     """
 
     batch_size: int = 8000
@@ -179,12 +168,12 @@ class PPOArgs(SB3Args):
 
 @dataclass(frozen=True, kw_only=True)
 class TQCArgs(SB3Args):
-    """Truncated quantile critics of sb3-contrib, off-policy; for one range for all.
+    """Arguments of TQC (truncated quantile critics); only for one range for all agents.
 
     Attributes:
-        learning_starts: transitions before the first gradient step.
-        gradient_steps: per action of all flocks.
-        buffer_size: transitions that are kept.
+        learning_starts: number of transitions before the first gradient step.
+        gradient_steps: number of gradient steps per action of all flocks.
+        buffer_size: number of transitions in the replay buffer.
     """
 
     num_flocks: int = 16
@@ -196,17 +185,17 @@ class TQCArgs(SB3Args):
 Args = SearchArgs | PPOArgs | TQCArgs
 _TYPES: dict[str, type[Args]] = {"search": SearchArgs, "ppo": PPOArgs, "tqc": TQCArgs}
 KINDS: dict[type[Args], str] = {args: kind for kind, args in _TYPES.items()}
-"""What a preset calls each learner."""
+"""Name of each learner in presets."""
 
 
 @dataclass(frozen=True)
 class Learner:
-    """One way to solve a setting.
+    """A learner of a preset.
 
     Attributes:
-        args: of its runs, but for folder and seed.
-        seeds: number of training seeds that the comparison reports.
-        note: what is to know about it.
+        args: arguments of its runs; folder and seed are those of the first run.
+        seeds: number of training seeds in the reported comparison.
+        note: remark for readers of the results; may be empty.
     """
 
     args: Args
@@ -214,20 +203,20 @@ class Learner:
     note: str = ""
 
     def arguments(self) -> dict[str, Any]:
-        """Return the arguments that runs of all seeds share."""
-        own = {"run", "seed", "progress"}
-        return {name: value for name, value in dataclasses.asdict(self.args).items() if name not in own}
+        """Return the arguments that the runs of all seeds share."""
+        per_run = {"run", "seed", "progress"}
+        return {name: value for name, value in dataclasses.asdict(self.args).items() if name not in per_run}
 
 
 @dataclass(frozen=True)
 class Preset:
-    """A file of ``training/configs``.
+    """A preset: one file of ``training/configs``.
 
     Attributes:
-        title: what the page calls the row.
-        setting: what is to be solved.
-        learners: by name.
-        explained: the learner whose policy is looked into; empty: none.
+        title: title in tables and on the page of results.
+        setting: the task.
+        learners: the learners by name.
+        explained: name of the learner whose policy the page of results analyzes; empty: none.
     """
 
     title: str
@@ -238,10 +227,10 @@ class Preset:
 
 @dataclass(frozen=True)
 class RunRecord:
-    """What a run is made of: enough to repeat it, and to continue it."""
+    """Record of a run: its arguments and package versions, which suffice to repeat or continue it."""
 
     args: Args
-    versions: dict[str, str] = field(default_factory=lambda: versions())
+    versions: dict[str, str] = field(default_factory=versions)
 
     def write(self, run: Path) -> None:
         """Write the record into the run's folder."""
@@ -262,11 +251,6 @@ class RunRecord:
         return cls(args, document["versions"])
 
 
-def versions() -> dict[str, str]:
-    """Return the versions that results depend on."""
-    return {"python": python_version(), **{name: version(name) for name in _RECORDED}}
-
-
 def presets() -> dict[str, Preset]:
     """Return the presets of ``training/configs`` by name."""
     return {
@@ -276,7 +260,7 @@ def presets() -> dict[str, Preset]:
 
 
 def train_presets() -> dict[str, Args]:
-    """Return the arguments of every learner of every preset; each trains into ``runs/<preset>-<learner>``."""
+    """Return the arguments of every learner of every preset by its name, ``<preset>-<learner>``."""
     return {
         f"{name}-{learner}": entry.args
         for name, chosen in presets().items()
@@ -285,12 +269,17 @@ def train_presets() -> dict[str, Args]:
 
 
 def train_descriptions() -> dict[str, str]:
-    """Return a line about every entry of ``train_presets``."""
+    """Return a one-line description of every entry of ``train_presets``."""
     return {
-        f"{name}-{learner}": "; ".join(filter(None, (chosen.title, KINDS[type(entry.args)], entry.note)))
+        f"{name}-{learner}": "; ".join(filter(None, (chosen.title, _method(entry.args), entry.note)))
         for name, chosen in presets().items()
         for learner, entry in chosen.learners.items()
     }
+
+
+def _method(args: Args) -> str:
+    """Return a description of a learner's method, for example ``PPO with reward running_minimum``."""
+    return "CMA-ES" if isinstance(args, SearchArgs) else f"{KINDS[type(args)].upper()}, reward {args.reward}"
 
 
 def _preset(document: dict[str, Any], name: str) -> Preset:
@@ -304,6 +293,6 @@ def _preset(document: dict[str, Any], name: str) -> Preset:
 
 
 def _args(kind: str, values: dict[str, Any]) -> Args:
-    """Build arguments from a document, where tuples are lists."""
+    """Return the arguments of a document, in which tuples are lists."""
     fields: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
     return _TYPES[kind](**fields)

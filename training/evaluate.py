@@ -1,4 +1,4 @@
-"""One policy on held-out flocks: its objective with an interval, and a record per flock."""
+"""Evaluation of one policy on held-out flocks: objectives with intervals, and a table per flock."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from training.policies import named_policy, scenario_of
 
 
 def evaluate(args: EvaluateArgs) -> pl.DataFrame:
-    """Run the policy, print both objectives, write and return the record.
+    """Run a policy on held-out flocks, print both objectives, write and return the table.
 
     Raises:
-        ValueError: for an argument out of bounds or an unknown policy.
+        ValueError: if an argument is out of bounds or the policy is unknown.
     """
     entry = named_policy(args.policy)
     flocks = seeds.first_seeds(seeds.HELD_OUT, args.flocks)

@@ -1,4 +1,4 @@
-"""The objective of a setting under a policy, flock by flock."""
+"""Objectives of policies, one value per flock."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from flockesc_env.common.stats import FloatArray
 from training.config import Setting
 
 OUTCOMES = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
-"""The attribute of sweeps and rollouts that holds each objective."""
+"""Attribute of the results of ``sweep`` and ``rollout`` that holds each objective."""
 
 
 def objective(
@@ -32,14 +32,14 @@ def objective(
     batch_size: int = 64,
     num_threads: int | None = 1,
 ) -> FloatArray:
-    """Run a policy that was made for a setting; return the objective in m, shape (seeds,).
+    """Run a policy in a setting and return the objective in m, shape (seeds,).
 
     Args:
         setting: the scenario, the options and the objective.
         policy: sets the ranges.
-        seeds: of the flocks.
-        batch_size: flocks stepped together.
-        num_threads: of the engine; ``None``: one per core.
+        seeds: seeds of the flocks.
+        batch_size: number of flocks stepped together.
+        num_threads: number of threads; ``None``: one per core.
     """
     model, options = setting.model, setting.env_options()
     if isinstance(model, LineScenario):
@@ -57,7 +57,7 @@ def objective(
 
 
 def policy_spec(setting: Setting) -> PolicySpec:
-    """Return the policy spec of a setting's environment."""
+    """Return the policy spec of the environment of a setting."""
     model, options = setting.model, setting.env_options()
     if isinstance(model, LineScenario):
         return LineEscapeEnv(model, **options).policy_spec
@@ -65,7 +65,7 @@ def policy_spec(setting: Setting) -> PolicySpec:
 
 
 def outcome(episodes: Episodes, objective: str) -> FloatArray:
-    """Return the objective in m, shape (seeds,)."""
+    """Return the values of an objective in m, shape (seeds,)."""
     values: FloatArray = getattr(episodes, OUTCOMES[objective])
     return values
 
@@ -73,7 +73,7 @@ def outcome(episodes: Episodes, objective: str) -> FloatArray:
 def run_policy(
     entry: NamedPolicy, flocks: range, *, scenario: FlockScenario, num_threads: int | None = None
 ) -> Episodes:
-    """Run one policy with the options that it was made for, with a progress bar."""
+    """Run a policy with its own options, and show a progress bar."""
     with progress_bar(f"Policy {entry.name}", len(flocks)) as report:
         return rollout(scenario, entry, flocks, num_threads=num_threads, progress=report)
 
@@ -81,7 +81,7 @@ def run_policy(
 def play(
     entry: NamedPolicy, setting: Setting, flocks: range, *, num_threads: int | None = None
 ) -> FloatArray:
-    """Run one policy, with the options that it was made for, on a setting's flocks; return the objective."""
+    """Run a policy with its own options in a setting, and return the objective in m, shape (seeds,)."""
     model = setting.model
     if isinstance(model, LineScenario):
         return rollout(model, entry, flocks).escape_distance

@@ -1,4 +1,4 @@
-"""The policies that a search chooses among: networks of one architecture, or rules of one kind."""
+"""Families of policies for the search: networks of one architecture, or rules with free parameters."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from training.evaluation import policy_spec
 
 
 class Family(Protocol):
-    """Policies that differ by a vector of numbers, each of which starts at 0 and varies by about 1."""
+    """Policies parametrized by a vector. The search starts at 0 with a standard deviation of about 1."""
 
     @property
     def size(self) -> int:
-        """Numbers per policy."""
+        """Number of parameters."""
         ...
 
     def policy(self, vector: FloatArray) -> NetworkPolicy | StubbornWitnesses:
-        """Return the policy of a vector, shape (size,)."""
+        """Return the policy with the parameters ``vector``, shape (size,)."""
         ...
 
 
@@ -42,13 +42,13 @@ class Networks:
         return self.architecture.size
 
     def policy(self, vector: FloatArray) -> NetworkPolicy:
-        """Return the network of these parameters."""
+        """Return the network with the parameters ``vector``."""
         return NetworkPolicy(self.architecture, vector)
 
 
 @dataclass(frozen=True)
 class Witnesses:
-    """Rules of the kind ``StubbornWitnesses``.
+    """The rule ``StubbornWitnesses`` with its three parameters.
 
     Attributes:
         max_range: largest range in m.
@@ -58,7 +58,7 @@ class Witnesses:
     size: int = 3
 
     def policy(self, vector: FloatArray) -> StubbornWitnesses:
-        """Return the rule: a wait of about a tenth of the episode, a range of about 40 m, then of 20 m."""
+        """Return the rule. The vector 0 waits for 10 % of the episode, then sets 40 m once, then 20 m."""
         patience, first_range, interaction_range = vector
         return StubbornWitnesses(
             np.clip(0.1 + 0.05 * patience, 0, 1),
@@ -68,10 +68,10 @@ class Witnesses:
 
 
 class Population:
-    """Policies that share the rows of an observation in equal, consecutive parts.
+    """A policy that divides the observation rows among several policies, in equal, consecutive parts.
 
     Attributes:
-        actions: actions chosen so far, one per row.
+        actions: number of actions chosen so far, one per row.
     """
 
     def __init__(self, policies: Sequence[Policy]) -> None:
@@ -79,12 +79,12 @@ class Population:
         self.actions = 0
 
     def reset(self, rows: NDArray[np.bool]) -> None:
-        """Reset the rows of every policy."""
+        """Reset every policy for its part of the rows; see ``RowMemory.reset``."""
         for policy, part in zip(self.policies, np.split(rows, len(self.policies)), strict=True):
             reset_policy(policy, part)
 
     def act(self, observations: NDArray[np.float32], spec: PolicySpec) -> NDArray[Any]:
-        """Let every policy choose the actions of its part."""
+        """Return the actions of every policy for its part of the rows; see ``Policy.act``."""
         self.actions += len(observations)
         parts = np.split(observations, len(self.policies))
         chosen = [policy.act(part, spec) for policy, part in zip(self.policies, parts, strict=True)]
@@ -92,7 +92,7 @@ class Population:
 
 
 def family_of(args: SearchArgs) -> Family:
-    """Return the family that a run searches."""
+    """Return the family of policies of a search."""
     if args.rule:
         return Witnesses(args.max_range)
     inputs = args.inputs or policy_spec(args).layout.names

@@ -1,4 +1,4 @@
-"""Policies by name, by file, by the folder of a run, or from a user's own code."""
+"""Lookup of policies: built-in ones, policy files, folders of runs, and ``module:function``."""
 
 from __future__ import annotations
 
@@ -10,26 +10,27 @@ from flockesc_env import ArgumentError, FlockScenario, NamedPolicy
 from flockesc_env.policies import NAMES, find_policy
 from training.config import POLICY_FILE
 
-EXPECTED = f"{', '.join(NAMES)}, a policy's file, the folder of a finished run or module:function"
+EXPECTED = f"{', '.join(NAMES)}, a policy file, the folder of a finished run or module:function"
 
 
 def named_policy(spec: str) -> NamedPolicy:
-    """Return the policy that a command line names.
+    """Return the policy of a command-line argument.
 
     Args:
-        spec: a built-in policy (``flockesc_env.policies.NAMES``), a file that ``save_policy`` wrote,
-            the folder of a finished run, or ``module:function``, a function that returns a ``NamedPolicy``.
+        spec: the name of a built-in policy (``flockesc_env.policies.NAMES``), a file that ``save_policy``
+            wrote, the folder of a finished run, or ``module:function``, a function that returns a
+            ``NamedPolicy``.
 
     Raises:
-        ArgumentError: if nothing has that name.
-        RecordError: if the file does not hold a policy.
+        ArgumentError: if ``spec`` is none of these.
+        RecordError: if the file is damaged or is not a policy.
     """
     file = Path(spec) / POLICY_FILE
     if file.is_file():
         return find_policy(str(file))
     module, is_code, function = spec.partition(":")
     if is_code and module != "fixed":
-        return _own(module, function, spec)
+        return _call(module, function, spec)
     try:
         return find_policy(spec)
     except ArgumentError as error:
@@ -37,25 +38,25 @@ def named_policy(spec: str) -> NamedPolicy:
 
 
 def scenario_of(entries: Iterable[NamedPolicy]) -> FlockScenario:
-    """Return the flock that the policies were trained in; the paper's if none was trained.
+    """Return the scenario in which the policies were trained, or the paper's flock if none was trained.
 
     Raises:
-        ArgumentError: if they were trained in several, or in a line.
+        ArgumentError: if they were trained in different scenarios, or on a line.
     """
     scenarios = {entry.scenario for entry in entries if entry.scenario is not None} or {FlockScenario()}
     if len(scenarios) > 1:
-        raise ArgumentError("policies", "policies of one scenario", f"of {len(scenarios)}")
+        raise ArgumentError("policies", "policies of one scenario", f"policies of {len(scenarios)} scenarios")
     scenario = scenarios.pop()
     if not isinstance(scenario, FlockScenario):
-        raise ArgumentError("policies", "policies of a flock", "of a line")
+        raise ArgumentError("policies", "policies of a flock", "policies of a line")
     return scenario
 
 
-def _own(module: str, function: str, spec: str) -> NamedPolicy:
+def _call(module: str, function: str, spec: str) -> NamedPolicy:
     try:
-        made = getattr(importlib.import_module(module), function)()
+        policy = getattr(importlib.import_module(module), function)()
     except (ImportError, AttributeError) as error:
         raise ArgumentError("policies", f"one of {EXPECTED}", f"{spec!r} ({error})") from None
-    if not isinstance(made, NamedPolicy):
-        raise ArgumentError("policies", f"a NamedPolicy from {spec}", type(made).__name__)
-    return made
+    if not isinstance(policy, NamedPolicy):
+        raise ArgumentError("policies", f"a NamedPolicy from {spec}", type(policy).__name__)
+    return policy

@@ -1,4 +1,4 @@
-"""PPO: one policy shared by all agents, or one range for all."""
+"""PPO of stable-baselines3 (Schulman et al., 2017): one range per agent, or one range for all agents."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from training.rounds import Rounds, network
 
 
 def ppo(args: PPOArgs) -> Path:
-    """Train, or go on with an unfinished run, and return the policy's file."""
+    """Train with PPO, or continue an unfinished run, and return the path of the policy file."""
     return PPORounds(args).train()
 
 
 class PPORounds(Rounds[PPOArgs]):
-    """A run of PPO; a rollout is a round."""
+    """A training run with PPO; a round is one rollout."""
 
     model: PPO
 
     def make(self, env: VecEnv) -> PPO:
-        """Make the model."""
+        """Return a new PPO model."""
         args = self.args
         return PPO(
             "MlpPolicy",
@@ -42,7 +42,7 @@ class PPORounds(Rounds[PPOArgs]):
         )
 
     def policy(self) -> NetworkPolicy:
-        """Return the mean of the action distribution."""
+        """Return the deterministic policy: the mean of the action distribution."""
         actor = self.model.policy
         return network(self.args, [*actor.mlp_extractor.policy_net, actor.action_net])
 

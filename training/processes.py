@@ -1,4 +1,4 @@
-"""Training runs in processes of their own, on one core each."""
+"""Training runs in subprocesses, each on one core."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from training.config import Args, train_presets
 
 
 def train_apart(name: str, args: Args) -> None:
-    """Do, or finish, one training run.
+    """Start or continue a training run in a subprocess and wait for it.
 
     Args:
-        name: of the learner's preset.
-        args: of the run; what differs from the preset is given as flags.
+        name: name of the preset.
+        args: arguments of the run; those that differ from the preset become flags.
 
     Raises:
-        RuntimeError: if the run fails.
+        RuntimeError: if the subprocess fails.
     """
     preset = train_presets()[name]
     command = [sys.executable, "-m", "training", "train", name, "--no-progress"]
@@ -29,7 +29,7 @@ def train_apart(name: str, args: Args) -> None:
         if field.name != "progress" and value != getattr(preset, field.name):
             command += _flag(field.name.replace("_", "-"), value)
     one_core = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    done = subprocess.run(  # noqa: S603, a command of our own
+    done = subprocess.run(  # noqa: S603, the command has no untrusted parts
         command, env={**os.environ, **one_core}, capture_output=True, text=True, check=False
     )
     if done.returncode:

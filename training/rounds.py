@@ -1,7 +1,7 @@
-"""Learners of stable-baselines3, trained round by round: killed and continued, a run ends as if left alone.
+"""Training with stable-baselines3 in rounds; an interrupted run can be continued with the same result.
 
-Every round draws from generators seeded for it and plays flocks of its own from their start: it depends on
-networks, optimizers and the scale of rewards as the round before left them, and on nothing else.
+Every round seeds the random generators and starts new flocks. It depends only on the networks, optimizers and
+scale of rewards after the previous round. A checkpoint contains all of these.
 """
 
 from __future__ import annotations
@@ -32,20 +32,20 @@ from training.outputs import Measured, begin, finish, load_checkpoint, save_chec
 from training.seeds import training_seeds
 
 LINE_ACTIONS = 64
-"""Actions of a round on the line, where episodes last about 7 steps."""
+"""Actions per round on the line, where episodes last about 7 steps."""
 
 A = TypeVar("A", PPOArgs, TQCArgs)
 
 
 @dataclass
 class RoundsState:
-    """All that the next round depends on, and what was measured so far.
+    """Checkpoint of a run: the state that the next round depends on, and the measurements so far.
 
     Attributes:
-        round: number of the next one.
-        learned: networks, optimizers and what else the learner keeps.
+        round: number of the next round.
+        learned: networks, optimizers and other state of the learner.
         reward_scale: running variance of returns.
-        measured: so far.
+        measured: measurements so far.
     """
 
     round: int
@@ -58,46 +58,46 @@ class Rounds(ABC, Generic[A]):
     """A run of one algorithm of stable-baselines3.
 
     Attributes:
-        args: of the run.
-        model: of stable-baselines3.
-        steps: actions of a round.
-        done: rounds so far.
+        args: arguments of the run.
+        model: the model of stable-baselines3.
+        steps: number of actions per round.
+        done: number of finished rounds.
     """
 
     def __init__(self, args: A) -> None:
-        training_seeds(args.seed, 0, args.num_flocks * args.num_episodes)  # refuses too many
+        training_seeds(args.seed, 0, args.num_flocks * args.num_episodes)  # raises if there are too few seeds
         torch.set_num_threads(args.threads)
         self.args: A = args
         self.done = 0
         self._measured = Measured(environment_seconds=0.0)
         self._timed = Timed(_vec_env(args), args.num_flocks)
         self.steps = round_steps(args)
-        # Observations are scaled already; returns are brought to unit scale for the value networks.
+        # Observations are already scaled; rewards are scaled to unit variance of returns.
         self._env = VecNormalize(self._timed, norm_obs=False, gamma=args.gamma)
         self.model = self.make(self._env)
 
     @abstractmethod
     def make(self, env: VecEnv) -> BaseAlgorithm:
-        """Make the model."""
+        """Return a new model."""
 
     @abstractmethod
     def policy(self) -> NetworkPolicy:
         """Return the deterministic policy."""
 
     def learned(self) -> dict[str, Any]:
-        """Return all that the next round takes over from this one, but for the scale of rewards."""
+        """Return the state of the learner, except the scale of rewards."""
         return {"parameters": self.model.get_parameters(), "num_timesteps": self.model.num_timesteps}
 
     def relearn(self, learned: dict[str, Any]) -> None:
-        """Take over what ``learned`` returned."""
+        """Restore the state that ``learned`` returned."""
         self.model.set_parameters(learned["parameters"])
         self.model.num_timesteps = learned["num_timesteps"]
 
     def train(self) -> Path:
-        """Train, or go on with an unfinished run, and return the policy's file.
+        """Train, or continue an unfinished run, and return the path of the policy file.
 
         Raises:
-            FileExistsError: as ``begin``.
+            FileExistsError: if the folder holds a finished run, or a run with other arguments.
         """
         args = self.args
         begin(args)
@@ -117,7 +117,7 @@ class Rounds(ABC, Generic[A]):
         begun, spent = time.process_time(), timed.seconds
         model.set_random_seed(int(np.random.SeedSequence([args.seed, self.done]).generate_state(1)[0]))
         self._env.seed(training_seeds(args.seed, self.done * args.num_flocks, args.num_flocks)[0])
-        model.set_env(self._env)  # which lets it reset before the first step
+        model.set_env(self._env)  # makes the model reset it before the first step
         model.learn(
             self.steps * self._env.num_envs,
             callback=ObjectiveLog() if args.tensorboard else None,
@@ -126,7 +126,7 @@ class Rounds(ABC, Generic[A]):
         )
         self.done += 1
         measured.seconds += time.process_time() - begun
-        assert measured.environment_seconds is not None  # noqa: S101, a run measures it from the start
+        assert measured.environment_seconds is not None  # noqa: S101, for the type checker
         measured.environment_seconds += timed.seconds - spent
         measured.samples = model.num_timesteps
         measured.episodes += timed.take_episodes()
@@ -148,16 +148,16 @@ class Rounds(ABC, Generic[A]):
 
 
 class Timed(VecEnvWrapper):
-    """Measures the time spent in an environment, and counts the episodes that end.
+    """Wrapper that measures the time spent in an environment and counts finished episodes.
 
     Attributes:
-        seconds: so far.
+        seconds: processor time so far in s.
     """
 
     def __init__(self, venv: VecEnv, num_flocks: int) -> None:
         super().__init__(venv)
         self.seconds = 0.0
-        self._rows = venv.num_envs // num_flocks  # slots of a flock, which end together
+        self._rows = venv.num_envs // num_flocks  # slots per flock, whose episodes end together
         self._episodes = 0
 
     def reset(self) -> VecEnvObs:
@@ -176,13 +176,13 @@ class Timed(VecEnvWrapper):
         return result
 
     def take_episodes(self) -> int:
-        """Return how many episodes have ended since the last call."""
+        """Return the number of episodes that have ended since the last call."""
         ended, self._episodes = self._episodes, 0
         return ended
 
 
 class ObjectiveLog(BaseCallback):
-    """Logs the objectives that the flocks of a round reached."""
+    """Callback that logs the objectives of finished episodes to TensorBoard."""
 
     def _on_step(self) -> bool:
         ended = {id(info): info for info in self.locals["infos"] if "terminal_observation" in info}
@@ -194,13 +194,13 @@ class ObjectiveLog(BaseCallback):
 
 
 def round_steps(args: SB3Args) -> int:
-    """Return the number of actions of a round."""
+    """Return the number of actions per round."""
     model = args.model
     return LINE_ACTIONS if isinstance(model, LineScenario) else -(-model.num_steps // args.steps_per_action)
 
 
 def network(args: SB3Args, layers: Iterable[nn.Module], **architecture: Any) -> NetworkPolicy:
-    """Return the linear layers of a network of torch, with tanh between them, as a policy."""
+    """Return the policy of a torch network with linear layers and tanh between them."""
     linear = [layer for layer in layers if isinstance(layer, nn.Linear)]
     with torch.no_grad():
         parts = [part.numpy().ravel() for layer in linear for part in (layer.weight.T, layer.bias)]

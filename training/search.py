@@ -1,6 +1,6 @@
-"""CMA-ES on the objective itself, over the parameters of a small network or of a rule.
+"""Policy search with CMA-ES: maximizes the objective over the parameters of a small network or a rule.
 
-Hansen, "The CMA Evolution Strategy: A Tutorial" (2016), as the library cmaes implements it.
+Hansen, "The CMA Evolution Strategy: A Tutorial" (2016), in the implementation of the library cmaes.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from training.seeds import training_seeds
 
 @dataclass
 class SearchState:
-    """State of a search between generations, which a checkpoint holds.
+    """Checkpoint of a search between two generations.
 
     Attributes:
-        optimizer: of cmaes; it is seeded again for every generation, so its own random state does not matter.
+        optimizer: the optimizer of cmaes; it is reseeded in every generation.
         generation: number of the next generation.
-        best: parameters of the checkpoint that was best on tuning flocks.
+        best: parameters of the best checkpoint on tuning flocks.
         measured: measurements so far.
     """
 
@@ -40,10 +40,10 @@ class SearchState:
 
 
 def search(args: SearchArgs) -> Path:
-    """Search, or continue an unfinished search, and return the policy's file.
+    """Search, or continue an unfinished search, and return the path of the policy file.
 
     Raises:
-        FileExistsError: as ``begin``.
+        FileExistsError: if the folder holds a finished run, or a run with other arguments.
     """
     family = family_of(args)
     begin(args)
@@ -61,12 +61,12 @@ def search(args: SearchArgs) -> Path:
 
 
 def _generation(state: SearchState, args: SearchArgs, family: Family) -> None:
-    """Let the policies of one generation play the same flocks, and tell the optimizer their objectives."""
+    """Evaluate one generation of policies on the same flocks and update the optimizer."""
     begun = time.process_time()
     optimizer, number, measured = state.optimizer, state.generation, state.measured
     optimizer.reseed_rng(int(np.random.SeedSequence([args.seed, number]).generate_state(1)[0]))
     vectors = np.array([optimizer.ask() for _ in range(args.population)])
-    # Early generations need few flocks; later ones need many to tell good policies from lucky ones.
+    # Later generations need more flocks, because their policies differ by less than the noise.
     growth = (args.final_flocks / args.flocks) ** (number / args.generations)
     flocks = training_seeds(args.seed, measured.episodes // args.population, round(args.flocks * growth))
     seeds = list(flocks) * args.population
@@ -75,7 +75,8 @@ def _generation(state: SearchState, args: SearchArgs, family: Family) -> None:
     fitness = values.reshape(args.population, -1).mean(axis=1)
     # cmaes minimizes.
     optimizer.tell(list(zip(vectors, -fitness, strict=True)))
-    # A checkpoint holds one triangle of the covariance; so does, with this copy, an undisturbed run.
+    # A checkpoint stores one triangle of the covariance matrix. The copy does the same, so that interrupted
+    # and uninterrupted runs give the same numbers.
     state.optimizer = deepcopy(optimizer)
     state.generation += 1
     measured.episodes += len(seeds)
@@ -84,7 +85,7 @@ def _generation(state: SearchState, args: SearchArgs, family: Family) -> None:
 
 
 def _measure(state: SearchState, args: SearchArgs, family: Family) -> None:
-    """Add the mean of the search distribution to the learning curve; keep it if it is the best so far."""
+    """Add the mean of the search distribution to the learning curve; save it if it is the best so far."""
     center = state.optimizer.mean
     curve = state.measured.curve
     state.measured.add_point(args, family.policy(center))

@@ -1,20 +1,20 @@
-"""Which flocks are for what: ranges of seeds that never meet.
+"""Disjoint ranges of seeds for tuning, held-out evaluation and training.
 
-Later episodes of a training run's environments have seeds of 2^32 or more (``flockesc_env.episode_seed``),
-far beyond all of these.
+Environments give seeds of 2^32 or more to the episodes that autoreset starts (``flockesc_env.episode_seed``),
+above all of these ranges.
 """
 
 TUNING = range(1_000_000, 2_000_000)
-"""Flocks on which anything may be chosen: the best fixed range, hyperparameters, a checkpoint."""
+"""Flocks for choosing the best fixed range, hyperparameters and checkpoints."""
 
 HELD_OUT = range(2_000_000, 3_000_000)
-"""Flocks on which results are reported, and nothing else."""
+"""Flocks for reported results only."""
 
 TRAINING = range(3_000_000, 1_003_000_000)
-"""Flocks of training runs."""
+"""Flocks for training runs."""
 
 TUNING_RUN = 999
-"""Seed of the training runs by which hyperparameters are chosen; no reported run has it."""
+"""Seed of training runs that tune hyperparameters; no reported run uses it."""
 
 FLOCKS_PER_RUN = 1_000_000
 
@@ -23,18 +23,19 @@ def training_seeds(seed: int, first: int, count: int) -> range:
     """Return the seeds of some flocks of a training run.
 
     Args:
-        seed: of the run; its flocks are no other run's.
-        first: number of the first flock.
-        count: how many flocks.
+        seed: seed of the run; runs with different seeds have different flocks.
+        first: index of the first flock in the run.
+        count: number of flocks.
 
     Raises:
-        ValueError: if they would leave the run's part of ``TRAINING``.
+        ValueError: if ``seed`` is out of bounds, or the run has fewer flocks.
     """
     runs = len(TRAINING) // FLOCKS_PER_RUN
     if not 0 <= seed < runs:
-        raise ValueError(f"seed: expected 0 to {runs - 1}, got {seed}")
+        raise ValueError(f"seed: expected an integer from 0 to {runs - 1}, got {seed}")
     if first < 0 or count < 1 or first + count > FLOCKS_PER_RUN:
-        raise ValueError(f"flocks of a run: expected 1 to {FLOCKS_PER_RUN}, got {first} to {first + count}")
+        end = first + count
+        raise ValueError(f"flocks of a run: expected indices in [0, {FLOCKS_PER_RUN}), got [{first}, {end})")
     start = TRAINING.start + seed * FLOCKS_PER_RUN + first
     return range(start, start + count)
 
@@ -43,8 +44,8 @@ def first_seeds(purpose: range, count: int) -> range:
     """Return the first ``count`` seeds of ``TUNING`` or ``HELD_OUT``.
 
     Raises:
-        ValueError: if there are not as many.
+        ValueError: if there are fewer.
     """
     if not 1 <= count <= len(purpose):
-        raise ValueError(f"flocks: expected 1 to {len(purpose)}, got {count}")
+        raise ValueError(f"flocks: expected an integer from 1 to {len(purpose)}, got {count}")
     return purpose[:count]

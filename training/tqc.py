@@ -1,4 +1,4 @@
-"""Truncated quantile critics (Kuznetsov et al., 2020): off-policy, one range for all."""
+"""TQC (truncated quantile critics, Kuznetsov et al., 2020) of sb3-contrib: one range for all agents."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from training.rounds import Rounds, network
 
 
 def tqc(args: TQCArgs) -> Path:
-    """Train, or go on with an unfinished run, and return the policy's file."""
+    """Train with TQC, or continue an unfinished run, and return the path of the policy file."""
     return TQCRounds(args).train()
 
 
 class TQCRounds(Rounds[TQCArgs]):
-    """A run of TQC."""
+    """A training run with TQC."""
 
     model: TQC
 
     def make(self, env: VecEnv) -> TQC:
-        """Make the model."""
+        """Return a new TQC model."""
         args = self.args
         return TQC(
             "MlpPolicy",
@@ -43,20 +43,20 @@ class TQCRounds(Rounds[TQCArgs]):
         )
 
     def policy(self) -> NetworkPolicy:
-        """Return the squashed mean of the action distribution."""
+        """Return the deterministic policy: tanh of the mean of the action distribution."""
         actor = self.model.actor
         return network(self.args, [*actor.latent_pi, actor.mu], squash="tanh")
 
     def learned(self) -> dict[str, Any]:
-        """Return what is kept, with the transitions and the weight of the entropy."""
-        own = {"replay_buffer": self.model.replay_buffer, "log_ent_coef": self.model.log_ent_coef}
-        return {**super().learned(), **own}
+        """Return the state of the learner, with the replay buffer and the entropy coefficient."""
+        extra = {"replay_buffer": self.model.replay_buffer, "log_ent_coef": self.model.log_ent_coef}
+        return {**super().learned(), **extra}
 
     def relearn(self, learned: dict[str, Any]) -> None:
-        """Take over what ``learned`` returned."""
+        """Restore the state that ``learned`` returned."""
         super().relearn(learned)
         self.model.replay_buffer = learned["replay_buffer"]
         coefficient = self.model.log_ent_coef
-        assert coefficient is not None, "ent_coef is learned"  # noqa: S101, for the types
+        assert coefficient is not None, "ent_coef is learned"  # noqa: S101, for the type checker
         with torch.no_grad():
-            coefficient.copy_(learned["log_ent_coef"])  # in place: its optimizer holds on to it
+            coefficient.copy_(learned["log_ent_coef"])  # the optimizer refers to this tensor

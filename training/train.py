@@ -1,4 +1,4 @@
-"""One training run: a folder with its record, its policy, its learning curve and its speed."""
+"""Training runs: dispatch to the learner of the arguments."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from training.config import Args, PPOArgs, SearchArgs
 
 
 def train(args: Args) -> Path:
-    """Train a policy, or go on with an unfinished run, and return the policy's file.
+    """Train a policy, or continue an unfinished run, and return the path of the policy file.
 
-    A run that was killed and is continued ends with the same parameters as one that was left alone.
+    A run that was interrupted and continued ends with the same parameters as an uninterrupted one.
 
     Raises:
-        FileExistsError: if the run's folder holds a finished run, or an unfinished one of other arguments.
-        ValueError: for an argument out of bounds.
+        FileExistsError: if the folder holds a finished run, or a run with other arguments.
+        ValueError: if an argument is out of bounds.
     """
-    # Only what the learner needs: torch takes seconds to import.
+    # Each learner is imported only when it is needed: importing torch takes seconds.
     if isinstance(args, SearchArgs):
         from training.search import search
 

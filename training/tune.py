@@ -1,4 +1,4 @@
-"""Hyperparameters by Optuna: short training runs, judged on tuning flocks alone; the study is kept."""
+"""Tuning of hyperparameters with Optuna: short training runs, evaluated on tuning flocks."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import optuna
 from optuna.storages import JournalStorage
 from optuna.storages.journal import JournalFileBackend
 
+from flockesc_env.common.checks import as_choice
 from training import seeds
 from training.arguments import TuneArgs
 from training.config import POLICY_FILE, Args, PPOArgs, SearchArgs, TQCArgs, train_presets
@@ -20,19 +21,17 @@ _NAMES = {
     *("max_range", "steps_per_action", "hidden", "memory", "population", "step_size"),
     *("learning_rate", "gamma", "n_epochs", "gae_lambda", "batch_size"),
 }
-"""Hyperparameters of any learner."""
+"""Hyperparameters that are tuned, for all learners."""
 
 
 def tune(args: TuneArgs) -> optuna.Study:
-    """Go on with the study of a learner, or begin it with the preset itself; return it.
+    """Start or continue the Optuna study of a preset, and return it; the first trial is the preset itself.
 
     Raises:
-        ValueError: for an unknown preset.
+        ValueError: if the preset is unknown.
     """
     known = train_presets()
-    if args.run not in known:
-        raise ValueError(f"run: expected one of {', '.join(known)}, got {args.run!r}")
-    preset = known[args.run]
+    preset = known[as_choice(args.run, "run", known)]
     args.output.mkdir(parents=True, exist_ok=True)
     study = optuna.create_study(
         storage=JournalStorage(JournalFileBackend(str(args.output / f"{args.run}.journal"))),
@@ -52,7 +51,7 @@ def tune(args: TuneArgs) -> optuna.Study:
 
 
 def _value(trial: optuna.Trial, preset: Args, args: TuneArgs) -> float:
-    """Train with the trial's hyperparameters; return the mean objective on tuning flocks."""
+    """Train with the hyperparameters of a trial and return the mean objective on tuning flocks."""
     folder = args.runs / f"{args.run}-{trial.number}"
     length = "generations" if isinstance(preset, SearchArgs) else "num_episodes"
     shorter = {length: max(round(args.share * getattr(preset, length)), 1)}
@@ -66,19 +65,19 @@ def _value(trial: optuna.Trial, preset: Args, args: TuneArgs) -> float:
 
 
 def _as_trial(preset: Args) -> dict[str, Any]:
-    """Return a preset's hyperparameters as a trial has them: one number each."""
+    """Return the hyperparameters of a preset in the form of a trial: one number each."""
     fields = dataclasses.asdict(preset)
     return {name: fields[name][0] if name == "hidden" else fields[name] for name in _NAMES & fields.keys()}
 
 
 def suggest(trial: optuna.Trial, preset: Args) -> dict[str, Any]:
-    """Return hyperparameters of a learner's kind; the preset's own are always among the choices."""
+    """Return hyperparameters from a trial; the values of the preset are always among the choices."""
     own = _as_trial(preset)
 
     def one_of(name: str, *choices: float) -> Any:
         return trial.suggest_categorical(name, sorted({*choices, own[name]}))
 
-    # On the line ranges are parts of the interval, and episodes last a few steps.
+    # These choices are for flocks; on the line ranges are below 1 and episodes last a few steps.
     shared = (
         {}
         if preset.is_line
@@ -94,7 +93,7 @@ def suggest(trial: optuna.Trial, preset: Args) -> dict[str, Any]:
             "population": one_of("population", 12, 16, 24, 32),
             "step_size": trial.suggest_float("step_size", 0.2, 1.0, log=True),
         }
-    assert isinstance(preset, PPOArgs | TQCArgs)  # noqa: S101, there are three kinds
+    assert isinstance(preset, PPOArgs | TQCArgs)  # noqa: S101, for the type checker
     found: dict[str, Any] = shared | {
         "learning_rate": trial.suggest_float("learning_rate", 1e-4, 3e-3, log=True),
         "gamma": one_of("gamma", 0.8, 0.9, 0.95, 0.98),

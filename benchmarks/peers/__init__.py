@@ -1,4 +1,4 @@
-"""The flock model as others would write it; each is checked against this project before it is timed."""
+"""Peers: other implementations of the flock model, each checked against this project before timing."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from flockesc_env import ConstantVelocity, FlockScenario, Metric, NeighborRule, 
 _MODULES = ("numpy_all_pairs", "numpy_tuned", "ckdtree", "numba_cells", "jax_all_pairs", "plain_rust")
 
 TOLERANCE = 1e-9
-"""Largest difference in m: sums in another order differ by rounding, and by no more."""
+"""Largest allowed difference in m. Sums in another order differ by rounding errors."""
 
 
 class DisagreementError(Exception):
-    """A peer computes something else than this project, so that its speed means nothing."""
+    """The results of a peer differ from those of this project."""
 
 
 def installed() -> list[Peer]:
-    """Return the peers whose packages are there, and say which are not."""
+    """Return the peers whose packages are installed; print which are not."""
     peers: list[Peer] = []
     for name in _MODULES:
         try:
             peers += import_module(f"{__name__}.{name}").PEERS
         except ModuleNotFoundError as error:
-            print(f"{name} is left out: {error.name} is not installed")
+            print(f"skipped {name}: {error.name} is not installed")
     return peers
 
 
@@ -35,10 +35,10 @@ def check(
     ranges: tuple[float, ...] = (0.0, 5.0, 10.0, 30.0, 100.0),
     rule: NeighborRule = Metric(),  # noqa: B008, frozen
 ) -> None:
-    """Compare positions and J_mean after ten steps, with the predator amid the flock.
+    """Compare positions and J_mean of the peers with this project after ten steps near the predator.
 
     Raises:
-        DisagreementError: naming the peer, the range and the difference in m.
+        DisagreementError: if a peer differs by more than ``TOLERANCE``.
     """
     predator = ConstantVelocity(position=(20.0, 20.0))
     scenario = FlockScenario(num_steps=10, predators=(predator,), neighbor_rule=rule)
@@ -55,5 +55,5 @@ def check(
             )
             if not difference <= TOLERANCE:
                 raise DisagreementError(
-                    f"{peer.name} at {interaction_range} {rule.unit}: off by {difference:.3g} m"
+                    f"{peer.name} differs by {difference:.3g} m at {interaction_range} {rule.unit}"
                 )

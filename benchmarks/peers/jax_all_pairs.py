@@ -1,4 +1,4 @@
-"""All pairs in JAX on the CPU in float64, mapped over flocks (vmap) and compiled as one loop."""
+"""Peer in JAX: all pairs on the CPU in float64, vmap over flocks, compiled."""
 
 from functools import partial
 
@@ -12,7 +12,7 @@ jax.config.update("jax_platforms", "cpu")
 jax.config.update("jax_enable_x64", True)
 
 State = tuple[jax.Array, jax.Array, jax.Array, jax.Array]
-"""Positions, velocities, the predator's position, the minimum so far."""
+"""Positions, velocities, position of the predator, running minimum of the mean distance."""
 
 
 def _scaled(vectors: jax.Array, length: float) -> jax.Array:
@@ -28,7 +28,7 @@ def _step(model: Model, interaction_range: jax.Array, state: State) -> State:
     r, v, predator, minimum = state
     squared = sum((r[:, None, axis] - r[None, :, axis]) ** 2 for axis in range(2))
     near = (squared <= interaction_range**2).astype(r.dtype)
-    force = _scaled(near @ v, model.speed)  # the direction of a sum is that of the mean
+    force = _scaled(near @ v, model.speed)  # the sum has the same direction as the mean
     offsets = r - predator
     felt = (offsets**2).sum(axis=-1, keepdims=True) <= model.predator_range**2
     force += jnp.where(felt, _scaled(offsets, model.repulsion_strength), 0.0)

@@ -1,4 +1,4 @@
-"""What every implementation of the flock model is given, and what it must return."""
+"""Common interface of the peers: ``Model`` and ``Flocks`` as input, ``Outcome`` as output."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 
 class Model(NamedTuple):
-    """The parameters of docs/model.md, "Flock", for D = 2 and one predator that flies straight on."""
+    """Parameters of the flock model for D = 2 and one predator that flies straight on."""
 
     time_step: float
     mass: float
@@ -28,7 +28,7 @@ class Model(NamedTuple):
 
 @dataclass(frozen=True)
 class Flocks:
-    """Flocks at t = 0: positions in m and velocities in m/s, both of shape (flocks, n, 2)."""
+    """Initial states of flocks: positions in m and velocities in m/s, both of shape (flocks, n, 2)."""
 
     scenario: FlockScenario
     seeds: tuple[int, ...]
@@ -38,7 +38,7 @@ class Flocks:
 
     @classmethod
     def seeded(cls, scenario: FlockScenario, seeds: range) -> Flocks:
-        """Return the flocks that ``sweep`` starts from."""
+        """Return the initial states of ``sweep`` for some seeds."""
         runs = [simulate(scenario.replace(num_steps=1), 0.0, seed=seed) for seed in seeds]
         (predator,) = scenario.predators
         (x, y), (vx, vy) = np.array([predator.position, predator.velocity]).tolist()
@@ -58,7 +58,7 @@ class Flocks:
 
 def _shared(value: float | tuple[float, ...]) -> float:
     if isinstance(value, tuple):
-        raise TypeError("peers take one number for all agents")
+        raise TypeError("peers need one number for all agents")
     return value
 
 
@@ -75,7 +75,13 @@ Run = Callable[[Flocks, float, int], Outcome]
 
 @dataclass(frozen=True)
 class Peer:
-    """One implementation of the flock model; ``flocks_at_once`` if it gains from many in one call."""
+    """An implementation of the flock model.
+
+    Attributes:
+        name: name in tables and figures.
+        run: the function to time.
+        flocks_at_once: number of flocks per call, for peers that are faster with many; ``None``: ``FLOCKS``.
+    """
 
     name: str
     run: Run
@@ -83,7 +89,7 @@ class Peer:
 
 
 def one_by_one(run: Callable[[Model, Floats, Floats, float, int], tuple[Floats, float]]) -> Run:
-    """Turn an implementation for one flock, arrays of shape (n, 2), into one for several."""
+    """Return a ``Run`` that calls an implementation for one flock, shape (n, 2), once per flock."""
 
     def run_all(flocks: Flocks, interaction_range: float, steps: int) -> Outcome:
         outcomes = [

@@ -1,4 +1,4 @@
-"""A cell list compiled by numba: agents sorted into square cells, candidates from the nine cells around."""
+"""Peer in Numba: a cell list; agents are sorted into square cells and compared with nine cells."""
 
 from collections.abc import Callable
 from functools import partial
@@ -8,7 +8,7 @@ from numba import njit
 
 from benchmarks.peers.model import Floats, Model, Peer, one_by_one
 
-Listen = Callable[[Floats, Floats, float, Floats], None]
+SumNeighbors = Callable[[Floats, Floats, float, Floats], None]
 
 
 @njit
@@ -19,11 +19,11 @@ def _scaled(x: float, y: float, length: float) -> tuple[float, float]:
     return 0.0, 0.0
 
 
-def _listen(r: Floats, v: Floats, interaction_range: float, heard: Floats) -> None:
+def _sum_neighbors(r: Floats, v: Floats, interaction_range: float, sums: Floats) -> None:
     n = len(r)
     low_x, low_y = r[:, 0].min(), r[:, 1].min()
     width, height = r[:, 0].max() - low_x, r[:, 1].max() - low_y
-    # About as many cells as agents at most: smaller ones cost more to visit than they save.
+    # Cells are so large that there are about as many cells as agents; more cells would be slower.
     side = max(interaction_range, np.sqrt(width * height / n), 1e-9)
     columns, rows = int(width / side) + 1, int(height / side) + 1
     cell = np.empty(n, np.int64)
@@ -37,7 +37,7 @@ def _listen(r: Floats, v: Floats, interaction_range: float, heard: Floats) -> No
         start[c] = end
     order = np.empty(n, np.int64)
     sorted_r, sorted_v = np.empty_like(r), np.empty_like(v)
-    for i in range(n - 1, -1, -1):  # from the back: each cell's end moves down to its start
+    for i in range(n - 1, -1, -1):  # counting sort, from the back
         start[cell[i]] -= 1
         place = start[cell[i]]
         order[place] = i
@@ -52,13 +52,13 @@ def _listen(r: Floats, v: Floats, interaction_range: float, heard: Floats) -> No
         left, right = max(column - 1, 0), min(column + 1, columns - 1)
         sum_x, sum_y = 0.0, 0.0
         for near in range(max(row - 1, 0), min(row + 1, rows - 1) + 1):
-            # Neighboring cells of a row lie side by side in the sorted arrays.
+            # Neighboring cells of a row are contiguous in the sorted arrays.
             for j in range(start[near * columns + left], start[near * columns + right + 1]):
                 dx, dy = sorted_r[j, 0] - x, sorted_r[j, 1] - y
                 if dx * dx + dy * dy <= squared_range:
                     sum_x += sorted_v[j, 0]
                     sum_y += sorted_v[j, 1]
-        heard[i, 0], heard[i, 1] = sum_x, sum_y
+        sums[i, 0], sums[i, 1] = sum_x, sum_y
 
 
 @njit
@@ -71,7 +71,7 @@ def _mean_distance(r: Floats, predator_x: float, predator_y: float) -> float:
 
 @njit
 def _run(
-    listen: Listen,
+    sum_neighbors: SumNeighbors,
     model: Model,
     positions: Floats,
     velocities: Floats,
@@ -79,15 +79,15 @@ def _run(
     steps: int,
 ) -> tuple[Floats, float]:
     r, v = positions.copy(), velocities.copy()
-    heard = np.empty_like(v)
+    sums = np.empty_like(v)
     predator_x, predator_y = model.predator_position
     gain = model.time_step / model.mass
     minimum = _mean_distance(r, predator_x, predator_y)
     for _ in range(steps):
-        listen(r, v, interaction_range, heard)
+        sum_neighbors(r, v, interaction_range, sums)
         for i in range(len(r)):
-            # The direction of a sum is that of the mean.
-            force_x, force_y = _scaled(heard[i, 0], heard[i, 1], model.speed)
+            # The sum has the same direction as the mean.
+            force_x, force_y = _scaled(sums[i, 0], sums[i, 1], model.speed)
             offset_x, offset_y = r[i, 0] - predator_x, r[i, 1] - predator_y
             if offset_x * offset_x + offset_y * offset_y <= model.predator_range**2:
                 escape_x, escape_y = _scaled(offset_x, offset_y, model.repulsion_strength)
@@ -105,7 +105,7 @@ def _run(
 
 
 PEERS = (
-    Peer("Numba, cell list", one_by_one(partial(_run, njit(_listen)))),
-    # Sums in any order: the search alone is what gains from it.
-    Peer("Numba, cell list, fastmath", one_by_one(partial(_run, njit(fastmath=True)(_listen)))),
+    Peer("Numba, cell list", one_by_one(partial(_run, njit(_sum_neighbors)))),
+    # fastmath may reorder sums.
+    Peer("Numba, cell list, fastmath", one_by_one(partial(_run, njit(fastmath=True)(_sum_neighbors)))),
 )

@@ -1,4 +1,4 @@
-"""One step of the flock in NumPy around whatever finds the neighbors."""
+"""A step of the flock in NumPy, for peers that differ in their neighbor search."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ import numpy as np
 
 from benchmarks.peers.model import Floats, Model, Run, one_by_one
 
-Listen = Callable[[Floats, Floats], Floats]
-"""Positions and velocities in; out, for every agent, the sum of the velocities that it hears: (n, 2)."""
+SumNeighbors = Callable[[Floats, Floats], Floats]
+"""Function of positions and velocities that returns the sum of the neighbors' velocities, shape (n, 2)."""
 
 
-def numpy_run(listener: Callable[[int, float], Listen]) -> Run:
-    """Return a run that listens with ``listener(n, interaction_range)``."""
+def numpy_run(make_sum: Callable[[int, float], SumNeighbors]) -> Run:
+    """Return a ``Run`` with the neighbor search ``make_sum(num_agents, interaction_range)``."""
 
     def run(
         model: Model, positions: Floats, velocities: Floats, interaction_range: float, steps: int
     ) -> tuple[Floats, float]:
-        listen = listener(len(positions), interaction_range)
+        sum_neighbors = make_sum(len(positions), interaction_range)
         r, v = positions.copy(), velocities.copy()
         predator, predator_velocity = np.array(model.predator_position), np.array(model.predator_velocity)
         offsets = r - predator
         distances = np.sqrt(np.einsum("ij,ij->i", offsets, offsets))
         minimum = distances.mean()
         for _ in range(steps):
-            # The direction of a sum is that of the mean.
-            force = _scaled(listen(r, v), model.speed)
+            # The sum has the same direction as the mean.
+            force = _scaled(sum_neighbors(r, v), model.speed)
             (near,) = np.nonzero(distances <= model.predator_range)
             force[near] += _scaled(offsets[near], model.repulsion_strength)
             r += model.time_step * v
@@ -42,7 +42,7 @@ def numpy_run(listener: Callable[[int, float], Listen]) -> Run:
 
 
 def _scaled(vectors: Floats, length: float) -> Floats:
-    """Return the vectors of this length in the same directions; 0 where there is none."""
+    """Return the vectors scaled to ``length``; zero vectors stay zero."""
     norms = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
     norms[norms == 0.0] = np.inf
     scaled: Floats = vectors * (length / norms)[:, None]

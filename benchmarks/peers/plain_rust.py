@@ -1,4 +1,4 @@
-"""Plain scalar Rust (rust/peers) under the project's own release profile: all pairs, and a cell list."""
+"""Peers in plain scalar Rust (rust/peers), with this project's release profile: all pairs and a cell list."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _ROOT = Path(__file__).parents[2]
 
 @cache
 def module() -> ModuleType:
-    """Build the crate ``flockesc-peers`` and import it.
+    """Compile the crate ``flockesc-peers`` and import it.
 
     Raises:
-        CalledProcessError: if it does not compile.
+        CalledProcessError: if the compilation fails.
     """
     command = ["cargo", "build", "--release", "--locked", "--quiet", "--package", "flockesc-peers"]
     subprocess.run(command, cwd=_ROOT, check=True)

@@ -1,6 +1,7 @@
-"""The command line ``flockesc``: one command per file of this folder, listed in ``COMMANDS``.
+"""The command-line program ``flockesc``; every command is a module of this package.
 
-A command imports heavy libraries inside functions, after ``require`` has found them installed.
+Commands import heavy optional libraries inside functions, after ``require`` has checked them, so that
+``flockesc`` starts fast.
 """
 
 from __future__ import annotations
@@ -21,6 +22,10 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command of ``flockesc`` and return its exit code."""
+    """Run a command of ``flockesc`` and return its exit code.
+
+    Args:
+        argv: command-line arguments; ``None``: ``sys.argv[1:]``.
+    """
     summary = "A flock under attack: how far should its agents listen?"
     return Application("flockesc", summary, COMMANDS).main(argv)

@@ -1,7 +1,7 @@
-"""Command-line applications: named commands, exit codes, errors in one line.
+"""``Application``: a command-line program with commands, exit codes and one-line errors.
 
-Commands print results with ``output.show`` or ``output.show_json`` and everything else with ``output.note``.
-They raise the package's errors; ``Application.main`` turns errors into messages and exit codes.
+Commands print results with ``output.show`` or ``output.show_json``, and notes with ``output.note``. They
+raise the package's errors; ``Application.main`` converts them to messages and exit codes.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from flockesc_env.common.errors import FlockescError
 
 @dataclass(frozen=True)
 class Application:
-    """Commands under one program name.
+    """A command-line program.
 
-    A command is a function that returns an ``Exit``. Its keyword arguments are the flags. Its docstring is
-    the help; each paragraph is one line, as tyro does not wrap lines.
+    A command is a function that returns an ``Exit``. Its keyword arguments are the flags, its docstring is
+    the help text. tyro does not wrap lines, so each paragraph is one line.
 
     Attributes:
-        program: the program's name in help and errors.
-        summary: first line of the program's help.
-        commands: functions by the name of their command.
+        program: name of the program, for help and errors.
+        summary: first line of the help text.
+        commands: functions by name of the command.
     """
 
     program: str
@@ -37,19 +37,23 @@ class Application:
 
     @property
     def description(self) -> str:
-        """The text of ``--help``."""
+        """The description in ``--help``."""
         lines = [
             self.summary,
             "",
-            f"{self.program} COMMAND --help explains a command, {self.program} --version names the version.",
+            f"{self.program} COMMAND --help explains a command; {self.program} --version prints the version.",
             "",
-            "Results go to stdout, notes and progress to stderr. Exit codes:",
+            "Results are printed on stdout, notes and progress on stderr. Exit codes:",
             *(f"{code.value:>5}  {meaning}" for code, meaning in MEANINGS.items()),
         ]
         return "\n".join(lines)
 
     def main(self, argv: Sequence[str] | None = None) -> int:
-        """Run one command and return its exit code; see ``exits``."""
+        """Run a command and return its exit code; see ``exits``.
+
+        Args:
+            argv: command-line arguments; ``None``: ``sys.argv[1:]``.
+        """
         prepare_streams()
         try:
             return self._run(list(sys.argv[1:] if argv is None else argv))
@@ -78,7 +82,7 @@ class Application:
             for command, run in self.commands.items():
                 app.command(name=command, help=(run.__doc__ or "").partition("\n")[0])(run)
             app.cli(prog=self.program, description=self.description, args=argv or [name])
-        except SystemExit as stop:  # tyro has shown help or refused a flag
+        except SystemExit as stop:  # from tyro, after --help or an invalid flag
             flush()
             return stop.code if isinstance(stop.code, int) else Exit.REFUSED
         return Exit.REFUSED

@@ -1,4 +1,4 @@
-"""Exit codes: what scripts can rely on."""
+"""Exit codes of the command-line program."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import IntEnum
 
 
 class Exit(IntEnum):
-    """How a command ended."""
+    """Exit code of a command; ``MEANINGS`` explains each."""
 
     DONE = 0
     FAILED = 1
@@ -18,7 +18,7 @@ class Exit(IntEnum):
 MEANINGS = {
     Exit.DONE: "done",
     Exit.FAILED: "a check failed: a replay differs from its record",
-    Exit.REFUSED: "an option, a file or a missing extra was refused; stderr says which",
-    Exit.INTERRUPTED: "interrupted (Ctrl-C); what was finished is kept",
-    Exit.UNREAD: "the reader of the output has gone (broken pipe)",
+    Exit.REFUSED: "an option or a file is invalid, or an extra is not installed; see stderr",
+    Exit.INTERRUPTED: "interrupted (Ctrl-C); finished results are kept",
+    Exit.UNREAD: "the output was closed by its reader (broken pipe)",
 }

@@ -1,4 +1,4 @@
-"""Flags that commands share: the scenario, seeds, JSON, progress, threads."""
+"""Flags shared by several commands: scenario, seeds, JSON, progress bar, threads."""
 
 from __future__ import annotations
 
@@ -21,12 +21,22 @@ from flockesc_env.scenario.presets import MODELS, PRESETS, Scenario, preset
 
 
 def optional(help_: str, default: str, metavar: str | None = None) -> tuple[Any, ...]:
-    """Return the annotations of an optional flag: its help and its default in words."""
+    """Return the annotations of an optional flag.
+
+    Args:
+        help_: the help text.
+        default: description of the default.
+        metavar: name of the value in the help text; ``None``: the name of its type.
+    """
     return DisallowNone, arg(help=help_, help_behavior_hint=f"(default: {default})", metavar=metavar)
 
 
 def switch(help_: str) -> Any:
-    """Return the annotation of a flag without a value."""
+    """Return the annotation of a flag without a value.
+
+    Args:
+        help_: the help text.
+    """
     return arg(help=help_, help_behavior_hint="(default: off)")
 
 
@@ -34,15 +44,13 @@ def _range(words: list[str]) -> range:
     try:
         start, stop = map(int, words[0].split(":"))
     except ValueError:
-        raise ValueError(f"expected START:STOP, two integers, got {words[0]!r}") from None  # tyro shows it
+        raise ValueError(f"expected START:STOP, two integers, got {words[0]!r}") from None  # tyro prints it
     return range(start, stop)
 
 
-Json = Annotated[bool, switch("print one JSON document on stdout, and nothing else there")]
-Progress = Annotated[bool, switch("show the progress bar even if stderr is not a terminal")]
-Threads = Annotated[
-    int | None, *optional("threads of the engine; results do not depend on it", "one per core")
-]
+Json = Annotated[bool, switch("print the result as a JSON document on stdout")]
+Progress = Annotated[bool, switch("show a progress bar even if stderr is not a terminal")]
+Threads = Annotated[int | None, *optional("number of threads; results do not depend on it", "one per core")]
 Seeds = Annotated[
     range,
     PrimitiveConstructorSpec(
@@ -57,12 +65,12 @@ Seeds = Annotated[
 
 @dataclasses.dataclass(frozen=True)
 class ScenarioFlags:
-    """The scenario: a preset or a file, with changes."""
+    """Choose a scenario (a preset or a file) and change its fields."""
 
     scenario: Annotated[
         str | None,
         *optional(
-            "a preset, as flockesc presets lists them, or a file (.toml, .json) with fields of a scenario",
+            "name of a preset (flockesc presets lists them) or a scenario file (.toml, .json)",
             "paper-flock",
             metavar="NAME|FILE",
         ),
@@ -72,7 +80,7 @@ class ScenarioFlags:
         arg(
             name="set",
             help="change a field, for example num_agents=100, predators.0.max_turn_rate=3 or motion=vicsek;"
-            " the value is JSON or a text; can be repeated",
+            " the value is JSON or a string; can be repeated",
             metavar="PATH=VALUE",
             help_behavior_hint="(default: no changes)",
         ),
@@ -80,24 +88,25 @@ class ScenarioFlags:
     initial_state: Annotated[
         Path | None,
         *optional(
-            "initial positions and, if given, headings of a flock: a .csv, .npy or .npz file",
+            "file (.csv, .npy, .npz) with initial positions and, optionally, velocities of a flock",
             "the scenario's",
             metavar="FILE",
         ),
     ] = None
 
     def build(self) -> Scenario:
-        """Return the scenario.
+        """Return the scenario that the flags describe.
 
         Raises:
+            ArgumentError: if an initial state is given for a line.
             OSError: if a file cannot be read.
             RecordError: if the file of the initial state is damaged.
-            ScenarioError: for an unknown preset, or naming a field that is unknown or out of bounds.
+            ScenarioError: if the preset or a field is unknown, or a field is out of bounds.
         """
         scenario: Scenario = FlockScenario() if self.scenario is None else _named(self.scenario)
         if self.initial_state is not None:
             if isinstance(scenario, LineScenario):
-                raise ArgumentError("initial_state", "no file for a line", repr(str(self.initial_state)))
+                raise ArgumentError("initial_state", "None for a line", repr(str(self.initial_state)))
             scenario = scenario.replace(**read_initial_state(self.initial_state))
         return _changed(scenario, self.changes) if self.changes else scenario
 
@@ -108,7 +117,7 @@ def model_of(scenario: Scenario) -> str:
 
 
 def _named(name: str) -> Scenario:
-    """Return a preset, or the scenario in a file."""
+    """Return a preset or the scenario in a file."""
     path = Path(name)
     if name in PRESETS:
         return preset(name)
@@ -124,15 +133,15 @@ def _named(name: str) -> Scenario:
 
 
 def _read(text: str, *, is_toml: bool) -> Scenario:
-    """Return the scenario of a document, a line's if it has a field that only lines have."""
-    own = {field.name for field in dataclasses.fields(LineScenario)} - set(vars(FlockScenario()))
-    is_line = re.search(rf'(^|[\s{{,"])({"|".join(own)})"?\s*[:=]', text)
+    """Return the scenario of a document; one with a field that only ``LineScenario`` has is a line."""
+    line_fields = {field.name for field in dataclasses.fields(LineScenario)} - set(vars(FlockScenario()))
+    is_line = re.search(rf'(^|[\s{{,"])({"|".join(line_fields)})"?\s*[:=]', text)
     model = LineScenario if is_line else FlockScenario
     return model.from_toml(text) if is_toml else model.from_json(text)
 
 
 def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:
-    """Return a scenario after some changes ``PATH=VALUE``; the schema refuses unknown names in paths."""
+    """Return a scenario with some changes ``PATH=VALUE``; unknown names in paths raise ``ScenarioError``."""
     document = json.loads(scenario.to_json())
     for change in changes:
         path, is_given, text = change.partition("=")
@@ -147,27 +156,27 @@ def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:
         value = _value(text)
         is_kind = isinstance(value, str) and isinstance(parent[key], dict)
         parent[key] = {value: {}} if is_kind else value
-        with suppress(ScenarioError):  # later changes may complete this one
+        with suppress(ScenarioError):  # later changes may make the scenario valid
             document = json.loads(type(scenario).from_json(json.dumps(document)).to_json())
     return type(scenario).from_json(json.dumps(document))
 
 
 def _place(node: Any, name: str, path: str) -> tuple[Any, Any]:
-    """Return the object or list that a name in a path belongs to, and its key; kinds may be left out."""
+    """Return the object or list that contains ``name``, and its key or index; kinds can be omitted."""
     if isinstance(node, dict):
         if len(node) == 1 and name not in node:
             [node] = node.values()
         node.setdefault(name, None)
         return node, name
     if not isinstance(node, list):
-        raise ScenarioError(path, "a path that ends before", shown(name))
+        raise ScenarioError(path, "the path of a field", f"{shown(name)} inside a plain value")
     if not name.isdecimal() or int(name) >= len(node):
         raise ScenarioError(path, f"an index below {len(node)}", shown(name))
     return node, int(name)
 
 
 def _value(text: str) -> Any:
-    """Return the value of a change: JSON, None or else a text."""
+    """Return the value of a change: None, JSON, or otherwise the string itself."""
     try:
         return None if text == "None" else json.loads(text)
     except (ValueError, RecursionError):

@@ -1,4 +1,4 @@
-"""Output of commands: results on stdout, notes and errors on stderr; checks of output files."""
+"""Output of commands: results on stdout, notes and errors on stderr, checks of output files."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from flockesc_env.common.errors import ArgumentError
 
 
 def prepare_streams() -> None:
-    """Open closed streams to the null device; replace characters that a stream cannot encode."""
-    sys.stdout = sys.stdout or Path(os.devnull).open("w")  # noqa: SIM115, open until the end
+    """Redirect closed streams to the null device; replace characters that a stream cannot encode."""
+    sys.stdout = sys.stdout or Path(os.devnull).open("w")  # noqa: SIM115, open until exit
     sys.stderr = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -25,20 +25,20 @@ def prepare_streams() -> None:
 
 
 def show(text: str) -> None:
-    """Print a result for people on stdout.
+    """Print a result on stdout.
 
     Raises:
-        OSError: if it cannot be written, for example to a closed pipe.
+        OSError: if stdout cannot be written, for example a closed pipe.
     """
     print(text)
     flush()
 
 
 def flush() -> None:
-    """Flush stdout. Output that cannot be written is dropped; the interpreter would fail on it again at exit.
+    """Flush stdout. If that fails, drop the output, so that the interpreter does not fail again at exit.
 
     Raises:
-        OSError: if output was dropped.
+        OSError: if stdout cannot be written.
     """
     try:
         sys.stdout.flush()
@@ -48,35 +48,45 @@ def flush() -> None:
 
 
 def show_json(document: Mapping[str, Any]) -> None:
-    """Print a result as one JSON document on stdout; numbers keep every bit, infinities become null."""
+    """Print a result as JSON on stdout, with floats at full precision; infinity and NaN become null."""
     show(json.dumps(_finite(document), allow_nan=False, indent=2))
 
 
 def note(text: str) -> None:
-    """Print a note on stderr; a closed stream is not an error."""
+    """Print a note on stderr; a closed stream is ignored."""
     with suppress(OSError):
         print(f"flockesc: {text}", file=sys.stderr, flush=True)
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return columns of right-aligned cells under their heads."""
+    """Return a text table with right-aligned columns.
+
+    Args:
+        head: headings of the columns.
+        rows: cells of the rows.
+    """
     widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
     lines = (map(str.rjust, row, widths) for row in (head, *rows))
     return "\n".join("  ".join(line) for line in lines)
 
 
 def check_output(path: Path | None, suffixes: Sequence[str], field: str = "output") -> None:
-    """Check before any work that a file can be written.
+    """Check, before a long computation, that an output file can be written.
+
+    Args:
+        path: path of the file; ``None``: no file.
+        suffixes: allowed suffixes.
+        field: name of the flag, for the error message.
 
     Raises:
-        ArgumentError: for another suffix, or a folder that does not exist.
+        ArgumentError: if the suffix is not allowed, or the folder does not exist.
     """
     if path is None:
         return
     if path.suffix not in suffixes:
         raise ArgumentError(field, f"a file that ends in {' or '.join(suffixes)}", repr(str(path)))
     if not path.parent.is_dir() or path.is_dir():
-        raise ArgumentError(field, "a file in a folder that exists", repr(str(path)))
+        raise ArgumentError(field, "a file in an existing folder", repr(str(path)))
 
 
 def _finite(value: Any) -> Any:

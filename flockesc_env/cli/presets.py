@@ -1,4 +1,4 @@
-"""``flockesc presets``."""
+"""The command ``flockesc presets``: list the preset scenarios or print one as TOML."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def run(
     name: Annotated[
         Positional[str | None],
         arg(
-            help="print this one's scenario as TOML",
+            help="preset to print as TOML",
             metavar="[NAME]",
             help_behavior_hint="(default: list all)",
         ),
@@ -25,14 +25,14 @@ def run(
     *,
     json: Json = False,
 ) -> Exit:
-    """List the preset scenarios, or print one as a file to start from.
+    """List the preset scenarios, or print one as a scenario file.
 
-    The flag --scenario of other commands takes a name or such a file.
+    The flag --scenario of other commands takes the name of a preset or such a file.
 
     Example: flockesc presets pursuit > mine.toml
     """
     if name is not None:
-        preset(name)  # refuses an unknown name
+        preset(name)  # raises for an unknown name
     chosen = PRESETS if name is None else {name: PRESETS[name]}
     if json:
         show_json({"command": "presets", "presets": [_entry(known) for known in chosen]})

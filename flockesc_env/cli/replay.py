@@ -1,4 +1,4 @@
-"""``flockesc replay``."""
+"""The command ``flockesc replay``: run recorded runs again and compare."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def run(
     files: Annotated[
         Positional[tuple[Path, ...]],
         arg(
-            help="recorded runs (.npz), such as flockesc simulate --output writes",
+            help="recorded runs (.npz) that flockesc simulate --output wrote",
             metavar="FILE ..",
             help_behavior_hint="(at least one)",
         ),
@@ -28,9 +28,9 @@ def run(
 ) -> Exit:
     """Run recorded runs again and compare every number with the record.
 
-    Prints "matches" where all bits are equal, else the columns that differ.
+    Prints "matches" if all bits are equal, otherwise the attributes that differ.
 
-    The exit code is 1 if any run differs, and 2 if any file is no record.
+    The exit code is 1 if a run differs, and 2 if a file is not a recorded run.
 
     Example: flockesc replay run.npz
     """

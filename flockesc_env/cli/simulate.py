@@ -1,4 +1,4 @@
-"""``flockesc simulate``."""
+"""The command ``flockesc simulate``: run a model once."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
 _MEANINGS = {
-    "min_mean_distance": "m, J_mean: minimum over time of the mean distance to the predator (Eq. 12)",
-    "min_min_distance": "m, J_min: minimum over time of the distance to the nearest agent (Eq. 13)",
-    "escape_distance": "distance of the nearest agent to the predator at the end",
-    "num_components": "connected components of the neighbor graph at the end",
+    "min_mean_distance": "m, J_mean: minimum over time of the mean predator distance (Eq. 12)",
+    "min_min_distance": "m, J_min: minimum over time of the minimum predator distance (Eq. 13)",
+    "escape_distance": "distance between the predator and the nearest agent at the end",
+    "num_components": "number of connected components of the neighbor graph at the end",
     "polarization": "norm of the mean heading at the end, from 0 to 1",
-    "fraction_surviving": "share of agents that were not caught",
-    "converged": "whether the line reached a steady state",
+    "fraction_surviving": "share of agents that are not caught",
+    "converged": "whether the line reached its steady state",
     "steps": "number of steps",
 }
 
@@ -35,25 +35,24 @@ def run(
     *,
     interaction_range: Annotated[
         float | None,
-        *optional("rho, how far agents listen, in m (the line has no unit); this or a policy", "none"),
+        *optional("fixed interaction range rho, in m for a flock; give this or a policy", "none"),
     ] = None,
     policy: Annotated[
         str | None,
-        *optional(
-            f"what sets the ranges of a flock instead: {', '.join(NAMES)}, or a policy's file (.npz)", "none"
-        ),
+        *optional(f"policy that sets the ranges: {', '.join(NAMES)}, or a policy file (.npz)", "none"),
     ] = None,
     seed: Annotated[
-        int | None, *optional("seed of the initial state, from 0 to 2^64 - 1", "a new one, which is printed")
+        int | None,
+        *optional("seed of the initial state, from 0 to 2^64 - 1", "a random seed, which is printed"),
     ] = None,
     output: Annotated[
-        Path | None, *optional("file (.npz) for the whole run, which flockesc replay checks", "none")
+        Path | None, *optional("file (.npz) for the whole run; flockesc replay checks it", "none")
     ] = None,
     json: Json = False,
 ) -> Exit:
     """Run the model once, with a fixed interaction range or a policy.
 
-    Prints how far the flock stayed from its predator, and its state at the end.
+    Prints the distances to the predator and the state at the end.
 
     The default scenario is the paper's flock of 300 agents.
 
@@ -62,13 +61,13 @@ def run(
     check_output(output, [".npz"])
     chosen = scenario.build()
     if (interaction_range is None) == (policy is None):
-        expected = "one of interaction_range and policy"
-        raise ArgumentError("interaction_range", expected, "none" if policy is None else "both")
-    made = _run(chosen, interaction_range, policy, seed)
+        expected = "either interaction_range or policy"
+        raise ArgumentError("interaction_range", expected, "neither" if policy is None else "both")
+    trajectory = _run(chosen, interaction_range, policy, seed)
     name = policy or f"range {interaction_range:g}"
     if output is not None:
-        records.save_run(made, output, name=name)
-    outcome = _outcome(made)
+        records.save_run(trajectory, output, name=name)
+    outcome = _outcome(trajectory)
     if json:
         show_json(
             {
@@ -77,19 +76,19 @@ def run(
                 "scenario": json_.loads(chosen.to_json()),
                 "interaction_range": interaction_range,
                 "policy": policy,
-                "seed": made.seed,
+                "seed": trajectory.seed,
                 **outcome,
                 "output": None if output is None else str(output),
                 "versions": records.versions(),
             }
         )
         return Exit.DONE
-    show(f"{chosen.num_agents} agents, {name}, seed {made.seed}")
+    show(f"{chosen.num_agents} agents, {name}, seed {trajectory.seed}")
     for name, value in outcome.items():
         shown = f"{value:.3f}" if isinstance(value, float) else str(value)
         show(f"  {name:<18} {shown:>8}  {_MEANINGS[name]}")
     if output is not None:
-        note(f"saved; to check it: flockesc replay {output}")
+        note(f"saved: {output}; to check it, run flockesc replay {output}")
     return Exit.DONE
 
 
@@ -98,26 +97,26 @@ def _run(
 ) -> Trajectory | LineTrajectory:
     if policy is not None:
         if isinstance(scenario, LineScenario):
-            raise ArgumentError("policy", "none for a line", repr(policy))
+            raise ArgumentError("policy", "None for a line", repr(policy))
         return find_policy(policy, "policy").record(fresh_seed() if seed is None else seed, scenario)
-    assert rho is not None  # noqa: S101, one of the two is given
+    assert rho is not None  # noqa: S101, for the type checker
     if isinstance(scenario, LineScenario):
         return simulate_line(scenario, rho, seed=seed)
     return simulate(scenario, rho, seed=seed)
 
 
-def _outcome(made: Trajectory | LineTrajectory) -> dict[str, Any]:
-    if isinstance(made, LineTrajectory):
+def _outcome(run: Trajectory | LineTrajectory) -> dict[str, Any]:
+    if isinstance(run, LineTrajectory):
         return {
-            "escape_distance": float(made.escape_distance[-1]),
-            "num_components": int(made.num_components[-1]),
-            "converged": made.converged,
-            "steps": made.steps,
+            "escape_distance": float(run.escape_distance[-1]),
+            "num_components": int(run.num_components[-1]),
+            "converged": run.converged,
+            "steps": run.steps,
         }
     return {
-        "min_mean_distance": float(made.mean_distance.min()),
-        "min_min_distance": float(made.min_distance.min()),
-        "num_components": int(made.num_components[-1]),
-        "polarization": float(made.polarization[-1]),
-        "fraction_surviving": float(made.fraction_surviving[-1]),
+        "min_mean_distance": float(run.mean_distance.min()),
+        "min_min_distance": float(run.min_distance.min()),
+        "num_components": int(run.num_components[-1]),
+        "polarization": float(run.polarization[-1]),
+        "fraction_surviving": float(run.fraction_surviving[-1]),
     }

@@ -1,4 +1,4 @@
-"""``flockesc sweep``."""
+"""The command ``flockesc sweep``: grid search over fixed interaction ranges."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import Scenario
 
 _CHUNK_SECONDS = 0.5
-"""Chunks of seeds grow until they take this long: about so much work is lost on Ctrl-C."""
+"""Duration of a chunk of seeds: Ctrl-C discards at most about this much work."""
 
 
 def run(
@@ -36,45 +36,46 @@ def run(
     interaction_ranges: Annotated[
         tuple[float, ...] | None,
         *optional(
-            "ranges to try instead of a grid, in m (the line has no unit)",
-            "the grid of the next two",
+            "ranges to try instead of a grid, in m for a flock",
+            "a grid",
             metavar="FLOAT ..",
         ),
     ] = None,
     max_range: Annotated[
         float | None,
         *optional(
-            "largest range of a grid that begins with 0, in m (the line has no unit)",
-            f"{EnvOptions.max_range:g}, on the line {LineOptions.max_range:g}",
+            "largest range of the grid, which begins at 0, in m for a flock",
+            f"{EnvOptions.max_range:g}, for a line {LineOptions.max_range:g}",
         ),
     ] = None,
     grid_size: Annotated[
-        int | None, *optional("number of ranges in the grid, both ends included", str(GRID_SIZE))
+        int | None, *optional("number of ranges in the grid, including both ends", str(GRID_SIZE))
     ] = None,
     seeds: Annotated[
-        Seeds, arg(help="seeds of the initial states, STOP excluded; every range gets the same ones")
+        Seeds, arg(help="seeds of the initial states, STOP excluded; the same for every range")
     ] = range(40),
     objective: Annotated[
         Literal["mean", "minimum", "survival", "escape_distance"] | None,
         *optional(
-            "what to maximize: the minimum over time of the mean or the minimum predator distance, in m,"
-            " or the share of agents that are not caught; on the line the escape distance",
-            "mean, on the line escape_distance",
+            "quantity to maximize: the minimum over time of the mean predator distance (mean, Eq. 12) or of"
+            " the minimum predator distance (minimum, Eq. 13), in m, the share of agents that are not caught"
+            " (survival), or for a line the escape distance",
+            "mean, for a line escape_distance",
         ),
     ] = None,
     output: Annotated[
         Path | None,
-        *optional("file (.parquet or .csv) for one row per run; needs the analysis extra", "none"),
+        *optional("file (.parquet, .csv) for a table with one row per run; needs the analysis extra", "none"),
     ] = None,
     num_threads: Threads = None,
     progress: Progress = False,
     json: Json = False,
 ) -> Exit:
-    """Search for the best fixed interaction range, as the paper does.
+    """Search for the best fixed interaction range, as in the paper.
 
     Prints the mean objective of every range with its 95 % bootstrap interval.
 
-    All ranges are run on the same initial states. Ctrl-C keeps finished seeds.
+    All ranges start from the same states. Ctrl-C reports the finished seeds.
 
     Example: flockesc sweep --max-range 50 --seeds 0:100 --output sweep.parquet
     """
@@ -89,7 +90,7 @@ def run(
     finished = sum(part.seeds.size for part in parts)
     code = Exit.DONE
     if finished < len(seeds):
-        note(f"interrupted after {finished} of {len(seeds)} seeds; no intervals, which would take time")
+        note(f"interrupted after {finished} of {len(seeds)} seeds; intervals are omitted")
         code = Exit.INTERRUPTED
     if not parts:
         return code
@@ -102,7 +103,7 @@ def run(
         try:
             intervals = _intervals(result, objective_)
         except KeyboardInterrupt:
-            note("interrupted; no intervals")
+            note("interrupted; intervals are omitted")
             code = Exit.INTERRUPTED
     document = {
         "command": "sweep",
@@ -134,7 +135,9 @@ def _ranges(
 ) -> FloatArray:
     if given is not None:
         if max_range is not None or grid_size is not None:
-            raise ArgumentError("interaction_ranges", "either these or a grid", "these and a grid")
+            raise ArgumentError(
+                "interaction_ranges", "either ranges or a grid (max_range, grid_size)", "both"
+            )
         if not given:
             raise ArgumentError("interaction_ranges", "at least one range", "none")
         return as_floats(given, "interaction_ranges")
@@ -156,10 +159,10 @@ def _objective(scenario: Scenario, name: str | None) -> str:
 def _in_chunks(
     scenario: Scenario, ranges: FloatArray, seeds: range, threads: int | None, always: bool
 ) -> list[SweepResult]:
-    """Return the sweeps of consecutive seeds; on Ctrl-C those that are finished."""
+    """Run the sweep in chunks of seeds; on Ctrl-C return the results of the finished chunks."""
     parts: list[SweepResult] = []
     start = 0
-    size = -(-4 * (threads or os.cpu_count() or 1) // ranges.size)  # some runs for every thread
+    size = -(-4 * (threads or os.cpu_count() or 1) // ranges.size)  # at least 4 runs per thread
     try:
         with progress_bar("Sweep", ranges.size * len(seeds), always=always) as report:
             while start < len(seeds):
@@ -183,7 +186,7 @@ def _in_chunks(
 
 
 def _joined(parts: list[SweepResult]) -> SweepResult:
-    """Return the result of all seeds, as one sweep over them would have given it."""
+    """Join the results of chunks of seeds along the axis of seeds."""
     of_seeds = [
         f.name for f in dataclasses.fields(parts[0]) if f.name not in {"scenario", "interaction_ranges"}
     ]
@@ -202,13 +205,13 @@ def _write(result: SweepResult, path: Path) -> None:
 
 
 def _intervals(result: SweepResult, objective: str) -> tuple[FloatArray, FloatArray] | None:
-    """Return both ends of the 95 % interval of the mean per range, where there can be one."""
+    """Return the lower and upper ends of the 95 % intervals per range; ``None`` if they are not defined."""
     if len(result.seeds) < 2 or not _has_predator(result, objective):
         return None
     try:
         _, low, high = result.mean_with_interval(objective)
     except MissingExtraError as error:
-        note(f"no intervals: {error}")
+        note(f"intervals are omitted: {error}")
         return None
     return low, high
 
@@ -249,17 +252,22 @@ def _show_table(document: dict[str, Any], range_unit: str) -> None:
         for row in document["ranges"]
     ]
     goal_unit = "" if document["objective"] == "survival" else length
-    heads = [_in("range", range_unit), _in(document["objective"], goal_unit), "95 % interval", "components"]
+    heads = [
+        _heading("range", range_unit),
+        _heading(document["objective"], goal_unit),
+        "95 % interval",
+        "components",
+    ]
     show(table(heads, rows))
     if document["best_range"] is not None:
-        best = _of(document["best_range"], ".4g", range_unit)
-        oracle = _of(document["hindsight_oracle"], ".4f", goal_unit)
-        show(f"best fixed range: {best}; with the best range of every single seed: {oracle}")
+        best = _with_unit(document["best_range"], ".4g", range_unit)
+        oracle = _with_unit(document["hindsight_oracle"], ".4f", goal_unit)
+        show(f"best fixed range: {best}; objective with the best range of every seed: {oracle}")
 
 
-def _in(name: str, unit: str) -> str:
+def _heading(name: str, unit: str) -> str:
     return f"{name} ({unit})" if unit else name
 
 
-def _of(value: float, form: str, unit: str) -> str:
+def _with_unit(value: float, form: str, unit: str) -> str:
     return f"{value:{form}} {unit}".rstrip()

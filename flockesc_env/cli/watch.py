@@ -1,4 +1,4 @@
-"""``flockesc watch``."""
+"""The command ``flockesc watch``: show flocks in the browser or write a page or video."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def run(
         arg(
             help="recorded runs (.npz) of a flock, shown side by side",
             metavar="[FILE ..]",
-            help_behavior_hint="(default: none, the policies are run)",
+            help_behavior_hint="(default: run the policies)",
         ),
     ],
     scenario: ScenarioFlags,
@@ -38,33 +38,32 @@ def run(
     policies: Annotated[
         tuple[str, ...],
         arg(
-            help=f"policies to run if no recorded runs are given: {', '.join(NAMES)}, or "
-            "files of policies (.npz)"
+            help=f"policies to run if no recorded runs are given: {', '.join(NAMES)}, or policy files (.npz)"
         ),
     ] = ("fixed:15", "stubborn-leaders"),
     seed: Annotated[int, arg(help="seed of the flock")] = 0,
     output: Annotated[
         Path | None,
         *optional(
-            "write a file and end: a page (.html), or a video (.mp4, .gif; needs the video extra)",
-            "serve the page to this machine's browser",
+            "write a page (.html) or a video (.mp4, .gif; needs the video extra) instead of serving the page",
+            "serve the page on this machine",
         ),
     ] = None,
-    port: Annotated[int, arg(help="port of the served page; 0: any that is free")] = 0,
-    no_browser: Annotated[bool, switch("print the address of the served page, open nothing")] = False,
+    port: Annotated[int, arg(help="port of the server; 0: any free port")] = 0,
+    no_browser: Annotated[bool, switch("print the address of the page without opening a browser")] = False,
     progress: Progress = False,
 ) -> Exit:
     """Watch flocks in the browser: recorded runs, or policies on one flock.
 
-    The range slider of the page runs the flock again; Ctrl-C stops the server.
+    The range slider of the page simulates the flock again. Ctrl-C stops the server.
 
     Example: flockesc watch --policies fixed:10 stubborn-leaders --seed 7
     """
     check_output(output, [_PAGE, *_VIDEOS])
     chosen = scenario.build()
     if not isinstance(chosen, FlockScenario):
-        raise ArgumentError("scenario", "a flock", "a line")
-    runs = _recorded(files) if files else _played(policies, seed, chosen)
+        raise ArgumentError("scenario", "a scenario of a flock", "one of a line")
+    runs = _load_runs(files) if files else _run_policies(policies, seed, chosen)
     if not runs:
         raise ArgumentError("policies", "at least one", "none")
     if output is None:
@@ -90,12 +89,12 @@ def _write_video(runs: _Runs, path: Path, *, always: bool) -> None:
         write_video(runs, path, progress=report)
 
 
-def _played(policies: tuple[str, ...], seed: int, scenario: FlockScenario) -> _Runs:
-    found = [(spec, find_policy(spec)) for spec in policies]
-    return [(spec, contender.record(seed, scenario)) for spec, contender in found]
+def _run_policies(policies: tuple[str, ...], seed: int, scenario: FlockScenario) -> _Runs:
+    found = [(spec, find_policy(spec)) for spec in policies]  # all names are checked before the first run
+    return [(spec, policy.record(seed, scenario)) for spec, policy in found]
 
 
-def _recorded(files: tuple[Path, ...]) -> _Runs:
+def _load_runs(files: tuple[Path, ...]) -> _Runs:
     runs = []
     for path in files:
         record = records.load_run(path)

@@ -1,1 +1,1 @@
-"""Helpers that know no model: errors, argument checks, files, extras, progress bars, statistics."""
+"""Helpers independent of the models: errors, argument checks, files, extras, progress bars, statistics."""

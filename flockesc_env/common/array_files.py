@@ -1,4 +1,7 @@
-"""Array files (npz, npy) from untrusted sources: nothing is executed, sizes are checked before reading."""
+"""Safe reading and writing of array files (npz, npy).
+
+Reading executes no code from the file (no pickle) and checks sizes before it allocates memory.
+"""
 
 from __future__ import annotations
 
@@ -19,15 +22,15 @@ from flockesc_env.common.errors import RecordError
 from flockesc_env.common.files import atomic_write
 
 _HEADER = "header"
-_LARGEST = 2**26
-_LARGEST_RATIO = 256
-"""Limits of an archive's unpacked size: 64 MiB plus 256 times its packed size."""
+_MAX_BYTES = 2**26
+_MAX_RATIO = 256
+"""The unpacked size of an archive is at most 64 MiB plus 256 times its packed size."""
 
 _HEADER_READERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 
 
 def write_document(path: Path, header: dict[str, Any], arrays: Mapping[str, Any]) -> None:
-    """Write a JSON object and arrays to an npz file; replace an older file only when complete."""
+    """Write a JSON object and arrays to an npz file; an existing file is replaced atomically."""
     with atomic_write(path) as file:
         np.savez_compressed(file, header=np.array(json.dumps(header)), **arrays)
 
@@ -36,12 +39,12 @@ def read_document(path: Path, expected: str) -> tuple[dict[str, Any], dict[str, 
     """Return the JSON object and the arrays that ``write_document`` wrote.
 
     Args:
-        path: the file.
-        expected: the expected kind of file, for errors.
+        path: path of the file.
+        expected: the expected kind of file, for error messages, for example ``"a policy"``.
 
     Raises:
-        FileNotFoundError: if there is no such file.
-        RecordError: naming the file or, if only that is damaged, ``header``.
+        FileNotFoundError: if the file does not exist.
+        RecordError: if the file is damaged; its ``field`` is the path or, if the JSON is invalid, ``header``.
     """
     arrays = read_npz(path, expected)
     text = str(arrays.pop(_HEADER, np.array(""))[()])
@@ -54,62 +57,66 @@ def read_document(path: Path, expected: str) -> tuple[dict[str, Any], dict[str, 
 def read_npz(path: Path, expected: str) -> dict[str, NDArray[Any]]:
     """Return the arrays of an npz file by name.
 
+    Args:
+        path: path of the file.
+        expected: the expected kind of file, for error messages.
+
     Raises:
-        FileNotFoundError: if there is no such file.
-        RecordError: if it is damaged, of another kind or unpacks to far more than its size.
+        FileNotFoundError: if the file does not exist.
+        RecordError: if the file is damaged, is not an npz file, or unpacks to far more than its packed size.
     """
     raw = path.read_bytes()
     try:
         with zipfile.ZipFile(BytesIO(raw)) as archive:
             members = archive.infolist()
-            size, largest = sum(member.file_size for member in members), _largest(raw)
-            if size > largest:
-                raise RecordError(str(path), f"at most {largest} bytes of arrays", size)
-            return {_name(member): _array(_unpacked(archive, member)) for member in members}
+            size, max_size = sum(member.file_size for member in members), _MAX_BYTES + _MAX_RATIO * len(raw)
+            if size > max_size:
+                raise RecordError(str(path), f"at most {max_size} bytes of arrays", size)
+            return {_name(member): _array(_unpack(archive, member)) for member in members}
     except RecordError:
         raise
-    except Exception as error:  # zipfile, its decompressors and NumPy raise many kinds
+    except Exception as error:  # zipfile, its decompressors and NumPy raise exceptions of many types
         raise RecordError(str(path), expected, repr(error)) from None
 
 
 def read_npy(path: Path, expected: str) -> NDArray[Any]:
     """Return the array of an npy file.
 
+    Args:
+        path: path of the file.
+        expected: the expected kind of file, for error messages.
+
     Raises:
-        FileNotFoundError: if there is no such file.
-        RecordError: if it is damaged or of another kind.
+        FileNotFoundError: if the file does not exist.
+        RecordError: if the file is damaged or is not an npy file.
     """
     raw = path.read_bytes()
     try:
         return _array(raw)
-    except Exception as error:  # as above
+    except Exception as error:  # NumPy raises exceptions of many types
         raise RecordError(str(path), expected, repr(error)) from None
-
-
-def _largest(raw: bytes) -> int:
-    return _LARGEST + _LARGEST_RATIO * len(raw)
 
 
 def _name(member: zipfile.ZipInfo) -> str:
     if not member.filename.endswith(".npy"):
-        raise ValueError(f"{member.filename!r} is no array")
+        raise ValueError(f"{member.filename!r} is not an npy file")
     return member.filename.removesuffix(".npy")
 
 
-def _unpacked(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
+def _unpack(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
     with archive.open(member) as file:
-        return file.read(member.file_size)  # without a size it would unpack everything
+        return file.read(member.file_size)  # no more than the checked size
 
 
 def _array(raw: bytes) -> NDArray[Any]:
-    """Return the array of an npy file; its size must be the one in its header."""
+    """Return the array of an npy file after a check that its size matches its header."""
     stream = BytesIO(raw)
     version = npy.read_magic(stream)
     if version not in _HEADER_READERS:
-        raise ValueError(f"version {version} of the format")
+        raise ValueError(f"unknown version {version} of the npy format")
     shape, is_fortran, dtype = _HEADER_READERS[version](stream)
-    said, there = math.prod(shape) * dtype.itemsize, len(raw) - stream.tell()
-    if dtype.hasobject or min(shape, default=0) < 0 or said != there:
-        raise ValueError(f"{there} bytes for {dtype} of shape {shape}")
-    flat = np.frombuffer(bytearray(raw), dtype, offset=stream.tell()) if there else np.empty(0, dtype)
+    expected_bytes, num_bytes = math.prod(shape) * dtype.itemsize, len(raw) - stream.tell()
+    if dtype.hasobject or min(shape, default=0) < 0 or num_bytes != expected_bytes:
+        raise ValueError(f"{num_bytes} bytes of data for {dtype} of shape {shape}")
+    flat = np.frombuffer(bytearray(raw), dtype, offset=stream.tell()) if num_bytes else np.empty(0, dtype)
     return flat.reshape(shape, order="F" if is_fortran else "C")

@@ -1,7 +1,10 @@
-"""Argument checks: each returns the value as a plain Python value or a finite, contiguous array.
+"""Argument checks, one function per type; each returns the value as a plain Python value or array.
 
-Each takes a value and the name of its argument, and raises ``error``, an ``InputError``, for a value of
-another kind.
+Arguments of the functions:
+
+- ``value``: the value to check.
+- ``field``: the name of the argument, for the error message.
+- ``error``: the ``InputError`` to raise if the value is invalid; ``ArgumentError`` by default.
 """
 
 from __future__ import annotations
@@ -26,7 +29,7 @@ _Error = type[InputError]
 
 
 def as_integer(value: Any, field: str, error: _Error = ArgumentError) -> int:
-    """Return an int; a bool is refused."""
+    """Return an int; bools are rejected."""
     try:
         if not isinstance(value, bool):
             return operator.index(value)
@@ -39,7 +42,7 @@ def as_seed(value: Any, field: str = "seed") -> int:
     """Return a seed, an int in [0, 2^64)."""
     seed = as_integer(value, field)
     if not 0 <= seed <= MAX_SEED:
-        raise ArgumentError(field, f"an integer from 0 to {MAX_SEED}", seed)
+        raise ArgumentError(field, "an integer from 0 to 2^64 - 1", seed)
     return seed
 
 
@@ -60,19 +63,19 @@ def as_count(
 ) -> int:
     """Return an int in [least, most]; ``most`` defaults to 2^63 - 1."""
     count = as_integer(value, field, error)
-    largest, told = (2**63 - 1, "63 bits") if most is None else (most, most)
+    largest, largest_text = (2**63 - 1, "2^63 - 1") if most is None else (most, str(most))
     if not least <= count <= largest:
-        raise error(field, f"an integer of at least {least} and at most {told}", count)
+        raise error(field, f"an integer from {least} to {largest_text}", count)
     return count
 
 
 def as_threads(value: Any) -> int | None:
-    """Return ``num_threads``, an int of at least 1 or ``None``."""
+    """Return ``num_threads``: an int of at least 1, or ``None``."""
     return None if value is None else as_count(value, "num_threads")
 
 
 def as_bytes(value: Any, field: str) -> bytes:
-    """Return a copy of bytes, a bytearray or a memoryview."""
+    """Return bytes, a bytearray or a memoryview as new bytes."""
     if not isinstance(value, bytes | bytearray | memoryview):
         raise ArgumentError(field, "bytes", shown(value))
     return bytes(value)
@@ -86,21 +89,21 @@ def as_flag(value: Any, field: str, error: _Error = ArgumentError) -> bool:
 
 
 def as_choice(value: Any, field: str, known: Iterable[str], error: _Error = ArgumentError) -> Any:
-    """Return one of the known words."""
+    """Return one of the ``known`` strings."""
     if not isinstance(value, str) or value not in known:
         raise error(field, f"one of {', '.join(known)}", shown_name(value, known))
     return str(value)
 
 
 def as_text(value: Any, field: str, error: _Error = ArgumentError) -> str:
-    """Return a text."""
+    """Return a str."""
     if not isinstance(value, str):
-        raise error(field, "a text", shown(value))
+        raise error(field, "a string", shown(value))
     return value
 
 
 def as_path(value: Any, field: str = "path") -> Path:
-    """Return the path of a file."""
+    """Return a ``Path``."""
     is_path = isinstance(value, str | os.PathLike) and isinstance(os.fspath(value), str)
     if not is_path or "\0" in os.fspath(value):
         raise ArgumentError(field, "the path of a file", shown(value))
@@ -108,7 +111,7 @@ def as_path(value: Any, field: str = "path") -> Path:
 
 
 def as_instance(value: Any, field: str, kind: type[_T]) -> _T:
-    """Return an instance of a class."""
+    """Return an instance of ``kind``."""
     if not isinstance(value, kind):
         raise ArgumentError(field, f"a {kind.__name__}", shown(value))
     return value
@@ -117,7 +120,7 @@ def as_instance(value: Any, field: str, kind: type[_T]) -> _T:
 def as_policy(value: Any, field: str = "policy") -> Any:
     """Return a policy: an object with a method ``act``."""
     if isinstance(value, type) or not callable(getattr(value, "act", None)):
-        raise ArgumentError(field, "a policy, an object with a method act", shown(value))
+        raise ArgumentError(field, "a policy (an object with a method act)", shown(value))
     return value
 
 
@@ -130,7 +133,7 @@ def as_callback(value: Any, field: str = "progress") -> Callable[..., Any] | Non
 
 
 def as_mapping(value: Any, field: str = "options") -> Mapping[str, Any]:
-    """Return a mapping; an empty one for ``None``."""
+    """Return a mapping; ``None`` becomes an empty one."""
     if value is None:
         return {}
     if not isinstance(value, Mapping):
@@ -139,7 +142,7 @@ def as_mapping(value: Any, field: str = "options") -> Mapping[str, Any]:
 
 
 def as_options(value: Any, known: Collection[str]) -> Mapping[str, Any]:
-    """Return the options of a reset after a check that all are known."""
+    """Return the ``options`` of a reset after a check that all their names are in ``known``."""
     options = as_mapping(value)
     for name in options:
         if name not in known:
@@ -164,20 +167,20 @@ def as_floats(
     *,
     least: float = -np.inf,
 ) -> FloatArray:
-    """Return a contiguous array of finite float64 that are at least ``least``; ``shape=None``: any shape."""
+    """Return a new contiguous array of finite float64 >= ``least``; ``shape=None`` accepts any shape."""
     array = as_array(value, field, error)
     if array.dtype.kind not in "fiu":
         raise error(field, "real numbers", f"dtype {array.dtype}")
     if shape is not None and array.shape != shape:
         raise error(field, f"shape {shape}", f"shape {array.shape}")
-    with np.errstate(over="ignore", invalid="ignore"):  # of wider or odd floats; judged below
+    with np.errstate(over="ignore", invalid="ignore"):  # wider floats may overflow; checked below
         floats = np.array(array, dtype=np.float64, order="C")
-    for refused, expected in (
+    for is_invalid, expected in (
         (~np.isfinite(floats), "a finite number"),
         (floats < least, f"a number of at least {least:g}"),
     ):
-        if refused.any():
-            at = tuple(int(i) for i in np.argwhere(refused)[0])
+        if is_invalid.any():
+            at = tuple(int(i) for i in np.argwhere(is_invalid)[0])
             where = f"{field}[{', '.join(map(str, at))}]" if at else field
             raise error(where, expected, floats[at])
     return floats

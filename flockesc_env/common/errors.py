@@ -1,4 +1,7 @@
-"""The package's exceptions: each names a field, what was expected and what was given."""
+"""Exceptions of the package.
+
+Errors about values read ``field: expected X, got Y``. Errors about the state of an environment are sentences.
+"""
 
 from __future__ import annotations
 
@@ -7,39 +10,39 @@ from difflib import get_close_matches
 
 from gymnasium.error import ResetNeeded
 
-_LONGEST = 300
-"""Characters of a value that an error shows."""
+_MAX_CHARACTERS = 300
+"""Values in error messages are cut after this many characters."""
 
 
 def shown(value: object) -> str:
     """Return the ``repr`` of a value, cut after 300 characters."""
     try:
         return _cut(repr(value))
-    except (ValueError, RecursionError):  # an integer of thousands of digits, lists in lists
-        return f"something too long to show, of type {type(value).__name__}"
+    except (ValueError, RecursionError):  # an integer of thousands of digits, or recursive lists
+        return f"a {type(value).__name__} too long to show"
 
 
 def shown_name(name: object, known: Iterable[str]) -> str:
-    """Return an unknown name as an error shows it, with the nearest known name if one is similar."""
+    """Return the ``repr`` of an unknown name, followed by the most similar known name if there is one."""
     nearest = get_close_matches(name, known, n=1) if isinstance(name, str) else []
     return f"{shown(name)} (did you mean {nearest[0]}?)" if nearest else shown(name)
 
 
 def _cut(text: str) -> str:
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]} .."
+    return text if len(text) <= _MAX_CHARACTERS else f"{text[:_MAX_CHARACTERS]} .."
 
 
 class FlockescError(Exception):
-    """Base class of the package's exceptions. The call that raises one has changed nothing."""
+    """Base class of the package's exceptions. A call that raises one leaves everything unchanged."""
 
 
 class InputError(FlockescError, ValueError):
-    """An input that was refused.
+    """An input has the wrong type or value.
 
     Attributes:
         field: name or path of the rejected value, for example ``predators[0].pure_pursuit.max_turn_rate``.
-        expected: what would have been accepted.
-        given: the rejected value, as text.
+        expected: description of the values that are accepted.
+        given: the rejected value, as a string.
     """
 
     def __init__(self, field: str, expected: str, given: object) -> None:
@@ -68,16 +71,16 @@ class ArgumentError(InputError):
 
 
 class ActionError(ArgumentError):
-    """An action is outside the action space, or belongs to an unknown agent."""
+    """An action is missing, is outside the action space, or belongs to an unknown agent."""
 
 
 class RecordError(InputError):
-    """A file is damaged or does not contain what the call reads."""
+    """A file is damaged, or is not of the expected kind."""
 
 
 class EpisodeError(FlockescError, RuntimeError):
-    """A call came at the wrong moment, for example during another call of the same environment."""
+    """A method was called at the wrong time, for example during another call of the same environment."""
 
 
 class ResetNeededError(EpisodeError, ResetNeeded):
-    """A call came before ``reset``, or after the end of an episode."""
+    """A method was called before ``reset``, or after the end of the episode."""

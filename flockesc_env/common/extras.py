@@ -1,4 +1,4 @@
-"""Optional libraries, and which extra of the package installs them."""
+"""Checks for optional dependencies, which the extras of the package install."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from flockesc_env.common.errors import FlockescError
 
 
 class MissingExtraError(FlockescError, ImportError, DependencyNotInstalled):
-    """A library of an extra is not installed."""
+    """An optional dependency is not installed."""
 
 
 def require(extra: str, modules: Iterable[str]) -> None:
@@ -22,9 +22,10 @@ def require(extra: str, modules: Iterable[str]) -> None:
         modules: names of top-level modules.
 
     Raises:
-        MissingExtraError: naming the first missing module and the pip command that installs the extra.
+        MissingExtraError: if a module is not installed. The message contains the pip command that installs
+            the extra.
     """
     for module in modules:
         if find_spec(module) is None:
             command = f'pip install "flockesc-env[{extra}]"'
-            raise MissingExtraError(f"{module} is not installed, run `{command}`")
+            raise MissingExtraError(f"{module} is not installed; run `{command}`")

@@ -1,4 +1,4 @@
-"""Progress bars on stderr for calls that report (finished, all)."""
+"""Progress bars on stderr (tqdm)."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from tqdm import tqdm
 
 @contextmanager
 def progress_bar(title: str, total: int, *, always: bool = False) -> Iterator[Callable[[int, int], None]]:
-    """Show a progress bar; yields the callback that ``sweep`` and ``rollout`` take as ``progress``.
+    """Show a progress bar; yield a callback for the argument ``progress`` of ``sweep`` and ``rollout``.
 
     Args:
-        title: text before the bar.
+        title: text in front of the bar.
         total: number of steps.
         always: whether to show it even if stderr is not a terminal.
     """
     hidden = False if always else None  # None: tqdm hides it without a terminal
-    with tqdm(total=total, desc=title, file=sys.stderr, disable=hidden) as shown:
-        yield lambda done, _: shown.update(done - shown.n)
-        shown.update(total - shown.n)  # the last call may come before the end
+    with tqdm(total=total, desc=title, file=sys.stderr, disable=hidden) as bar:
+        yield lambda done, _: bar.update(done - bar.n)
+        bar.update(total - bar.n)  # the last callback may report less than the total

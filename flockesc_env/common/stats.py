@@ -1,4 +1,4 @@
-"""Means, paired differences and shares with 95 % intervals (scipy); needs the ``analysis`` extra."""
+"""Bootstrap and Wilson intervals (95 %) of means, shares and the best range; needs the ``analysis`` extra."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ RESAMPLES = 9_999
 
 @dataclass(frozen=True)
 class Estimate:
-    """A figure with its 95 % interval.
+    """An estimate with its 95 % interval.
 
     Attributes:
-        mean: the estimate itself.
+        mean: the estimate.
         low: lower end of the interval.
         high: upper end of the interval.
     """
@@ -38,27 +38,47 @@ class Estimate:
 
 
 def mean(values: FloatArray) -> Estimate:
-    """Return the mean of one value per flock, shape (flocks,), with its percentile bootstrap interval.
+    """Return the mean of the values with its percentile bootstrap interval.
+
+    Args:
+        values: one value per flock, shape (flocks,).
 
     Raises:
-        ArgumentError: if the values are not finite numbers of that shape, also in the functions below.
+        ArgumentError: if ``values`` has another shape or is not finite.
     """
     values = _per_flock(values, "values")
-    if np.ptp(values) == 0:  # nothing to resample
+    if np.ptp(values) == 0:  # all resamples are equal
         return Estimate(float(values[0]), float(values[0]), float(values[0]))
     low, high = _interval(values, np.mean)
     return Estimate(float(values.mean()), low, high)
 
 
 def improvement(values: FloatArray, baseline: FloatArray) -> Estimate:
-    """Return the share of flocks, paired, with a larger value than the baseline's; ties count half."""
+    """Return the probability of improvement: the share of flocks with ``values`` > ``baseline``.
+
+    Ties count half.
+
+    Args:
+        values: one value per flock, shape (flocks,).
+        baseline: values of the baseline on the same flocks, shape (flocks,).
+
+    Raises:
+        ArgumentError: if an argument has another shape or is not finite.
+    """
     values = _per_flock(values, "values")
     baseline = as_floats(baseline, "baseline", values.shape)
     return mean((values > baseline) + 0.5 * (values == baseline))
 
 
 def share(is_so: NDArray[np.bool]) -> Estimate:
-    """Return the share of true values, one per flock, shape (flocks,), with its Wilson interval."""
+    """Return the share of true values with its Wilson interval.
+
+    Args:
+        is_so: one bool per flock, shape (flocks,).
+
+    Raises:
+        ArgumentError: if ``is_so`` has another shape or dtype.
+    """
     marks = as_array(is_so, "is_so")
     if marks.dtype != np.bool or marks.ndim != 1 or not marks.size:
         raise ArgumentError("is_so", "bools of shape (flocks,)", f"{marks.dtype} of shape {marks.shape}")
@@ -71,8 +91,11 @@ def argmax(positions: FloatArray, values: FloatArray) -> Estimate:
     """Return the position of the largest mean over flocks, with its bootstrap interval.
 
     Args:
-        positions: shape (k,), for example ranges.
-        values: shape (k, flocks), of at least 2 flocks.
+        positions: shape (k,), for example interaction ranges.
+        values: one value per position and flock, shape (k, flocks), with at least 2 flocks.
+
+    Raises:
+        ArgumentError: if an argument has another shape or is not finite.
     """
     positions = _per_flock(positions, "positions")
     values = as_floats(values, "values")

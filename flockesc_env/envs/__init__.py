@@ -1,1 +1,1 @@
-"""One adapter per interface over the shared batch."""
+"""Environments: Gymnasium, Gymnasium vector and PettingZoo interfaces to ``FlockBatch`` and the line."""

@@ -1,12 +1,12 @@
-"""The autoreset rule of vector environments: what happens to a flock whose episode has ended.
+"""Autoreset modes of the vector environments: what happens after the end of an episode.
 
-| mode | in the step that ends the episode | in the next step |
+| mode | the step that ends the episode | the next step |
 |---|---|---|
-| ``NEXT_STEP`` | returns the last observation | ignores the action, rewards 0, starts the next episode |
-| ``SAME_STEP`` | starts the next episode; the last observation goes to the infos | steps the new episode |
+| ``NEXT_STEP`` | returns the last observation | ignores the action, returns reward 0, starts an episode |
+| ``SAME_STEP`` | starts an episode; the infos contain the last observation | steps the new episode |
 | ``DISABLED`` | returns the last observation | raises ``ResetNeededError`` |
 
-Stable-baselines3 follows ``SAME_STEP``.
+The environments for stable-baselines3 use ``SAME_STEP``.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from flockesc_env.episodes.batch import AtEnd, Columns, FlockBatch, Observations
 
 
 class Ending(NamedTuple):
-    """Episodes that have ended in a step which has already started the next ones.
+    """The episodes that ended in a step under ``SAME_STEP``.
 
     Attributes:
         slots: indices of the flocks.
-        observations: their last observations, shape (slots * rows, entries).
-        caught: which agents had been caught, bool of shape (slots, n).
+        observations: last observations, shape (len(slots) * rows, entries).
+        caught: whether each agent was caught, shape (len(slots), n).
         started: columns of ``info`` of the new episodes.
     """
 
@@ -38,16 +38,16 @@ class Ending(NamedTuple):
 
 
 class VectorStep(NamedTuple):
-    """One step of all flocks; f is the number of flocks.
+    """The result of one step of f flocks.
 
     Attributes:
         observations: shape (f * rows, entries).
         rewards: shape (f * rows,).
         ended: whether each flock's episode has ended, shape (f,).
-        terminations: whether it ended because all agents are caught; otherwise it is truncated, shape (f,).
-        ranges: in m, shape (f * rows,).
-        columns: ``info`` after the step, before any reset.
-        ending: the episodes that have ended, under ``SAME_STEP``; ``None``: none has.
+        terminations: whether it ended because all agents are caught, shape (f,); otherwise it is truncated.
+        ranges: interaction ranges in m, shape (f * rows,).
+        columns: columns of ``info`` after the step, before any reset.
+        ending: the episodes that ended, under ``SAME_STEP``; ``None`` in other modes or if none ended.
     """
 
     observations: Observations
@@ -65,17 +65,17 @@ def step(
     mode: AutoresetMode,
     out: tuple[Observations, FloatArray] | None = None,
 ) -> VectorStep:
-    """Step all flocks of a batch and apply the autoreset rule.
+    """Step all flocks of a batch and start new episodes according to the autoreset mode.
 
     Args:
         batch: the flocks.
-        actions: as in ``FlockBatch.step``.
-        mode: the rule.
-        out: as in ``FlockBatch.step``.
+        actions: stacked actions, see ``FlockBatch.step``.
+        mode: the autoreset mode.
+        out: arrays that receive the observations and rewards; ``None``: new arrays.
 
     Raises:
-        ActionError: as ``FlockBatch.step``.
-        ResetNeededError: as ``FlockBatch.step``.
+        ActionError: if an action is outside the action space.
+        ResetNeededError: if a flock was never reset, or if its episode has ended under ``DISABLED``.
     """
     at_end: AtEnd = "restart" if mode is AutoresetMode.NEXT_STEP else "refuse"
     observations, rewards, ended, ranges, columns = batch.step(actions, at_end=at_end, out=out)

@@ -1,4 +1,4 @@
-"""Base classes of the environments: constructor, rendering, snapshots, read access to the state.
+"""Base classes of the environments: constructor, rendering, snapshots, access to the state.
 
 An environment of flocks is a subclass of ``OneFlock`` or ``ManyFlocks``. Each holds one ``FlockBatch`` and
 can be copied (``copy.deepcopy``) and pickled at any time.
@@ -30,17 +30,17 @@ from flockesc_env.scenario.presets import as_scenario
 if TYPE_CHECKING:
     from flockesc_env.render.viewer import FlockViewer, Viewer
 
-Seen = TypeVar("Seen")
-"""What ``reset`` returns first."""
+ObsType = TypeVar("ObsType")
+"""Type of the observations that ``reset`` returns."""
 
 
 class RenderArguments(TypedDict, total=False):
-    """Keyword arguments of every environment.
+    """Keyword arguments of all environments.
 
     Attributes:
-        render_mode: ``"rgb_array"``: ``render`` returns a picture; ``"human"``: a window shows every reset
-            and step; ``None``: no pictures.
-        render_options: what pictures show.
+        render_mode: ``"rgb_array"``: ``render`` returns an image; ``"human"``: a window shows every reset
+            and step; ``None``: no rendering.
+        render_options: what the images show; ``None``: the defaults of ``RenderOptions``.
     """
 
     render_mode: str | None
@@ -48,17 +48,18 @@ class RenderArguments(TypedDict, total=False):
 
 
 class CommonArguments(RenderArguments, EnvOptionsDict, total=False):
-    """Keyword arguments of every environment of flocks, with those of ``EnvOptions`` and ``RenderArguments``.
+    """Keyword arguments of all flock environments: ``RenderArguments``, ``EnvOptions`` and the following.
 
     Attributes:
-        num_threads: threads that share the flocks, or a single large flock; ``None``: one per core.
+        num_threads: number of threads for many flocks or one large flock; ``None``: one per core. Results do
+            not depend on it.
     """
 
     num_threads: int | None
 
 
 class FlockArguments(CommonArguments, total=False):
-    """``CommonArguments``, and the policy of the predators.
+    """Keyword arguments of the environments whose actions set ranges: ``CommonArguments`` and the following.
 
     Attributes:
         predator_policy: controls the ``Learned`` predators, for example ``Pursue()`` or a trained
@@ -69,11 +70,11 @@ class FlockArguments(CommonArguments, total=False):
 
 
 class LineArguments(RenderArguments, LineOptionsDict, total=False):
-    """Keyword arguments of the line's environment, with those of ``LineOptions`` and ``RenderArguments``."""
+    """Keyword arguments of the line environment: ``RenderArguments`` and ``LineOptions``."""
 
 
 class Viewed:
-    """An environment that may have a viewer."""
+    """Base class of all environments: render mode and viewer."""
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 20}
     render_mode: str | None = None
@@ -84,41 +85,41 @@ class Viewed:
 
 
 class Rendered(Viewed):
-    """An environment with one picture."""
+    """Base class of environments that render one image."""
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Return a picture, shape (size, size, 3), or show it in mode ``"human"``.
+        """Return an image, shape (size, size, 3); in mode ``"human"`` show it and return ``None``.
 
         Raises:
-            ResetNeededError: before ``reset``.
+            ResetNeededError: if called before ``reset``.
         """
         pictures = render(self._viewer)
         return pictures[0] if pictures else None
 
     def close(self) -> None:
-        """Close the window, if there is one."""
+        """Close the window if one is open."""
         if self._viewer is not None:
             self._viewer.close()
 
 
 class FlockEnvironment(Viewed):
-    """An environment over one batch of flocks.
+    """Base class of the flock environments; holds one ``FlockBatch``.
 
     Args:
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
-        arguments: see ``FlockArguments``.
+        arguments: keyword arguments, see ``FlockArguments``.
         num_flocks: number of flocks.
-        per_agent: whether every agent has its own range and observation, or every flock one.
+        per_agent: True: every agent has its own range and observation. False: every flock has one.
 
     Attributes:
         scenario: the scenario of all flocks.
-        options: what actions set, what is rewarded, what is observed.
+        options: options of actions, rewards and observations.
 
     Raises:
-        ArgumentError: for an argument of a wrong type or value.
-        OptionError: for an option that is unknown, missing or out of bounds.
-        ScenarioError: for a scenario without predator.
-        DependencyNotInstalled: for a render mode without pygame.
+        ArgumentError: if an argument has the wrong type or value.
+        OptionError: if an option is unknown, missing or out of bounds.
+        ScenarioError: if the scenario has no predator.
+        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
     _arguments: ClassVar[type] = FlockArguments
@@ -151,7 +152,7 @@ class FlockEnvironment(Viewed):
         self._set_frames_per_second(fps)
 
     def _show(self) -> None:
-        """Hand the state to the viewer, after a reset or a step."""
+        """Pass the current state to the viewer, after a reset or a step."""
         if self._viewer is not None:
             self._viewer.update()
 
@@ -162,8 +163,8 @@ class FlockEnvironment(Viewed):
             self._viewer.update()
 
 
-class OneFlock(FlockEnvironment, Rendered, Generic[Seen]):
-    """An environment with one flock."""
+class OneFlock(FlockEnvironment, Rendered, Generic[ObsType]):
+    """Base class of environments with one flock."""
 
     @property
     def flock(self) -> FlockView:
@@ -171,37 +172,37 @@ class OneFlock(FlockEnvironment, Rendered, Generic[Seen]):
         return FlockView(self._batch)
 
     def get_state(self) -> bytes:
-        """Return a snapshot of the episode and of the seeds of later episodes, as bytes.
+        """Return a snapshot of the episode and of the seed schedule of later episodes.
 
-        Every environment of the same scenario, options and interface can restore it, in every process and
-        with any number of threads. It names its format version and has a checksum. It does not contain
-        ``np_random`` and the random states of spaces; no episode draws from them.
+        Any environment with the same scenario, options and interface can restore it, in any process and with
+        any number of threads. It contains a format version and a checksum. It does not contain ``np_random``
+        or the random states of spaces; episodes do not draw from them.
 
         Raises:
-            ResetNeededError: before ``reset``.
+            ResetNeededError: if called before ``reset``.
         """
         return self._batch.get_state()
 
-    def set_state(self, state: bytes) -> Seen:
+    def set_state(self, state: bytes) -> ObsType:
         """Restore a snapshot and return the observation at that moment.
 
         Args:
-            state: what ``get_state`` returned, here or in another environment.
+            state: a snapshot from ``get_state`` of this or another environment.
 
         Raises:
-            ArgumentError: for a snapshot that is damaged or belongs to another version, scenario, interface
-                or other options; the running episode goes on.
+            ArgumentError: if the snapshot is damaged or belongs to another version, scenario, interface or
+                other options; the running episode continues.
         """
         self._restore(state)
         return self._observe()
 
     @abstractmethod
-    def _observe(self) -> Seen:
-        """Return the current observation, after updating what depends on the state."""
+    def _observe(self) -> ObsType:
+        """Return the current observation; called after a snapshot was restored."""
 
 
 class ManyFlocks(FlockEnvironment):
-    """An environment with many flocks, whose snapshots hold all flocks or some."""
+    """Base class of environments with many flocks. Snapshots contain all flocks or some."""
 
     @property
     def flocks(self) -> list[FlockView]:
@@ -209,14 +210,14 @@ class ManyFlocks(FlockEnvironment):
         return [FlockView(self._batch, slot) for slot in range(self._batch.num_flocks)]
 
     def get_state(self, flocks: Any = None) -> bytes:
-        """Return a snapshot of some flocks as bytes; see ``FlockEscapeEnv.get_state``.
+        """Return a snapshot of some flocks; see ``FlockEscapeEnv.get_state``.
 
         Args:
             flocks: index of one flock, or indices of several; ``None``: all.
 
         Raises:
-            ArgumentError: for an index out of bounds.
-            ResetNeededError: before ``reset``.
+            ArgumentError: if an index is out of bounds.
+            ResetNeededError: if called before ``reset``.
         """
         return self._batch.get_state(flocks)
 
@@ -224,14 +225,15 @@ class ManyFlocks(FlockEnvironment):
         """Restore flocks from a snapshot and return the observations of all flocks.
 
         Args:
-            state: what ``get_state`` returned for as many flocks, or for one, such as that of a single
-                environment, which is copied to all ``flocks``.
+            state: a snapshot of the same number of flocks, or of one flock, which is copied to all
+                ``flocks``. A snapshot of ``FlockEscapeEnv`` is one of one flock.
             flocks: index of one flock, or indices of several; ``None``: all.
 
         Raises:
-            ArgumentError: for an index out of bounds, or a snapshot that is damaged or belongs to another
-                version, scenario, interface, number of flocks or other options; the running episodes go on.
-            ResetNeededError: before ``reset``, if ``flocks`` leaves some out.
+            ArgumentError: if an index is out of bounds, or the snapshot is damaged or belongs to another
+                version, scenario, interface, number of flocks or other options; the running episodes
+                continue.
+            ResetNeededError: if called before ``reset`` and ``flocks`` leaves some out.
         """
         self._restore(state, flocks)
         return self._batch.observe(range(self._batch.num_flocks))

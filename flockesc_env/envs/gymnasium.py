@@ -1,4 +1,4 @@
-"""Gymnasium: one action sets the range of the whole flock."""
+"""Gymnasium environment of a flock: one action sets the interaction range of all agents."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from flockesc_env.scenario.flock import FlockScenario
 class FlockEscapeEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.float32], Any]):
     """A flock under attack, ``flockesc/FlockEscape-v0``; the action is its interaction range.
 
-    docs/model.md describes observations, rewards and ``info``. The horizon truncates an episode; it
-    terminates when all agents are caught.
+    docs/model.md describes observations, rewards and ``info``. An episode terminates when all agents are
+    caught and is truncated after ``scenario.num_steps`` model steps.
 
     Args:
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
         **arguments: see ``FlockArguments`` and ``EnvOptions``.
 
     Raises:
-        ArgumentError: for an argument of a wrong type or value.
-        OptionError: for an option that is unknown, missing or out of bounds.
-        ScenarioError: for a scenario without predator.
-        DependencyNotInstalled: for a render mode without pygame.
+        ArgumentError: if an argument has the wrong type or value.
+        OptionError: if an option is unknown, missing or out of bounds.
+        ScenarioError: if the scenario has no predator.
+        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
     def __init__(
@@ -45,14 +45,15 @@ class FlockEscapeEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.flo
         """Start an episode.
 
         Args:
-            seed: seed of the flock, the same as in ``simulate(seed=seed)``; ``None``: the next one.
+            seed: seed of the flock; ``simulate(seed=seed)`` runs the same flock. ``None``: the next seed of
+                the seed schedule (``episode_seed``).
             options: any of ``initial_positions``, ``initial_velocities``, shape (n, D), and
                 ``predator_positions``, ``predator_velocities``, shape (P, D), in m and m/s; and ``episode``,
-                the number of the episode in the schedule of the last seed (``episode_seed``); default: 0
-                with a seed, else the next one.
+                the index of the episode in the seed schedule; default: 0 if ``seed`` is given, otherwise the
+                next index.
 
         Raises:
-            ArgumentError: naming a bad seed or option; the running episode goes on.
+            ArgumentError: if the seed or an option is invalid; the running episode continues.
         """
         start = self._batch.start(options)
         if seed is not None:
@@ -63,11 +64,17 @@ class FlockEscapeEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.flo
         return observations[0], {**infos(columns)[0], "interaction_range": 0.0}
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Hold the range that ``action`` sets for ``steps_per_action`` steps of the model.
+        """Set the interaction range and run ``steps_per_action`` model steps.
+
+        Args:
+            action: shape (1,), or an integer if the action mode is ``"discrete"``.
+
+        Returns:
+            Observation, reward, terminated, truncated and ``info``.
 
         Raises:
-            ActionError: for an action outside of the action space.
-            ResetNeededError: before ``reset``, or after the end.
+            ActionError: if the action is outside the action space.
+            ResetNeededError: if called before ``reset`` or after the end of the episode.
         """
         observation, reward, has_ended, info = self._batch.step_one(action)
         self._show()

@@ -1,4 +1,4 @@
-"""Gymnasium: one action sets the range of the whole line."""
+"""Gymnasium environment of the line: one action sets the interaction range of all agents."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from flockesc_env.common.checks import as_bytes, as_floats, as_options, as_seed
 from flockesc_env.common.errors import ResetNeededError
 from flockesc_env.envs._base import LineArguments, Rendered
 from flockesc_env.episodes.options import LineOptionsDict, check_names, line_options
-from flockesc_env.episodes.seeds import Schedule, fresh_seed
+from flockesc_env.episodes.seeds import EpisodeSchedule, fresh_seed
+from flockesc_env.episodes.spaces import line_policy_spec
 from flockesc_env.episodes.views import LineView
-from flockesc_env.policies.rollout_line import line_policy_spec
 from flockesc_env.render import line_viewer
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_scenario
@@ -31,17 +31,17 @@ FRAMES_PER_SECOND = 5
 class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
     """A line under attack, ``flockesc/LineEscape-v0``; the action is its interaction range.
 
-    The episode terminates when the line stands still (its steady state). ``scenario.max_steps`` truncates it.
-    The return is d_ss - d(0).
+    An episode terminates when the line reaches its steady state and is truncated after
+    ``scenario.max_steps`` model steps. The return is d_ss - d(0).
 
     Args:
         scenario: the line model's parameters, or a preset's name; default: the paper's.
         **arguments: see ``LineArguments`` and ``LineOptions``.
 
     Raises:
-        OptionError: for an option that is unknown or out of bounds.
-        ScenarioError: for a scenario without predator.
-        DependencyNotInstalled: for a render mode without pygame.
+        OptionError: if an option is unknown or out of bounds.
+        ScenarioError: if the scenario has no predator.
+        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
     metadata: dict[str, Any] = {**Rendered.metadata, "render_fps": FRAMES_PER_SECOND}
@@ -59,7 +59,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         self._document = self.options.to_core()
         _core.LineEpisode(self.scenario.to_json(), self._document, 0)  # raises if there is no predator
         self._episode: _core.LineEpisode | None = None
-        self._schedule = Schedule(fresh_seed())
+        self._schedule = EpisodeSchedule(fresh_seed())
         self.policy_spec = line_policy_spec(self.scenario, self.options)
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.actions.space()
@@ -74,7 +74,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         """Read-only access to the state of the line.
 
         Raises:
-            ResetNeededError: before ``reset``.
+            ResetNeededError: if called before ``reset``.
         """
         return LineView(self._episode)
 
@@ -84,11 +84,13 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         """Start an episode.
 
         Args:
-            seed: seed of x(0), the same as in ``simulate_line(seed=seed)``; ``None``: the next one.
-            options: ``initial_state``, shape (n,); ``episode``, the number of the episode in the schedule.
+            seed: seed of x(0); ``simulate_line(seed=seed)`` runs the same line. ``None``: the next seed of
+                the seed schedule (``episode_seed``).
+            options: any of ``initial_state``, x(0) of shape (n,), and ``episode``, the index of the episode
+                in the seed schedule.
 
         Raises:
-            ArgumentError: naming a bad seed or option; the running episode goes on.
+            ArgumentError: if the seed or an option is invalid; the running episode continues.
         """
         options = as_options(options, RESET_OPTIONS)
         states, episode = (options.get(name) for name in RESET_OPTIONS)
@@ -107,11 +109,17 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         return self._episode.observe(), self._episode.info()
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Hold the range that ``action`` sets for ``steps_per_action`` steps of the model.
+        """Set the interaction range and run ``steps_per_action`` model steps.
+
+        Args:
+            action: shape (1,), or an integer if the action mode is ``"discrete"``.
+
+        Returns:
+            Observation, reward, terminated, truncated and ``info``.
 
         Raises:
-            ActionError: for an action outside of the action space.
-            ResetNeededError: before ``reset``, or after the end.
+            ActionError: if the action is outside the action space.
+            ResetNeededError: if called before ``reset`` or after the end of the episode.
         """
         if self._episode is None:
             raise ResetNeededError("step() called before reset()")
@@ -121,10 +129,10 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         return step
 
     def get_state(self) -> bytes:
-        """Return a snapshot as bytes; see ``FlockEscapeEnv.get_state``.
+        """Return a snapshot; see ``FlockEscapeEnv.get_state``.
 
         Raises:
-            ResetNeededError: before ``reset``.
+            ResetNeededError: if called before ``reset``.
         """
         if self._episode is None:
             raise ResetNeededError("get_state() called before reset()")
@@ -134,14 +142,14 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         """Restore a snapshot and return the observation at that moment.
 
         Args:
-            state: what ``get_state`` returned, here or in another environment.
+            state: a snapshot from ``get_state`` of this or another environment.
 
         Raises:
-            ArgumentError: for a snapshot that is damaged or belongs to another version, scenario or other
-                options; the running episode goes on.
+            ArgumentError: if the snapshot is damaged or belongs to another version, scenario or other
+                options; the running episode continues.
         """
         episode = _core.LineEpisode(self.scenario.to_json(), self._document, 0)
-        self._schedule = Schedule(*episode.set_state(as_bytes(state, "state")))
+        self._schedule = EpisodeSchedule(*episode.set_state(as_bytes(state, "state")))
         self._episode = episode
         if self._viewer is not None:
             self._viewer.forget()

@@ -1,4 +1,4 @@
-"""PettingZoo: every agent of the flock sets its own range."""
+"""PettingZoo environments of a flock: every agent sets its own interaction range."""
 
 from __future__ import annotations
 
@@ -26,22 +26,23 @@ Observation = NDArray[np.float32]
 class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observation, Any]):
     """A flock under attack; the action of every agent is its own interaction range.
 
-    docs/model.md describes observations, rewards and ``info``. Every agent gets the same team reward. The
-    horizon truncates all agents at once. An agent that is caught terminates: it gets the reward of the step
-    that caught it and an observation of zeros, and leaves ``agents``.
+    docs/model.md describes observations, rewards and ``info``. With a team reward all agents get the same
+    reward. All agents are truncated after ``scenario.num_steps`` model steps. An agent that is caught
+    terminates: it receives the reward of that step and an observation of zeros, and is removed from
+    ``agents``.
 
-    Without a ``predator_policy``, ``Learned`` predators are agents, too: ``predator_0``, .., with their own
-    observations and actions. The reward of each is minus the mean reward of the flock's agents.
+    Without a ``predator_policy``, ``Learned`` predators are also agents (``predator_0``, ..), with their own
+    observation and action spaces. The reward of each is minus the mean reward of the flock's agents.
 
     Args:
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
         **arguments: see ``FlockArguments`` and ``EnvOptions``.
 
     Raises:
-        ArgumentError: for an argument of a wrong type or value.
-        OptionError: for an option that is unknown, missing or out of bounds.
-        ScenarioError: for a scenario without predator.
-        DependencyNotInstalled: for a render mode without pygame.
+        ArgumentError: if an argument has the wrong type or value.
+        OptionError: if an option is unknown, missing or out of bounds.
+        ScenarioError: if the scenario has no predator.
+        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
     metadata: dict[str, Any] = {**Rendered.metadata, "name": "flockesc_v0", "is_parallelizable": True}
@@ -81,15 +82,15 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         """Start an episode.
 
         Args:
-            seed: seed of the flock, the same as in ``simulate(seed=seed)``; ``None``: the next one.
+            seed: seed of the flock; ``simulate(seed=seed)`` runs the same flock. ``None``: the next seed of
+                the seed schedule (``episode_seed``).
             options: any of ``initial_positions``, ``initial_velocities``, shape (n, D), and
                 ``predator_positions``, ``predator_velocities``, shape (P, D), in m and m/s; and ``episode``,
-                the number of the episode in the schedule of the last seed (``episode_seed``); default: 0
-                with a seed, else the next one. Unknown options are ignored with a warning, because
-                PettingZoo lets every environment ignore them.
+                the index of the episode in the seed schedule; default: 0 if ``seed`` is given, otherwise the
+                next index. Unknown options are ignored with a warning, which is PettingZoo's convention.
 
         Raises:
-            ArgumentError: naming a bad seed or option; the running episode goes on.
+            ArgumentError: if the seed or an option is invalid; the running episode continues.
         """
         rows, columns = self._reset(seed, options)
         observations = self._by_name(self._flock, rows, self._predator_observations())
@@ -98,11 +99,16 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     def reset_array(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start an episode, as ``reset``, without dicts per agent.
+        """Start an episode and return arrays instead of dicts.
+
+        Args:
+            seed: see ``reset``.
+            options: see ``reset``.
 
         Returns:
-            Observations (n, entries), and an ``info`` whose ``interaction_range`` has shape (n,). If
-            predators are agents, it also has their ``predator_observations`` (predators, entries).
+            Observations, shape (n, entries), and an ``info`` whose ``interaction_range`` has shape (n,). If
+            predators are agents, ``info`` also contains ``predator_observations``, shape (predators,
+            entries).
         """
         rows, columns = self._reset(seed, options)
         return rows, self._info(columns, np.zeros(len(rows)))
@@ -112,11 +118,17 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     ) -> tuple[
         dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
     ]:
-        """Hold every agent's range for ``steps_per_action`` steps of the model.
+        """Set the interaction range of every agent and run ``steps_per_action`` model steps.
+
+        Args:
+            actions: the action of every agent in ``agents``.
+
+        Returns:
+            Observations, rewards, terminations, truncations and infos, by name of the agent.
 
         Raises:
-            ActionError: naming an agent that is unknown, missing or whose action is outside of its space.
-            ResetNeededError: before ``reset``, or after the end.
+            ActionError: if an agent is unknown or missing, or an action is outside the action space.
+            ResetNeededError: if called before ``reset`` or after the end of the episode.
         """
         self._check_running()
         if not isinstance(actions, Mapping):
@@ -128,7 +140,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             actions = {agent: action for agent, action in actions.items() if agent not in self._predators}
         stacked = self.policy_spec.actions.core.stack(actions, agents, self._flock)
         if len(agents) < len(acting):
-            stacked = _spread(stacked, acting)
+            stacked = _add_caught_rows(stacked, acting)
         rows, rewards, ended, ranges, columns = self._step(stacked, self._label, predator_actions)
         if len(agents) < len(acting):
             rows, rewards, ranges = rows[acting], rewards[acting], ranges[acting]
@@ -149,23 +161,23 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     def step_array(
         self, actions: Any, predator_actions: Any = None
     ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool], NDArray[np.bool], dict[str, Any]]:
-        """Step without dicts per agent; rows are the flock's agents in the order of ``possible_agents``.
+        """Step with arrays instead of dicts; rows are the flock's agents in the order of ``possible_agents``.
 
-        If predators are agents, ``info`` has their observations as in ``reset_array``, and the property
-        ``predator_reward`` is the reward of each.
+        If predators are agents, ``info`` contains their observations (see ``reset_array``), and the property
+        ``predator_reward`` holds the reward of each.
 
         Args:
-            actions: shape (n, 1) or, where discrete, (n,); those of agents that were caught are ignored.
-            predator_actions: shape (predators, D), if predators are agents.
+            actions: shape (n, 1) or, for discrete actions, (n,); the rows of caught agents are ignored.
+            predator_actions: shape (predators, D) if predators are agents; otherwise ``None``.
 
         Returns:
-            New arrays: observations (n, entries), rewards (n,), terminations (n,), truncations (n,); and an
-            ``info`` of plain numbers, except ``interaction_range`` of shape (n,). An agent that was caught
-            keeps its row: zeros, with a termination of True.
+            New arrays: observations, shape (n, entries), and rewards, terminations and truncations, shape
+            (n,); and an ``info`` of plain numbers and ``interaction_range``, shape (n,). A caught agent keeps
+            its row: its observation is zeros and its termination True.
 
         Raises:
-            ActionError: for a wrong dtype or shape, or an action outside of the action space.
-            ResetNeededError: before ``reset``, or after the end.
+            ActionError: if the dtype or shape is wrong, or an action is outside the action space.
+            ResetNeededError: if called before ``reset`` or after the end of the episode.
         """
         self._check_running()
         if self._predators or predator_actions is not None:
@@ -182,7 +194,11 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         return float(self._batch.predator_rewards()[0])
 
     def state(self) -> NDArray[np.float32]:
-        """Return time, running minima, positions and velocities of agents, then of predators, flat."""
+        """Return the state of the flock as a flat array.
+
+        Its entries are the step, the running minima of the mean and the minimum distance, the positions and
+        velocities of the agents, and the positions and velocities of the predators, in m and m/s.
+        """
         state = self._batch.state(0)
         metrics = self._batch.metrics()
         scalars = [state["step"], metrics["min_mean_distance"][0], metrics["min_min_distance"][0]]
@@ -201,7 +217,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         if len(known) < len(given):
             unknown = ", ".join(shown(name) for name in given if name not in known)
             known_names = ", ".join(RESET_OPTIONS)
-            message = f"reset ignores the unknown options {unknown}; known: {known_names}"
+            message = f"reset() ignores unknown options {unknown}; known options: {known_names}"
             warnings.warn(message, UserWarning, stacklevel=3)
         start = self._batch.start(known)
         started = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
@@ -212,7 +228,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
 
     def _check_running(self) -> None:
         if not self.agents:
-            raise ResetNeededError("step() called before reset(), or after the end of the episode")
+            raise ResetNeededError("step() called before reset() or after the end of the episode")
 
     def _step(self, actions: Any, label: Label | None, predator_actions: FloatArray | None) -> Step:
         step = self._batch.step(actions, label=label, predator_actions=predator_actions)
@@ -222,12 +238,12 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         return step
 
     def _name_agents(self, *, has_ended: bool) -> None:
-        """Update which agents have been caught and which act next."""
+        """Update ``agents`` and the caught agents after a step."""
         self._caught = self._batch.caught()[0]
         self.agents = [] if has_ended else [*compress(self._flock, ~self._caught), *self._predators]
 
     def _predator_observations(self) -> Observation:
-        """Return a row for each predator that is an agent."""
+        """Return the observations of the predators that are agents, one row each."""
         return self._batch.observe_predators([0]) if self._predators else np.zeros((0, 0), np.float32)
 
     def _by_name(self, agents: list[str], flock: Any, predators: Any) -> dict[str, Any]:
@@ -240,7 +256,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         self, agents: list[str], columns: Columns, ranges: NDArray[np.float64]
     ) -> dict[str, dict[str, Any]]:
         shared = {**infos(columns)[0], "interaction_range": 0.0}
-        own = [shared.copy() for _ in agents]  # cheaper than displays with one more key
+        own = [shared.copy() for _ in agents]  # faster than building each dict from its entries
         for info, rho in zip(own, ranges.tolist(), strict=True):
             info["interaction_range"] = rho
         return self._by_name(agents, own, [infos(columns)[0] for _ in self._predators])
@@ -255,8 +271,8 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         return f"action of {self._flock[place]!r}"
 
 
-def _spread(stacked: NDArray[Any], acting: NDArray[np.bool]) -> NDArray[Any]:
-    """Return actions with a row for every agent; those of agents that do not act are 0."""
+def _add_caught_rows(stacked: NDArray[Any], acting: NDArray[np.bool]) -> NDArray[Any]:
+    """Return actions with a row for every agent; the rows of caught agents are 0."""
     full = np.zeros((len(acting), *stacked.shape[1:]), stacked.dtype)
     full[acting] = stacked
     return full
@@ -269,19 +285,34 @@ def _names(kind: str, count: int) -> list[str]:
 def parallel_env(
     scenario: FlockScenario | str | None = None, **arguments: Unpack[FlockArguments]
 ) -> FlockParallelEnv:
-    """Return the PettingZoo parallel environment; see ``FlockParallelEnv``."""
+    """Return the PettingZoo parallel environment, a ``FlockParallelEnv``.
+
+    Args:
+        scenario: the flock model's parameters, or a preset's name; default: the paper's.
+        **arguments: see ``FlockArguments`` and ``EnvOptions``.
+    """
     return FlockParallelEnv(scenario, **arguments)
 
 
 def raw_env(
     scenario: FlockScenario | str | None = None, **arguments: Unpack[FlockArguments]
 ) -> AECEnv[str, Observation, Any]:
-    """Return the PettingZoo AEC environment without the usual wrappers; see ``FlockParallelEnv``."""
+    """Return the PettingZoo AEC environment without wrappers; see ``FlockParallelEnv``.
+
+    Args:
+        scenario: the flock model's parameters, or a preset's name; default: the paper's.
+        **arguments: see ``FlockArguments`` and ``EnvOptions``.
+    """
     return parallel_to_aec(FlockParallelEnv(scenario, **arguments))
 
 
 def env(
     scenario: FlockScenario | str | None = None, **arguments: Unpack[FlockArguments]
 ) -> AECEnv[str, Observation, Any]:
-    """Return the PettingZoo AEC environment with the usual wrappers; see ``FlockParallelEnv``."""
+    """Return the PettingZoo AEC environment with ``OrderEnforcingWrapper``; see ``FlockParallelEnv``.
+
+    Args:
+        scenario: the flock model's parameters, or a preset's name; default: the paper's.
+        **arguments: see ``FlockArguments`` and ``EnvOptions``.
+    """
     return wrappers.OrderEnforcingWrapper(raw_env(scenario, **arguments))

@@ -1,4 +1,4 @@
-"""Gymnasium: the action controls the predator of a flock that follows its own policy."""
+"""Gymnasium environment of a predator: the action is its acceleration, the flock follows a given policy."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.policies.base import Policy
 from flockesc_env.policies.ranges import FixedRange
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.predators import Learned
 from flockesc_env.scenario.presets import as_scenario
 
 
 class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.float32], Any]):
     """A predator that attacks a flock, ``flockesc/FlockPursuit-v0``; the action is its acceleration.
 
-    docs/model.md describes observations ("Predator view"), rewards, which are minus those of the flock, and
-    ``info``. The horizon truncates an episode; it terminates when all agents are caught.
+    docs/model.md describes observations ("Predator view") and ``info``. The reward is minus the mean reward
+    of the flock. An episode terminates when all agents are caught and is truncated after
+    ``scenario.num_steps`` model steps.
 
     Args:
-        scenario: the flock model's parameters, or a preset's name; default: the paper's. One of its predators
-            is ``Learned``; a scenario without one becomes ``scenario.with_learned_predators()``.
-        flock_policy: sets the ranges of the flock; default: ``FixedRange(10.0)``.
-        per_agent: whether that policy sets one range per agent, or one for the flock.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's. Exactly one
+            predator must be ``Learned``; if none is, ``scenario.with_learned_predators()`` is used.
+        flock_policy: sets the ranges of the flock; ``None``: ``FixedRange(10.0)``.
+        per_agent: True: the flock policy sets one range per agent. False: one for the flock.
         **arguments: see ``CommonArguments`` and ``EnvOptions``.
 
     Raises:
-        ArgumentError: for an argument of a wrong type or value.
-        OptionError: for an option that is unknown, missing or out of bounds.
-        ScenarioError: for a scenario without predator, or with several ``Learned`` ones.
-        DependencyNotInstalled: for a render mode without pygame.
+        ArgumentError: if an argument has the wrong type or value.
+        OptionError: if an option is unknown, missing or out of bounds.
+        ScenarioError: if the scenario has no predator or more than one ``Learned`` predator.
+        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
     _arguments: ClassVar[type] = CommonArguments
@@ -51,12 +51,12 @@ class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.fl
         **arguments: Unpack[CommonArguments],
     ) -> None:
         given = as_scenario(scenario, FlockScenario)
-        if not any(isinstance(predator, Learned) for predator in given.predators):
+        if not given.num_learned:
             given = given.with_learned_predators()
         super().__init__(given, arguments, per_agent=per_agent)
         self.policy_spec = self._batch.predator_policy_spec
         if self.policy_spec.count != 1:
-            raise ScenarioError("predators", "one Learned predator", self.policy_spec.count)
+            raise ScenarioError("predators", "exactly one Learned predator", self.policy_spec.count)
         self.flock_policy = (
             FixedRange(10.0) if flock_policy is None else as_policy(flock_policy, "flock_policy")
         )
@@ -67,10 +67,14 @@ class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.fl
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Start an episode; see ``FlockEscapeEnv.reset``.
+        """Start an episode.
+
+        Args:
+            seed: see ``FlockEscapeEnv.reset``.
+            options: see ``FlockEscapeEnv.reset``.
 
         Raises:
-            ArgumentError: naming a bad seed or option; the running episode goes on.
+            ArgumentError: if the seed or an option is invalid; the running episode continues.
         """
         start = self._batch.start(options)
         if seed is not None:
@@ -82,14 +86,18 @@ class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.fl
         return self._batch.observe_predators([0])[0], infos(columns)[0]
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Hold the acceleration, and the ranges that the flock's policy sets, for ``steps_per_action`` steps.
+        """Set the predator's acceleration and run ``steps_per_action`` model steps.
 
         Args:
-            action: shape (D,): ahead, to the left and, in space, up, over the largest acceleration.
+            action: acceleration ahead, to the left and, if D = 3, up, in units of ``max_acceleration``, shape
+                (D,).
+
+        Returns:
+            Observation, reward, terminated, truncated and ``info``.
 
         Raises:
-            ActionError: for an action outside of the action space.
-            ResetNeededError: before ``reset``, or after the end.
+            ActionError: if the action is outside the action space.
+            ResetNeededError: if called before ``reset`` or after the end of the episode.
         """
         if not self._flock_observations.size:
             raise ResetNeededError("step() called before reset()")

@@ -1,4 +1,4 @@
-"""Gymnasium's vector interface: many flocks in one batch, one range for each."""
+"""Gymnasium vector environment of many flocks: one action per flock sets its interaction range."""
 
 from __future__ import annotations
 
@@ -22,27 +22,28 @@ VectorStep = tuple[Observations, FloatArray, NDArray[np.bool], NDArray[np.bool],
 
 
 class FlockVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
-    """Many flocks under attack, ``flockesc/FlockEscape-v0`` by ``gymnasium.make_vec``; one range for each.
+    """Many flocks under attack, ``flockesc/FlockEscape-v0`` with ``gymnasium.make_vec``; one range per flock.
 
-    It returns the same bits as ``SyncVectorEnv`` over ``FlockEscapeEnv``, with one call of the core per step.
-    The horizon, ``scenario.num_steps``, truncates an episode; it terminates when all agents are caught.
+    It returns the same values as ``SyncVectorEnv`` over ``FlockEscapeEnv``, bit for bit, and is faster.
+    An episode terminates when all agents are caught and is truncated after ``scenario.num_steps`` model
+    steps.
 
     Args:
         num_envs: number of flocks.
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
-        autoreset_mode: what happens to a flock whose episode has ended, as the enum or its value
-            (``"NextStep"``, ``"SameStep"``, ``"Disabled"``).
-        copy: whether ``reset`` and ``step`` return new arrays; ``False``: observations and rewards are two
-            arrays that the next call overwrites.
-        max_episode_steps: ``gymnasium.make_vec`` passes it; at least the number of actions until the horizon,
-            which the scenario's ``num_steps`` sets.
-        **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns a picture per flock.
+        autoreset_mode: what happens after the end of an episode, as the enum or its value (``"NextStep"``,
+            ``"SameStep"``, ``"Disabled"``).
+        copy: True: ``reset`` and ``step`` return new arrays. False: the next call overwrites the returned
+            observations and rewards.
+        max_episode_steps: passed by ``gymnasium.make_vec``. It must not be smaller than the number of actions
+            of an episode, which ``scenario.num_steps`` determines.
+        **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image per flock.
 
     Raises:
-        ArgumentError: for an argument of a wrong type or value.
-        OptionError: for an option that is unknown, missing or out of bounds.
-        ScenarioError: for a scenario without predator.
-        DependencyNotInstalled: for a render mode without pygame.
+        ArgumentError: if an argument has the wrong type or value.
+        OptionError: if an option is unknown, missing or out of bounds.
+        ScenarioError: if the scenario has no predator.
+        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
     def __init__(
@@ -82,21 +83,21 @@ class FlockVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[A
         """Start an episode in every slot, or in some.
 
         Args:
-            seed: slot i takes ``seed + i``, or entry i of a list; ``None``: it continues its schedule
-                (``episode_seed``).
-            options: those of the single environment, which hold for every slot that is reset, and
-                ``reset_mask``, bool of shape (num_envs,): which slots; default: all.
+            seed: an integer: slot i gets the seed ``seed + i``. A list: slot i gets entry i. ``None``: the
+                slot continues its seed schedule (``episode_seed``).
+            options: the options of ``FlockEscapeEnv.reset``, applied to every slot that is reset, and
+                ``reset_mask``, the slots to reset, bool of shape (num_envs,); default: all.
 
         Raises:
-            ArgumentError: naming a bad seed or option; the running episodes go on.
-            ResetNeededError: if the first reset leaves slots out.
+            ArgumentError: if a seed or an option is invalid; the running episodes continue.
+            ResetNeededError: if the first reset does not include all slots.
         """
         given = dict(as_mapping(options))
         slots = self._slots(given.pop("reset_mask", None))
         seeds = self._seeds(seed)
         start = self._batch.start(given)
         if len(slots) < self.num_envs and not self._is_started:
-            raise ResetNeededError("the first reset() must not have a reset_mask that leaves slots out")
+            raise ResetNeededError("first reset() called with a reset_mask that leaves slots out")
         super().reset(seed=seeds[0])
         observations, columns = self._batch.reset(slots, [seeds[slot] for slot in slots], start)
         self._is_started = True
@@ -109,11 +110,19 @@ class FlockVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[A
         return observations, self._infos({**columns, "interaction_range": np.zeros(len(slots))}, slots)
 
     def step(self, actions: Any) -> VectorStep:
-        """Hold the ranges that ``actions`` set for ``steps_per_action`` steps of the model.
+        """Set the interaction range of every flock and run ``steps_per_action`` model steps.
+
+        Args:
+            actions: shape (num_envs, 1) or, if the action mode is ``"discrete"``, (num_envs,).
+
+        Returns:
+            Observations, shape (num_envs, entries), rewards, terminations and truncations, shape (num_envs,),
+            and ``infos``.
 
         Raises:
-            ActionError: for an action outside of the action space, except those of slots that are reset.
-            ResetNeededError: before ``reset``, or after the end of an episode if autoreset is disabled.
+            ActionError: if an action is outside the action space, except in slots that are reset.
+            ResetNeededError: if called before ``reset``, or after the end of an episode if autoreset is
+                disabled.
         """
         step = _autoreset.step(self._batch, actions, self.autoreset_mode, self._out)
         step.columns["interaction_range"] = step.ranges
@@ -130,23 +139,23 @@ class FlockVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[A
         return observations
 
     def render(self) -> tuple[Any, ...] | None:
-        """Return a picture per flock, shape (size, size, 3), or show them side by side in mode ``"human"``.
+        """Return one image per flock, shape (size, size, 3); in mode ``"human"`` show them side by side.
 
         Raises:
-            ResetNeededError: before ``reset``.
+            ResetNeededError: if called before ``reset``.
         """
         pictures = render(self._viewer)
         return None if pictures is None else tuple(pictures)
 
-    def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002, Gymnasium's `close` calls it, once
-        """Close the window, if there is one."""
+    def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002, called by Gymnasium's `close`
+        """Close the window if one is open."""
         if self._viewer is not None:
             self._viewer.close()
 
     def _add_final(
         self, step: _autoreset.VectorStep, ending: _autoreset.Ending, infos: dict[str, Any]
     ) -> None:
-        """Add the last observations and infos of ended episodes; elsewhere show those of the new ones."""
+        """Add ``final_obs`` and ``final_info`` of ended episodes; the other infos describe the new ones."""
         slots = ending.slots
         ended = np.zeros(self.num_envs, np.bool)
         ended[slots] = True
@@ -164,7 +173,7 @@ class FlockVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[A
             column[slots] = ending.started.get(name, 0.0)
 
     def _infos(self, columns: Columns, slots: Sequence[int]) -> dict[str, Any]:
-        """Return Gymnasium's ``infos`` of some slots: arrays over all slots, and masks."""
+        """Return the ``infos`` of some slots in Gymnasium's form: arrays over all slots, and masks."""
         if len(slots) < self.num_envs:
             mask = np.zeros(self.num_envs, np.bool)
             mask[slots] = True
@@ -179,7 +188,7 @@ class FlockVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[A
     def _slots(self, mask: Any) -> list[int]:
         if mask is None:
             return list(range(self.num_envs))
-        expected = f"a bool array of shape ({self.num_envs},) that is true somewhere"
+        expected = f"a bool array of shape ({self.num_envs},) with at least one True"
         is_mask = isinstance(mask, np.ndarray) and mask.dtype == np.bool and mask.shape == (self.num_envs,)
         if not (is_mask and mask.any()):
             raise ArgumentError("options['reset_mask']", expected, shown(mask))
@@ -207,12 +216,12 @@ def _mode(mode: Any) -> AutoresetMode:
 def _check_limit(max_episode_steps: Any, batch: FlockBatch) -> None:
     actions = -(-batch.scenario.num_steps // batch.options.steps_per_action)
     if max_episode_steps is not None and as_count(max_episode_steps, "max_episode_steps") < actions:
-        expected = f"None or at least {actions}: the scenario's num_steps are the horizon"
+        expected = f"None or at least {actions}, the number of actions of an episode"
         raise ArgumentError("max_episode_steps", expected, max_episode_steps)
 
 
 def _scatter(column: NDArray[Any], mask: NDArray[np.bool]) -> NDArray[Any]:
-    """Return an array with ``column`` where ``mask`` is true, and zeros."""
+    """Return an array with the entries of ``column`` where ``mask`` is true, and zeros elsewhere."""
     full = np.zeros(len(mask), column.dtype)
     full[mask] = column
     return full

@@ -1,1 +1,1 @@
-"""Episodes of many flocks: the wrapper around the core's batch, options, spaces, seeds."""
+"""Episodes of many flocks: the batch of the compiled core, options, spaces, seeds."""

@@ -1,4 +1,4 @@
-"""The batch of flocks that every environment and rollout steps."""
+"""``FlockBatch``: many flocks stepped together, shared by all environments and rollouts."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from flockesc_env.scenario.flock import FlockScenario
 Observations = NDArray[np.float32]
 
 Columns = dict[str, NDArray[Any]]
-"""``info`` of several flocks without ``interaction_range``: an array per key, with an entry per flock."""
+"""``info`` of several flocks, without ``interaction_range``: one array per key, one entry per flock."""
 
 Step = tuple[Observations, FloatArray, NDArray[np.bool], FloatArray, Columns]
 """Observations (num_flocks * rows, entries), rewards (num_flocks * rows,), whether each flock's episode has
@@ -42,13 +42,13 @@ AtEnd = Literal["refuse", "restart", "stay"]
 
 STARTS: Final = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
 RESET_OPTIONS: Final = (*STARTS, "episode")
-"""Keys of the ``options`` of a reset: arrays, and a number of an episode."""
+"""Keys of the ``options`` of a reset: arrays of the initial state, and the index of the episode."""
 
 Start = Mapping[str, Any]
-"""Checked options of a reset; the seed or the scenario sets those that are missing."""
+"""Validated options of a reset. The seed and the scenario determine missing ones."""
 
 MAX_FLOCKS: Final = 1_000_000
-"""Largest number of flocks in a batch; many more would not fit into memory."""
+"""Largest number of flocks in a batch."""
 
 NO_START: Final[Start] = MappingProxyType({})
 
@@ -58,22 +58,22 @@ class FlockBatch:
 
     Args:
         scenario: the flock model's parameters.
-        options: what actions set, what is rewarded, what is observed.
+        options: options of actions, rewards and observations.
         num_flocks: number of slots.
-        per_agent: whether every agent has its own range and observation row, or every flock one.
-        num_threads: threads that share the slots, or a single large flock; ``None``: one per core.
+        per_agent: True: every agent has its own range and observation row. False: every flock has one.
+        num_threads: number of threads for many slots or one large flock; ``None``: one per core.
         predator_policy: controls the ``Learned`` predators. ``None``: pass their actions to ``step``;
             otherwise they fly straight on.
 
     Attributes:
         rows: observation rows and ranges per flock: 1, or the number of agents.
         policy_spec: shapes and meaning of observations and actions.
-        predator_policy_spec: the same for learned predators.
+        predator_policy_spec: the same for ``Learned`` predators.
 
     Raises:
-        ArgumentError: for an argument of a wrong type or value, or a predator policy without a ``Learned``
-            predator.
-        OptionError: for a reward that needs one range per agent.
+        ArgumentError: if an argument has the wrong type or value, or ``predator_policy`` is given and no
+            predator is ``Learned``.
+        OptionError: if the reward needs one range per agent and ``per_agent`` is False.
         ScenarioError: if the scenario has no predator.
     """
 
@@ -97,7 +97,7 @@ class FlockBatch:
                 kinds = ", ".join(type(predator).__name__ for predator in scenario.predators)
                 raise ArgumentError("predator_policy", expected, kinds or "no predator")
         self._predator_policy = predator_policy
-        self._begun: list[int] = []  # slots whose episode began since the predator policy's last action
+        self._begun: list[int] = []  # slots whose episode began after the predator policy's last action
         self.options = options
         self.num_flocks = as_count(num_flocks, "num_flocks", most=MAX_FLOCKS)
         self.rows = scenario.num_agents if per_agent else 1
@@ -120,16 +120,17 @@ class FlockBatch:
         )
 
     def start(self, options: Mapping[str, Any] | None) -> Start:
-        """Check the ``options`` of a reset, before anything changes.
+        """Return the ``options`` of a reset after validation.
 
         Args:
             options: any of ``initial_positions`` and ``initial_velocities``, shape (n, D), and
                 ``predator_positions`` and ``predator_velocities``, shape (P, D), in m and m/s; and
-                ``episode``, which episode of the schedule this is (``episode_seed``).
+                ``episode``, the index of the episode in its seed schedule (``episode_seed``). ``None``: no
+                options.
 
         Raises:
-            ArgumentError: naming what has an unknown name, a wrong shape or an entry that is not finite, or
-                is no integer from 0 to 2^64 - 1.
+            ArgumentError: if an option has an unknown name, a wrong shape or an entry that is not finite, or
+                ``episode`` is not an integer in [0, 2^64).
         """
         dimension = self.scenario.dimension
         agents = (self.scenario.num_agents, dimension)
@@ -147,18 +148,16 @@ class FlockBatch:
     def reset(
         self, slots: Sequence[int], seeds: Sequence[int | None] | None = None, start: Start = NO_START
     ) -> tuple[Observations, Columns]:
-        """Start episodes in some slots, in the states that ``start`` gives, else in those of the seeds.
-
-        Without an ``episode`` in ``start`` a seed starts its episode 0, and ``None`` the slot's next episode.
+        """Start episodes in some slots, with the initial states from ``start`` or else from the seeds.
 
         Args:
             slots: indices of the slots.
-            seeds: one per slot of ``slots``, which begins a schedule (``episode_seed``); ``None``: the slot
-                continues its own schedule.
-            start: the result of ``start``.
+            seeds: one seed per slot, which begins a seed schedule (``episode_seed``) at episode 0, or at
+                ``start["episode"]``. ``None``: the slot continues its own schedule.
+            start: the result of the method ``start``.
 
         Returns:
-            Observations (len(slots) * rows, entries) and columns of ``info``, of ``slots`` only.
+            Observations, shape (len(slots) * rows, entries), and columns of ``info``, of ``slots`` only.
         """
         began = self._core.reset(slots, seeds or [None] * len(slots), **start)
         self._note_begun(slots)
@@ -173,22 +172,23 @@ class FlockBatch:
         out: tuple[Observations, FloatArray] | None = None,
         predator_actions: FloatArray | None = None,
     ) -> Step:
-        """Hold the ranges that actions set for one action in every slot.
+        """Apply one action in every slot: each lasts ``steps_per_action`` steps of the model.
 
         Args:
-            actions: shape (num_flocks * rows, 1) or, where discrete, (num_flocks * rows,).
-            label: names an action in an error; ``None``: ``action[i]``.
-            at_end: what a slot does whose episode has ended. ``"refuse"``: it raises an error. Else it
-                ignores its action, has reward 0, and starts the next episode of its schedule
-                (``"restart"``) or stays unchanged (``"stay"``).
-            out: arrays for the observations and rewards; ``None``: new ones.
-            predator_actions: shape (num_flocks * predators, D), from ``predator_policy_spec``; ``None``: the
-                predator policy chooses them or, without one, they are 0.
+            actions: shape (num_flocks * rows, 1) or, for discrete actions, (num_flocks * rows,).
+            label: returns the name of the i-th action for error messages; ``None``: ``action[i]``.
+            at_end: what happens in a slot whose episode has ended. ``"refuse"``: the call raises. Otherwise
+                the slot's action is ignored and its reward is 0, and the slot starts the next episode of its
+                schedule (``"restart"``) or stays unchanged (``"stay"``).
+            out: arrays that receive the observations and rewards; ``None``: new arrays.
+            predator_actions: actions of the ``Learned`` predators, shape (num_flocks * predators, D);
+                ``None``: the predator policy chooses them or, without a policy, they are 0.
 
         Raises:
-            ActionError: for a wrong dtype or shape, or an action outside of the action space, except those of
-                agents that were caught before.
-            ResetNeededError: if a slot was never reset, or if its episode has ended under ``"refuse"``.
+            ActionError: if the dtype or shape is wrong, or the action of an agent that has not been caught is
+                outside the action space.
+            ResetNeededError: if a slot was never reset, or if its episode has ended and ``at_end`` is
+                ``"refuse"``.
             KeyboardInterrupt: on Ctrl-C during a step of many agents. (1) If the step finishes within 0.1 s,
                 it completes; (2) if the action spans 100 model steps or more, it is rolled back;
                 (3) otherwise the environment must be reset.
@@ -203,21 +203,24 @@ class FlockBatch:
         return step
 
     def step_one(self, action: Any) -> tuple[Observations, float, bool, dict[str, Any]]:
-        """Step a batch of one row, as ``step``.
+        """Step a batch that has a single row; faster than ``step``.
+
+        Args:
+            action: shape (1,) or, for a discrete action, an integer.
 
         Returns:
-            Observation (entries,), reward, whether the episode has ended, and ``info``.
+            Observation, shape (entries,), reward, whether the episode has ended, and ``info``.
 
         Raises:
-            ActionError: naming ``action``, as ``step``.
-            ResetNeededError: as ``step``.
+            ActionError: if the action is outside the action space.
+            ResetNeededError: if the slot was never reset, or its episode has ended.
         """
         return self._core.step_one(action, self._predator_actions())
 
     def team_rewards(self) -> FloatArray:
-        """Return each flock's reward of the last step, shape (num_flocks,).
+        """Return the reward of each flock in the last step, shape (num_flocks,).
 
-        Of individual rewards this is the mean over agents.
+        With individual rewards this is their mean over agents.
         """
         return self._core.team_rewards()
 
@@ -230,7 +233,7 @@ class FlockBatch:
         return self._core.observe(slots)
 
     def observe_predators(self, slots: Sequence[int]) -> Observations:
-        """Return the observations of learned predators, shape (len(slots) * predators, entries)."""
+        """Return the observations of the ``Learned`` predators, shape (len(slots) * predators, entries)."""
         return self._core.observe_predators(slots)
 
     def metrics(self) -> Columns:
@@ -238,7 +241,7 @@ class FlockBatch:
         return self._core.metrics()
 
     def num_components(self) -> NDArray[np.int64]:
-        """Return the connected components under the ranges of the last action, shape (num_flocks,)."""
+        """Return the number of connected components under the last ranges, shape (num_flocks,)."""
         return self._core.num_components()
 
     def has_ended(self, slot: int) -> bool:
@@ -246,44 +249,48 @@ class FlockBatch:
         return self._core.has_ended(slot)
 
     def caught(self) -> NDArray[np.bool]:
-        """Return which agents have been caught, bool of shape (num_flocks, n)."""
+        """Return whether each agent has been caught, shape (num_flocks, n)."""
         return self._core.caught()
 
     def drawn(self, slot: int) -> FlockScenario:
-        """Return the scenario of the episode in one slot, with all random fields drawn."""
+        """Return the scenario of the current episode in one slot, with the drawn values of random fields."""
         if not self.scenario.randomization:
             return self.scenario
         return self.scenario.drawn(self._core.episode_seed(slot))
 
     def state(self, slot: int) -> dict[str, Any]:
-        """Return a copy of the state of one slot by name: step, positions, velocities, ranges, predators."""
+        """Return a copy of the state of one slot: step, positions, velocities, ranges, predators."""
         return self._core.state(slot)
 
     def get_state(self, slots: Any = None) -> bytes:
         """Return a snapshot of some slots as bytes.
 
         Args:
-            slots: index of one, or indices of several; ``None``: all.
+            slots: index of one slot, or indices of several; ``None``: all.
 
         Raises:
-            ArgumentError: for an index out of bounds.
-            ResetNeededError: for a slot that was never reset.
+            ArgumentError: if an index is out of bounds.
+            ResetNeededError: if a slot was never reset.
         """
         return self._core.get_state(self._slots(slots))
 
     def set_state(self, state: Any, slots: Any = None) -> list[int]:
-        """Restore some slots from a snapshot of as many slots, or of one; return their indices.
+        """Restore some slots from a snapshot and return their indices.
+
+        Args:
+            state: a snapshot of the same number of slots, or of one slot, which is copied to all ``slots``.
+            slots: index of one slot, or indices of several; ``None``: all.
 
         Raises:
-            ArgumentError: for an index out of bounds, or a snapshot that is damaged or belongs to another
-                version, scenario, interface, options or number of slots. Nothing has changed then.
-            ResetNeededError: if another slot was never reset.
+            ArgumentError: if an index is out of bounds, or the snapshot is damaged or belongs to another
+                version, scenario, interface, options or number of slots. Nothing changes.
+            ResetNeededError: if a slot that is not restored was never reset.
         """
         chosen = self._slots(slots)
         for other in set(range(self.num_flocks)).difference(chosen):
-            self._core.has_ended(other)  # raises if it was never reset
+            self._core.has_ended(other)  # raises if the slot was never reset
         self._core.set_state(chosen, as_bytes(state, "state"))
-        self._note_begun(chosen)  # a predator policy's memory is not part of a state
+        self._note_begun(chosen)  # a snapshot does not contain the memory of a predator policy
         return chosen
 
     def _slots(self, slots: Any) -> list[int]:
@@ -316,11 +323,11 @@ class FlockBatch:
 
 
 def is_over(columns: Mapping[str, Any]) -> Any:
-    """Return whether each flock has lost all its agents: its episode terminates, others are truncated."""
+    """Return whether all agents of each flock are caught: then its episode terminates."""
     return columns["fraction_surviving"] == 0.0
 
 
 def infos(columns: Columns) -> list[dict[str, Any]]:
-    """Return one new ``info`` of plain numbers per flock, without ``interaction_range``."""
+    """Return a new ``info`` dict of plain numbers for each flock, without ``interaction_range``."""
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in rows]

@@ -1,4 +1,4 @@
-"""Tells policies with a memory which rows begin an episode."""
+"""Reset of policies that keep a memory between actions."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 
 def reset_policy(policy: Any, rows: NDArray[np.bool]) -> None:
-    """Call ``policy.reset(rows)``; a policy without that method remembers nothing.
+    """Call ``policy.reset(rows)`` if the policy has this method.
 
     Args:
-        policy: a policy of ranges or of predators.
-        rows: True where an episode begins, one entry per observation row of the next ``act``.
+        policy: a range policy or a predator policy.
+        rows: whether an episode begins in each observation row of the next ``act``, shape (k,).
     """
     reset = getattr(policy, "reset", None)
     if reset is not None:

@@ -1,4 +1,4 @@
-"""Options of the environments: what an action sets, what is rewarded, what is observed."""
+"""Options of the environments: actions, rewards and observations."""
 
 from __future__ import annotations
 
@@ -39,19 +39,21 @@ GRID_SIZE = 21
 
 @dataclass(frozen=True, kw_only=True)
 class ActionOptions:
-    """How an action sets the interaction range.
+    """Options of the action space: how an action sets the interaction range.
 
     Attributes:
-        action_mode: ``"normalized"``: Box [-1, 1] mapped linearly onto [``min_range``, ``max_range``];
-            ``"range"``: Box [``min_range``, ``max_range``], the range itself;
-            ``"discrete"``: the index of an entry of ``range_grid``.
-        min_range: smallest range, at least 0 (m in the flock).
-        max_range: largest range, above ``min_range``. Under a topological rule ranges are numbers of
-            neighbors, and ``max_range`` must be given.
-        range_grid: ranges of ``"discrete"``; default: 21 equally spaced ones from ``min_range`` to
-            ``max_range``.
-        steps_per_action: steps of the model during which one action holds; the last action of an episode
-            holds for the steps that remain.
+        action_mode: ``"normalized"``: Box [-1, 1], mapped linearly to [``min_range``, ``max_range``].
+            ``"range"``: Box [``min_range``, ``max_range``], the range itself.
+            ``"discrete"``: Discrete, an index into ``range_grid``.
+        min_range: smallest range, at least 0, in m for a flock.
+        max_range: largest range, above ``min_range``, in m for a flock. With a topological neighbor rule
+            ranges are numbers of neighbors, and ``max_range`` is required.
+        range_grid: ranges of the action mode ``"discrete"``; ``None``: 21 equally spaced ranges from
+            ``min_range`` to ``max_range``.
+        steps_per_action: number of model steps per action. The last action of an episode may last fewer.
+
+    Raises:
+        OptionError: if an option is out of bounds.
     """
 
     action_mode: ActionMode = "normalized"
@@ -67,7 +69,7 @@ class ActionOptions:
         if high <= low:
             raise OptionError("max_range", f"a number above min_range = {low}", high)
         if self.action_mode == "range" and high > _LARGEST_ACTION:
-            raise OptionError("max_range", f"at most {_LARGEST_ACTION}, as actions are float32", high)
+            raise OptionError("max_range", f"at most {_LARGEST_ACTION}, the largest float32", high)
         steps = as_count(self.steps_per_action, "steps_per_action", OptionError)
         object.__setattr__(self, "steps_per_action", steps)
         object.__setattr__(self, "min_range", low)
@@ -88,22 +90,29 @@ class EnvOptions(ActionOptions):
     """Options of the flock environments.
 
     Attributes:
-        objective: ``"mean"``: keep the mean predator distance large (Eq. 12); ``"minimum"``: the minimum
-            predator distance (Eq. 13); ``"survival"``: the share of agents that are not caught.
-        reward: ``"running_minimum"``: r_t = m_t - m_(t-1), m the objective's running minimum, so that the
-            return is exactly the objective minus its start; ``"distance"``: the objective's value over the
-            number of steps; ``"terminal"``: the objective minus its start, at the end. With one range per
-            agent also the individual rewards: ``"individual_distance"``: as ``"distance"``, from the agent's
-            own distance; ``"individual_distance_change"``: d_i(t) - d_i(t-1);
+        objective: ``"mean"``: the minimum over time of the mean predator distance, J_mean (Eq. 12).
+            ``"minimum"``: the minimum over time of the minimum predator distance, J_min (Eq. 13).
+            ``"survival"``: the share of agents that are not caught.
+        reward: one of the team rewards, which are equal for all agents. Let v_t be the mean distance, the
+            minimum distance or the surviving share at time t, as the objective says, and m_t its running
+            minimum. ``"running_minimum"``: m_t - m_(t-1), so that the return is the objective minus v_0;
+            ``"distance"``: v_t, divided by the number of steps;
+            ``"terminal"``: the objective minus v_0, in the last step.
+            With one range per agent also an individual reward, where d_i is the predator distance of agent i:
+            ``"individual_distance"``: d_i, divided by the number of steps;
+            ``"individual_distance_change"``: d_i(t) - d_i(t-1);
             ``"individual_running_minimum"``: the agent's part of ``"running_minimum"`` of the mean distance;
             ``"neighborhood_distance_change"``: the mean of d_j(t) - d_j(t-1) over the agents j within
-            ``max_range``, itself included; and ``"difference"`` (Wolpert and Tumer): the objective's value
-            after an action, minus its value had this agent listened to nobody. It repeats the action once per
-            agent.
-        predator_sensing_range: distance in m up to which observations show a predator;
+            ``max_range``, including j = i;
+            ``"difference"``: the difference reward (Wolpert and Tumer): v_t minus its value if this agent had
+            range 0 during the action. It simulates the action once more per agent.
+        predator_sensing_range: distance in m up to which agents observe a predator;
             ``"predator_range"``: the scenario's predator range; ``None``: any distance.
-        count_components: whether ``info`` holds ``num_components``, which takes a search of the neighbor
-            graph after every action.
+        count_components: whether ``info`` contains ``num_components``. The count costs a graph search per
+            action.
+
+    Raises:
+        OptionError: if an option is out of bounds.
     """
 
     objective: Objective = "mean"
@@ -123,7 +132,7 @@ class EnvOptions(ActionOptions):
         object.__setattr__(self, "count_components", counts)
 
     def to_core(self, *, per_agent: bool) -> str:
-        """Return the JSON document that the core takes."""
+        """Return the options as JSON, for the compiled core."""
         return json.dumps(
             {
                 "view": "agent" if per_agent else "flock",
@@ -138,11 +147,15 @@ class EnvOptions(ActionOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class LineOptions(ActionOptions):
-    """Options of the line environment; ``max_range`` is 1, the length of the initial interval.
+    """Options of the line environment.
 
     Attributes:
-        reward: ``"change"``: d(t) - d(t-1), so that the return is exactly d_ss - d(0);
-            ``"terminal"``: the same sum, at the end.
+        max_range: largest range; the default 1 is the length of the initial interval.
+        reward: ``"change"``: d(t) - d(t-1), where d is the escape distance, so that the return is
+            d_ss - d(0). ``"terminal"``: the same sum, in the last step.
+
+    Raises:
+        OptionError: if an option is out of bounds.
     """
 
     max_range: float = 1.0
@@ -153,7 +166,7 @@ class LineOptions(ActionOptions):
         as_choice(self.reward, "reward", get_args(LineReward), OptionError)
 
     def to_core(self) -> str:
-        """Return the JSON document that the core takes."""
+        """Return the options as JSON, for the compiled core."""
         return json.dumps(
             {"reward": self.reward, "max_range": self.max_range, "steps_per_action": self.steps_per_action}
         )
@@ -188,11 +201,12 @@ def env_options(scenario: FlockScenario, options: EnvOptionsDict) -> EnvOptions:
     """Return the options of an environment with this scenario.
 
     Raises:
-        OptionError: naming an option that is unknown, missing or out of bounds.
+        OptionError: if an option is unknown, missing or out of bounds.
     """
     check_names(options, EnvOptionsDict.__annotations__, FlockScenario)
     if isinstance(scenario.neighbor_rule, Topological) and "max_range" not in options:
-        raise OptionError("max_range", "the largest number of neighbors, for a topological rule", "none")
+        expected = "the largest number of neighbors, required by a topological rule"
+        raise OptionError("max_range", expected, "none")
     return EnvOptions(**options)
 
 
@@ -200,7 +214,7 @@ def line_options(options: LineOptionsDict) -> LineOptions:
     """Return the options of a line environment.
 
     Raises:
-        OptionError: naming an option that is unknown or out of bounds.
+        OptionError: if an option is unknown or out of bounds.
     """
     check_names(options, LineOptionsDict.__annotations__, LineScenario)
     return LineOptions(**options)
@@ -209,15 +223,15 @@ def line_options(options: LineOptionsDict) -> LineOptions:
 def check_names(
     given: Mapping[str, object], known: Iterable[str], model: type[FlockScenario | LineScenario]
 ) -> None:
-    """Check that all options exist.
+    """Check that all names are names of options.
 
     Args:
         given: options by name.
-        known: names of the options.
-        model: the scenario whose fields are often taken for options.
+        known: names of the options that exist.
+        model: the class of the scenario. The error for a name of one of its fields says so.
 
     Raises:
-        OptionError: naming an option that does not exist, with the most similar one.
+        OptionError: if a name is unknown; the message suggests the most similar one.
     """
     known = list(known)
     for name in given:

@@ -1,4 +1,4 @@
-"""Learned predators: their actions, their observations and the protocol of their policies."""
+"""Predator policies: their protocol, and the action and observation spaces of ``Learned`` predators."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from flockesc_env.common.checks import FloatArray, as_array
 from flockesc_env.common.errors import ActionError
 from flockesc_env.episodes.spaces import ObservationLayout, predator_layout
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.predators import Learned
 
 Observations = NDArray[np.float32]
 
@@ -26,11 +25,11 @@ class PredatorPolicySpec:
     """Shapes and meaning of the observations and actions of a predator policy.
 
     Attributes:
-        layout: the entries of an observation row.
-        dimension: D, numbers of an action: the acceleration ahead, to the left and, in space, up, over the
-            largest.
-        count: learned predators per flock; rows come flock after flock.
-        num_steps: steps of an episode.
+        layout: names and bounds of the entries of an observation row.
+        dimension: dimension D of space. An action has D numbers in [-1, 1]: the acceleration ahead, to the
+            left and, if D = 3, up, in units of the predator's ``max_acceleration``.
+        count: number of ``Learned`` predators per flock. Rows are ordered by flock, then by predator.
+        num_steps: number of model steps of an episode.
     """
 
     layout: ObservationLayout
@@ -40,36 +39,41 @@ class PredatorPolicySpec:
 
     @classmethod
     def of(cls, scenario: FlockScenario) -> PredatorPolicySpec:
-        """Return the spec of a scenario's learned predators; ``count`` may be 0."""
+        """Return the spec for the ``Learned`` predators of a scenario; ``count`` may be 0."""
         return cls(
             layout=predator_layout(scenario.dimension),
             dimension=scenario.dimension,
-            count=sum(isinstance(predator, Learned) for predator in scenario.predators),
+            count=scenario.num_learned,
             num_steps=scenario.num_steps,
         )
 
     def space(self) -> spaces.Box:
-        """Return a new action space of one predator: Box [-1, 1] of shape (D,)."""
+        """Return the action space of one predator, a new Box [-1, 1] of shape (D,)."""
         return spaces.Box(-1.0, 1.0, (self.dimension,), np.float32)
 
     def plain(self, actions: Any, count: int, name: str = "predator_actions") -> FloatArray:
-        """Return ``count`` stacked actions of shape (count, D), of any real type, as new float64.
+        """Return stacked actions as a new float64 array after a check of dtype, shape and bounds.
+
+        Args:
+            actions: shape (count, D), any real dtype.
+            count: expected number of actions.
+            name: name of the argument, for the error message.
 
         Raises:
-            ActionError: naming ``name``, for a wrong dtype or shape, or an action outside of the space.
+            ActionError: if the dtype or shape is wrong, or an action is outside the action space.
         """
         plain = _numbers(actions, (count, self.dimension), name)
-        refused = ~(np.abs(plain) <= 1).all(axis=1)  # also NaN
-        if refused.any():
-            first = int(np.argmax(refused))
+        is_invalid = ~(np.abs(plain) <= 1).all(axis=1)  # also true for NaN
+        if is_invalid.any():
+            first = int(np.argmax(is_invalid))
             raise ActionError(f"{name}[{first}]", _BOUNDS, plain[first].tolist())
         return plain
 
     def plain_one(self, action: Any, name: str = "action") -> FloatArray:
-        """Return a single action of shape (D,) as new float64 of shape (1, D).
+        """Return a single action, shape (D,), as a new float64 array of shape (1, D).
 
         Raises:
-            ActionError: as ``plain``.
+            ActionError: if the dtype or shape is wrong, or the action is outside the action space.
         """
         plain = _numbers(action, (self.dimension,), name)
         if not (np.abs(plain) <= 1).all():
@@ -77,10 +81,11 @@ class PredatorPolicySpec:
         return plain[np.newaxis]
 
     def plain_of(self, names: list[str], actions: Mapping[str, Any]) -> FloatArray:
-        """Return the actions of some agents as new float64, shape (len(names), D).
+        """Return the actions of the agents in ``names`` as a new float64 array of shape (len(names), D).
 
         Raises:
-            ActionError: naming the agent whose action is missing or, as ``plain``, wrong.
+            ActionError: if an action is missing, has the wrong dtype or shape, or is outside the action
+                space.
         """
         labels = {name: f"action of {name!r}" for name in names}
         for name, label in labels.items():
@@ -90,20 +95,20 @@ class PredatorPolicySpec:
 
 
 class PredatorPolicy(Protocol):
-    """Anything that turns observation rows of learned predators into their actions.
+    """Protocol of policies that control ``Learned`` predators, for example ``Pursue`` or ``SB3Policy``.
 
-    ``SB3Policy`` follows it, too. A policy with a memory also has ``reset(rows)``.
+    A policy that keeps a memory between actions also has a method ``reset(rows)``, see ``RowMemory``.
     """
 
     def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
-        """Choose an action per row.
+        """Return one action per observation row.
 
         Args:
-            observations: shape (k, entries), one row per learned predator, flock after flock.
-            spec: shapes and meaning of rows and actions.
+            observations: shape (k, entries), one row per ``Learned`` predator, ordered by flock.
+            spec: shapes and meaning of observations and actions.
 
         Returns:
-            Actions, shape (k, D), in [-1, 1].
+            Actions in [-1, 1], shape (k, D).
         """
         ...
 
@@ -114,5 +119,5 @@ def _numbers(value: Any, shape: tuple[int, ...], name: str) -> FloatArray:
         raise ActionError(name, "real numbers", f"dtype {array.dtype}")
     if array.shape != shape:
         raise ActionError(name, f"shape {shape}", f"shape {array.shape}")
-    with np.errstate(over="ignore"):  # too large for a float64: infinite, thus out of bounds
+    with np.errstate(over="ignore"):  # overflow gives infinity, which is out of bounds
         return np.array(array, np.float64, order="C")

@@ -1,4 +1,4 @@
-"""Which seed an episode has: one schedule, which every environment follows."""
+"""Seeds of episodes: ``episode_seed`` and the seed schedule that all environments follow."""
 
 from __future__ import annotations
 
@@ -12,33 +12,47 @@ from flockesc_env.common.checks import as_seed
 def episode_seed(seed: int, episode: int) -> int:
     """Return the seed of the ``episode``-th episode of an environment after ``reset(seed=seed)``.
 
-    Episode 0 is the one that this reset starts, with ``seed`` itself; later ones are started by resets
-    without a seed, or by autoreset, and have seeds in [2^32, 2^63). So a smaller seed, such as people name,
-    never comes up by chance, and flocks held out for a report cannot slip into training.
+    Episode 0 is the episode that this reset starts; its seed is ``seed`` itself. Resets without a seed and
+    autoreset start the later episodes. Their seeds are in [2^32, 2^63), so they never coincide with seeds
+    below 2^32: flocks with small seeds can be held out for evaluation.
+
+    Args:
+        seed: seed passed to ``reset``, an integer in [0, 2^64).
+        episode: index of the episode, an integer in [0, 2^64).
 
     Raises:
-        ArgumentError: for a number that is no integer from 0 to 2^64 - 1.
+        ArgumentError: if an argument is not an integer in [0, 2^64).
     """
     return _core.episode_seed(as_seed(seed), as_seed(episode, "episode"))
 
 
 def fresh_seed() -> int:
-    """Return a seed in [2^32, 2^63) that the operating system draws."""
+    """Return a random seed in [2^32, 2^63) from the operating system."""
     return episode_seed(secrets.randbits(64), 1)
 
 
-class Schedule(NamedTuple):
-    """The seeds of one environment's episodes: that of the first, and the number of the next one."""
+class EpisodeSchedule(NamedTuple):
+    """Seeds of the episodes of one environment.
+
+    Attributes:
+        seed: seed of episode 0.
+        episode: index of the next episode.
+    """
 
     seed: int
     episode: int = 0
 
-    def at(self, seed: int | None, episode: int | None) -> Schedule:
-        """Return the schedule of ``seed``, or else this one, before ``episode``, or else the next one."""
-        schedule = self if seed is None else Schedule(seed)
+    def at(self, seed: int | None, episode: int | None) -> EpisodeSchedule:
+        """Return the schedule with another seed and next episode.
+
+        Args:
+            seed: seed of a new schedule, which begins at episode 0; ``None``: continue this schedule.
+            episode: index of the next episode; ``None``: unchanged.
+        """
+        schedule = self if seed is None else EpisodeSchedule(seed)
         return schedule if episode is None else schedule._replace(episode=episode)
 
-    def after(self) -> Schedule:
+    def after(self) -> EpisodeSchedule:
         """Return the schedule after its next episode."""
         return self._replace(episode=(self.episode + 1) % 2**64)
 

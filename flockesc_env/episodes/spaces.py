@@ -1,4 +1,4 @@
-"""Action spaces, maps between actions and ranges, and names and bounds of observation entries."""
+"""Action and observation spaces of range policies: maps between actions and ranges, observation entries."""
 
 from __future__ import annotations
 
@@ -14,18 +14,25 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.episodes.options import GRID_SIZE, ActionOptions
+from flockesc_env.episodes.options import GRID_SIZE, ActionOptions, LineOptions
+from flockesc_env.scenario.line import LineScenario
 
 Label = Callable[[int], str]
-"""Names an action in an error, given its index in the stack."""
+"""Returns the name of an action for error messages, given its index."""
 
 
 class RangeActions:
-    """The action space of one range, and the two maps between its actions and ranges.
+    """The action space of one range, and the maps between actions and ranges.
+
+    Args:
+        options: the options of the action space.
 
     Attributes:
-        grid: ranges of the discrete mode, shape (size,); ``None`` in the other modes.
-        core: the map from actions to ranges.
+        mode: the option ``action_mode``.
+        min_range: smallest range.
+        max_range: largest range.
+        grid: ranges of the action mode ``"discrete"``, shape (size,); ``None`` in other modes.
+        core: the map from actions to ranges in the compiled core.
     """
 
     def __init__(self, options: ActionOptions) -> None:
@@ -41,38 +48,46 @@ class RangeActions:
         self.core = _core.RangeMap(self.min_range, self.max_range, self.mode == "normalized", grid)
 
     def space(self) -> gymnasium.Space[Any]:
-        """Return a new action space for one range: Box of shape (1,), or Discrete."""
+        """Return a new action space for one range: a Box of shape (1,), or Discrete."""
         if self.grid is not None:
             return spaces.Discrete(len(self.grid))
         low, high = (-1.0, 1.0) if self.mode == "normalized" else (self.min_range, self.max_range)
         return spaces.Box(low, high, (1,), np.float32)
 
     def to_range(self, action: Any) -> float:
-        """Map a single action to its range.
+        """Return the range of a single action.
 
         Raises:
-            ActionError: naming ``action``, for a wrong dtype or shape, or if it is outside of the space.
+            ActionError: if the dtype or shape is wrong, or the action is outside the action space.
         """
         return self.core.to_range(action)
 
     def to_ranges(self, actions: Any, count: int, label: Label | None = None) -> FloatArray:
-        """Map ``count`` actions, stacked to shape (count, 1) or, where discrete, (count,), to as many ranges.
+        """Return the ranges of stacked actions, shape (count,).
 
         Args:
-            actions: stacked actions of any real or, where discrete, integer type.
-            count: number of actions.
-            label: names an action in an error; ``None``: ``action[i]``.
+            actions: shape (count, 1) and any real dtype or, for discrete actions, shape (count,) and any
+                integer dtype.
+            count: expected number of actions.
+            label: returns the name of the i-th action for error messages; ``None``: ``action[i]``.
 
         Raises:
-            ActionError: for a wrong dtype or shape, or an action outside of the space.
+            ActionError: if the dtype or shape is wrong, or an action is outside the action space.
         """
         return self.core.to_ranges(actions, count, label)
 
     def from_ranges(self, ranges: FloatArray) -> NDArray[Any]:
-        """Map ranges of shape (k,) to actions: (k, 1) float32, or the nearest grid indices (k,) int64.
+        """Return the actions of some ranges.
+
+        Args:
+            ranges: shape (k,).
+
+        Returns:
+            Actions, float32 of shape (k, 1) or, for discrete actions, the indices of the nearest ranges of
+            the grid, int64 of shape (k,).
 
         Raises:
-            ArgumentError: for a range outside of [``min_range``, ``max_range``].
+            ArgumentError: if a range is outside [``min_range``, ``max_range``].
         """
         outside = ~((ranges >= self.min_range) & (ranges <= self.max_range))
         if outside.any():
@@ -88,7 +103,13 @@ class RangeActions:
 
 @dataclass(frozen=True)
 class ObservationLayout:
-    """Names and bounds of the entries of an observation row (docs/model.md, "Observations")."""
+    """Names and bounds of the entries of an observation row (docs/model.md, "Observations").
+
+    Attributes:
+        names: names of the entries.
+        low: lower bounds, shape (entries,).
+        high: upper bounds, shape (entries,).
+    """
 
     names: tuple[str, ...]
     low: NDArray[np.float32]
@@ -96,7 +117,7 @@ class ObservationLayout:
 
     @classmethod
     def of(cls, entries: list[tuple[str, float, float]]) -> ObservationLayout:
-        """Build a layout from the core's list of (name, low, high)."""
+        """Return the layout of a list of (name, low, high)."""
         names, low, high = zip(*entries, strict=True)
         layout = cls(names, np.array(low, np.float32), np.array(high, np.float32))
         layout.low.flags.writeable = layout.high.flags.writeable = False
@@ -110,7 +131,7 @@ class ObservationLayout:
         """Return the column of an entry.
 
         Raises:
-            ArgumentError: if this layout has no entry of that name.
+            ArgumentError: if no entry has that name.
         """
         if name not in self.names:
             raise ArgumentError("observation", f"an entry {name!r}", f"only {', '.join(self.names)}")
@@ -118,7 +139,7 @@ class ObservationLayout:
 
 
 def predator_layout(dimension: int) -> ObservationLayout:
-    """Return the layout of a learned predator's observation row."""
+    """Return the layout of the observation row of a ``Learned`` predator."""
     return ObservationLayout.of(_core.predator_observation_entries(dimension))
 
 
@@ -127,11 +148,11 @@ class PolicySpec:
     """Shapes and meaning of the observations and actions of a policy.
 
     Attributes:
-        actions: from ranges to actions and back.
-        layout: the entries of an observation row.
-        per_agent: whether there is one row and one action per agent, or one per flock.
-        num_agents: agents per flock; rows come flock after flock.
-        num_steps: steps of an episode.
+        actions: the action space, and the maps between actions and ranges.
+        layout: names and bounds of the entries of an observation row.
+        per_agent: True: one row and one action per agent. False: one per flock.
+        num_agents: number of agents per flock. Rows are ordered by flock, then by agent.
+        num_steps: number of model steps of an episode.
     """
 
     actions: RangeActions
@@ -139,3 +160,14 @@ class PolicySpec:
     per_agent: bool
     num_agents: int
     num_steps: int
+
+
+def line_policy_spec(scenario: LineScenario, options: LineOptions) -> PolicySpec:
+    """Return the policy spec of a line environment with this scenario and these options."""
+    return PolicySpec(
+        actions=RangeActions(options),
+        layout=ObservationLayout.of(_core.line_observation_entries(scenario.num_agents)),
+        per_agent=False,
+        num_agents=scenario.num_agents,
+        num_steps=scenario.max_steps,
+    )

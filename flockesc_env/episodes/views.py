@@ -1,4 +1,4 @@
-"""Read-only access to the state of a flock or a line that an environment steps."""
+"""``FlockView`` and ``LineView``: read-only access to the state of an environment."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from flockesc_env.episodes.batch import FlockBatch
 
 
 class FlockView:
-    """The current state of one flock; every property returns a new, read-only array.
+    """The current state of one flock. Array properties return new, read-only arrays.
 
     Before ``reset`` the properties raise ``ResetNeededError``.
 
     Args:
-        batch: the batch that steps the flock.
-        slot: index of the flock.
+        batch: the batch that contains the flock.
+        slot: index of the flock in the batch.
     """
 
     def __init__(self, batch: FlockBatch, slot: int = 0) -> None:
@@ -47,7 +47,7 @@ class FlockView:
 
     @property
     def distances(self) -> FloatArray:
-        """Distance of every agent to the nearest predator in m, shape (n,); 0 for agents that were caught."""
+        """Distance of every agent to the nearest predator in m, shape (n,); 0 for caught agents."""
         return self._array("distances")
 
     @property
@@ -57,7 +57,7 @@ class FlockView:
 
     @property
     def interaction_range(self) -> FloatArray:
-        """Ranges of the last action in m, shape (n,) with one range per agent, else (1,); 0 before it."""
+        """Last ranges in m, shape (n,) with one range per agent, else (1,); 0 after ``reset``."""
         return self._array("interaction_range")
 
     @property
@@ -79,15 +79,15 @@ class LineView:
     """The current state of a line.
 
     Args:
-        episode: the episode; ``None`` before ``reset``.
+        episode: the current episode; ``None`` before ``reset``.
 
     Raises:
-        ResetNeededError: before ``reset``.
+        ResetNeededError: if called before ``reset``.
     """
 
     def __init__(self, episode: _core.LineEpisode | None) -> None:
         if episode is None:
-            raise ResetNeededError("line read before reset()")
+            raise ResetNeededError("line accessed before reset()")
         self._episode = episode
 
     @property
@@ -102,7 +102,7 @@ class LineView:
 
     @property
     def interaction_range(self) -> float:
-        """Range of the last action; 0 before it."""
+        """Range of the last action; 0 after ``reset``."""
         return self._episode.interaction_range
 
 

@@ -1,4 +1,4 @@
-"""Long work cut into jobs, and a cache of their results."""
+"""Jobs (pure functions with plain arguments) and a cache of their results."""
 
 from flockesc_env.jobs.cache import Cache
 from flockesc_env.jobs.job import Arrays, Job

@@ -1,4 +1,4 @@
-"""Results of jobs in a folder, one file each."""
+"""``Cache``: results of jobs in a folder, one file per job."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from flockesc_env.jobs.job import Arrays, Job
 
 
 class Cache:
-    """A folder of results; the key of a job names its file.
+    """A folder with one npz file per job; the key of the job is the file name.
 
     Args:
-        folder: made when the first result is kept.
+        folder: path of the folder; it is created when the first result is saved.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
     def get(self, job: Job) -> Arrays:
-        """Return the results of a job: from its file, or computed and then kept."""
+        """Return the results of a job; compute and save them if there is no file."""
         path = self.folder / f"{job.key()}.npz"
         if not path.exists():
             results = job.run()

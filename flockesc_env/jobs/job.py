@@ -1,4 +1,4 @@
-"""A job: a call of a pure function with plain arguments, identified by a hash of all that it depends on."""
+"""``Job``: a call of a pure function with plain arguments, identified by a hash."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
 Arrays = dict[str, NDArray[Any]]
-"""Results of a job by name."""
+"""Results of a job: arrays by name."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """A call that can be computed alone, in any process.
+    """A function call whose result does not depend on the process that runs it.
 
     Attributes:
-        function: the function as ``module:name``; it returns arrays by name.
-        arguments: scenarios, ranges of integers, numbers, texts, and tuples of these.
-        size: how long it takes, in any unit that all jobs of a list share.
+        function: the function as ``module:name``; it returns ``Arrays``.
+        arguments: positional arguments: scenarios, ``range`` objects, numbers, strings, and tuples of these.
+        size: estimated duration, in a unit that all jobs of a list share.
     """
 
     function: str
@@ -37,7 +37,7 @@ class Job:
     size: int = 1
 
     def key(self) -> str:
-        """Return a hash of everything that the results depend on, the compiled core included."""
+        """Return a hash of the function's name, the arguments and the compiled core."""
         parts = {
             "function": self.function,
             "arguments": [_plain(argument) for argument in self.arguments],
@@ -46,14 +46,14 @@ class Job:
         return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
     def run(self) -> Arrays:
-        """Call the function."""
+        """Call the function and return its results."""
         module, _, name = self.function.partition(":")
         function: Callable[..., Arrays] = getattr(import_module(module), name)
         return function(*self.arguments)
 
 
 def _plain(argument: Any) -> Any:
-    """Return an argument as JSON has it; values of different types stay different."""
+    """Convert an argument to JSON types; different arguments give different values."""
     if isinstance(argument, FlockScenario | LineScenario):
         return {"model": type(argument).__name__, "scenario": json.loads(argument.to_json())}
     if isinstance(argument, range):
@@ -67,7 +67,7 @@ def _plain(argument: Any) -> Any:
 
 @cache
 def _core_hash() -> str:
-    """Return a hash of the compiled core: another build may compute other bits."""
+    """Return a hash of the compiled core; results of different builds may differ in their last bits."""
     core = find_spec("flockesc_env._core")
     assert core is not None  # noqa: S101, the package does not import without it
     assert core.origin is not None  # noqa: S101, it is a file

@@ -1,1 +1,1 @@
-"""The models as functions: simulate, sweep, neighbor graphs, records of runs."""
+"""Simulation, grid search, neighbor graphs and recorded runs of both models."""

@@ -1,4 +1,4 @@
-"""Neighbor graphs: pairs and components of a flock, matrices of a line (paper, Section II)."""
+"""Neighbor graphs: pairs and connected components of a flock, Laplacian and Perron matrix of a line."""
 
 from __future__ import annotations
 
@@ -19,22 +19,26 @@ def component_labels(
     *,
     velocities: ArrayLike | None = None,
 ) -> NDArray[np.int64]:
-    """Return the connected component of every agent, named by its lowest agent index, shape (n,).
+    """Return the connected component of every agent.
 
-    Components are weak: an edge connects two agents if one of them listens to the other.
+    Components are weakly connected: an edge connects two agents if at least one listens to the other.
 
     Args:
-        scenario: the scenario whose neighbor rule applies, or a preset's name; ``None``: agents within range
-            are neighbors. A frozen graph is that of these positions.
+        scenario: the scenario that defines neighbors, or a preset's name; ``None``: metric neighbors. With
+            ``frozen_graph`` the graph is computed from these positions.
         positions: r_i in m, shape (n, 2) or (n, 3).
-        interaction_range: rho in m, or in the unit of the neighbor rule, a scalar or shape (n,).
-        velocities: v_i in m/s, shape of ``positions``; needed if the scenario has a blind angle.
+        interaction_range: rho, a scalar or one per agent, shape (n,), in m or in the unit of the neighbor
+            rule.
+        velocities: v_i in m/s, same shape as ``positions``; required if the scenario has a blind angle.
+
+    Returns:
+        Labels, shape (n,): the smallest index of an agent in the same component.
 
     Raises:
-        ArgumentError: for a wrong shape, an entry that is not finite, or a negative range.
-        ScenarioError: if no preset of a flock has the name.
+        ArgumentError: if an argument has a wrong shape, is not finite, or a range is negative.
+        ScenarioError: if the name is not a preset of a flock.
     """
-    return _core.component_labels(*_moment(scenario, positions, interaction_range, velocities))
+    return _core.component_labels(*_core_arguments(scenario, positions, interaction_range, velocities))
 
 
 def neighbor_pairs(
@@ -44,38 +48,42 @@ def neighbor_pairs(
     *,
     velocities: ArrayLike | None = None,
 ) -> NDArray[np.int64]:
-    """Return all pairs (i, j) of different agents such that i listens to j, in order, shape (m, 2).
+    """Return all pairs (i, j) of different agents such that agent i listens to agent j.
 
     Args:
-        scenario: as in ``component_labels``, and likewise the other arguments.
-        positions: likewise.
-        interaction_range: likewise.
-        velocities: likewise.
+        scenario: the scenario that defines neighbors, or a preset's name; ``None``: metric neighbors. With
+            ``frozen_graph`` the graph is computed from these positions.
+        positions: r_i in m, shape (n, 2) or (n, 3).
+        interaction_range: rho, a scalar or one per agent, shape (n,), in m or in the unit of the neighbor
+            rule.
+        velocities: v_i in m/s, same shape as ``positions``; required if the scenario has a blind angle.
+
+    Returns:
+        Pairs in lexicographic order, shape (m, 2).
 
     Raises:
-        ArgumentError: as ``component_labels``.
-        ScenarioError: as ``component_labels``.
+        ArgumentError: if an argument has a wrong shape, is not finite, or a range is negative.
+        ScenarioError: if the name is not a preset of a flock.
     """
-    return _core.neighbor_pairs(*_moment(scenario, positions, interaction_range, velocities))
+    return _core.neighbor_pairs(*_core_arguments(scenario, positions, interaction_range, velocities))
 
 
-def _moment(
-    named: FlockScenario | str | None,
+def _core_arguments(
+    scenario: FlockScenario | str | None,
     positions: ArrayLike,
     interaction_range: ArrayLike,
     velocities: ArrayLike | None,
 ) -> tuple[str | None, FloatArray, FloatArray, FloatArray]:
-    scenario = as_scenario(named, FlockScenario) if isinstance(named, str) else named
     if scenario is not None:
         scenario = as_scenario(scenario, FlockScenario)
     points = as_floats(positions, "positions")
     if points.ndim != 2 or points.shape[1] not in {2, 3} or not len(points):
         raise ArgumentError("positions", "shape (n, 2) or (n, 3) with n >= 1", f"shape {points.shape}")
     if scenario is not None and points.shape[1] != scenario.dimension:
-        expected = f"shape (n, {scenario.dimension}), as the scenario's dimension"
+        expected = f"shape (n, {scenario.dimension}), because the dimension is {scenario.dimension}"
         raise ArgumentError("positions", expected, f"shape {points.shape}")
     if velocities is None and scenario is not None and scenario.blind_angle > 0:
-        raise ArgumentError("velocities", f"shape {points.shape}, as there is a blind angle", None)
+        raise ArgumentError("velocities", f"shape {points.shape}, for the scenario's blind angle", None)
     moves = np.zeros_like(points) if velocities is None else as_floats(velocities, "velocities", points.shape)
     ranges = as_floats(interaction_range, "interaction_range")
     if ranges.shape not in {(), (len(points),)}:
@@ -86,7 +94,12 @@ def _moment(
 
 
 def perron_matrix(states: ArrayLike, interaction_range: float) -> FloatArray:
-    """Return P = I - Delta^-1 L of Eq. 2 for a line at ``states``, shape (n, n); rows sum to 1.
+    """Return the Perron matrix P = I - Delta^-1 L of a line (Eq. 2), shape (n, n); its rows sum to 1.
+
+    Args:
+        states: positions x_i of the agents, shape (n,).
+        interaction_range: rho.
+
 
     Raises:
         ArgumentError: if the states are not a vector of finite numbers, or the range is not a number >= 0.
@@ -95,7 +108,12 @@ def perron_matrix(states: ArrayLike, interaction_range: float) -> FloatArray:
 
 
 def laplacian(states: ArrayLike, interaction_range: float) -> FloatArray:
-    """Return L, the Laplacian of the graph with an edge where |x_i - x_j| <= rho, shape (n, n).
+    """Return the Laplacian L of the graph with edges |x_i - x_j| <= rho, shape (n, n).
+
+    Args:
+        states: positions x_i of the agents, shape (n,).
+        interaction_range: rho.
+
 
     Raises:
         ArgumentError: if the states are not a vector of finite numbers, or the range is not a number >= 0.

@@ -1,4 +1,4 @@
-"""Record files: runs as arrays (npz) with the scenario, the seed and the versions."""
+"""Recorded runs: ``save_run``, ``load_run``, ``replay_run``; npz files with scenario, seed and versions."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ from flockesc_env.common.errors import RecordError, shown
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run, simulate, simulate_line
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.predators import Learned
 
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
 _PACKAGES = ("flockesc-env", "numpy")
@@ -27,12 +26,12 @@ _ORIGIN = ("seed", "is_start_given")
 
 @dataclass(frozen=True, eq=False)
 class RecordedRun:
-    """A run as read from a file.
+    """A run that ``load_run`` read from a file.
 
     Attributes:
         trajectory: the run.
-        name: the name given to ``save_run``, for example that of a policy; may be empty.
-        versions: of Python and of the packages that it was recorded with.
+        name: the name passed to ``save_run``; may be empty.
+        versions: versions of Python and packages with which the run was recorded.
     """
 
     trajectory: Trajectory | LineTrajectory
@@ -41,22 +40,20 @@ class RecordedRun:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions that a run depends on."""
+    """Return the installed versions of Python and the packages that a run depends on."""
     return {"python": python_version(), **{name: version(name) for name in _PACKAGES}}
 
 
 def save_run(trajectory: Trajectory | LineTrajectory, path: str | Path, *, name: str = "") -> None:
-    """Write a run to a file, one array per attribute.
-
-    An older file stays whole until the new one is complete.
+    """Write a run to an npz file, one array per attribute; an existing file is replaced atomically.
 
     Args:
         trajectory: the run.
         path: path of the file.
-        name: a name for the run, for example that of its policy.
+        name: name of the run, for example of its policy.
 
     Raises:
-        ArgumentError: naming the argument of a wrong type.
+        ArgumentError: if an argument has the wrong type.
     """
     file_path = as_path(path)
     model = "flock" if isinstance(as_run(trajectory, "trajectory"), Trajectory) else "line"
@@ -73,13 +70,16 @@ def save_run(trajectory: Trajectory | LineTrajectory, path: str | Path, *, name:
 
 
 def load_run(path: str | Path) -> RecordedRun:
-    """Read a run that ``save_run`` wrote; nothing in the file is executed.
+    """Read a run that ``save_run`` wrote. Untrusted files are safe: no code in them is executed.
+
+    Args:
+        path: path of the file.
 
     Raises:
         ArgumentError: if ``path`` is not a path.
-        FileNotFoundError: if there is no such file.
-        RecordError: naming the part that is missing or of a wrong form.
-        ScenarioError: if this version does not know the scenario.
+        FileNotFoundError: if the file does not exist.
+        RecordError: if the file is damaged, or a part is missing or has a wrong form.
+        ScenarioError: if the scenario is invalid in this version of the package.
     """
     path = as_path(path)
     header, columns = read_document(path, "a recorded run (npz)")
@@ -94,7 +94,16 @@ def load_run(path: str | Path) -> RecordedRun:
 
 
 def replay_run(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTrajectory:
-    """Run the model again from the recorded seed and, if the start was given, from the recorded start."""
+    """Run the model again with the recorded scenario, ranges and seed, and return the new run.
+
+    If the initial state was given, the recorded one is used.
+
+    Args:
+        trajectory: the run, for example from ``load_run``.
+
+    Raises:
+        ArgumentError: if ``trajectory`` is not a run.
+    """
     as_run(trajectory, "trajectory")
     seed, is_given = trajectory.seed, trajectory.is_start_given
     if isinstance(trajectory, LineTrajectory):
@@ -112,7 +121,18 @@ def replay_run(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTraj
 
 
 def run_differences(recorded: Trajectory | LineTrajectory, again: Trajectory | LineTrajectory) -> list[str]:
-    """Return one line per column in which two runs of a scenario differ; an empty list if none does."""
+    """Return the differences between two runs of the same scenario.
+
+    Args:
+        recorded: the first run.
+        again: the second run, of the same type.
+
+    Returns:
+        One line per attribute that differs, with its first difference; an empty list if all bits are equal.
+
+    Raises:
+        ArgumentError: if an argument is not a run, or the runs have different types.
+    """
     as_instance(again, "again", type(as_run(recorded, "recorded")))
     found = []
     for name in _columns(type(recorded)):
@@ -132,13 +152,13 @@ def _columns(kind: type[Trajectory | LineTrajectory]) -> list[str]:
 def _trajectory(
     scenario: FlockScenario | LineScenario, origin: dict[str, Any], columns: dict[str, NDArray[Any]]
 ) -> Trajectory | LineTrajectory:
-    """Build a run whose columns have the shapes that its scenario asks for."""
+    """Return the run with these columns after a check of their dtypes and shapes."""
     kind = Trajectory if isinstance(scenario, FlockScenario) else LineTrajectory
     if set(columns) != set(_columns(kind)):
         raise RecordError("columns", ", ".join(_columns(kind)), ", ".join(sorted(columns)))
     seed, is_given = origin["seed"], origin["is_start_given"]
     if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < 2**64:
-        raise RecordError("seed", "an integer of 64 bits", shown(seed))
+        raise RecordError("seed", "an integer from 0 to 2^64 - 1", shown(seed))
     if not isinstance(is_given, bool):
         raise RecordError("is_start_given", "true or false", shown(is_given))
     for name, (dtype, shape) in _layout(scenario, columns).items():
@@ -152,7 +172,7 @@ def _trajectory(
 def _layout(
     scenario: FlockScenario | LineScenario, columns: dict[str, NDArray[Any]]
 ) -> dict[str, tuple[str, tuple[int, ...]]]:
-    """Return dtype and shape of every column."""
+    """Return the dtype and shape of every column."""
     if isinstance(scenario, LineScenario):
         times = len(columns["states"]) if columns["states"].ndim else 0
         return {
@@ -164,12 +184,11 @@ def _layout(
             "steps": ("int64", ()),
         }
     steps, agents, axes = scenario.num_steps, scenario.num_agents, scenario.dimension
-    learned = sum(isinstance(predator, Learned) for predator in scenario.predators)
     is_shared = columns["interaction_ranges"].shape[1:] == (1,)
     per_time = ("times", "mean_distance", "min_distance", "polarization", "fraction_surviving")
     return {
         "interaction_ranges": ("float64", (steps, 1 if is_shared else agents)),
-        "predator_actions": ("float64", (steps, learned, axes)),
+        "predator_actions": ("float64", (steps, scenario.num_learned, axes)),
         "positions": ("float64", (steps + 1, agents, axes)),
         "velocities": ("float64", (steps + 1, agents, axes)),
         "predator_positions": ("float64", (steps + 1, len(scenario.predators), axes)),

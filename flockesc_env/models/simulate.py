@@ -1,4 +1,4 @@
-"""Simulate the flock or the line once and return the whole run."""
+"""``simulate`` and ``simulate_line``: run a model once and return the whole trajectory."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.predators import Learned
 from flockesc_env.scenario.presets import as_model, as_scenario
 
 IntArray = NDArray[np.int64]
@@ -23,27 +22,30 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """A run of the flock: T steps, one entry per time 0..T. Lengths in m, speeds in m/s, times in s.
+    """A run of a flock with T steps, as ``simulate`` returns it.
+
+    Arrays of length T + 1 have one entry per time 0, .., T; lengths in m, speeds in m/s, times in s.
 
     Attributes:
-        scenario: the flock model's parameters, with the drawn values of those that are randomized.
-        seed: the seed of everything random: the initial state as far as it was not given, and the predators.
-        is_start_given: whether r(0) or v(0) was given; otherwise the whole run follows from the seed.
-        times: shape (T + 1,).
+        scenario: the flock model's parameters; randomized fields have their drawn values.
+        seed: seed of the initial state, the predators, noise and randomized fields.
+        is_start_given: whether initial positions or velocities were given. If not, the seed determines the
+            whole run.
+        times: times t, shape (T + 1,).
         interaction_ranges: rho in every step, shape (T, 1) or, with one range per agent, (T, n).
-        predator_actions: of the L learned predators in every step, shape (T, L, D).
-        positions: r_i(t), shape (T + 1, n, D).
-        velocities: v_i(t), shape (T + 1, n, D).
-        predator_positions: r_p(t), shape (T + 1, P, D).
+        predator_actions: actions of the L ``Learned`` predators in every step, shape (T, L, D).
+        positions: positions r_i(t), shape (T + 1, n, D).
+        velocities: velocities v_i(t), shape (T + 1, n, D).
+        predator_positions: positions of the P predators r_p(t), shape (T + 1, P, D).
         mean_distance: mean over agents of the distance to the nearest predator, shape (T + 1,); infinite
             without predators.
-        min_distance: the minimum over agents, shape (T + 1,).
-        num_components: connected components (weak ones where ranges differ) under the ranges of the step
-            that begins at each time, at T of the step that has ended, shape (T + 1,).
-        polarization: norm of the mean heading in [0, 1], shape (T + 1,).
-        fraction_surviving: share of the agents that were not caught, shape (T + 1,).
-        caught_at: the step, 1..T, that caught each agent, or -1, shape (n,). From then on the agent rests
-            where it was caught, with velocity 0, and means, minima and counts leave it out.
+        min_distance: minimum over agents of this distance, shape (T + 1,).
+        num_components: number of connected components (weak if ranges differ), shape (T + 1,). The entry of
+            time t uses the ranges of the step from t to t + 1, the last entry those of the last step.
+        polarization: norm of the mean heading, in [0, 1], shape (T + 1,).
+        fraction_surviving: share of agents that are not caught, shape (T + 1,).
+        caught_at: step 1, .., T in which each agent was caught, or -1, shape (n,). A caught agent stays where
+            it was caught, with velocity 0, and does not count in means, minima and components.
     """
 
     scenario: FlockScenario
@@ -65,18 +67,19 @@ class Trajectory:
 
 @dataclass(frozen=True, eq=False)
 class LineTrajectory:
-    """A run of the line: one entry per time 0..``steps``.
+    """A run of a line, as ``simulate_line`` returns it; arrays have one entry per time 0, .., ``steps``.
 
     Attributes:
         scenario: the line model's parameters.
-        seed: the seed from which x(0) came, unless it was given.
+        seed: seed of x(0); unused if x(0) was given.
         is_start_given: whether x(0) was given.
         interaction_range: rho.
-        states: x(t), shape (steps + 1, n).
-        num_components: m(t), shape (steps + 1,).
+        states: positions x(t) of the agents, shape (steps + 1, n).
+        num_components: number m(t) of connected components, shape (steps + 1,).
         escape_distance: d(t) = min_i |x_i - x_p|, shape (steps + 1,); infinite without a predator.
-        converged: whether the last step moved no agent by more than the scenario's tolerance.
-        steps: number of steps made.
+        converged: whether the line reached its steady state: no agent moved by more than
+            ``scenario.tolerance`` in the last step.
+        steps: number of steps.
     """
 
     scenario: LineScenario
@@ -91,10 +94,10 @@ class LineTrajectory:
 
 
 def as_run(value: Any, field: str) -> Trajectory | LineTrajectory:
-    """Return a run.
+    """Return a run after a check of its type.
 
     Raises:
-        ArgumentError: for anything else.
+        ArgumentError: if ``value`` is not a run.
     """
     if not isinstance(value, Trajectory | LineTrajectory):
         raise ArgumentError(field, "a Trajectory or LineTrajectory", shown(value))
@@ -102,10 +105,10 @@ def as_run(value: Any, field: str) -> Trajectory | LineTrajectory:
 
 
 def as_runs(value: Any) -> list[tuple[str, Trajectory]]:
-    """Return a list of at least one named run of a flock.
+    """Return a list of pairs (name, run of a flock) after a check of the types.
 
     Raises:
-        ArgumentError: for anything else.
+        ArgumentError: if ``value`` is anything else, or empty.
     """
     if not isinstance(value, Sequence) or isinstance(value, str | bytes):
         raise ArgumentError("runs", "a list of runs", shown(value))
@@ -147,7 +150,7 @@ def simulate(
     initial_velocities: ArrayLike | None = None,
     predator_actions: ArrayLike | None = None,
     num_threads: int | None = None,
-) -> Any: ...  # the model is known once the name is looked up
+) -> Any: ...  # the type depends on the preset
 def simulate(
     scenario: FlockScenario | LineScenario | str,
     interaction_range: ArrayLike | None = None,
@@ -161,25 +164,28 @@ def simulate(
 ) -> Trajectory | LineTrajectory:
     """Run a flock for ``scenario.num_steps`` steps, or a line until its steady state.
 
-    A line takes ``interaction_range`` and ``seed`` alone; ``simulate_line`` also takes its initial state.
+    For a line only ``interaction_range`` and ``seed`` can be given. ``simulate_line`` also takes an initial
+    state.
 
     Args:
         scenario: the model's parameters, or a preset's name; its class decides which model runs.
-        interaction_range: rho in m: a scalar, or (n,), one per agent. Either this or ``schedule``.
-        schedule: rho in m for every step, shape (T, 1), the same for all agents, or (T, n), one per agent.
-        seed: seed of the initial state, of the predators and of what the scenario draws, the same flock as
-            ``env.reset(seed=seed)``; ``None``: a seed from the operating system.
-        initial_positions: r(0) in m, shape (n, D), instead of those of the seed.
-        initial_velocities: v(0) in m/s, shape (n, D), instead of those of the seed. With constant speed an
-            agent reaches speed v0 in its first step.
-        predator_actions: of the L learned predators in every step, shape (T, L, D), in [-1, 1]; ``None``: 0,
-            they fly straight on.
-        num_threads: threads over which a large flock is spread; ``None``: one per core. The results do not
-            depend on it.
+        interaction_range: rho in m, a scalar or one per agent, shape (n,). Give this or ``schedule``.
+        schedule: rho in m in every step, shape (T, 1), or in every step for every agent, shape (T, n).
+        seed: seed of the initial state, the predators, noise and randomized fields. ``env.reset(seed=seed)``
+            starts the same flock. ``None``: a random seed from the operating system.
+        initial_positions: r(0) in m, shape (n, D); ``None``: drawn from the seed.
+        initial_velocities: v(0) in m/s, shape (n, D); ``None``: drawn from the seed. With constant speed an
+            agent has speed v0 from its first step on.
+        predator_actions: actions in [-1, 1] of the L ``Learned`` predators in every step, shape (T, L, D);
+            ``None``: 0, the predators fly straight on.
+        num_threads: number of threads for a large flock; ``None``: one per core. Results do not depend on it.
+
+    Returns:
+        ``Trajectory`` or, for a line, ``LineTrajectory``.
 
     Raises:
-        ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
-        ScenarioError: if no preset has the name.
+        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite.
+        ScenarioError: if the name is not a preset.
     """
     model = as_model(scenario)
     if isinstance(model, LineScenario):
@@ -204,24 +210,23 @@ def simulate(
     start = _seed(seed)
     ranges = _ranges(interaction_range, schedule, model)
     threads = as_threads(num_threads)
-    learned = sum(isinstance(predator, Learned) for predator in model.predators)
-    steered = (model.num_steps, learned, model.dimension)
+    actions_shape = (model.num_steps, model.num_learned, model.dimension)
     accelerations = (
-        np.zeros(steered)
+        np.zeros(actions_shape)
         if predator_actions is None
-        else as_floats(predator_actions, "predator_actions", steered)
+        else as_floats(predator_actions, "predator_actions", actions_shape)
     )
     document = model.to_json()
     run = _core.simulate_flock(document, ranges, start, positions, velocities, threads, accelerations)
     with np.errstate(over="ignore"):
         times: FloatArray = np.arange(model.num_steps + 1) * np.float64(model.time_step)
-    in_force = np.broadcast_to(ranges, (model.num_steps, ranges.shape[1])).copy()
+    ranges_per_step = np.broadcast_to(ranges, (model.num_steps, ranges.shape[1])).copy()
     return Trajectory(
         scenario=model.drawn(start),
         seed=start,
         is_start_given=positions is not None or velocities is not None,
         times=times,
-        interaction_ranges=in_force,
+        interaction_ranges=ranges_per_step,
         predator_actions=accelerations,
         **run,
     )
@@ -234,17 +239,17 @@ def simulate_line(
     seed: int | None = None,
     initial_state: ArrayLike | None = None,
 ) -> LineTrajectory:
-    """Run a line under one range until its steady state, or for ``scenario.max_steps`` steps.
+    """Run a line with a fixed range until its steady state, or for ``scenario.max_steps`` steps.
 
     Args:
         scenario: the line model's parameters, or a preset's name.
         interaction_range: rho.
-        seed: seed of x(0) ~ U[0, 1]^n; ``None``: a seed from the operating system.
-        initial_state: x(0), shape (n,), instead of that of the seed.
+        seed: seed of x(0) ~ U[0, 1]^n; ``None``: a random seed from the operating system.
+        initial_state: x(0), shape (n,); ``None``: drawn from the seed.
 
     Raises:
-        ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
-        ScenarioError: if no preset of a line has the name.
+        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite.
+        ScenarioError: if the name is not a preset of a line.
     """
     model = as_scenario(scenario, LineScenario)
     states = None if initial_state is None else as_floats(initial_state, "initial_state", (model.num_agents,))
@@ -263,7 +268,7 @@ def _seed(seed: int | None) -> int:
 def _ranges(
     interaction_range: ArrayLike | None, schedule: ArrayLike | None, scenario: FlockScenario
 ) -> FloatArray:
-    """Return the ranges as the core takes them, of shape (1 or T, 1 or n)."""
+    """Return the ranges as a matrix of shape (1 or T, 1 or n)."""
     if (interaction_range is None) == (schedule is None):
         given = "neither" if schedule is None else "both"
         raise ArgumentError("interaction_range", "either interaction_range or schedule", given)

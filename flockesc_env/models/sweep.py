@@ -1,4 +1,4 @@
-"""Grid search over fixed ranges: every range on the same initial states."""
+"""``sweep``: grid search over fixed interaction ranges, on the same initial states for every range."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True, eq=False)
 class SweepResult:
-    """Outcomes of a grid search: arrays of shape (ranges, seeds).
+    """Results of ``sweep`` for either model; arrays have shape (ranges, seeds) unless stated otherwise.
 
     Attributes:
         scenario: the model's parameters.
-        interaction_ranges: shape (ranges,).
-        seeds: shape (seeds,).
-        num_components: connected components at the end.
+        interaction_ranges: the ranges, shape (ranges,).
+        seeds: the seeds, shape (seeds,).
+        num_components: number of connected components at the end of each run.
     """
 
     scenario: FlockScenario | LineScenario
@@ -51,13 +51,16 @@ class SweepResult:
     num_components: IntArray
 
     objectives: ClassVar[dict[str, str]]
-    """Which attribute holds the values of which objective; the first is the default."""
+    """Attribute that holds the values of each objective; the first objective is the default."""
 
     def values(self, objective: str | None = None) -> FloatArray:
         """Return the objective of every run, shape (ranges, seeds).
 
+        Args:
+            objective: a key of ``objectives``; ``None``: the first one.
+
         Raises:
-            ArgumentError: if this model has no such objective.
+            ArgumentError: if the model does not have this objective.
         """
         if objective is None:
             objective = next(iter(self.objectives))
@@ -66,33 +69,48 @@ class SweepResult:
         return values
 
     def best_range(self, objective: str | None = None) -> float:
-        """Return the range with the largest mean over seeds; the smallest one among equals.
+        """Return the best fixed range: the range with the largest mean over seeds; if tied, the smallest one.
+
+        Args:
+            objective: a key of ``objectives``; ``None``: the first one.
 
         Raises:
-            ArgumentError: if there was no predator, so that no range is better than another.
+            ArgumentError: if the scenario has no predator; all distances are infinite then.
         """
         mean = self.values(objective).mean(axis=1)
         if not np.isfinite(mean).all():
-            raise ArgumentError("scenario", "a predator to escape from", "none")
+            raise ArgumentError("scenario", "a scenario with a predator", "no predators")
         return float(self.interaction_ranges[np.argmax(mean)])
 
     def hindsight_oracle(self, objective: str | None = None) -> FloatArray:
-        """Return what the best range of each seed reaches, shape (seeds,): no fixed range can do better."""
+        """Return the objective under the best range of each seed, shape (seeds,).
+
+        Its mean is an upper bound for every fixed range.
+
+        Args:
+            objective: a key of ``objectives``; ``None``: the first one.
+        """
         best: FloatArray = self.values(objective).max(axis=0)
         return best
 
     def mean_with_interval(
         self, objective: str | None = None, *, confidence: float = 0.95
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return mean over seeds and its percentile bootstrap interval, three arrays of shape (ranges,).
+        """Return the mean over seeds with its percentile bootstrap interval.
 
-        Needs the ``analysis`` extra.
+        Args:
+            objective: a key of ``objectives``; ``None``: the first one.
+            confidence: confidence level, between 0 and 1.
+
+        Returns:
+            Mean, lower end and upper end of the interval, three arrays of shape (ranges,).
 
         Raises:
-            ArgumentError: for a single seed, or a confidence that is not between 0 and 1.
+            ArgumentError: if there is only one seed, or ``confidence`` is not between 0 and 1.
+            MissingExtraError: if the ``analysis`` extra is not installed.
         """
         require("analysis", ["scipy"])
-        from scipy.stats import bootstrap  # heavy and optional: not imported with the package
+        from scipy.stats import bootstrap  # optional and slow to import
 
         values = self.values(objective)
         if len(self.seeds) < 2:
@@ -113,7 +131,11 @@ class SweepResult:
         return values.mean(axis=1), band.low, band.high
 
     def table(self) -> pl.DataFrame:
-        """Return one row per run: range, seed, outcomes. Needs the ``analysis`` extra."""
+        """Return a polars DataFrame with one row per run: range, seed and outcomes.
+
+        Raises:
+            MissingExtraError: if the ``analysis`` extra is not installed.
+        """
         require("analysis", ["polars"])
         import polars as pl
 
@@ -129,9 +151,16 @@ class SweepResult:
         )
 
     def to_parquet(self, path: str | Path) -> None:
-        """Write the table, with the scenario in the file's metadata. Needs the ``analysis`` extra.
+        """Write ``table()`` to a Parquet file, with the scenario in its metadata.
 
-        An older file of that name stays whole until the new one is complete.
+        An existing file is replaced atomically.
+
+        Args:
+            path: path of the file.
+
+        Raises:
+            ArgumentError: if ``path`` is not a path.
+            MissingExtraError: if the ``analysis`` extra is not installed.
         """
         path = as_path(path)
         table = self.table()
@@ -141,12 +170,12 @@ class SweepResult:
 
 @dataclass(frozen=True, eq=False)
 class FlockSweepResult(SweepResult):
-    """Outcomes of a grid search over flocks: arrays of shape (ranges, seeds).
+    """Results of ``sweep`` for flocks; arrays of shape (ranges, seeds).
 
     Attributes:
-        min_mean_distance: J_mean = min over t of the mean distance, in m (Eq. 12).
-        min_min_distance: J_min = min over t of the minimum distance, in m (Eq. 13).
-        fraction_surviving: share of the agents that were not caught by the horizon.
+        min_mean_distance: J_mean, the minimum over time of the mean predator distance, in m (Eq. 12).
+        min_min_distance: J_min, the minimum over time of the minimum predator distance, in m (Eq. 13).
+        fraction_surviving: share of agents that are not caught at the end.
     """
 
     min_mean_distance: FloatArray
@@ -162,11 +191,12 @@ class FlockSweepResult(SweepResult):
 
 @dataclass(frozen=True, eq=False)
 class LineSweepResult(SweepResult):
-    """Outcomes of a grid search over lines: arrays of shape (ranges, seeds).
+    """Results of ``sweep`` for lines; arrays of shape (ranges, seeds).
 
     Attributes:
-        escape_distance: d_ss; where ``converged`` is false, the escape distance after ``max_steps``.
-        converged: whether a steady state was reached.
+        escape_distance: escape distance d_ss in the steady state, or after ``max_steps`` steps if
+            ``converged`` is False.
+        converged: whether the line reached its steady state.
     """
 
     escape_distance: FloatArray
@@ -201,7 +231,7 @@ def sweep(
     *,
     num_threads: int | None = None,
     progress: Progress | None = None,
-) -> Any: ...  # the model is known once the name is looked up
+) -> Any: ...  # the type depends on the preset
 def sweep(
     scenario: FlockScenario | LineScenario | str,
     interaction_ranges: ArrayLike,
@@ -210,19 +240,23 @@ def sweep(
     num_threads: int | None = None,
     progress: Progress | None = None,
 ) -> FlockSweepResult | LineSweepResult:
-    """Run every range on the initial state of every seed.
+    """Run the model with every range on the initial state of every seed.
 
     Args:
         scenario: the model's parameters, or a preset's name; its class decides which model runs.
-        interaction_ranges: shape (ranges,), in m for the flock.
-        seeds: seed k is the initial state of ``simulate(seed=k)`` and ``env.reset(seed=k)``.
-        num_threads: threads to use; ``None``: one per core. The results do not depend on it.
-        progress: called with (finished runs, all runs) about twenty times a second; an exception that it
-            raises stops the sweep.
+        interaction_ranges: the ranges, shape (ranges,), in m for a flock.
+        seeds: seeds of the initial states. ``simulate(seed=k)`` and ``env.reset(seed=k)`` start from the same
+            state.
+        num_threads: number of threads; ``None``: one per core. Results do not depend on it.
+        progress: called with (finished runs, all runs) about twenty times per second. An exception that it
+            raises stops the sweep. ``None``: no calls.
+
+    Returns:
+        ``FlockSweepResult`` or, for a line, ``LineSweepResult``.
 
     Raises:
-        ArgumentError: naming the argument of a wrong type or shape, negative or not finite.
-        ScenarioError: if no preset has the name.
+        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite.
+        ScenarioError: if the name is not a preset.
     """
     model = as_model(scenario)
     ranges = as_floats(interaction_ranges, "interaction_ranges", least=0.0)

@@ -1,4 +1,4 @@
-"""Policies that set interaction ranges or steer predators, by name and in files, and rollouts of them."""
+"""Range policies and predator policies, built-in and from files, and rollouts of them."""
 
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Policy, RowMemory, bind

@@ -1,4 +1,4 @@
-"""The protocol of range policies, the memory of those that remember, and ``bind`` to an environment."""
+"""``Policy`` (protocol of range policies), ``RowMemory`` (base of policies with a memory) and ``bind``."""
 
 from __future__ import annotations
 
@@ -17,42 +17,42 @@ Observations = NDArray[np.float32]
 
 
 class Policy(Protocol):
-    """Anything that turns observation rows into actions.
+    """Protocol of range policies: objects that turn observation rows into actions.
 
-    A policy needs only ``act``. A policy that remembers something between actions also has ``reset(rows)``,
-    as ``RowMemory`` does: rollouts, ``bind`` and ``FlockPursuitEnv`` call it before the first action of every
-    episode. A policy that decides for single agents says so by ``per_agent = True``.
+    Only ``act`` is required. A policy that keeps a memory between actions also has a method ``reset(rows)``,
+    see ``RowMemory``; rollouts, ``bind`` and ``FlockPursuitEnv`` call it before the first action of every
+    episode. A policy that chooses one range per agent has an attribute ``per_agent = True``.
     """
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Choose an action per row.
+        """Return one action per observation row.
 
         Args:
-            observations: shape (k, entries); one row per flock or, flock after flock, one per agent.
-            spec: what rows and actions mean in the environment at hand.
+            observations: shape (k, entries); one row per flock, or one per agent, ordered by flock.
+            spec: shapes and meaning of observations and actions.
 
         Returns:
-            Actions of the environment's own space, stacked: shape (k, 1) or, where discrete, (k,).
+            Actions in the environment's action space, shape (k, 1) or, for discrete actions, (k,).
         """
         ...
 
 
 class RowMemory:
-    """Base of policies that remember something about every row.
+    """Base class of policies with a memory per observation row.
 
-    One object plays one environment at a time.
+    An object can be used in one environment at a time.
     """
 
     _begins: NDArray[np.bool] | None = None
 
     def reset(self, rows: NDArray[np.bool]) -> None:
-        """Forget some rows, whose episodes begin with the next action.
+        """Clear the memory of the rows in which an episode begins with the next action.
 
         Args:
-            rows: shape (k,), one entry per row of the next observations: True where an episode begins.
+            rows: whether an episode begins in each row of the next observations, shape (k,).
 
         Raises:
-            ArgumentError: if the number of rows changes and the episodes of some of them go on.
+            ArgumentError: if the number of rows changes while some episodes are running.
         """
         before = self._begins
         if rows.all() or before is None:
@@ -63,10 +63,10 @@ class RowMemory:
             raise ArgumentError("rows", f"{len(before)} rows as before", len(rows))
 
     def _take_begins(self, count: int) -> NDArray[np.bool]:
-        """Return in which of ``count`` rows an episode begins; without any ``reset`` in all of them.
+        """Return whether an episode begins in each of ``count`` rows; if ``reset`` was never called, in all.
 
         Raises:
-            ArgumentError: if there were another number of rows before.
+            ArgumentError: if the number of rows has changed.
         """
         begins = np.ones(count, bool) if self._begins is None else self._begins
         if len(begins) != count:
@@ -76,24 +76,28 @@ class RowMemory:
 
 
 def is_per_agent(policy: Any) -> bool:
-    """Return whether a policy decides for single agents."""
+    """Return whether a policy chooses one range per agent."""
     return bool(getattr(policy, "per_agent", False))
 
 
 def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
-    """Return ``act(obs)`` for one environment: its observations in, actions that its ``step`` takes out.
+    """Return a function ``act(obs)`` that returns the policy's action for ``env.step``.
 
-    Works with the Gymnasium environments (one observation), their vector environments and those of SB3
-    (stacked observations) and the PettingZoo parallel environment (a dict per agent). ``env`` may be wrapped.
-    The policy's memory of a row is reset where the time of an observation is 0.
+    Observations can be those of the Gymnasium environments, the vector environments (Gymnasium and SB3,
+    stacked) and the PettingZoo parallel environment (a dict per agent). The policy's memory of a row is reset
+    when the ``time`` of its observation is 0.
+
+    Args:
+        policy: the policy.
+        env: an environment of this package, which may be wrapped.
 
     Raises:
-        ArgumentError: if one of them is something else.
+        ArgumentError: if ``policy`` is not a policy, or ``env`` is not an environment of this package.
     """
     as_policy(policy)
     inner = getattr(env, "unwrapped", env)
     try:
-        # A Gymnasium vector environment knows its environments' attributes only through ``get_attr``.
+        # Gymnasium's vector environments give access to their environments' attributes through ``get_attr``.
         spec: PolicySpec = (
             inner.policy_spec if hasattr(inner, "policy_spec") else inner.get_attr("policy_spec")[0]
         )

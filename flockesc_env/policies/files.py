@@ -1,4 +1,4 @@
-"""Policy files: the parameters of a network or a rule, with the options that it was made for."""
+"""Policy files (npz): ``save_policy``, ``load_policy`` and ``find_policy``."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ SUFFIX = ".npz"
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
 
 Stored = NetworkPolicy | StubbornWitnesses
-"""Policies that are arrays of parameters, which files can hold."""
+"""Policies that can be saved: their parameters are an array."""
 
 
 def save_policy(policy: NamedPolicy, path: str | Path) -> None:
-    """Write a policy and what it was made for to a file; an older file stays whole until this is complete.
+    """Write a policy with its scenario and options to an npz file; an existing file is replaced atomically.
 
     Args:
-        policy: a ``NetworkPolicy`` or ``StubbornWitnesses``, with the scenario that it was trained in.
+        policy: a ``NetworkPolicy`` or ``StubbornWitnesses`` with the scenario in which it was trained.
         path: path of the file.
 
     Raises:
-        ArgumentError: if an argument has a wrong type.
-        RecordError: if the policy is of another class, or its scenario or an option is unknown.
+        ArgumentError: if an argument has the wrong type.
+        RecordError: if the policy is of another class, has no scenario, or an option is not plain data.
     """
     file_path = as_path(path)
     as_instance(policy, "policy", NamedPolicy)
@@ -56,17 +56,20 @@ def save_policy(policy: NamedPolicy, path: str | Path) -> None:
     try:
         write_document(file_path, header, {"parameters": inner.parameters})
     except TypeError as error:
-        raise RecordError("policy.options", "plain numbers and texts", error) from None
+        raise RecordError("policy.options", "plain numbers and strings", error) from None
 
 
 def load_policy(path: str | Path) -> NamedPolicy:
-    """Read a policy that ``save_policy`` wrote; nothing in the file is executed.
+    """Read a policy that ``save_policy`` wrote. Untrusted files are safe: no code in them is executed.
+
+    Args:
+        path: path of the file.
 
     Raises:
         ArgumentError: if ``path`` is not a path.
-        FileNotFoundError: if there is no such file.
-        RecordError: if the file is not a complete policy.
-        ScenarioError: if this version does not know the scenario or an option.
+        FileNotFoundError: if the file does not exist.
+        RecordError: if the file is damaged, is not a policy, or contains an unknown option.
+        ScenarioError: if the scenario is invalid in this version of the package.
     """
     header, arrays = read_document(as_path(path), "a policy")
     try:
@@ -78,35 +81,36 @@ def load_policy(path: str | Path) -> NamedPolicy:
 
 
 def find_policy(spec: str, argument: str = "policies") -> NamedPolicy:
-    """Return a built-in policy by its name, or the policy in a file.
+    """Return a built-in policy, or the policy in a file.
 
     Args:
-        spec: one of ``flockesc_env.policies.registry.NAMES``, or a path of a ``save_policy`` file.
-        argument: name of the argument in an error.
+        spec: the name of a built-in policy (``flockesc_env.policies.NAMES``), or the path of a file that
+            ``save_policy`` wrote.
+        argument: name of the argument, for the error message.
 
     Raises:
-        ArgumentError: if there is neither such a policy nor such a file.
-        RecordError: as ``load_policy``.
+        ArgumentError: if ``spec`` is neither a built-in policy nor a file.
+        RecordError: if the file is damaged or is not a policy.
     """
     if Path(spec).suffix != SUFFIX:
         return built_in(spec, argument)
     if not Path(spec).is_file():
-        raise ArgumentError(argument, f"one of {', '.join(NAMES)} or a policy's file", repr(spec))
+        raise ArgumentError(argument, f"one of {', '.join(NAMES)} or an existing policy file", repr(spec))
     return load_policy(spec)
 
 
 def _named_policy(header: dict[str, Any], parameters: Any) -> NamedPolicy:
     name, per_agent, options = header["name"], header["per_agent"], header["options"]
     if not isinstance(name, str) or not isinstance(per_agent, bool):
-        raise RecordError("header", "a text as name, true or false as per_agent", f"{name!r}, {per_agent!r}")
+        raise RecordError("header", "a string name, a bool per_agent", f"{name!r}, {per_agent!r}")
     scenario = _MODELS[header["model"]].from_json(json.dumps(header["scenario"]))
-    (EnvOptions if isinstance(scenario, FlockScenario) else LineOptions)(**options)  # refuses unknown options
+    (EnvOptions if isinstance(scenario, FlockScenario) else LineOptions)(**options)  # checks the options
     policy = _policy(header["architecture"], parameters)
     return NamedPolicy(name, policy, per_agent=per_agent, options=options, scenario=scenario)
 
 
 def _policy(fields: dict[str, Any] | None, parameters: Any) -> Stored:
-    """Return the network of an architecture or, without one, the rule."""
+    """Return a network or, if there is no architecture, a rule."""
     if fields is None:
         return StubbornWitnesses(*parameters)
     lists = {"inputs": tuple(fields["inputs"]), "hidden": tuple(fields["hidden"])}

@@ -1,4 +1,4 @@
-"""Small neural networks as policies, in NumPy alone."""
+"""``NetworkPolicy``: small neural networks as policies, in NumPy."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ Squash = Literal["clip", "tanh"]
 
 @dataclass(frozen=True)
 class Architecture:
-    """What a network sees and how it is built: tanh layers, then a linear one brought into [-1, 1].
+    """Inputs and layers of a ``NetworkPolicy``: tanh layers, then a linear layer squashed to [-1, 1].
 
     Attributes:
-        inputs: names of the entries of an observation row that it sees (docs/model.md, "Observations").
+        inputs: names of the observation entries that are inputs (docs/model.md, "Observations").
         hidden: width of every hidden layer.
-        memory: numbers in [-1, 1] that the network writes after every action and reads before the next;
-            zeros where an episode begins.
-        mirror: whether agents see the world reflected such that the predator is on their left (``mirrored``).
-        squash: how the action is brought into [-1, 1]: clipped, or by tanh.
+        memory: number of recurrent values. The network outputs them with every action and receives them as
+            inputs for the next; they are 0 at the start of an episode.
+        mirror: whether observations are reflected such that the predator is on the left; see ``mirrored``.
+        squash: function that maps the action to [-1, 1]: ``"clip"`` or ``"tanh"``.
 
     Raises:
-        ArgumentError: naming the attribute that is out of bounds.
+        ArgumentError: if an attribute has the wrong type or is out of bounds.
     """
 
     inputs: tuple[str, ...]
@@ -55,26 +55,29 @@ class Architecture:
 
     @property
     def shapes(self) -> list[tuple[int, int]]:
-        """Rows and columns of the weights of every layer."""
+        """Shape of the weight matrix of every layer, (inputs, outputs)."""
         return list(pairwise([len(self.inputs) + self.memory, *self.hidden, 1 + self.memory]))
 
     @property
     def size(self) -> int:
-        """Number of parameters: per layer the weights, row by row, then the biases."""
+        """Number of parameters: for every layer the weights in row-major order, then the biases."""
         return sum((rows + 1) * columns for rows, columns in self.shapes)
 
 
 class NetworkPolicy(RowMemory):
-    """A network that sets ranges; needs ``action_mode="normalized"``.
+    """A neural network that sets ranges; requires ``action_mode="normalized"``.
 
     Args:
-        architecture: what the network sees and how it is built.
-        parameters: shape (architecture.size,).
+        architecture: inputs and layers of the network.
+        parameters: weights and biases, shape (architecture.size,).
+
+    Raises:
+        ArgumentError: if an argument has the wrong type or shape, or a parameter is not a finite float32.
     """
 
     def __init__(self, architecture: Architecture, parameters: ArrayLike) -> None:
         as_instance(architecture, "architecture", Architecture)
-        with np.errstate(over="ignore"):  # too large for a float32: infinite, and refused below
+        with np.errstate(over="ignore"):  # overflow gives infinity, which is rejected below
             narrow = as_floats(parameters, "parameters", (architecture.size,)).astype(np.float32)
         self.architecture = architecture
         self.parameters: Parameters = as_floats(narrow, "parameters").astype(np.float32)
@@ -82,11 +85,11 @@ class NetworkPolicy(RowMemory):
         self._memory: Parameters = np.zeros((0, architecture.memory), np.float32)
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Choose an action per row.
+        """Return one action per observation row; see ``Policy.act``.
 
         Raises:
-            ArgumentError: if the actions are not normalized ones, an input is not observed or, with a memory,
-                rows appear or vanish within an episode.
+            ArgumentError: if the action mode is not ``"normalized"``, an input is not in the observation, or
+                the number of rows changes during an episode and the network has a memory.
         """
         if spec.actions.mode != "normalized":
             raise ArgumentError("action_mode", "'normalized'", repr(spec.actions.mode))
@@ -112,9 +115,14 @@ class NetworkPolicy(RowMemory):
 
 
 def mirrored(observations: Observations, layout: ObservationLayout) -> Observations:
-    """Return rows of agents reflected such that the predator or, unseen, what is heard is on the left.
+    """Return observations of agents, reflected such that the predator is on the left.
 
-    The model does not tell left from right, so neither needs a policy.
+    If no predator is observed, the neighbors' mean velocity points to the left instead. The model is
+    invariant under reflection, so the reflected observation contains all that a policy needs.
+
+    Args:
+        observations: observation rows of agents, shape (k, entries).
+        layout: names of the entries.
     """
     reflected = observations.copy()
     _reflect(reflected, layout.names, _sides(observations, layout))
@@ -122,21 +130,21 @@ def mirrored(observations: Observations, layout: ObservationLayout) -> Observati
 
 
 def _sides(observations: Observations, layout: ObservationLayout) -> Parameters:
-    """Return -1 for rows that are to be reflected, else 1."""
+    """Return -1 for rows to reflect and 1 for others, shape (k,)."""
     predator = observations[:, layout.index("predator_direction_left")]
     heard = observations[:, layout.index("heard_velocity_left")]
     return np.where(np.where(predator != 0, predator, heard) < 0, np.float32(-1), np.float32(1))
 
 
 def _reflect(values: Parameters, names: Sequence[str], sides: Parameters) -> None:
-    """Turn the signs of what points to the left, in place."""
+    """Multiply the entries that point to the left by ``sides``, in place."""
     for column, name in enumerate(names):
         if name.endswith("_left"):
             values[:, column] *= sides
 
 
 def _layers(architecture: Architecture, parameters: Parameters) -> Iterator[tuple[Parameters, Parameters]]:
-    """Yield weights (rows, columns) and biases (columns,) of every layer."""
+    """Yield the weights, shape (inputs, outputs), and biases, shape (outputs,), of every layer."""
     at = 0
     for rows, columns in architecture.shapes:
         weights = parameters[at : at + rows * columns].reshape(rows, columns)

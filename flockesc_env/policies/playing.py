@@ -1,4 +1,4 @@
-"""Episodes of flocks and recorded runs under a policy object."""
+"""Rollouts of a policy object on flocks: outcomes of many episodes, or one recorded run."""
 
 from __future__ import annotations
 
@@ -21,15 +21,16 @@ from flockesc_env.scenario.flock import FlockScenario
 
 @dataclass(frozen=True, eq=False)
 class Episodes:
-    """Outcomes of one policy on flocks, one entry per seed.
+    """Results of ``rollout`` on flocks, one entry per seed.
 
     Attributes:
-        seeds: shape (seeds,).
+        seeds: the seeds, shape (seeds,).
         min_mean_distance: J_mean in m (Eq. 12), shape (seeds,).
         min_min_distance: J_min in m (Eq. 13), shape (seeds,).
-        fraction_surviving: share of the agents that were not caught by the end, shape (seeds,).
-        num_components: connected components at the end, shape (seeds,).
-        mean_return: sum of the rewards, averaged over agents, shape (seeds,). Caught agents get no reward.
+        fraction_surviving: share of agents that are not caught at the end, shape (seeds,).
+        num_components: number of connected components at the end, shape (seeds,).
+        mean_return: undiscounted return, averaged over agents, shape (seeds,). The reward of a caught agent
+            is 0.
     """
 
     seeds: NDArray[np.uint64]
@@ -87,9 +88,9 @@ def record_flock(
     per_agent: bool,
     predator_policy: PredatorPolicy | None = None,
 ) -> Trajectory:
-    """Run a policy on one flock and return all of it; see ``record``."""
-    hunter = None if predator_policy is None else _Noting(as_policy(predator_policy, "predator_policy"))
-    batch = FlockBatch(scenario, options, per_agent=per_agent, predator_policy=hunter)
+    """Run a policy on one flock and return the trajectory; see ``record``."""
+    recorder = None if predator_policy is None else _Recorder(as_policy(predator_policy, "predator_policy"))
+    batch = FlockBatch(scenario, options, per_agent=per_agent, predator_policy=recorder)
     ranges = np.array([ranges for ranges, _ in episode_steps(batch, policy, [seed])])
 
     def per_step(actions: FloatArray) -> FloatArray:
@@ -97,13 +98,13 @@ def record_flock(
         rest = scenario.num_steps - len(held)  # after the last agent was caught
         return np.concatenate([held, np.repeat(held[-1:], rest, axis=0)])
 
-    predator_actions = None if hunter is None else per_step(np.array(hunter.actions))
+    predator_actions = None if recorder is None else per_step(np.array(recorder.actions))
     schedule = per_step(ranges)
     return simulate(batch.scenario, schedule=schedule, seed=seed, predator_actions=predator_actions)
 
 
-class _Noting:
-    """A predator policy that records the actions of another one."""
+class _Recorder:
+    """Wraps a predator policy and records its actions."""
 
     def __init__(self, policy: PredatorPolicy) -> None:
         self.policy = policy
@@ -121,10 +122,15 @@ class _Noting:
 def episode_steps(
     batch: FlockBatch, policy: Policy, seeds: Sequence[int]
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Step the flocks of ``seeds``, one per slot, under a policy until the horizon or the last capture.
+    """Run a policy in every slot of a batch until all episodes have ended.
+
+    Args:
+        batch: the batch.
+        policy: sets the ranges.
+        seeds: one seed per slot.
 
     Yields:
-        After every action: ranges in m and rewards, both of shape (num_flocks * rows,).
+        Ranges in m and rewards after every action, both of shape (num_flocks * rows,).
     """
     observations, _ = batch.reset(range(batch.num_flocks), seeds)
     reset_policy(policy, np.ones(len(observations), bool))

@@ -1,4 +1,4 @@
-"""Policies of learned predators: fly straight on, or accelerate toward the flock."""
+"""Built-in predator policies: ``FlyStraight`` and ``Pursue``."""
 
 from __future__ import annotations
 
@@ -12,24 +12,25 @@ from flockesc_env.episodes.predators import Observations, PredatorPolicySpec
 
 
 class FlyStraight:
-    """Flies straight on."""
+    """A predator policy that flies straight on."""
 
     def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
-        """Choose no acceleration for every row."""
+        """Return an acceleration of 0 for every row; see ``PredatorPolicy.act``."""
         return np.zeros((len(observations), spec.dimension), np.float32)
 
 
 class Pursue:
-    """Accelerates toward its target with all its strength.
+    """A predator policy that accelerates toward its target as strongly as possible.
 
     Args:
-        target: ``"nearest"``: the agent nearest to it; ``"centroid"``: the mean position of all agents.
+        target: ``"nearest"``: the agent nearest to the predator; ``"centroid"``: the mean position of all
+            agents.
     """
 
     def __init__(self, target: Literal["nearest", "centroid"] = "nearest") -> None:
         self.target = as_choice(target, "target", ("nearest", "centroid"))
 
     def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
-        """Choose the direction toward the target for every row."""
+        """Return the direction toward the target for every row; see ``PredatorPolicy.act``."""
         first = spec.layout.index(f"{self.target}_direction_ahead")
         return observations[:, first : first + spec.dimension]

@@ -1,4 +1,4 @@
-"""Policies that ignore what agents see: fixed ranges, random ranges, schedules."""
+"""Policies that do not depend on the flock: ``FixedRange``, ``RandomRange`` and ``ScheduledRange``."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from flockesc_env.policies.base import Observations
 
 
 class FixedRange:
-    """Always the same range, as in the paper's grid search.
+    """A policy with a fixed range, as in the paper's grid search.
 
     Args:
         interaction_range: rho in m.
 
     Raises:
-        ArgumentError: if it is not a finite number >= 0.
+        ArgumentError: if ``interaction_range`` is not a finite number >= 0.
     """
 
     def __init__(self, interaction_range: float) -> None:
         self.interaction_range = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Choose the range for every row."""
+        """Return the action of the fixed range for every row; see ``Policy.act``."""
         return spec.actions.from_ranges(np.full(len(observations), self.interaction_range))
 
 
 class RandomRange:
-    """Ranges drawn uniformly from all that an action can set, again for every row and action.
+    """A policy that draws a range for every row and action, uniform in [``min_range``, ``max_range``].
 
     Args:
-        seed: seed of the draws; ``None``: one from the operating system.
+        seed: seed of the random numbers; ``None``: a random seed from the operating system.
 
     Raises:
         ArgumentError: if ``seed`` is neither None nor an integer in [0, 2^64).
@@ -45,17 +45,20 @@ class RandomRange:
         self._rng = np.random.default_rng(None if seed is None else as_seed(seed))
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Draw a range for every row."""
+        """Return a random action for every row; see ``Policy.act``."""
         actions = spec.actions
         return actions.from_ranges(self._rng.uniform(actions.min_range, actions.max_range, len(observations)))
 
 
 class ScheduledRange:
-    """Ranges that depend on the time alone.
+    """An open-loop policy: ranges are a given function of time.
 
     Args:
-        schedule: rho in m for every step of the episode: (T,), one for all, or (T, n), one per agent. Where
-            an action holds for several steps, the entry of its first step counts.
+        schedule: rho in m in every step of the episode, shape (T,), or for every agent, shape (T, n). If an
+            action lasts several steps, the entry of the first step is used.
+
+    Raises:
+        ArgumentError: if ``schedule`` has another shape, or an entry is not a finite number >= 0.
     """
 
     def __init__(self, schedule: ArrayLike) -> None:
@@ -65,14 +68,14 @@ class ScheduledRange:
 
     @property
     def per_agent(self) -> bool:
-        """Whether the schedule holds a range per agent."""
+        """Whether the schedule has one range per agent."""
         return self.schedule.ndim == 2
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Look up the range of every row.
+        """Return the action of the scheduled range for every row; see ``Policy.act``.
 
         Raises:
-            ArgumentError: if the schedule fits neither the episode's steps nor the rows.
+            ArgumentError: if the schedule does not match the number of steps or of agents.
         """
         if len(self.schedule) != spec.num_steps:
             raise ArgumentError("schedule", f"{spec.num_steps} steps", len(self.schedule))
@@ -82,7 +85,5 @@ class ScheduledRange:
             return spec.actions.from_ranges(self.schedule[steps])
         agents = self.schedule.shape[1]
         if not spec.per_agent or agents != spec.num_agents or len(observations) % agents:
-            raise ArgumentError(
-                "schedule", "a row of every agent at once for shape (T, n)", len(observations)
-            )
+            raise ArgumentError("schedule", f"rows of all {agents} agents of each flock", len(observations))
         return spec.actions.from_ranges(self.schedule[steps, np.arange(len(steps)) % agents])

@@ -1,4 +1,4 @@
-"""Policies with a name: what they were made for, and the built-in ones."""
+"""``NamedPolicy`` (a policy with its options) and the built-in policies."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, cast
 
 from flockesc_env.common.checks import as_flag, as_instance, as_policy, as_seed, as_text
-from flockesc_env.common.errors import ArgumentError, shown
+from flockesc_env.common.errors import ArgumentError, shown_name
 from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, env_options
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.base import Policy
@@ -19,23 +19,29 @@ from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_model, as_scenario
 
 NAMES = ("fixed:RHO", "random", "stubborn-leaders", "stubborn-leaders-local", "stubborn-witnesses")
-"""Names that ``built_in`` knows: one range RHO in m for all agents; random ranges; the rule of thumb with the
-predator visible at any distance, or only within its range; and the rule made for the latter."""
+"""Names of the built-in policies.
+
+- ``fixed:RHO``: the fixed range RHO in m, for example ``fixed:10``.
+- ``random``: a random range for every agent and action.
+- ``stubborn-leaders``: ``StubbornLeaders``, with the predator visible at any distance.
+- ``stubborn-leaders-local``: ``StubbornLeaders``, with the predator visible within its range only.
+- ``stubborn-witnesses``: ``StubbornWitnesses``, with the predator visible within its range only.
+"""
 
 
 @dataclass(frozen=True)
 class NamedPolicy:
-    """A policy with its name, and the view and options that it was made for.
+    """A policy with its name and the environment options that it requires.
 
     Attributes:
-        name: how tables and figures call it.
+        name: name in tables and figures.
         policy: the policy.
-        per_agent: whether it sets one range per agent.
-        options: environment options (``EnvOptions`` or, for a line, ``LineOptions``).
-        scenario: the scenario that it was trained in; ``None``: no particular one.
+        per_agent: True: the policy sets one range per agent. False: one per flock.
+        options: environment options, by the names of ``EnvOptions`` or, for a line, ``LineOptions``.
+        scenario: the scenario in which the policy was trained; ``None``: none in particular.
 
     Raises:
-        ArgumentError: naming the attribute of a wrong type.
+        ArgumentError: if an attribute has the wrong type.
     """
 
     name: str
@@ -53,17 +59,17 @@ class NamedPolicy:
             as_model(self.scenario)
 
     def record(self, seed: int, scenario: FlockScenario | str | None = None) -> Trajectory:
-        """Run the policy on one flock and return all of it; see ``flockesc_env.record``.
+        """Run the policy on one flock and return the trajectory; see ``flockesc_env.record``.
 
         Args:
             seed: seed of the flock.
             scenario: the flock model's parameters, or a preset's name; default: the paper's.
 
         Raises:
-            ArgumentError: if it was trained on a line.
+            ArgumentError: if the policy was trained on a line.
         """
         if isinstance(self.scenario, LineScenario):
-            raise ArgumentError("policy", "one for a flock", f"one for a line, {self.name}")
+            raise ArgumentError("policy", "a policy for a flock", f"{self.name!r}, a policy for a line")
         flock = as_scenario(scenario, FlockScenario)
         options = env_options(flock, cast("EnvOptionsDict", self.options))
         return record_flock(self.policy, as_seed(seed), flock, options, per_agent=self.per_agent)
@@ -73,11 +79,11 @@ def built_in(name: str, argument: str = "policies") -> NamedPolicy:
     """Return a built-in policy by its name.
 
     Args:
-        name: one of ``NAMES``, with a number for RHO.
-        argument: name of the argument in an error.
+        name: one of ``NAMES``, for example ``"random"`` or ``"fixed:10"``.
+        argument: name of the argument, for the error message.
 
     Raises:
-        ArgumentError: if there is no such policy.
+        ArgumentError: if the name is unknown.
     """
     name = as_text(name, as_text(argument, "argument"))
     if name.startswith("fixed:"):
@@ -92,11 +98,11 @@ def built_in(name: str, argument: str = "policies") -> NamedPolicy:
         return NamedPolicy(name, StubbornLeaders(), per_agent=True)
     if name == "stubborn-witnesses":
         return NamedPolicy(name, StubbornWitnesses(), per_agent=True, options={"steps_per_action": 1})
-    raise ArgumentError(argument, f"one of {', '.join(NAMES)}", shown(name))
+    raise ArgumentError(argument, f"one of {', '.join(NAMES)}", shown_name(name, NAMES))
 
 
 def _range(text: str) -> float | None:
-    """Return a range in m, or ``None`` if the text is not a finite number >= 0."""
+    """Return the number in a string, or ``None`` if it is not a finite number >= 0."""
     try:
         rho = float(text)
     except ValueError:

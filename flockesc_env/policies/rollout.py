@@ -1,4 +1,4 @@
-"""Run a policy, given as an object, a name or a file: episodes of many seeds, or one recorded run."""
+"""``rollout`` and ``record``: run a policy on many seeds, or record one run."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_model, as_scenario
 
 AnyPolicy = Policy | NamedPolicy | str
-"""A policy, one with its options, the name of a built-in one, or a file of ``save_policy``."""
+"""A policy, a named policy, the name of a built-in policy, or the path of a policy file."""
 
 _BATCH_SIZE, _LINE_BATCH_SIZE = 64, 256
 
@@ -51,7 +51,7 @@ def rollout(
 @overload
 def rollout(
     scenario: str | None, policy: AnyPolicy, seeds: Iterable[int], **arguments: Any
-) -> Any: ...  # the model is known once the name is looked up
+) -> Any: ...  # the type depends on the preset
 def rollout(
     scenario: FlockScenario | LineScenario | str | None,
     policy: AnyPolicy,
@@ -68,25 +68,27 @@ def rollout(
 
     Args:
         scenario: the model's parameters, or a preset's name; its class decides which model runs. ``None``:
-            the scenario that a policy from a file was trained in, otherwise the paper's flock.
-        policy: sets the ranges. The options of a named policy or a policy file are used unless given here.
-        seeds: seed k is the flock of ``env.reset(seed=k)``.
-        per_agent: whether the policy sets one range per agent, or one per flock; ``None``: what the policy
-            says, for example True for ``StubbornLeaders``.
-        batch_size: flocks stepped together, default 64, or lines, default 256. Only a policy that draws at
-            random depends on it.
-        num_threads: threads over which flocks are spread; ``None``: one per core. Lines take one.
-        predator_policy: controls the learned predators, for example ``Pursue()`` or a trained ``SB3Policy``;
-            in a scenario without any, all predators become ``Learned``. ``None``: they fly straight on.
-        progress: called with (finished episodes, all episodes).
+            the scenario in which a policy from a file was trained, otherwise the paper's flock.
+        policy: sets the ranges: a policy, a ``NamedPolicy``, the name of a built-in policy, or the path of a
+            policy file. The options of a named policy or a policy file are used unless given here.
+        seeds: seeds of the flocks; ``env.reset(seed=k)`` starts the same flock.
+        per_agent: True: the policy sets one range per agent. False: one per flock. ``None``: as the policy's
+            attribute ``per_agent`` says.
+        batch_size: number of episodes stepped together; ``None``: 64 flocks or 256 lines. Results depend on
+            it only if the policy is random.
+        num_threads: number of threads for flocks; ``None``: one per core. Lines use one thread.
+        predator_policy: controls the ``Learned`` predators, for example ``Pursue()`` or a trained
+            ``SB3Policy``. ``None``: they fly straight on.
+        progress: called with (finished episodes, all episodes) after every batch. ``None``: no calls.
         **options: see ``EnvOptions`` or, for a line, ``LineOptions``.
 
     Returns:
         ``Episodes`` or, for a line, ``LineEpisodes``.
 
     Raises:
-        ArgumentError: naming the argument of a wrong type or value.
-        ScenarioError: for an option out of bounds, or a line without predator.
+        ArgumentError: if an argument has the wrong type or value.
+        OptionError: if an option is unknown, missing or out of bounds.
+        ScenarioError: if the scenario has no predator, or the name is not a preset.
     """
     entry = _named(policy, per_agent)
     model = _scenario(scenario, entry)
@@ -122,19 +124,21 @@ def record(
     predator_policy: PredatorPolicy | None = None,
     **options: Unpack[EnvOptionsDict],
 ) -> Trajectory:
-    """Run a policy on one flock and return all of it, as ``simulate`` does under the ranges it chose.
+    """Run a policy on one flock and return the trajectory.
 
     Args:
-        scenario: as in ``rollout``, but no line.
-        policy: as in ``rollout``.
-        seed: seed of the flock.
-        per_agent: as in ``rollout``.
-        predator_policy: as in ``rollout``.
+        scenario: the flock model's parameters, or a preset's name; ``None``: the scenario in which a policy
+            from a file was trained, otherwise the paper's flock.
+        policy: sets the ranges; see ``rollout``.
+        seed: seed of the flock; ``env.reset(seed=seed)`` starts the same flock.
+        per_agent: True: the policy sets one range per agent. False: one per flock. ``None``: as the policy's
+            attribute ``per_agent`` says.
+        predator_policy: controls the ``Learned`` predators. ``None``: they fly straight on.
         **options: see ``EnvOptions``.
 
     Raises:
-        ArgumentError: naming the argument of a wrong type or value.
-        OptionError: for an option that is unknown, missing or out of bounds.
+        ArgumentError: if an argument has the wrong type or value.
+        OptionError: if an option is unknown, missing or out of bounds.
     """
     entry = _named(policy, per_agent)
     chosen: Any = entry.scenario if scenario is None else scenario
@@ -151,7 +155,7 @@ def record(
 
 
 def _named(policy: AnyPolicy, per_agent: bool | None) -> NamedPolicy:
-    """Return the policy with the view that it acts on."""
+    """Return the policy as a ``NamedPolicy``, with ``per_agent`` set."""
     found = find_policy(policy, "policy") if isinstance(policy, str) else policy
     if not isinstance(found, NamedPolicy):
         as_policy(found)

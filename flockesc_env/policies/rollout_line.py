@@ -1,4 +1,4 @@
-"""Episodes of lines under a policy object."""
+"""Rollouts of a policy object on lines."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.options import LineOptions
-from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec, RangeActions
+from flockesc_env.episodes.spaces import PolicySpec, line_policy_spec
 from flockesc_env.models.simulate import IntArray
 from flockesc_env.policies.base import Policy
 from flockesc_env.scenario.line import LineScenario
@@ -20,14 +20,14 @@ from flockesc_env.scenario.line import LineScenario
 
 @dataclass(frozen=True, eq=False)
 class LineEpisodes:
-    """Outcomes of one policy on lines, one entry per seed.
+    """Results of ``rollout`` on lines, one entry per seed.
 
     Attributes:
-        seeds: shape (seeds,).
-        escape_distance: d at the end of the episode, shape (seeds,): d_ss if the line reached a steady state.
-        num_components: connected components at the end, shape (seeds,).
-        steps: steps of the model, shape (seeds,).
-        converged: whether the line reached a steady state, shape (seeds,).
+        seeds: the seeds, shape (seeds,).
+        escape_distance: escape distance at the end of the episode, shape (seeds,); d_ss if ``converged``.
+        num_components: number of connected components at the end, shape (seeds,).
+        steps: number of model steps, shape (seeds,).
+        converged: whether the line reached its steady state, shape (seeds,).
     """
 
     seeds: NDArray[np.uint64]
@@ -59,17 +59,6 @@ def play_lines(
         num_components=np.array([episode.num_components for episode in ended], np.int64),
         steps=np.array([episode.steps for episode in ended], np.int64),
         converged=np.array([episode.is_steady for episode in ended]),
-    )
-
-
-def line_policy_spec(scenario: LineScenario, options: LineOptions) -> PolicySpec:
-    """Return what a policy needs to know about a line."""
-    return PolicySpec(
-        actions=RangeActions(options),
-        layout=ObservationLayout.of(_core.line_observation_entries(scenario.num_agents)),
-        per_agent=False,
-        num_agents=scenario.num_agents,
-        num_steps=scenario.max_steps,
     )
 
 

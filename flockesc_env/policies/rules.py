@@ -1,4 +1,4 @@
-"""Rules that decide agent by agent from what the agent sees."""
+"""Hand-written rules that set one range per agent: ``StubbornLeaders`` and ``StubbornWitnesses``."""
 
 from __future__ import annotations
 
@@ -14,15 +14,18 @@ from flockesc_env.policies.base import Observations, RowMemory
 
 
 class StubbornLeaders:
-    """The rule of thumb: agents that already head away from the predator stop listening; others listen.
+    """A rule of thumb: agents that fly away from the predator stop listening; all others listen.
 
-    rho_i = 0 if the cosine of the angle between the agent's heading and the direction away from the predator
-    exceeds ``min_cosine``, else ``interaction_range``. An agent that senses no predator listens. Needs one
-    observation per agent.
+    rho_i = 0 if the cosine of the angle between the heading of agent i and the direction away from the
+    predator exceeds ``min_cosine``, otherwise rho_i = ``interaction_range``. An agent that observes no
+    predator listens. The rule requires one observation per agent.
 
     Args:
         min_cosine: cosine above which an agent stops listening.
-        interaction_range: rho in m of those who listen.
+        interaction_range: rho in m of agents that listen.
+
+    Raises:
+        ArgumentError: if an argument is not a finite number, or ``interaction_range`` is negative.
     """
 
     per_agent: ClassVar[bool] = True
@@ -32,31 +35,35 @@ class StubbornLeaders:
         self.interaction_range = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Choose who listens.
+        """Return the action of every agent; see ``Policy.act``.
 
         Raises:
-            ArgumentError: if rows are flocks instead of agents.
+            ArgumentError: if ``spec.per_agent`` is False.
         """
         _check_rows_are_agents(spec)
-        # Directions are in the agent's own frame, whose first axis is its heading.
+        # Directions are in the agent's frame, whose first axis is its heading.
         cosine_away = -observations[:, spec.layout.index("predator_direction_ahead")]
         ranges: FloatArray = np.where(cosine_away > self.min_cosine, 0.0, self.interaction_range)
         return spec.actions.from_ranges(ranges)
 
 
 class StubbornWitnesses(RowMemory):
-    """The rule for a predator seen only nearby: wait, hear of it, and stop listening once it was seen.
+    """A rule for a predator that is visible only nearby: agents that have seen it stop listening.
 
-    Until ``patience`` has passed, and for the rest of the episode once agent i has sensed the predator,
-    rho_i = 0. Otherwise rho_i = ``first_range`` at its first action after the wait, and ``interaction_range``
-    from then on. Needs one observation per agent, and all agents at every action: it remembers who has seen
-    the predator in this episode. Made for one step per action.
+    rho_i = 0 until the share ``patience`` of the episode has passed, and also from the moment at which agent
+    i observes the predator until the end of the episode. Otherwise rho_i = ``first_range`` in the first
+    action after the wait and ``interaction_range`` in all later ones. The rule requires one observation per
+    agent and all agents in every call, because it remembers which agents have seen the predator. Its default
+    parameters are for ``steps_per_action=1``.
 
     Args:
-        patience: share of the episode during which no agent listens: before the predator comes, agents would
-            only agree on some direction.
-        first_range: rho in m of the first action after that, by which news travels far at once.
-        interaction_range: rho in m of those who go on listening.
+        patience: share of the episode during which no agent listens. Before the predator arrives, listening
+            only aligns the flock in an arbitrary direction.
+        first_range: rho in m of the first action after the wait. A long range spreads the news fast.
+        interaction_range: rho in m of later actions.
+
+    Raises:
+        ArgumentError: if an argument is not a finite number >= 0.
     """
 
     per_agent: ClassVar[bool] = True
@@ -70,10 +77,10 @@ class StubbornWitnesses(RowMemory):
         self._has_seen = self._has_heard = np.zeros(0, bool)
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Choose who listens.
+        """Return the action of every agent; see ``Policy.act``.
 
         Raises:
-            ArgumentError: if rows are flocks instead of agents, or appear or vanish within an episode.
+            ArgumentError: if ``spec.per_agent`` is False, or the number of rows changes during an episode.
         """
         _check_rows_are_agents(spec)
         begins = self._take_begins(len(observations))
@@ -92,4 +99,5 @@ class StubbornWitnesses(RowMemory):
 
 def _check_rows_are_agents(spec: PolicySpec) -> None:
     if not spec.per_agent:
-        raise ArgumentError("per_agent", "True: this policy needs an observation per agent", spec.per_agent)
+        expected = "True, because the policy needs one observation per agent"
+        raise ArgumentError("per_agent", expected, spec.per_agent)

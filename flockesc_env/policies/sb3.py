@@ -1,4 +1,4 @@
-"""Policies trained with stable-baselines3."""
+"""``SB3Policy``: models trained with stable-baselines3 as policies."""
 
 from __future__ import annotations
 
@@ -14,37 +14,40 @@ from flockesc_env.policies.base import Observations, RowMemory
 
 
 class SB3Policy(RowMemory):
-    """A model trained with stable-baselines3 or sb3-contrib, or anything with their ``predict``.
+    """A range policy or predator policy from a model of stable-baselines3 or sb3-contrib.
 
-    The state of a recurrent model is kept from action to action, row by row, and starts afresh with every
-    episode. The environment must have the options that the model was trained with; spaces that differ are
-    refused, other options cannot be compared.
+    The state of a recurrent model is kept per row and reset at the start of every episode. Use the
+    environment options with which the model was trained: different spaces are rejected, but other options
+    cannot be checked.
 
     Args:
-        model: has ``predict(observation, state, episode_start, deterministic)``, which returns actions and
-            the next state. Its ``observation_space`` and ``action_space``, if it has them, are compared with
-            the environment's.
-        deterministic: whether to take the mode of the action distribution instead of a sample.
+        model: a model, or any object with a method ``predict(observation, state, episode_start,
+            deterministic)`` that returns actions and the next state. Its attributes ``observation_space`` and
+            ``action_space``, if present, must equal those of the environment.
+        deterministic: True: the mode of the action distribution. False: a sample.
+
+    Raises:
+        ArgumentError: if ``model`` has no method ``predict``.
     """
 
     def __init__(self, model: Any, *, deterministic: bool = True) -> None:
         if isinstance(model, type) or not callable(getattr(model, "predict", None)):
-            raise ArgumentError("model", "a model, which has a method predict", shown(model))
+            raise ArgumentError("model", "a model (an object with a method predict)", shown(model))
         self.model = model
         self.deterministic = as_flag(deterministic, "deterministic")
         self._state: Any = None
-        self._fitting: Any = None
+        self._checked_spec: Any = None
 
     def act(self, observations: Observations, spec: PolicySpec | PredatorPolicySpec) -> NDArray[Any]:
-        """Ask the model for an action per row.
+        """Return the model's action for every row; see ``Policy.act``.
 
         Raises:
-            ArgumentError: if the model's spaces are not the environment's, or rows appear or vanish within an
-                episode.
+            ArgumentError: if the model's spaces differ from the environment's, or the number of rows changes
+                during an episode.
         """
-        if spec is not self._fitting:
+        if spec is not self._checked_spec:
             self._check_spaces(spec)
-            self._fitting = spec
+            self._checked_spec = spec
         begins = self._take_begins(len(observations))
         if begins.all():
             self._state = None

@@ -1,25 +1,18 @@
-"""Imports of the ``video`` extra."""
+"""Check of the ``video`` extra, and settings of pygame that must precede its import."""
 
 from __future__ import annotations
 
 import os
-from importlib import import_module
 
-from gymnasium.error import DependencyNotInstalled
+from flockesc_env.common.extras import require
 
 
-def require(*modules: str) -> None:
-    """Import modules of the ``video`` extra.
+def require_video(*modules: str) -> None:
+    """Check that modules of the ``video`` extra are installed, and set up the environment of pygame.
 
     Raises:
-        DependencyNotInstalled: if one of them is missing.
+        MissingExtraError: if a module is not installed.
     """
-    os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # pygame greets on standard output
+    os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # pygame prints a greeting on stdout
     os.environ.setdefault("SDL_NO_SIGNAL_HANDLERS", "1")  # SDL would catch SIGTERM, also in forked workers
-    for module in modules:
-        try:
-            import_module(module)
-        except ImportError as error:
-            raise DependencyNotInstalled(
-                f'{module} is not installed, run `pip install "flockesc-env[video]"`'
-            ) from error
+    require("video", modules)

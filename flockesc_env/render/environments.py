@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.render.dependencies import require
+from flockesc_env.render.dependencies import require_video
 from flockesc_env.render.options import as_render_mode, as_render_options
 from flockesc_env.scenario.line import LineScenario
 
@@ -28,7 +28,7 @@ def flock_viewer(batch: FlockBatch, render_mode: Any, render_options: Any, fps: 
     options.selected(batch.scenario.num_agents)
     if mode is None:
         return None
-    require("pygame")
+    require_video("pygame")
     from flockesc_env.render.viewer import FlockViewer
 
     return FlockViewer(batch, mode, options, fps)
@@ -44,7 +44,7 @@ def line_viewer(scenario: LineScenario, render_mode: Any, render_options: Any, f
     mode, options = as_render_mode(render_mode), as_render_options(render_options)
     if mode is None:
         return None
-    require("pygame")
+    require_video("pygame")
     from flockesc_env.render.viewer import LineViewer
 
     return LineViewer(scenario, mode, options, fps)

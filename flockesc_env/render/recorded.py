@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_count, as_text
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run
-from flockesc_env.render.dependencies import require
+from flockesc_env.render.dependencies import require_video
 from flockesc_env.render.options import RenderOptions, as_render_options
 
 
@@ -35,7 +35,7 @@ def draw(
     options, title = as_render_options(options), as_text(title, "title")
     last = run.steps if isinstance(run, LineTrajectory) else run.scenario.num_steps
     step = as_count(step, "step", least=0, most=last)
-    require("pygame")
+    require_video("pygame")
     if isinstance(run, LineTrajectory):
         from flockesc_env.render.line import draw_line, recorded_line
 

@@ -15,7 +15,7 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.models.sweep import Progress
 from flockesc_env.render.colors import FRAME
-from flockesc_env.render.dependencies import require
+from flockesc_env.render.dependencies import require_video
 from flockesc_env.render.frame import FlockFrame, recorded_frames, shared_view
 from flockesc_env.render.names import policy_title
 from flockesc_env.render.options import ColorBy, RenderOptions, as_render_options
@@ -77,7 +77,7 @@ def write_video(
     options = _with_scale(RenderOptions(color=_telling(runs)) if chosen is None else chosen, runs)
     for _, run in runs:
         options.selected(run.scenario.num_agents)
-    require("pygame", "imageio_ffmpeg")
+    require_video("pygame", "imageio_ffmpeg")
     import imageio_ffmpeg  # type: ignore[import-untyped]
 
     from flockesc_env.render.flock import draw_flock

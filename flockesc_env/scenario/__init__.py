@@ -1,1 +1,1 @@
-"""Scenarios: dataclasses of the models' parameters, presets, documents (JSON, TOML)."""
+"""Scenarios: the parameters of the models, presets, and their JSON and TOML form."""

@@ -1,4 +1,4 @@
-"""Where a predator starts, given what it aims at."""
+"""``approach``: start position and velocity of a predator from its aim."""
 
 from __future__ import annotations
 
@@ -21,25 +21,30 @@ def approach(
     initial_side: float = 100.0,
     dimension: int | None = None,
 ) -> tuple[Vector, Vector]:
-    """Return the position in m and the velocity in m/s of a predator that flies at the initial region.
+    """Return the start position in m and velocity in m/s of a predator that flies toward the flock.
 
-    The defaults are the paper's predator: ``ConstantVelocity(*approach())``. In space it flies along the
-    cube's diagonal: ``ConstantVelocity(*approach(dimension=3))``.
+    The defaults give the paper's predator, which flies along the diagonal of the initial region:
+    ``ConstantVelocity(*approach())``, or ``ConstantVelocity(*approach(dimension=3))`` in space.
 
     Args:
-        aim: ``"center"`` of the initial region; its ``"edge"``, which the straight path touches on the left;
-            by how many m the path passes the center on the left (negative: on the right); or a point through
-            which the path leads, D numbers. In space "left" is horizontal.
-        distance: distance in m from the start to the point of the path nearest to the center, or to the
-            point given as ``aim``; ``None``: 80 sqrt(D).
+        aim: the point or line that the straight path passes. ``"center"``: the center of the initial region.
+            ``"edge"``: the path touches the initial region on the left of its center. A number: the distance
+            in m at which the path passes the center on the left (negative: on the right). A vector of D
+            numbers: a point on the path, in m. In space "left" is horizontal.
+        distance: distance in m from the start to ``aim``, if that is a point, otherwise to the point of the
+            path nearest to the center; ``None``: 80 sqrt(D).
         speed: speed in m/s; ``None``: 10 sqrt(D).
-        direction: direction of flight, a vector of any length except 0; ``None``: 1 on every axis.
+        direction: direction of flight, a nonzero vector of D numbers; ``None``: the diagonal, (1, .., 1).
         initial_side: side of the initial region in m, as in the scenario.
-        dimension: D, 2 or 3; ``None``: the length of ``aim`` if that is a point, otherwise 2.
+        dimension: dimension D of space, 2 or 3; ``None``: the length of ``aim`` if that is a vector,
+            otherwise 2.
+
+    Returns:
+        Position and velocity, tuples of D numbers.
 
     Raises:
-        ArgumentError: naming the argument of a wrong type or shape, not finite or negative, or a
-            direction of length 0.
+        ArgumentError: if an argument has the wrong type or shape, is not finite or is negative, or if the
+            direction has length 0.
     """
     target = None if isinstance(aim, str) else as_floats(aim, "aim")
     if dimension is None:
@@ -52,7 +57,7 @@ def approach(
         heading = as_floats(direction, "direction", (dimension,)).tolist()
     norm, flat = math.hypot(*heading), math.hypot(*heading[:2])
     if norm == 0:
-        raise ArgumentError("direction", "a vector of a length other than 0", direction)
+        raise ArgumentError("direction", "a nonzero vector", direction)
     distance = 80 * math.sqrt(dimension) if distance is None else _length(distance, "distance")
     speed = 10 * math.sqrt(dimension) if speed is None else _length(speed, "speed")
     half = _length(initial_side, "initial_side") / 2
@@ -68,7 +73,7 @@ def approach(
     left = [-heading[1], heading[0], 0.0][:dimension]
     if flat == 0 and (offset != 0 or aim == "edge"):
         raise ArgumentError(
-            "direction", "a direction that is not vertical, for an aim to its left", direction
+            "direction", "a direction that is not vertical, because the aim is to its left", direction
         )
     position = tuple(
         middle - distance * ahead / norm + offset * aside / (flat or 1.0)

@@ -1,8 +1,8 @@
-"""Scenarios as documents: to and from JSON and TOML, conversion of fields to plain values, checks.
+"""JSON and TOML form of scenarios, and conversion of fields to their declared types.
 
-In a document a part, for example a predator, is an object with its kind as the only key:
-``{"pure_pursuit": {"max_turn_rate": 2.0}}``. A scenario's constructor accepts this form as well. msgspec
-converts fields to their declared types; the core checks their bounds.
+In a document, a part of a scenario (for example a predator) is an object with its kind as the only key:
+``{"pure_pursuit": {"max_turn_rate": 2.0}}``. The constructors of scenarios also accept this form. msgspec
+converts fields to their declared types; the compiled core checks their bounds.
 """
 
 from __future__ import annotations
@@ -40,97 +40,101 @@ _FAMILIES: dict[Any, str] = {
 KINDS: Final[dict[str, tuple[str, ...]]] = {
     name: tuple(part.kind for part in get_args(family)) for family, name in _FAMILIES.items()
 }
-"""The kinds of every family of parts."""
+"""Names of the kinds in every family of parts, for example of predators."""
 
 _INTEGER_LIMIT = 2**63
 
-_WORDS = {
+_TYPE_NAMES = {
     "array": "a list",
     "bool": "true or false",
     "float": "a number",
     "int": "an integer",
     "null": "None",
 }
-"""msgspec's names of types in the words of errors."""
+"""Names of types in error messages; the keys are msgspec's names."""
 
 
 class Document:
-    """What both scenarios share: JSON and TOML in and out, ``replace``, plain fields."""
+    """Base class of scenarios: JSON and TOML, ``replace``, conversion of fields to their types."""
 
     def __post_init__(self) -> None:
-        """Bring every field to its declared type: lists become tuples, NumPy numbers plain ones."""
+        """Convert every field to its declared type: lists to tuples, NumPy numbers to Python numbers."""
         cls: Any = type(self)
         hints = _hints(cls)
         for field in dataclasses.fields(cls):
-            value = _read(getattr(self, field.name), hints[field.name], field.name)
+            value = _convert(getattr(self, field.name), hints[field.name], field.name)
             object.__setattr__(self, field.name, value)
 
     def to_json(self) -> str:
-        """Return the scenario as one JSON document; numbers keep every bit."""
-        return json.dumps(self, default=_written)
+        """Return the scenario as a JSON document, with floats at full precision."""
+        return json.dumps(self, default=_to_document)
 
     @classmethod
     def from_json(cls, document: str) -> Self:
-        """Build a scenario from a JSON document; missing fields take their defaults.
+        """Return the scenario of a JSON document; missing fields get their defaults.
 
         Raises:
-            ScenarioError: naming a field that is unknown, of a wrong type or out of bounds.
+            ScenarioError: if a field is unknown, has the wrong type or is out of bounds.
         """
-        return cls(**_loaded(cls, document, "JSON", lambda text: json.loads(text, object_pairs_hook=_once)))
+        fields = _parse(
+            cls, document, "JSON", lambda text: json.loads(text, object_pairs_hook=_unique_fields)
+        )
+        return cls(**fields)
 
     def to_toml(self) -> str:
-        """Return the scenario as TOML; numbers keep every bit, and ``None`` is the text "None"."""
-        return tomli_w.dumps(_replaced(json.loads(self.to_json()), None, "None"))
+        """Return the scenario as TOML, with floats at full precision; ``None`` becomes the string "None"."""
+        return tomli_w.dumps(_replace_values(json.loads(self.to_json()), None, "None"))
 
     @classmethod
     def from_toml(cls, document: str) -> Self:
-        """Build a scenario from TOML; missing fields take their defaults.
+        """Return the scenario of a TOML document; missing fields get their defaults.
 
         Raises:
-            ScenarioError: naming a field that is unknown, of a wrong type or out of bounds.
+            ScenarioError: if a field is unknown, has the wrong type or is out of bounds.
         """
-        return cls(
-            **_loaded(cls, document, "TOML", lambda text: _replaced(tomllib.loads(text), "None", None))
+        fields = _parse(
+            cls, document, "TOML", lambda text: _replace_values(tomllib.loads(text), "None", None)
         )
+        return cls(**fields)
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some fields changed.
 
         Raises:
-            ScenarioError: if a changed field is out of bounds.
-            TypeError: for a field that does not exist.
+            ScenarioError: if a changed field has the wrong type or is out of bounds.
+            TypeError: if a field does not exist.
         """
         return dataclasses.replace(self, **changes)  # type: ignore[type-var]
 
 
-def _loaded(cls: Any, document: str, form: str, parse: Callable[[str], Any]) -> Mapping[str, Any]:
-    """Return the fields in a text; also too long numbers and too deep nesting are a ScenarioError."""
+def _parse(cls: Any, document: str, form: str, parse: Callable[[str], Any]) -> Mapping[str, Any]:
+    """Return the fields of a document; every parser error becomes a ScenarioError."""
     text = as_text(document, "document", ScenarioError)
     try:
         fields = parse(text)
     except (ValueError, RecursionError) as error:
         raise ScenarioError("document", f"valid {form}", error) from None
-    return _named(cls, fields, "")
+    return _check_names(cls, fields, "")
 
 
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return a JSON object; refuse fields that are given twice."""
+def _unique_fields(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return a JSON object after a check that no field is given twice."""
     if len(fields := dict(pairs)) < len(pairs):
         raise json.JSONDecodeError("a field is given twice", ", ".join(name for name, _ in pairs), 0)
     return fields
 
 
-def _replaced(value: Any, old: Any, new: Any) -> Any:
-    """Return a document with every value that equals ``old`` replaced by ``new``."""
+def _replace_values(value: Any, old: Any, new: Any) -> Any:
+    """Return a document with all values equal to ``old`` replaced by ``new``."""
     if isinstance(value, dict):
-        return {name: _replaced(entry, old, new) for name, entry in value.items()}
+        return {name: _replace_values(entry, old, new) for name, entry in value.items()}
     if isinstance(value, list):
-        return [_replaced(entry, old, new) for entry in value]
+        return [_replace_values(entry, old, new) for entry in value]
     return new if value == old else value
 
 
-def _written(value: Any) -> dict[str, Any]:
-    """Return the document of a scenario or, as ``{kind: fields}``, of a part."""
+def _to_document(value: Any) -> dict[str, Any]:
+    """Return the document of a scenario, ``{field: value}``, or of a part, ``{kind: {field: value}}``."""
     fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
     return fields if isinstance(value, Document) else {value.kind: fields}
 
@@ -138,8 +142,8 @@ def _written(value: Any) -> dict[str, Any]:
 _hints: Callable[[Any], dict[str, Any]] = cache(get_type_hints)
 
 
-def _named(cls: Any, fields: Any, prefix: str) -> Mapping[str, Any]:
-    """Return the fields of a scenario or part after a check of their names."""
+def _check_names(cls: Any, fields: Any, prefix: str) -> Mapping[str, Any]:
+    """Return the fields of a scenario or part after a check that all are known and none is missing."""
     if not isinstance(fields, Mapping):
         raise ScenarioError(prefix.rstrip(".") or "document", "an object with its fields", shown(fields))
     known = {field.name: field for field in dataclasses.fields(cls)}
@@ -152,33 +156,33 @@ def _named(cls: Any, fields: Any, prefix: str) -> Mapping[str, Any]:
     return fields
 
 
-def _read(value: Any, hint: Any, path: str) -> Any:
-    """Return a value as a field of type ``hint`` stores it: a part, a tuple of parts, or plain data."""
+def _convert(value: Any, hint: Any, path: str) -> Any:
+    """Convert a value to the type ``hint`` of a field: a part, a tuple of parts, or plain data."""
     family = next(iter(get_args(hint)), None)
     if family in _FAMILIES:
         if not isinstance(value, list | tuple):
             raise ScenarioError(path, f"a tuple of {_FAMILIES[family]}", type(value).__name__)
-        return tuple(_read(entry, family, f"{path}[{index}]") for index, entry in enumerate(value))
+        return tuple(_convert(entry, family, f"{path}[{index}]") for index, entry in enumerate(value))
     if hint not in _FAMILIES:
-        return _read_plain(value, hint, path)
+        return _convert_plain(value, hint, path)
     kinds = {part.kind: part for part in get_args(hint)}
     if isinstance(value, get_args(hint)):
-        value = _written(value)
+        value = _to_document(value)
     kind = next(iter(value)) if isinstance(value, Mapping) and len(value) == 1 else value
     if not isinstance(kind, str) or kind is value or kind not in kinds:
         raise ScenarioError(path, f"one of {', '.join(kinds)}", shown_name(kind, kinds))
     cls, prefix = kinds[kind], f"{path}.{kind}."
-    fields = _named(cls, value[kind], prefix)
-    return cls(**{name: _read(entry, _hints(cls)[name], prefix + name) for name, entry in fields.items()})
+    fields = _check_names(cls, value[kind], prefix)
+    return cls(**{name: _convert(entry, _hints(cls)[name], prefix + name) for name, entry in fields.items()})
 
 
-def _read_plain(value: Any, hint: Any, path: str) -> Any:
-    """Return numbers, texts and vectors of them as ``hint`` declares them."""
+def _convert_plain(value: Any, hint: Any, path: str) -> Any:
+    """Convert a number, a string or a list of numbers to the type ``hint``."""
     try:
         plain = _plain(value, path)
         return msgspec.convert(plain, hint)
     except RecursionError:
-        raise ScenarioError(path, "a value of the schema", "lists in too many lists") from None
+        raise ScenarioError(path, "a value of the schema", "lists that are nested too deeply") from None
     except msgspec.ValidationError as error:
         problem, _, where = str(error).removesuffix("`").partition(" - at `$")
         for index in re.findall(r"\d+", where):
@@ -186,12 +190,12 @@ def _read_plain(value: Any, hint: Any, path: str) -> Any:
         if get_origin(hint) is Literal:
             words = get_args(hint)
             raise ScenarioError(path, f"one of {', '.join(words)}", shown_name(plain, words)) from None
-        types = (_WORDS.get(name, "a text") for name in problem.split("`")[1].split(" | "))
+        types = (_TYPE_NAMES.get(name, "a string") for name in problem.split("`")[1].split(" | "))
         raise ScenarioError(path + where, " or ".join(types), shown(plain)) from None
 
 
 def _plain(value: Any, path: str) -> Any:
-    """Return NumPy numbers as Python's, arrays and tuples as lists; refuse what a document cannot hold."""
+    """Convert NumPy numbers to Python numbers, and arrays and tuples to lists; reject other types."""
     if isinstance(value, memoryview):
         value = np.asarray(value)
     if isinstance(value, np.generic | np.ndarray) and value.dtype.kind in "biufU":
@@ -202,9 +206,9 @@ def _plain(value: Any, path: str) -> Any:
         case float() if not math.isfinite(value):
             raise ScenarioError(path, "a finite number", value)
         case int() if abs(value) >= _INTEGER_LIMIT:
-            raise ScenarioError(path, "an integer of at most 63 bits", value)
+            raise ScenarioError(path, "an integer between -2^63 and 2^63", value)
         case str() if not value.isascii():
-            raise ScenarioError(path, "a text of ASCII letters", shown(value))
+            raise ScenarioError(path, "a string of ASCII characters", shown(value))
         case None | int() | float() | str():  # a bool is an int
             return value
-    raise ScenarioError(path, "a number, a text or a part of a scenario", shown(value))
+    raise ScenarioError(path, "a number, a string or a part of a scenario", shown(value))

@@ -1,4 +1,4 @@
-"""The flock scenario: the parameters of the flock model and their defaults."""
+"""``FlockScenario``: parameters of the flock model and their defaults."""
 
 from __future__ import annotations
 
@@ -19,51 +19,51 @@ from flockesc_env.scenario.randomization import Distribution
 
 @dataclass(frozen=True)
 class FlockScenario(Document):
-    """The flock model (docs/model.md, "Flock"); the defaults are the paper's setting.
+    """Parameters of the flock model (docs/model.md, "Flock"); the defaults are the paper's.
 
     Attributes:
         num_agents: number of agents n.
         dimension: dimension D of space, 2 or 3.
-        num_steps: steps of an episode; its horizon is ``num_steps * time_step`` seconds.
-        time_step: length dt of a step in s.
+        num_steps: number of model steps of an episode, which lasts ``num_steps * time_step`` seconds.
+        time_step: duration dt of a model step in s.
         mass: mass m in kg, one number for all agents or one per agent.
         speed: speed v0 in m/s, one number for all agents or one per agent.
-        initial_side: side in m of the initial region [0, side]^D, around whose center agents start; also the
-            length scale of observations.
-        initial_positions: where agents start: ``Square()``, ``Disc(radius)``, ``Ring(radius, width)``,
-            ``Segment(start, end)``, ``Gaussian(standard_deviation)``, ``Clusters(num_clusters,
-            standard_deviation)`` or ``GivenPositions(points)``.
-        initial_headings: where they head: ``RandomHeadings()``, ``AlignedHeadings(direction, max_angle)`` or
-            ``GivenHeadings(directions)``.
-        initial_plane: whether a flock in space starts in the plane z = 0, positions and headings.
-        predator_range: distance rho_p in m up to which agents flee from a predator.
+        initial_side: side in m of the initial region [0, side]^D. Agents start around its center.
+            Observations are scaled by it.
+        initial_positions: distribution of the initial positions: ``Square()``, ``Disc(radius)``,
+            ``Ring(radius, width)``, ``Segment(start, end)``, ``Gaussian(standard_deviation)``,
+            ``Clusters(num_clusters, standard_deviation)`` or ``GivenPositions(points)``.
+        initial_headings: distribution of the initial headings: ``RandomHeadings()``,
+            ``AlignedHeadings(direction, max_angle)`` or ``GivenHeadings(directions)``.
+        initial_plane: whether initial positions and headings lie in the plane z = 0, if D = 3.
+        predator_range: distance rho_p in m within which agents flee from a predator.
         repulsion_strength: strength s of the escape force, one number for all agents or one per agent; 0:
             agents do not flee.
         alignment_strength: weight a of the consensus with neighbors, one number for all agents or one per
             agent; 0: agents ignore their neighbors.
-        motion: how forces set velocities: ``Inertial()``, ``Vicsek()`` or
+        motion: law that turns forces into velocities: ``Inertial()``, ``Vicsek()`` or
             ``Reynolds(separation_strength, cohesion_strength, separation_range)``.
-        angular_noise: width eta in rad of the error in the new heading, from 0 to 2 pi.
-        sensing_noise: error in the neighbors' mean velocity, over v0.
+        angular_noise: width eta in rad of the noise added to the heading in every step, from 0 to 2 pi.
+        sensing_noise: length of the noise vector added to the neighbors' mean velocity, in units of v0.
         sensing_delay: number of steps between sensing neighbors and reacting to them.
-        constant_speed: whether agents keep speed v0 (step 4 of docs/model.md); ``False`` is the literal law.
-        capture_radius: distance in m to the nearest predator up to which an agent is caught at the end of a
-            step and leaves the flock for good; ``None``: no captures.
-        predators: a tuple of any number of predators (``ConstantVelocity``, ``PurePursuit``, ``Intercept``,
-            ``Wandering``, ``Encircle``, ``Herd``, ``Learned``); may be empty.
-        neighbor_rule: who is a neighbor: ``Metric()``, ``Topological()`` or ``Voronoi()``.
-        blind_angle: full angle in rad of the sector behind an agent in which it sees no neighbor, from 0 to
-            2 pi.
-        mutual: whether two agents are neighbors only if each would listen to the other.
-        frozen_graph: whether the neighbor graph of the first step stays, for any range.
-        periodic_side: side in m of a periodic world (a torus), which has no predators; ``None``: an open
-            world.
-        randomization: numbers that every episode draws again from its seed, in this order: any of
-            ``Uniform(field, low, high)``, ``LogUniform(field, low, high)`` and ``Choice(field, values)``, for
-            other fields than ``initial_side`` and ``time_step``.
+        constant_speed: True: agents keep speed v0 (step 4 in docs/model.md). False: the law as the paper
+            prints it, under which speeds vary.
+        capture_radius: distance in m within which a predator catches an agent. The agent is removed from the
+            flock at the end of the step. ``None``: no captures.
+        predators: tuple of predators (``ConstantVelocity``, ``PurePursuit``, ``Intercept``, ``Wandering``,
+            ``Encircle``, ``Herd``, ``Learned``); may be empty.
+        neighbor_rule: definition of neighbors: ``Metric()``, ``Topological()`` or ``Voronoi()``.
+        blind_angle: angle in rad of the sector behind an agent in which it sees no neighbors, from 0 to 2 pi.
+        mutual: True: two agents are neighbors only if each is in the other's neighborhood.
+        frozen_graph: True: the neighbor graph of the first step is used in all steps, even if ranges change.
+        periodic_side: side in m of a periodic domain (a torus), which cannot contain predators; ``None``: an
+            unbounded domain.
+        randomization: fields that are drawn from the seed in every episode, in this order. A tuple of
+            ``Uniform(field, low, high)``, ``LogUniform(field, low, high)`` and ``Choice(field, values)``. Any
+            number of the scenario can be drawn except ``initial_side`` and ``time_step``.
 
     Raises:
-        ScenarioError: naming a field of a wrong type or out of bounds.
+        ScenarioError: if a field has the wrong type or is out of bounds.
     """
 
     num_agents: int = 300
@@ -97,12 +97,19 @@ class FlockScenario(Document):
         super().__post_init__()
         if self.dimension not in {2, 3}:
             raise ScenarioError("dimension", "2 or 3", self.dimension)
-        placed = tuple(_placed(predator, k, self.dimension) for k, predator in enumerate(self.predators))
-        object.__setattr__(self, "predators", placed)
+        predators = tuple(
+            _with_start(predator, k, self.dimension) for k, predator in enumerate(self.predators)
+        )
+        object.__setattr__(self, "predators", predators)
         _core.check_flock_scenario(self.to_json())
 
+    @property
+    def num_learned(self) -> int:
+        """Number of ``Learned`` predators."""
+        return sum(isinstance(predator, Learned) for predator in self.predators)
+
     def drawn(self, seed: int) -> FlockScenario:
-        """Return the scenario of the episode with this seed, with the drawn numbers and no ``randomization``.
+        """Return the scenario of the episode with this seed: with drawn fields and without ``randomization``.
 
         ``simulate(scenario.drawn(k), .., seed=k)`` equals ``simulate(scenario, .., seed=k)``, bit for bit.
 
@@ -113,10 +120,10 @@ class FlockScenario(Document):
         return self if document is None else FlockScenario.from_json(document)
 
     def with_learned_predators(self) -> FlockScenario:
-        """Return the scenario with every predator ``Learned``, at its position and velocity.
+        """Return a copy in which every predator is ``Learned``, with the same initial position and velocity.
 
         Raises:
-            ScenarioError: if there is no predator.
+            ScenarioError: if the scenario has no predator.
         """
         if not self.predators:
             raise ScenarioError("predators", "at least one predator", "none")
@@ -129,13 +136,14 @@ class FlockScenario(Document):
         return self.replace(predators=tuple(learned))
 
 
-def _placed(predator: Predator, index: int, dimension: int) -> Predator:
-    """Return a predator with the default start of the dimension instead of ``None``, after a check."""
+def _with_start(predator: Predator, index: int, dimension: int) -> Predator:
+    """Return a predator whose position and velocity are not ``None``, after a check of their dimension."""
     position, velocity = approach(dimension=dimension)
     position = position if predator.position is None else predator.position
     velocity = velocity if predator.velocity is None else predator.velocity
     for name, vector in (("position", position), ("velocity", velocity)):
         if len(vector) != dimension:
             field = f"predators[{index}].{predator.kind}.{name}"
-            raise ScenarioError(field, f"{dimension} numbers, as the dimension is {dimension}", shown(vector))
+            expected = f"{dimension} numbers, because the dimension is {dimension}"
+            raise ScenarioError(field, expected, shown(vector))
     return dataclasses.replace(predator, position=position, velocity=velocity)

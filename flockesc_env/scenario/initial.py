@@ -1,4 +1,4 @@
-"""How a flock starts: where its agents are and where they head (docs/model.md, "Flock")."""
+"""Distributions of initial positions and headings (docs/model.md, "Flock")."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from typing import ClassVar
 
 @dataclass(frozen=True)
 class Square:
-    """Agents start uniformly in [0, side]^D, a square or in space a cube; side is ``initial_side``."""
+    """Initial positions uniform in the initial region [0, ``initial_side``]^D, a square or a cube."""
 
     kind: ClassVar[str] = "square"
 
 
 @dataclass(frozen=True)
 class Disc:
-    """Agents start uniformly in a disc, in space a ball, around the center of the initial region.
+    """Initial positions uniform in a disc (in space a ball) around the center of the initial region.
 
     Attributes:
-        radius: in m, above 0.
+        radius: radius in m, above 0.
     """
 
     kind: ClassVar[str] = "disc"
@@ -27,11 +27,11 @@ class Disc:
 
 @dataclass(frozen=True)
 class Ring:
-    """Agents start uniformly in a ring, in space a spherical shell, around the center of the initial region.
+    """Initial positions uniform in a ring (in space a spherical shell) around the center of the region.
 
     Attributes:
         radius: mean of the inner and the outer radius in m, above 0.
-        width: their difference in m, from 0 to 2 ``radius``.
+        width: difference of the outer and the inner radius in m, from 0 to 2 ``radius``.
     """
 
     kind: ClassVar[str] = "ring"
@@ -41,11 +41,11 @@ class Ring:
 
 @dataclass(frozen=True)
 class Segment:
-    """Agents start uniformly along a line segment.
+    """Initial positions uniform on a line segment.
 
     Attributes:
-        start: one end in m, 2 numbers or as many as the scenario's dimension (a missing z is 0).
-        end: the other end in m, likewise.
+        start: one end in m, 2 or D numbers (a missing z is 0).
+        end: the other end in m, 2 or D numbers.
     """
 
     kind: ClassVar[str] = "segment"
@@ -55,10 +55,10 @@ class Segment:
 
 @dataclass(frozen=True)
 class Gaussian:
-    """Agents start normally distributed around the center of the initial region.
+    """Initial positions normally distributed around the center of the initial region.
 
     Attributes:
-        standard_deviation: of every coordinate in m, at least 0.
+        standard_deviation: standard deviation of every coordinate in m, at least 0.
     """
 
     kind: ClassVar[str] = "gaussian"
@@ -67,11 +67,11 @@ class Gaussian:
 
 @dataclass(frozen=True)
 class Clusters:
-    """Agents start normally distributed around centers, which are uniform in the initial region.
+    """Initial positions in clusters, with centers uniform in the initial region.
 
     Attributes:
-        num_clusters: number of centers, at least 1; agent i belongs to center i modulo this number.
-        standard_deviation: of every coordinate around its center in m, at least 0.
+        num_clusters: number of clusters, at least 1. Agent i belongs to cluster i modulo ``num_clusters``.
+        standard_deviation: standard deviation of every coordinate around the center in m, at least 0.
     """
 
     kind: ClassVar[str] = "clusters"
@@ -81,17 +81,17 @@ class Clusters:
 
 @dataclass(frozen=True)
 class RandomHeadings:
-    """Agents head in directions uniform over all."""
+    """Initial headings uniform over all directions."""
 
     kind: ClassVar[str] = "random"
 
 
 @dataclass(frozen=True)
 class AlignedHeadings:
-    """Agents head in directions uniform over those close to one.
+    """Initial headings uniform over the directions within ``max_angle`` of ``direction``.
 
     Attributes:
-        direction: of any length but 0, 2 numbers or as many as the scenario's dimension (a missing z is 0).
+        direction: a nonzero vector of 2 or D numbers (a missing z is 0).
         max_angle: largest angle between a heading and ``direction`` in rad, from 0 to pi.
     """
 
@@ -102,10 +102,10 @@ class AlignedHeadings:
 
 @dataclass(frozen=True)
 class GivenPositions:
-    """Agents start at given points, agent i at the i-th.
+    """Given initial positions.
 
     Attributes:
-        points: in m, one per agent, each 2 numbers or as many as the scenario's dimension (a missing z is 0).
+        points: one position per agent in m, each of 2 or D numbers (a missing z is 0).
     """
 
     kind: ClassVar[str] = "given_positions"
@@ -114,11 +114,10 @@ class GivenPositions:
 
 @dataclass(frozen=True)
 class GivenHeadings:
-    """Agents head in given directions, agent i in the i-th.
+    """Given initial headings.
 
     Attributes:
-        directions: one vector per agent of any length but 0, each 2 numbers or as many as the scenario's
-            dimension (a missing z is 0).
+        directions: one nonzero vector per agent, each of 2 or D numbers (a missing z is 0).
     """
 
     kind: ClassVar[str] = "given_headings"

@@ -1,4 +1,4 @@
-"""Initial states from files: where agents are and, if it is there, where they head."""
+"""Initial positions and headings of a flock from CSV, npy and npz files."""
 
 from __future__ import annotations
 
@@ -20,25 +20,27 @@ _COLUMNS = {
     6: ("x", "y", "z", "vx", "vy", "vz"),
 }
 _HEADS = " or ".join(",".join(columns) for columns in _COLUMNS.values())
-_TABLE = f"rows of an agent each and the columns {_HEADS}"
+_TABLE = f"a row per agent with the columns {_HEADS}"
 
 
 def read_initial_state(path: str | Path) -> dict[str, Any]:
-    """Return the fields of a ``FlockScenario`` that starts as a file says.
-
-    ``FlockScenario(**read_initial_state("flock.csv"))``: ``num_agents``, ``dimension``,
-    ``initial_positions`` and, if there are velocities, ``initial_headings``, their directions. Agents
-    start at the scenario's speed.
+    """Read an initial state from a file, for example ``FlockScenario(**read_initial_state("flock.csv"))``.
 
     Args:
-        path: a table with a row per agent and the columns x, y(, z)(, vx, vy(, vz)), as ``.csv`` with their
-            names in the first line or as ``.npy`` without names; or an ``.npz`` with the arrays ``positions``
-            and, if wanted, ``velocities``, both of shape (n, D). Positions in m.
+        path: path of the file. ``.csv``: one row per agent, positions in m and optional velocities; the first
+            line is ``x,y``, ``x,y,z``, ``x,y,vx,vy`` or ``x,y,z,vx,vy,vz``. ``.npy``: the same table without
+            the first line. ``.npz``: an array ``positions`` and an optional array ``velocities``, both of
+            shape (n, D).
+
+    Returns:
+        The fields ``num_agents``, ``dimension``, ``initial_positions`` and, if the file contains velocities,
+        ``initial_headings`` of a ``FlockScenario``. Only the directions of velocities are used: agents start
+        at the scenario's speed.
 
     Raises:
-        ArgumentError: for what is no path.
-        FileNotFoundError: if there is no such file.
-        RecordError: naming the file, what was expected of it and what is in it.
+        ArgumentError: if ``path`` is not a path.
+        FileNotFoundError: if the file does not exist.
+        RecordError: if the file is damaged or has another form.
     """
     path = as_path(path)
     arrays = _read(path)
@@ -53,13 +55,13 @@ def read_initial_state(path: str | Path) -> dict[str, Any]:
         velocities = _vectors(arrays["velocities"], field, positions.shape)
         at_rest = np.flatnonzero(~velocities.any(axis=1))
         if at_rest.size:
-            raise RecordError(f"{field}[{at_rest[0]}]", "a vector of a length other than 0", "0")
+            raise RecordError(f"{field}[{at_rest[0]}]", "a nonzero vector", "0")
         state["initial_headings"] = GivenHeadings(_rows(velocities))
     return state
 
 
 def _read(path: Path) -> dict[str, NDArray[Any]]:
-    """Return the arrays of a file: ``positions`` and perhaps ``velocities``."""
+    """Return the arrays of a file: ``positions`` and, if present, ``velocities``."""
     readers = {".csv": _read_csv, ".npy": _read_npy, ".npz": _read_npz}
     if path.suffix not in readers:
         raise RecordError(str(path), f"a file that ends in {' or '.join(readers)}", shown(path.suffix))
@@ -71,7 +73,7 @@ def _read_csv(path: Path) -> dict[str, NDArray[Any]]:
         head, *lines = path.read_text(encoding="utf-8-sig").splitlines() or [""]
         names = tuple(name.strip() for name in head.split(","))
         if names not in _COLUMNS.values():
-            raise RecordError(str(path), f"a first line {_HEADS}", shown(head))
+            raise RecordError(str(path), f"the first line {_HEADS}", shown(head))
         rows = [line for line in lines if line.strip()]
         if not rows:
             raise RecordError(str(path), _TABLE, "no rows")
@@ -81,7 +83,7 @@ def _read_csv(path: Path) -> dict[str, NDArray[Any]]:
     except ValueError as error:
         raise RecordError(str(path), _form(path), error) from None
     if table.shape[1] != len(names):
-        raise RecordError(str(path), f"{len(names)} columns, as the first line says", table.shape[1])
+        raise RecordError(str(path), f"{len(names)} columns, as in the first line", table.shape[1])
     return _split(table, path)
 
 
@@ -92,7 +94,7 @@ def _read_npy(path: Path) -> dict[str, NDArray[Any]]:
 def _read_npz(path: Path) -> dict[str, NDArray[Any]]:
     arrays = read_npz(path, _form(path))
     if "positions" not in arrays or not arrays.keys() <= {"positions", "velocities"}:
-        expected = "the arrays positions and, if wanted, velocities"
+        expected = "the arrays positions and, optionally, velocities"
         raise RecordError(str(path), expected, ", ".join(arrays) or "none")
     return arrays
 

@@ -1,4 +1,4 @@
-"""The line scenario: the parameters of the line model and their defaults."""
+"""``LineScenario``: parameters of the line model and their defaults."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ EscapeForce = Literal["constant", "linear", "linear_as_printed"]
 
 @dataclass(frozen=True)
 class LineScenario(Document):
-    """The line model (docs/model.md, "Line"); the defaults are the paper's setting.
+    """Parameters of the line model (docs/model.md, "Line"); the defaults are the paper's.
 
     Attributes:
         num_agents: number of agents n.
         predator_position: position of the predator, x_p; ``None``: no predator.
-        predator_range: distance rho_p below which agents flee.
+        predator_range: distance rho_p within which agents flee from the predator.
         repulsion_strength: strength s of the escape force.
-        escape_force: ``"constant"`` (Eq. 8), ``"linear"`` (Eq. 9 as it must have been simulated) or
-            ``"linear_as_printed"``.
-        tolerance: the line is steady when no agent moves by more than this in one step.
-        max_steps: number of steps after which an unsteady run stops.
+        escape_force: ``"constant"``: Eq. 8; ``"linear"``: Eq. 9 in the form that reproduces the paper's
+            figures; ``"linear_as_printed"``: Eq. 9 as printed (docs/model.md, "Line").
+        tolerance: the line is in its steady state when no agent moves by more than this in one step.
+        max_steps: number of steps after which a run stops if it has not reached its steady state.
 
     Raises:
-        ScenarioError: naming a field of a wrong type or out of bounds.
+        ScenarioError: if a field has the wrong type or is out of bounds.
     """
 
     num_agents: int = 100

@@ -1,4 +1,4 @@
-"""How agents move: the laws by which forces set velocities (docs/model.md, "Flock")."""
+"""Laws of motion: how forces change the velocities of agents (docs/model.md, "Flock")."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from typing import ClassVar
 
 @dataclass(frozen=True)
 class Inertial:
-    """Forces change velocities, by Newton's law, as in the paper."""
+    """Newton's law with the mass of each agent, as in the paper."""
 
     kind: ClassVar[str] = "inertial"
 
 
 @dataclass(frozen=True)
 class Vicsek:
-    """Forces are the new headings at once, whatever the masses: the Vicsek model, at constant speed."""
+    """The Vicsek model: headings follow the force without inertia, at constant speed."""
 
     kind: ClassVar[str] = "vicsek"
 
 
 @dataclass(frozen=True)
 class Reynolds:
-    """Forces change velocities, and neighbors keep together and apart: boids.
+    """The Reynolds model (boids): Newton's law with additional cohesion and separation forces.
 
     Attributes:
-        separation_strength: weight of the force away from close neighbors; has no unit.
-        cohesion_strength: weight of the force toward the center of the neighbors; has no unit.
-        separation_range: distance in m up to which a neighbor is close.
+        separation_strength: weight of the force away from close neighbors, dimensionless.
+        cohesion_strength: weight of the force toward the center of the neighbors, dimensionless.
+        separation_range: distance in m within which a neighbor is close.
     """
 
     kind: ClassVar[str] = "reynolds"

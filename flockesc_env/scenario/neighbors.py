@@ -1,4 +1,4 @@
-"""Who is whose neighbor: the rules, and what the interaction range means under each of them."""
+"""Neighbor rules: metric, topological and Voronoi neighbors, and what the interaction range means in each."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import ClassVar
 
 @dataclass(frozen=True)
 class Metric:
-    """All agents within the interaction range are neighbors, boundary and self included."""
+    """Neighbors are all agents at distance <= the interaction range, including the agent itself."""
 
     kind: ClassVar[str] = "metric"
     unit: ClassVar[str] = "m"
@@ -16,9 +16,9 @@ class Metric:
 
 @dataclass(frozen=True)
 class Topological:
-    """The k nearest of the agents that are seen are neighbors, and whoever is as near as the last of them.
+    """Neighbors are the k nearest visible agents, and all agents tied with the k-th nearest.
 
-    The interaction range, and with it an action, sets k: the nearest whole number.
+    The interaction range is k, rounded to the nearest integer.
     """
 
     kind: ClassVar[str] = "topological"
@@ -27,7 +27,7 @@ class Topological:
 
 @dataclass(frozen=True)
 class Voronoi:
-    """In the plane, the agents within the interaction range whose Voronoi cells share an edge with its."""
+    """Neighbors are the agents within the interaction range in adjacent Voronoi cells; in the plane only."""
 
     kind: ClassVar[str] = "voronoi"
     unit: ClassVar[str] = "m"

@@ -1,4 +1,4 @@
-"""Predators: each a rule that sets its next velocity (docs/model.md, "Flock")."""
+"""Predators and their strategies: straight flight, pursuit, interception and others (docs/model.md)."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ Target = Literal["nearest", "centroid", "most_isolated", "assigned"]
 
 @dataclass(frozen=True)
 class Start:
-    """Where a predator is at t = 0 and how it moves. The base class of all predators, not a predator itself.
+    """Abstract base class of predators: initial position and velocity.
 
-    A scenario replaces ``None`` by the paper's predator, which flies along the diagonal of the initial region
-    through its middle: ``approach(dimension=D)``.
+    The defaults are the paper's: the predator flies along the diagonal of the initial region,
+    ``approach(dimension=D)``.
 
     Attributes:
-        position: r_p(0) in m, one number per dimension; ``None``: -30 on every axis.
-        velocity: v_p(0) in m/s, one number per dimension; ``None``: 10 on every axis.
+        position: r_p(0) in m, D numbers; ``None``: -30 on every axis.
+        velocity: v_p(0) in m/s, D numbers; ``None``: 10 on every axis.
     """
 
     position: tuple[float, ...] | None = None
@@ -26,16 +26,18 @@ class Start:
 
 @dataclass(frozen=True)
 class ConstantVelocity(Start):
-    """A predator that flies straight on, as in the paper."""
+    """A predator that flies straight on at constant speed, as in the paper."""
 
     kind: ClassVar[str] = "constant_velocity"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Wandering(Start):
-    """A predator whose heading does a random walk at constant speed, independent of the flock.
+    """A predator whose heading performs a random walk at constant speed, independent of the flock.
 
-    Attributes, besides those of ``Start``:
+    Inherits the attributes of ``Start``.
+
+    Attributes:
         angular_diffusion: rotational diffusion coefficient of the heading in rad^2/s.
     """
 
@@ -45,13 +47,14 @@ class Wandering(Start):
 
 @dataclass(frozen=True, kw_only=True)
 class Steering(Start):
-    """The base class of the predators that steer, not a predator itself.
+    """Abstract base class of predators with a limited turn rate.
 
-    Attributes, besides those of ``Start``:
+    Inherits the attributes of ``Start``.
+
+    Attributes:
         max_turn_rate: largest turn rate in rad/s.
-        max_speed: speed in m/s up to which it accelerates, at least the initial one; ``None``: the initial
-            one.
-        acceleration: how fast the speed grows, in m/s^2; needs a ``max_speed``.
+        max_speed: largest speed in m/s, at least the initial speed; ``None``: the initial speed.
+        acceleration: rate in m/s^2 at which the speed grows to ``max_speed``; requires ``max_speed``.
     """
 
     max_turn_rate: float = 1.0
@@ -61,16 +64,18 @@ class Steering(Start):
 
 @dataclass(frozen=True, kw_only=True)
 class PurePursuit(Steering):
-    """A predator that turns toward its target.
+    """A predator that turns toward its target (pure pursuit).
 
-    Attributes, besides those of ``Steering``:
+    Inherits the attributes of ``Steering``.
+
+    Attributes:
         target: ``"nearest"``: the agent nearest to the predator; ``"centroid"``: the mean position of all
-            agents; ``"most_isolated"``: the agent whose nearest other agent is farthest; ``"assigned"``: an
-            agent of its own; the predators with this target divide the agents such that the sum of their
-            distances is smallest.
-        confusion_rate: rate in 1/s at which each further agent in sight distracts it from its target; 0: it
-            always turns toward its target.
-        sight: distance in m up to which agents distract it.
+            agents; ``"most_isolated"``: the agent whose nearest other agent is farthest; ``"assigned"``: the
+            agent assigned to this predator. All predators with this target are assigned different agents such
+            that the sum of the distances is smallest.
+        confusion_rate: rate in 1/s at which each other agent within ``sight`` distracts the predator from
+            its target; 0: no distraction.
+        sight: distance in m within which agents distract the predator.
     """
 
     kind: ClassVar[str] = "pure_pursuit"
@@ -81,10 +86,12 @@ class PurePursuit(Steering):
 
 @dataclass(frozen=True, kw_only=True)
 class Intercept(Steering):
-    """A predator that flies toward the nearest agent by proportional navigation.
+    """A predator that intercepts the nearest agent by proportional navigation.
 
-    Attributes, besides those of ``Steering``:
-        navigation_constant: turn rate over the rate at which the line of sight turns, N; has no unit.
+    Inherits the attributes of ``Steering``.
+
+    Attributes:
+        navigation_constant: ratio N of the turn rate to the rotation rate of the line of sight.
     """
 
     kind: ClassVar[str] = "intercept"
@@ -93,14 +100,16 @@ class Intercept(Steering):
 
 @dataclass(frozen=True, kw_only=True)
 class Encircle(Steering):
-    """A predator that turns toward its station on a circle around the flock's centroid.
+    """A predator that turns toward its place on a circle around the flock's centroid.
 
-    The encircling predators of a scenario share the circle. Their stations are evenly spaced and keep the
-    predators' order. In space the circle lies in a plane of constant z.
+    All ``Encircle`` predators of a scenario share the circle. Their places are evenly spaced, in the order of
+    the predators. In space the circle lies in a plane of constant z.
 
-    Attributes, besides those of ``Steering``:
+    Inherits the attributes of ``Steering``.
+
+    Attributes:
         radius: radius of the circle at t = 0 in m.
-        closing_speed: how fast the radius shrinks, down to 0, in m/s.
+        closing_speed: rate in m/s at which the radius shrinks to 0.
     """
 
     kind: ClassVar[str] = "encircle"
@@ -110,11 +119,13 @@ class Encircle(Steering):
 
 @dataclass(frozen=True, kw_only=True)
 class Herd(Steering):
-    """A predator that drives the flock toward its partner: it turns toward the point behind the flock.
+    """A predator that drives the flock toward another predator: it turns toward a point behind the flock.
 
-    Attributes, besides those of ``Steering``:
-        distance: distance of that point from the flock's centroid in m.
-        partner: index of another predator of the scenario.
+    Inherits the attributes of ``Steering``.
+
+    Attributes:
+        distance: distance in m between the flock's centroid and this point.
+        partner: index of the other predator in the scenario.
     """
 
     kind: ClassVar[str] = "herd"
@@ -124,11 +135,13 @@ class Herd(Steering):
 
 @dataclass(frozen=True, kw_only=True)
 class Learned(Start):
-    """A predator that a policy controls; without a policy it flies straight on.
+    """A predator whose acceleration a policy sets; without a policy it flies straight on.
 
-    Attributes, besides those of ``Start``:
-        max_acceleration: acceleration of an action of norm 1, in m/s^2.
-        max_speed: largest speed after a step, in m/s.
+    Inherits the attributes of ``Start``.
+
+    Attributes:
+        max_acceleration: acceleration in m/s^2 of an action of norm 1.
+        max_speed: largest speed in m/s.
     """
 
     kind: ClassVar[str] = "learned"

@@ -1,4 +1,4 @@
-"""Presets: named scenarios, the paper's and variations that differ from it in one thing each."""
+"""Presets: named scenarios, the paper's and variations that differ from it in one respect."""
 
 from __future__ import annotations
 
@@ -33,14 +33,19 @@ _T = TypeVar("_T", bound=Scenario)
 
 
 class Preset(NamedTuple):
-    """A scenario and its description in one line."""
+    """A named scenario.
+
+    Attributes:
+        description: one line, for lists of presets.
+        scenario: the scenario.
+    """
 
     description: str
     scenario: Scenario
 
 
 def _flock(description: str, **differences: Any) -> Preset:
-    """Return the paper's flock with some fields changed."""
+    """Return a preset of the paper's flock with some fields changed."""
     return Preset(description, FlockScenario(**differences))
 
 
@@ -48,9 +53,7 @@ _PAPER = {
     "paper-flock": _flock("the paper's flock and its predator, which flies straight on"),
     "paper-line": Preset("the paper's line, with the linear escape force", LineScenario()),
     "constant-line": Preset("the line with the constant escape force", LineScenario(escape_force="constant")),
-    "literal-law": _flock(
-        "the printed law, under which agents do not keep their speed", constant_speed=False
-    ),
+    "literal-law": _flock("the law as printed in the paper, under which speeds vary", constant_speed=False),
 }
 
 _PREDATORS = {
@@ -60,22 +63,23 @@ _PREDATORS = {
     ),
     "pursuit": _flock("a predator that turns toward the nearest agent", predators=(PurePursuit(),)),
     "isolated-prey": _flock(
-        "a pursuer of the agent that is farthest from all others",
+        "a pursuer of the most isolated agent",
         predators=(PurePursuit(target="most_isolated"),),
     ),
     "confused-pursuit": _flock(
-        "a pursuer that loses its prey among many", predators=(PurePursuit(confusion_rate=0.1),)
+        "a pursuer that other agents distract from its target", predators=(PurePursuit(confusion_rate=0.1),)
     ),
     "intercept": _flock(
-        "a predator that leads its prey by proportional navigation", predators=(Intercept(),)
+        "an interceptor with proportional navigation",
+        predators=(Intercept(),),
     ),
-    "wandering": _flock("a predator without a plan", predators=(Wandering(),)),
+    "wandering": _flock("a predator whose heading performs a random walk", predators=(Wandering(),)),
     "two-predators": _flock(
         "a second predator comes from the opposite corner",
         predators=(ConstantVelocity(), ConstantVelocity((130.0, 130.0), (-10.0, -10.0))),
     ),
     "assigned-pair": _flock(
-        "two pursuers who never share a target",
+        "two pursuers of different agents",
         predators=(
             PurePursuit((-20.0, -40.0), target="assigned"),
             PurePursuit((-40.0, -20.0), target="assigned"),
@@ -91,38 +95,42 @@ _PREDATORS = {
         ),
     ),
     "herded": _flock(
-        "one predator drives the flock toward another that waits",
+        "one predator drives the flock toward another, which waits",
         predators=(ConstantVelocity((130.0, 130.0), (0.0, 0.0)), Herd(partner=0)),
     ),
     "capture": _flock(
-        "a pursuer twice as fast as the agents, who catches them",
+        "a pursuer twice as fast as the agents, which catches them",
         predators=(PurePursuit(*approach(speed=20.0), max_turn_rate=3.0),),
         capture_radius=2.0,
     ),
-    "learned-predator": _flock("a predator for a policy to steer", predators=(Learned(),)),
+    "learned-predator": _flock("a predator that a policy controls", predators=(Learned(),)),
 }
 
 _NEIGHBORS = {
     "topological": _flock("agents listen to the k nearest", neighbor_rule=Topological()),
     "mutual": _flock(
-        "agents listen to those of the k nearest who listen to them",
+        "only agents among each other's k nearest are neighbors",
         neighbor_rule=Topological(),
         mutual=True,
     ),
     "voronoi": _flock("agents listen to those in adjacent Voronoi cells", neighbor_rule=Voronoi()),
     "field-of-view": _flock("agents are blind in the 120 degrees behind them", blind_angle=2 * math.pi / 3),
-    "frozen-graph": _flock("a control: the neighbors of the first step stay", frozen_graph=True),
+    "frozen-graph": _flock(
+        "a control: all steps use the neighbor graph of the first step", frozen_graph=True
+    ),
 }
 
 _MOTION = {
     "vicsek": _flock(
-        "headings follow the neighbors at once, with angular noise", motion=Vicsek(), angular_noise=1.0
+        "the Vicsek model: headings without inertia, with noise",
+        motion=Vicsek(),
+        angular_noise=1.0,
     ),
-    "reynolds": _flock("boids, which also keep together and apart", motion=Reynolds()),
-    "noisy-hearing": _flock("neighbors are heard with an error as large as they are fast", sensing_noise=1.0),
-    "delayed-hearing": _flock("agents act on what they heard half a second ago", sensing_delay=10),
+    "reynolds": _flock("the Reynolds model (boids), with cohesion and separation", motion=Reynolds()),
+    "noisy-hearing": _flock("neighbors' velocities are sensed with noise of size v0", sensing_noise=1.0),
+    "delayed-hearing": _flock("agents react to their neighbors with a delay of 0.5 s", sensing_delay=10),
     "stubborn-leaders": _flock(
-        "a tenth of the agents follow nobody", alignment_strength=(0.0,) * 30 + (1.0,) * 270
+        "a tenth of the agents ignore their neighbors", alignment_strength=(0.0,) * 30 + (1.0,) * 270
     ),
     "fearless": _flock("a control: a flock that does not flee", repulsion_strength=0.0),
 }
@@ -132,14 +140,14 @@ _STARTS = {
         "a flock in a cube, attacked along its diagonal",
         dimension=3,
     ),
-    "clusters": _flock("five groups, each denser than the paper's flock", initial_positions=Clusters()),
+    "clusters": _flock("five clusters, each denser than the paper's flock", initial_positions=Clusters()),
     "head-on": _flock(
-        "a disc of agents that all head toward the predator",
+        "a disc of agents that fly toward the predator",
         initial_positions=Disc(),
         initial_headings=AlignedHeadings(direction=(-1.0, -1.0)),
     ),
     "randomized": _flock(
-        "aim, speed and range of the predator, random in each episode",
+        "the predator's aim, speed and range are random in each episode",
         predators=(ConstantVelocity(*approach(direction=(1.0, 0.0))),),
         randomization=(
             Uniform("predators[0].constant_velocity.position[1]", 0.0, 100.0),
@@ -153,10 +161,13 @@ PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(_PAPER | _PREDATORS | _N
 
 
 def preset(name: str) -> Scenario:
-    """Return a scenario by its name in ``PRESETS``.
+    """Return the scenario of a preset.
+
+    Args:
+        name: a key of ``PRESETS``.
 
     Raises:
-        ScenarioError: for an unknown name.
+        ScenarioError: if the name is unknown.
     """
     if not isinstance(name, str) or name not in PRESETS:
         raise ScenarioError("scenario", f"one of {', '.join(PRESETS)}", shown_name(name, PRESETS))
@@ -164,10 +175,10 @@ def preset(name: str) -> Scenario:
 
 
 def as_model(value: Any) -> Scenario:
-    """Return a scenario of either model: ``value`` itself, or the preset of that name.
+    """Return a scenario of either model, given as a scenario or as the name of a preset.
 
     Raises:
-        ScenarioError: for an unknown name, or a value of another type.
+        ScenarioError: if the name is unknown, or the value has another type.
     """
     scenario = preset(value) if isinstance(value, str) else value
     if not isinstance(scenario, FlockScenario | LineScenario):
@@ -176,10 +187,10 @@ def as_model(value: Any) -> Scenario:
 
 
 def as_scenario(value: _T | str | None, model: type[_T]) -> _T:
-    """Return a scenario of one model: ``value`` itself, the preset of that name, the paper's for ``None``.
+    """Return a scenario of one model, given as a scenario, the name of a preset, or ``None`` for the paper's.
 
     Raises:
-        ScenarioError: for an unknown name, or a scenario of the other model.
+        ScenarioError: if the name is unknown, or the scenario is one of the other model.
     """
     if value is None:
         return model()

@@ -1,4 +1,4 @@
-"""Domain randomization: what every episode draws anew, from its seed (docs/model.md, "Randomization")."""
+"""Domain randomization: distributions of scenario fields per episode (docs/model.md, "Randomization")."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import ClassVar
 
 @dataclass(frozen=True)
 class Uniform:
-    """A number of the scenario, drawn uniformly for every episode.
+    """A number of the scenario, drawn from the uniform distribution in every episode.
 
     Attributes:
-        field: path of the number in the scenario, as errors name it, for example
+        field: path of the number in the scenario, as in error messages, for example
             ``predators[0].pure_pursuit.max_turn_rate``.
         low: smallest value.
         high: largest value.
@@ -25,10 +25,10 @@ class Uniform:
 
 @dataclass(frozen=True)
 class LogUniform:
-    """A number of the scenario whose logarithm is drawn uniformly for every episode.
+    """A number of the scenario, drawn from the log-uniform distribution in every episode.
 
     Attributes:
-        field: path of the number in the scenario, as errors name it.
+        field: path of the number in the scenario; see ``Uniform``.
         low: smallest value, above 0.
         high: largest value.
     """
@@ -41,11 +41,11 @@ class LogUniform:
 
 @dataclass(frozen=True)
 class Choice:
-    """A number of the scenario that is one of several for every episode, each as likely.
+    """A number of the scenario, drawn from a list of equally likely values in every episode.
 
     Attributes:
-        field: path of the number in the scenario, as errors name it.
-        values: the numbers, at least one.
+        field: path of the number in the scenario; see ``Uniform``.
+        values: the possible values, at least one.
     """
 
     kind: ClassVar[str] = "choice"

@@ -33,12 +33,12 @@ from training.config import (
     Preset,
     RunRecord,
     presets,
-    versions,
 )
 from training.evaluation import OUTCOMES, play
 from training.outputs import write_table
 from training.policies import named_policy
 from training.processes import train_apart
+from training.versions import versions
 
 FLOCK_GRID = (*range(0, 21, 2), 25, 30, 40, 50, 75, 100, 150)
 """Fixed ranges in m among which the best is chosen."""

@@ -1,4 +1,4 @@
-"""What callers do to arrays and dicts that environments returned, or were given, changes nothing inside."""
+"""Aliasing: changing arrays and dicts that an environment got or returned changes nothing inside it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from stable_baselines3.common.vec_env import VecEnv
 import flockesc_env
 
 STEPS = 25
-"""More than an episode has, so that environments that reset themselves do so."""
+"""More steps than an episode has, so that environments with autoreset reset."""
 
 
 def attributes(env: Any) -> list[Any]:
-    """Return what an environment shows of itself."""
+    """Return the public attributes of an environment."""
     names = ("metadata", "action_space", "observation_space", "state_space", "action_spaces", "policy_spec")
     names += ("single_action_space", "single_observation_space", "observation_spaces", "predator_policy_spec")
     shown = [getattr(env, name, None) for name in names]
@@ -28,7 +28,7 @@ def attributes(env: Any) -> list[Any]:
 
 
 def spoilt(make: Callable[[], Any]) -> Any:
-    """Return an environment whose attributes were changed in place before its first reset."""
+    """Return an environment whose attributes were modified in place before its first reset."""
     env = make()
     for attribute in attributes(env):
         if not callable(attribute):
@@ -37,7 +37,7 @@ def spoilt(make: Callable[[], Any]) -> Any:
 
 
 OWN = [name for name, adapter in ADAPTERS.items() if adapter.has_states]
-"""Without those in wrappers of other libraries."""
+"""The adapters that are not wrappers of other libraries."""
 
 
 @adapters(lambda adapter: adapter.has_states and not adapter.reuses_buffers)

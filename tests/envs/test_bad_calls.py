@@ -1,4 +1,4 @@
-"""Arguments that do not fit together, and which of their entries an error names (see ``test_arguments``)."""
+"""Arguments that contradict each other: errors name the argument (single ones: ``test_arguments``)."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SPOILT[3, 1] = np.inf
 
 
 def refusal(call: Callable[[], Any]) -> ArgumentError:
-    """Return what a call raises, which must read like the package's other errors."""
+    """Return the error that a call raises, after checking that it has the package's form."""
     with pytest.raises(ArgumentError) as caught:
         call()
     error = caught.value
@@ -62,7 +62,7 @@ def test_simulate(rho: Any, arguments: dict[str, Any], field: str) -> None:
 
 
 def test_schedule_or_range_per_agent() -> None:
-    """As many agents as steps: the argument says which axis is meant."""
+    """With as many agents as steps, the name of the argument decides which axis an array has."""
     scenario = small_flock(num_agents=6, num_steps=6)
     values = np.arange(6) * 10.0
     own = simulate(scenario, values, seed=0)
@@ -109,7 +109,7 @@ def test_sweep(scenario: Any, ranges: Any, seeds: Any, options: dict[str, Any], 
     ],
 )
 def test_policies(policy: Callable[[], Any], field: str) -> None:
-    """Refused when made, or by the first environment that they do not fit."""
+    """A bad policy is rejected when it is created, or by the first environment that it does not fit."""
     assert refusal(lambda: rollout(FLOCK, policy(), [0])).field == field
 
 

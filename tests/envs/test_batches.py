@@ -1,4 +1,4 @@
-"""Results depend neither on the threads, nor on the size of a batch, nor on the place in it: bit for bit."""
+"""Results do not depend on threads, batch size or place in the batch, bit for bit."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def test_place_in_the_batch(dimension: int, per_agent: bool, threads: int) -> No
 
 
 def large_flock(dimension: int, **changes: Any) -> FlockScenario:
-    """Return a flock that is itself spread over threads, 0.03 agents per m^D."""
+    """Return a flock large enough to be split over threads, with 0.03 agents per m^D."""
     side = (5000 / 0.03) ** (1 / dimension)
     return FlockScenario(num_agents=5000, num_steps=8, dimension=dimension, initial_side=side, **changes)
 
@@ -139,7 +139,7 @@ def agents_played(scenario: FlockScenario, num_threads: int | None) -> list[Any]
 
 
 def flocks_played(scenario: FlockScenario, num_threads: int | None) -> list[Any]:
-    """Play two large flocks, spread over the same threads as each of them, into their second episode."""
+    """Play two large flocks into their second episode; batch and flocks share the threads."""
     env = FlockVectorEnv(2, scenario, num_threads=num_threads)
     env.action_space.seed(0)
     return [env.reset(seed=2), *(env.step(env.action_space.sample()) for _ in range(11))]
@@ -156,7 +156,7 @@ def test_threads_of_one_large_flock(played: Any, dimension: int) -> None:
 
 @dimensions
 @pytest.mark.parametrize("motion", [Inertial(), Reynolds()])
-def test_threads_of_one_large_flock_of_unlike_agents(motion: Motion, dimension: int) -> None:
+def test_threads_of_one_large_flock_of_different_agents(motion: Motion, dimension: int) -> None:
     names = ("mass", "speed", "repulsion_strength", "alignment_strength")
     rng = np.random.default_rng(0)
     traits = {name: rng.uniform(0.5, 2, 5000) * getattr(FlockScenario(), name) for name in names}

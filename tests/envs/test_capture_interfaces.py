@@ -1,4 +1,4 @@
-"""What every interface makes of agents that are caught: all play the same episode and go on without them."""
+"""Captures in every interface: all play the same episode and continue without the caught agents."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 
 def play_array(scenario: FlockScenario, seed: int, **options: Any) -> list[tuple[Any, ...]]:
-    """Return what every step of `step_array` gave under a range of 3 m."""
+    """Return the results of every `step_array` under a range of 3 m."""
     env = parallel_env(scenario, action_mode="range", **options)
     env.reset_array(seed=seed)
     actions = np.full((scenario.num_agents, 1), 3.0)
@@ -84,7 +84,7 @@ def test_dicts_and_arrays_play_one_episode(dimension: int, objective: str, rewar
 
 
 @pytest.mark.parametrize("action_mode", ACTION_MODES)
-def test_only_agents_that_are_left_act(action_mode: str) -> None:
+def test_only_surviving_agents_act(action_mode: str) -> None:
     env = parallel_env(hunted(), action_mode=action_mode)
     env.reset(seed=4)
     while len(env.agents) == env.num_agents == len(env.possible_agents):
@@ -99,7 +99,7 @@ def test_only_agents_that_are_left_act(action_mode: str) -> None:
     env.step(actions)
 
 
-def test_arrays_ignore_actions_of_agents_that_were_caught() -> None:
+def test_arrays_ignore_actions_of_caught_agents() -> None:
     scenario = hunted()
     first, second = parallel_env(scenario), parallel_env(scenario)
     first.reset_array(seed=4)
@@ -115,7 +115,7 @@ def test_arrays_ignore_actions_of_agents_that_were_caught() -> None:
 
 
 def test_individual_distances_end_at_zero() -> None:
-    """The distance of an agent that was caught is 0: so its changes sum to minus the first one."""
+    """The distance of a caught agent is 0, so its changes sum to minus the initial distance."""
     scenario = hunted()
     run = simulate(scenario, 3.0, seed=4)
     start = reference.predator_distances(run.positions[0], run.predator_positions[0])
@@ -125,8 +125,8 @@ def test_individual_distances_end_at_zero() -> None:
     np.testing.assert_allclose(paid, end - start)
 
 
-def test_individual_running_minimum_pays_who_was_caught_no_more() -> None:
-    """Not even for the way until it was caught, where the minimum did not fall in that very step."""
+def test_individual_running_minimum_is_0_for_caught_agents() -> None:
+    """Also for the change until the capture, unless the minimum falls in the step of the capture."""
     late = 0
     for seed in SEEDS:
         scenario = hunted()
@@ -155,7 +155,7 @@ def test_individual_running_minimum_pays_who_was_caught_no_more() -> None:
 
 @pytest.mark.parametrize("reward", FLOCK_REWARDS)
 @pytest.mark.parametrize("steps_per_action", [1, 4])
-def test_survival_pays_what_survives(reward: str, steps_per_action: int) -> None:
+def test_survival_rewards_the_fraction_surviving(reward: str, steps_per_action: int) -> None:
     seen = set()
     for seed in SEEDS:
         scenario = doomed()
@@ -183,7 +183,7 @@ def test_survival_pays_what_survives(reward: str, steps_per_action: int) -> None
 @pytest.mark.parametrize("autoreset_mode", AutoresetMode)
 @pytest.mark.parametrize("steps_per_action", [1, 3])
 @pytest.mark.parametrize("num_threads", [1, 3])
-def test_the_vector_environment_is_that_of_gymnasium(
+def test_the_vector_environment_equals_gymnasiums(
     autoreset_mode: AutoresetMode, steps_per_action: int, num_threads: int
 ) -> None:
     options = {"scenario": doomed(), "objective": "survival", "steps_per_action": steps_per_action}
@@ -244,7 +244,7 @@ def test_sb3_slots_of_agents_stay_until_the_flock_ends() -> None:
     assert was_caught_in_time
 
 
-# An agent that was caught sees zeros.
+# The observation of a caught agent is zero.
 @pytest.mark.filterwarnings("ignore:Observation numpy array is all zeros:UserWarning")
 @pytest.mark.parametrize("capture_radius", [0.0, 4.0, 1e6])
 @pytest.mark.parametrize("objective", OBJECTIVES)
@@ -294,7 +294,7 @@ def test_sweeps_rollouts_and_records_agree(dimension: int, per_agent: bool, tmp_
     assert len({0.0, *result.fraction_surviving.ravel()}) > 1
 
 
-def test_a_policy_is_recorded_beyond_the_end_of_its_flock() -> None:
+def test_a_recording_continues_after_the_last_agent_is_caught() -> None:
     scenario = doomed(capture_radius=1e6)
     run = record(scenario, RandomRange(seed=1), 0, per_agent=True)
     assert run.interaction_ranges.shape == (scenario.num_steps, scenario.num_agents)
@@ -302,7 +302,7 @@ def test_a_policy_is_recorded_beyond_the_end_of_its_flock() -> None:
 
 
 @pytest.mark.parametrize("make", [FlockEscapeEnv, parallel_env], ids=["flock", "agents"])
-def test_a_copy_in_mid_episode_goes_its_own_way(make: Any) -> None:
+def test_a_copy_in_mid_episode_is_independent(make: Any) -> None:
     env = make(hunted(), action_mode="range")
     env.reset(seed=4)
     agents = getattr(env, "agents", None)

@@ -1,4 +1,4 @@
-"""The official test suites of Gymnasium, PettingZoo and stable-baselines3, over every three options."""
+"""Official test suites of Gymnasium, PettingZoo and stable-baselines3, over all pairs of options."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ Options = dict[str, Any]
 # PettingZoo's suites pass options={"options": 1}.
 pytestmark = pytest.mark.filterwarnings("ignore:reset ignores the unknown options:UserWarning")
 
-flock_options = every_option(FLOCK, dimension=DIMENSIONS)
-agent_options = every_option(AGENTS, dimension=DIMENSIONS)
+flock_options = every_option(FLOCK, 2, dimension=DIMENSIONS)
+agent_options = every_option(AGENTS, 2, dimension=DIMENSIONS)
 line_options = pytest.mark.parametrize("options", LINE_OPTIONS, ids=label)
 
 
 @contextlib.contextmanager
 def allowing_unscaled_actions(options: Options) -> Iterator[None]:
-    """Let the checkers advise against Box spaces other than [-1, 1] where the user asked for one."""
+    """Ignore the checkers' advice against Box spaces other than [-1, 1] if an option sets one."""
     with warnings.catch_warnings():
         if options["action_mode"] == "range":
             warnings.filterwarnings("ignore", ".*symmetric and normalized.*")
@@ -55,18 +55,16 @@ def small_line() -> LineScenario:
 def test_gymnasium_flock(options: Options, dimension: int) -> None:
     env = gymnasium.make(FLOCK_ID, scenario=small_flock(dimension), **options)
     with allowing_unscaled_actions(options):
-        check_gymnasium(
-            env.unwrapped, skip_render_check=True
-        )  # a window waits; tests/tools/test_render_environments.py
+        # A window waits for a person: tests/tools/test_render_environments.py checks rendering.
+        check_gymnasium(env.unwrapped, skip_render_check=True)
 
 
 @line_options
 def test_gymnasium_line(options: Options) -> None:
     env = gymnasium.make(LINE_ID, scenario=small_line(), **options)
     with allowing_unscaled_actions(options):
-        check_gymnasium(
-            env.unwrapped, skip_render_check=True
-        )  # a window waits; tests/tools/test_render_environments.py
+        # A window waits for a person: tests/tools/test_render_environments.py checks rendering.
+        check_gymnasium(env.unwrapped, skip_render_check=True)
 
 
 @flock_options
@@ -85,7 +83,7 @@ def test_sb3_line(options: Options) -> None:
 
 @pytest.mark.parametrize("name", [FLOCK_ID, LINE_ID])
 def test_gymnasium_defaults(name: str) -> None:
-    """The paper's setting, as ``gymnasium.make`` gives it without arguments."""
+    """``gymnasium.make`` without arguments gives the paper's setting."""
     check_gymnasium(gymnasium.make(name).unwrapped)
 
 
@@ -118,9 +116,9 @@ def test_state(options: Options, dimension: int) -> None:
     state_test(env, flockesc_env.parallel_env(scenario, **options))
 
 
-@every_option(AGENTS | {"steps_per_action": (1,)}, dimension=DIMENSIONS)
+@every_option(AGENTS | {"steps_per_action": (1,)}, 2, dimension=DIMENSIONS)
 def test_max_cycles(options: Options, dimension: int) -> None:
-    """A cycle is an action of every agent; here each holds for one step of the model."""
+    """A cycle is one action of every agent, which here holds for one model step."""
 
     def scenario(max_cycles: int) -> flockesc_env.FlockScenario:
         return small_flock(dimension, num_steps=max_cycles)

@@ -1,4 +1,4 @@
-"""Rewards that tell an agent what it did for others: against references in NumPy, and copies of the flock."""
+"""Difference and neighborhood rewards against NumPy references and copies of the flock."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def played(scenario: FlockScenario, reward: str, **options: Any) -> FlockParalle
 
 
 def some_ranges(scenario: FlockScenario, rng: np.random.Generator) -> np.ndarray:
-    """Return a range of every agent, shape (n, 1): of some of them 0."""
+    """Return one range per agent, shape (n, 1); some are 0."""
     ranges = rng.uniform(0, MAX_RANGE, (scenario.num_agents, 1))
     return np.where(rng.random(ranges.shape) < 0.2, 0.0, ranges)
 
@@ -68,8 +68,8 @@ def some_ranges(scenario: FlockScenario, rng: np.random.Generator) -> np.ndarray
 @dimensions
 @objectives
 @flocks
-def test_difference_is_what_a_copy_lacks(flock: str, objective: str, dimension: int) -> None:
-    """Copies of the environment, in each of which one agent hears nobody: bit for bit, whatever is random."""
+def test_difference_against_copies_of_the_flock(flock: str, objective: str, dimension: int) -> None:
+    """In each copy of the environment one agent has range 0; random draws are the same, bit for bit."""
     scenario = small_flock(dimension, **DENSE, **FLOCKS[flock])
     env = played(scenario, "difference", objective=objective, steps_per_action=4)
     rng = np.random.default_rng(0)
@@ -91,7 +91,7 @@ def test_difference_is_what_a_copy_lacks(flock: str, objective: str, dimension: 
 
 @dimensions
 def test_difference_follows_the_equations(dimension: int) -> None:
-    """Against the model in NumPy, from the engine's own state, so that no error grows."""
+    """The NumPy model starts each step from the engine's state, so errors do not accumulate."""
     scenario = small_flock(dimension, num_agents=8, num_steps=15, initial_side=15.0)
     env = played(scenario, "difference", steps_per_action=5)
     rng = np.random.default_rng(1)
@@ -120,8 +120,8 @@ def test_difference_follows_the_equations(dimension: int) -> None:
 
 @dimensions
 @objectives
-def test_the_only_one_that_hears_is_paid_the_whole_gain(dimension: int, objective: str) -> None:
-    """Without it nobody hears anybody: its rewards are the gain over that, the others' exactly 0."""
+def test_the_only_agent_with_neighbors_gets_the_whole_gain(dimension: int, objective: str) -> None:
+    """Without it no agent has neighbors: its reward is the gain over that case, the others' are exactly 0."""
     scenario = small_flock(dimension, num_steps=6, initial_side=10.0)
     ranges = np.zeros((5, 1))
     ranges[2] = MAX_RANGE
@@ -133,14 +133,14 @@ def test_the_only_one_that_hears_is_paid_the_whole_gain(dimension: int, objectiv
 
 
 @dimensions
-def test_what_is_heard_moves_nobody_in_the_same_step(dimension: int) -> None:
+def test_neighbors_move_no_agent_in_the_same_step(dimension: int) -> None:
     env = played(small_flock(dimension), "difference", steps_per_action=1)
     while env.agents:
         assert not env.step_array(np.full((5, 1), MAX_RANGE))[1].any()
 
 
 @objectives
-def test_learned_predators_are_steered_alike(objective: str) -> None:
+def test_learned_predators_take_the_same_actions_in_copies(objective: str) -> None:
     scenario = small_flock(
         num_agents=9, num_steps=24, capture_radius=3.0, predators=(Learned((0.0, 0.0), (8.0, 8.0)),)
     )
@@ -163,7 +163,7 @@ def test_learned_predators_are_steered_alike(objective: str) -> None:
 
 
 def near(scenario: FlockScenario, state: dict[str, Any]) -> np.ndarray:
-    """Return who is a neighbor of whom under the largest range, shape (n, n)."""
+    """Return whether agent j is a neighbor of agent i under the largest range, shape (n, n)."""
     pairs = neighbor_pairs(scenario, state["positions"], MAX_RANGE, velocities=state["velocities"])
     graph = np.eye(scenario.num_agents, dtype=bool)
     graph[tuple(pairs.T)] = True
@@ -171,9 +171,9 @@ def near(scenario: FlockScenario, state: dict[str, Any]) -> np.ndarray:
 
 
 def assert_neighborhoods(scenario: FlockScenario, graph: Any, steps_per_action: int = 1) -> set[int]:
-    """Play an episode twice, one of them step by step, and return the numbers of neighbors in it.
+    """Play an episode twice, once step by step, and return the numbers of neighbors.
 
-    The ranges that actions set do not count.
+    The neighborhood uses the largest range, not the ranges that actions set.
     """
     env = played(scenario, "neighborhood_distance_change", steps_per_action=steps_per_action)
     steps = played(scenario, "distance", steps_per_action=1)
@@ -198,7 +198,7 @@ def assert_neighborhoods(scenario: FlockScenario, graph: Any, steps_per_action: 
 @dimensions
 @pytest.mark.parametrize("steps_per_action", [1, 4])
 def test_neighborhood(dimension: int, steps_per_action: int) -> None:
-    """Over all pairs, in a flock of several groups."""
+    """All pairs in a flock of several groups in memory."""
     scenario = small_flock(dimension, num_agents=150, num_steps=40, initial_side=50.0)
     largest = np.full(150, MAX_RANGE)
     counts = assert_neighborhoods(
@@ -208,13 +208,13 @@ def test_neighborhood(dimension: int, steps_per_action: int) -> None:
 
 
 def test_agents_on_the_edge_of_a_neighborhood() -> None:
-    """One that ends up at exactly the largest range counts, one farther by a hair does not."""
+    """An agent at exactly the largest range counts; an agent slightly farther away does not."""
     scenario = small_flock(
         num_agents=2, num_steps=1, time_step=1.0, predators=(ConstantVelocity((0, 0), (0, 0)),)
     )
     env = parallel_env(scenario, reward="neighborhood_distance_change", max_range=MAX_RANGE)
     for gap, is_near in ((MAX_RANGE, True), (np.nextafter(MAX_RANGE, 99.0), False)):
-        # The second one comes to the predator from ahead, the first one leaves it.
+        # The second agent approaches the predator, the first one moves away from it.
         start = {
             "initial_positions": [[0.0, 32.0], [gap, 0.0]],
             "initial_velocities": [[0.0, -32.0], [0.0, 0.0]],

@@ -1,4 +1,4 @@
-"""The same bytes for ever, on any threads and instruction set; without a seed never the same."""
+"""Golden episodes keep their bytes on all threads and instruction sets; unseeded episodes differ."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ PROCESSES, ENVIRONMENTS, RESETS = 4, 25, 100
 
 
 @pytest.mark.parametrize("num_threads", [1, 2, 4])
-def test_episodes_are_what_they_were(num_threads: int) -> None:
+def test_episodes_equal_the_golden_ones(num_threads: int) -> None:
     assert hashes(num_threads) == GOLDEN
 
 
@@ -43,8 +43,8 @@ def test_episodes_are_what_they_were(num_threads: int) -> None:
     sys.platform != "linux" or platform.machine() != "x86_64", reason="CPUID is hidden by a trick of Linux"
 )
 @pytest.mark.parametrize(("level", "has_avx2"), [(2, False), (3, True)])
-def test_episodes_are_the_same_on_lesser_processors(level: int, has_avx2: bool, tmp_path: Path) -> None:
-    """Level 2 of x86-64 is below AVX2, 3 has it; what this processor has beyond is hidden from the child."""
+def test_episodes_are_the_same_on_lower_x86_levels(level: int, has_avx2: bool, tmp_path: Path) -> None:
+    """Level 2 of x86-64 has no AVX2, level 3 has it; higher levels are hidden from the child process."""
     compiler, library = shutil.which("cc"), tmp_path / "masked_cpuid.so"
     assert compiler, "Rust needs a C compiler, too"
     source = str(SUPPORT / "masked_cpuid.c")
@@ -65,7 +65,7 @@ def test_another_seed_is_another_episode() -> None:
 
 
 def unseeded(_: int) -> list[bytes]:
-    """Return what new environments of every interface show after each of their resets without a seed."""
+    """Return the first observations of new environments of every interface after resets without a seed."""
     seen = []
     for index in range(ENVIRONMENTS):
         env = (FlockEscapeEnv, parallel_env, FlockVectorEnv)[index % 3](scenario=small_flock())
@@ -80,7 +80,7 @@ def unseeded(_: int) -> list[bytes]:
 @pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:DeprecationWarning")
 @pytest.mark.parametrize("method", ["spawn", "fork"])
 def test_resets_without_a_seed_never_repeat(method: str) -> None:
-    """In one environment, in many, and in processes of which each starts anew."""
+    """Within one environment, across environments and across new processes."""
     with multiprocessing.get_context(method).Pool(PROCESSES, maxtasksperchild=1) as pool:
         seen = list(chain.from_iterable(pool.map(unseeded, range(PROCESSES), chunksize=1)))
     assert len(seen) == PROCESSES * ENVIRONMENTS * RESETS

@@ -1,4 +1,4 @@
-"""States that were written once restore, go on to known bits, and are still written in the same way."""
+"""Stored snapshots restore, continue with known bits, and are still written byte for byte."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "states.json").read_
 
 
 @pytest.mark.parametrize("name", MAKERS)
-def test_a_stored_state_goes_on(name: str) -> None:
-    """A change of the layout raises the version of states; then rewrite the file (see ``golden_states``)."""
+def test_a_stored_state_continues(name: str) -> None:
+    """After a change of the layout, raise the version of snapshots and run ``golden_states.py``."""
     state = base64.b64decode(GOLDEN[name]["state"])
     assert followed(name, state) == GOLDEN[name]["followed"]
     assert written(name) == state

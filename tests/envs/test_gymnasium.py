@@ -1,4 +1,4 @@
-"""The Gymnasium contract beyond its official suite: whole episodes, over every three options."""
+"""The Gymnasium contract for whole episodes, over all triples of options."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ INFO_KEYS = {
 
 
 def play(env: gymnasium.Env[Any, Any], seed: int) -> list[tuple[Any, ...]]:
-    """Return everything that an episode under random actions gives."""
+    """Return all results of an episode under random actions."""
     env.action_space.seed(seed)
     steps: list[tuple[Any, ...]] = [env.reset(seed=seed)]
     has_ended = False
@@ -69,7 +69,7 @@ def test_line_episode(options: Options, escape_force: Any) -> None:
     np.testing.assert_equal(play(env, 3), steps)
 
 
-def test_line_terminates_when_it_stands_still_and_is_truncated_otherwise() -> None:
+def test_line_terminates_when_steady_and_is_truncated_otherwise() -> None:
     env = LineEscapeEnv(LineScenario(), action_mode="range")
     env.reset(seed=0)
     flags = [(False, False)]
@@ -78,7 +78,7 @@ def test_line_terminates_when_it_stands_still_and_is_truncated_otherwise() -> No
         flags.append(tuple(ended))
     assert flags[-1] == (True, False)
     assert len(flags) < 100
-    # The last step moved nobody: a steady state is never announced early.
+    # The last step moved no agent: a steady state is never announced early.
     assert observation[2] == np.float32(0.1)
     short = LineEscapeEnv(LineScenario(max_steps=2), action_mode="range")
     short.reset(seed=0)
@@ -126,7 +126,7 @@ def test_discrete_grid() -> None:
     ],
 )
 def test_forms_of_an_action(mode: str, forms: list[Any]) -> None:
-    """What the space contains, and what stands for it, sets the same range."""
+    """Elements of the action space and equivalent plain numbers set the same range."""
     env = FlockEscapeEnv(small_flock(), action_mode=mode)
     assert env.action_space.contains(forms[0])
     played = []
@@ -138,16 +138,16 @@ def test_forms_of_an_action(mode: str, forms: list[Any]) -> None:
 
 
 @pytest.mark.parametrize("count_components", [False, True])
-def test_components_are_counted_where_asked(count_components: bool) -> None:
+def test_components_are_counted_on_request(count_components: bool) -> None:
     env = FlockEscapeEnv(small_flock(), count_components=count_components)
     _, info = env.reset(seed=0)
     assert info.get("num_components") == (5 if count_components else None)
-    *_, info = env.step(env.action_space.high)  # all agents hear all
+    *_, info = env.step(env.action_space.high)  # every agent hears every other one
     assert info.get("num_components") == (1 if count_components else None)
     assert set(info) == (INFO_KEYS | {"num_components"} if count_components else INFO_KEYS)
 
 
-def test_close_twice_is_fine() -> None:
+def test_close_can_be_called_twice() -> None:
     for env in (FlockEscapeEnv(small_flock()), LineEscapeEnv(LineScenario(num_agents=4))):
         env.reset(seed=0)
         env.close()

@@ -1,4 +1,4 @@
-"""Learned predators against plain NumPy: the law, what they see, what they are paid."""
+"""Learned predators against plain NumPy: law of motion, observations and rewards."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def start_of(scenario: FlockScenario, seed: int) -> FlockState:
 @settings(max_examples=25)
 @given(seed=st.integers(0, 2**32), hold=st.sampled_from([1, 3]))
 def test_law_and_observations(dimension: int, seed: int, hold: int) -> None:
-    """Step by step from the engine's own state, so that no difference grows."""
+    """Each step starts from the engine's state, so differences do not accumulate."""
     scenario = hunted(dimension)
     batch = FlockBatch(scenario, EnvOptions(action_mode="range", steps_per_action=hold))
     batch.reset([0], [seed])
@@ -67,14 +67,14 @@ def test_law_and_observations(dimension: int, seed: int, hold: int) -> None:
 
 
 def steered(scenario: FlockScenario, actions: np.ndarray, **start: Any) -> np.ndarray:
-    """Return the velocities of a lonely predator, shape (T, D), under the same action in every step."""
+    """Return the velocities of a single predator under a constant action, shape (T, D)."""
     schedule = np.tile(actions, (scenario.num_steps, 1, 1))
     run = simulate(scenario, 0.0, seed=0, predator_actions=schedule, **start)
     return np.diff(run.predator_positions[:, 0], axis=0) / scenario.time_step
 
 
 def test_an_action_acts_with_the_second_move() -> None:
-    """A step moves with the velocity that the step before has set, as it moves agents."""
+    """A step moves predators and agents with the velocity that the previous step has set."""
     flown = steered(hunted(2, (Learned((0.0, 0.0), (5.0, 0.0)),)), np.array([[1.0, 0.0]]))
     np.testing.assert_allclose(flown[:, 0], np.minimum(5.0 + np.arange(10), 15.0), rtol=1e-9)
     np.testing.assert_allclose(flown[:, 1], 0.0)
@@ -108,7 +108,7 @@ def test_without_actions_it_flies_straight_on(dimension: int) -> None:
 
 
 @dimensions
-def test_a_predator_that_rests_looks_at_the_nearest_agent(dimension: int) -> None:
+def test_a_predator_at_rest_faces_the_nearest_agent(dimension: int) -> None:
     scenario = hunted(dimension, (Learned((50.0, -20.0), (0.0, 0.0)),))
     environment = parallel_env(scenario)
     observations, _ = environment.reset(seed=3)
@@ -159,7 +159,7 @@ def sample(environment: Any) -> dict[str, Any]:
 @pytest.mark.parametrize("objective", OBJECTIVES)
 @pytest.mark.parametrize("reward", AGENT_REWARDS)
 @pytest.mark.parametrize("steps_per_action", [1, 4])
-def test_predators_are_paid_the_opposite(reward: str, objective: str, steps_per_action: int) -> None:
+def test_predators_get_the_opposite_reward(reward: str, objective: str, steps_per_action: int) -> None:
     environment = parallel_env(
         hunted(2), reward=reward, objective=objective, steps_per_action=steps_per_action
     )
@@ -201,7 +201,7 @@ def test_places_and_threads_do_not_matter(dimension: int) -> None:
 
 
 @dimensions
-def test_a_copy_in_mid_episode_continues_equally(dimension: int) -> None:
+def test_a_copy_in_mid_episode_continues_identically(dimension: int) -> None:
     environment = parallel_env(hunted(dimension), steps_per_action=2)
     environment.reset(seed=1)
     environment.step(sample(environment))

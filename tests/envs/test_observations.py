@@ -1,4 +1,4 @@
-"""Every entry of an observation against docs/model.md, in plain NumPy, agent by agent."""
+"""Every observation entry against its definition in docs/model.md, in plain NumPy, agent by agent."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def squash(value: float, scale: float) -> float:
 
 
 def unit(vector: Floats) -> Floats:
-    """Return the direction of a vector; 0 if it has none."""
+    """Return the direction of a vector; 0 for the vector 0."""
     norm = np.linalg.norm(vector)
     return vector / norm if norm > 0 else vector
 
@@ -59,7 +59,7 @@ def sensing_range(scenario: FlockScenario, options: EnvOptions) -> float:
 
 
 class Reference:
-    """A flock of the plain model with what its observations need to remember."""
+    """A flock of the NumPy model, with the memory that its observations need."""
 
     def __init__(self, scenario: FlockScenario, options: EnvOptions, state: FlockState) -> None:
         self.scenario, self.options, self.state = scenario, options, state
@@ -146,7 +146,7 @@ class Reference:
         return [rows.get(name, {}) for name in range(self.scenario.num_agents)]
 
     def agent_row(self, agent: int) -> dict[str, float]:
-        """Return the row of the agent in a place among those that are left."""
+        """Return the row of one surviving agent."""
         scenario, state = self.scenario, self.state
         position, velocity = state.positions[agent], state.velocities[agent]
         predator = nearest_predator(state, position)
@@ -176,7 +176,7 @@ class Reference:
 
 
 def frame(velocity: Floats, cues: list[Floats]) -> list[Floats]:
-    """Return ahead, left(, up); D = 3: left is where the first cue points that is not along the heading."""
+    """Return ahead, left(, up); for D = 3 left is the side of the first cue not parallel to the heading."""
     ahead = unit(velocity)
     if len(velocity) == 2:
         return [ahead, np.array([-ahead[1], ahead[0]])]
@@ -215,7 +215,7 @@ def flocks(draw: st.DrawFn) -> tuple[FlockScenario, EnvOptions, np.random.Genera
 
 
 def random_start(scenario: FlockScenario, rng: np.random.Generator) -> FlockState:
-    """Draw a flock of any shape, far from round and far from the origin among others."""
+    """Draw a flock, sometimes elongated and sometimes far from the origin."""
     shape = (scenario.num_agents, scenario.dimension)
     extents = rng.choice([0.1, 5.0, 30.0], scenario.dimension)
     positions = rng.normal(0, extents, shape) + rng.choice([-100.0, 0.0])
@@ -224,7 +224,7 @@ def random_start(scenario: FlockScenario, rng: np.random.Generator) -> FlockStat
 
 
 def assert_observed(rows: np.ndarray, layout: Any, expected: list[dict[str, float]]) -> None:
-    """Compare; rows that are empty are those of agents that were caught, who see zeros."""
+    """Compare observations; the rows of caught agents are zero."""
     assert all(set(row) in (set(), set(layout.names)) for row in expected)
     for index, name in enumerate(layout.names):
         column = [row.get(name, 0.0) for row in expected]
@@ -255,7 +255,7 @@ def test_flock_view(case: tuple[FlockScenario, EnvOptions, np.random.Generator])
     state = random_start(scenario, rng)
     if rng.random() < 0.5:
         state.velocities[rng.integers(scenario.num_agents)] = 0.0
-    # A centroid exactly at a predator has no direction away from it, and rounding gives it one: not alone.
+    # A single predator exactly at the centroid has no direction from it, but rounding would give it one.
     if scenario.num_agents > 1 and rng.random() < 0.3:
         state.positions[rng.integers(scenario.num_agents)] = state.predator_positions[0]
     assert_plays_as(Reference(scenario, options, state), rng, per_agent=False)

@@ -1,4 +1,4 @@
-"""Options as keyword arguments: their names, their errors and what every environment accepts."""
+"""Options as keyword arguments: names, errors and the options that each environment accepts."""
 
 from __future__ import annotations
 

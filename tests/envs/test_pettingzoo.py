@@ -1,4 +1,4 @@
-"""The PettingZoo contract beyond its official suite: whole episodes, over every three options."""
+"""The PettingZoo contract for whole episodes, over all triples of options."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def seed_actions(environment: FlockParallelEnv, seed: int) -> None:
 
 
 def play(environment: FlockParallelEnv, seed: int) -> list[tuple[Any, ...]]:
-    """Return everything that an episode under random actions gives."""
+    """Return all results of an episode under random actions."""
     seed_actions(environment, seed)
     steps: list[tuple[Any, ...]] = [environment.reset(seed=seed)]
     while environment.agents:
@@ -61,7 +61,7 @@ def test_episode(options: Options, dimension: int) -> None:
             assert set(infos[agent]) == INFO_KEYS
     dicts = [id(part) for step in steps for part in step]
     assert len(set(dicts)) == len(dicts)
-    # Equal seeds, equal episodes; from the same environment and from another one.
+    # Equal seeds give equal episodes in the same environment and in another one.
     np.testing.assert_equal(play(environment, 3), steps)
     np.testing.assert_equal(play(parallel_env(small_flock(dimension), **options), 3), steps)
 
@@ -95,8 +95,8 @@ def test_spaces_are_the_same_objects_at_every_call_and_not_shared() -> None:
     assert all(environment.action_space(agent) is before[agent] for agent in agents)
 
 
-def test_what_callers_write_into_results_does_not_come_back() -> None:
-    """RLlib adds "__all__" to the dicts; others scale rewards or observations in place."""
+def test_changing_results_does_not_change_later_ones() -> None:
+    """RLlib adds "__all__" to the dicts; other libraries scale rewards or observations in place."""
     environment, twin = parallel_env(small_flock()), parallel_env(small_flock())
     for each in (environment, twin):
         seed_actions(each, 0)
@@ -170,7 +170,7 @@ def test_aec_plays_the_same_episode() -> None:
 
 
 def as_arrays(environment: FlockParallelEnv, step: tuple[dict[str, Any], ...]) -> list[Any]:
-    """Return what ``step_array`` must give where ``step`` gave these dicts."""
+    """Return the arrays that ``step_array`` must return if ``step`` returned these dicts."""
     agents = environment.possible_agents
     arrays = [np.array([part[agent] for agent in agents]) for part in step[:-1]]
     info = dict(step[-1][agents[0]])
@@ -181,8 +181,8 @@ def as_arrays(environment: FlockParallelEnv, step: tuple[dict[str, Any], ...]) -
 @pytest.mark.parametrize("mode", ACTION_MODES)
 @pytest.mark.parametrize("reward", AGENT_REWARDS)
 @pytest.mark.parametrize("steps_per_action", [1, 4])
-def test_arrays_hold_what_the_dicts_hold(mode: str, reward: str, steps_per_action: int) -> None:
-    """Whether an episode is stepped by dicts, by arrays or by both in turn."""
+def test_arrays_equal_the_dicts(mode: str, reward: str, steps_per_action: int) -> None:
+    """Stepped with dicts, with arrays, or with both in turn."""
     options = {"action_mode": mode, "reward": reward, "steps_per_action": steps_per_action}
     dicts, arrays, mixed = (parallel_env(small_flock(), count_components=True, **options) for _ in range(3))
     start = {"initial_positions": np.arange(10.0).reshape(5, 2)}
@@ -236,7 +236,7 @@ def test_actions_come_in_any_mapping() -> None:
 
 
 def test_actions_of_any_real_type_are_taken() -> None:
-    """Also where agents' actions have different types; whatever is no number was refused one by one."""
+    """Actions of different agents may have different types; ``test_bad_actions`` covers other values."""
     environment, twin = parallel_env(small_flock()), parallel_env(small_flock())
     for each in (environment, twin):
         each.reset(seed=0)

@@ -1,4 +1,4 @@
-"""Learned predators in every interface: official suites, bad actions, agents that they catch."""
+"""Learned predators in every interface: official suites, bad actions and captures."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:reset ignores the unknown option
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 modes = pytest.mark.parametrize("mode", ACTION_MODES)
 counts = pytest.mark.parametrize("count", [1, 2])
-# Agents and predators see different things: the suite's advice, not a demand.
+# Agents and predators have different observation spaces, which the suite advises against.
 different_views = pytest.mark.filterwarnings(
     "ignore:Agents have different observation space sizes:UserWarning",
     "ignore:Observations are different shapes:UserWarning",
@@ -104,7 +104,7 @@ def test_agents_and_predators(dimension: int, count: int) -> None:
     assert not any(step[2].values())
 
 
-def test_learned_predators_are_taken_as_they_are() -> None:
+def test_learned_predators_keep_their_fields() -> None:
     swift = Learned(max_speed=40.0)
     mixed = small_flock(predators=(ConstantVelocity(), swift))
     as_given, all_learned = parallel_env(mixed), parallel_env(mixed.with_learned_predators())
@@ -119,7 +119,7 @@ def sample(environment: Any) -> dict[str, Any]:
 
 
 @counts
-def test_arrays_hold_what_the_dicts_hold(count: int) -> None:
+def test_arrays_equal_the_dicts(count: int) -> None:
     dicts, arrays = (parallel_env(hunted(2, count).with_learned_predators()) for _ in range(2))
     observations, _ = dicts.reset(seed=2)
     _, info = arrays.reset_array(seed=2)
@@ -161,7 +161,7 @@ def test_bad_actions_change_nothing(bad: Any) -> None:
         environment.step({**actions, "predator_1": bad})
     assert caught.value.field == "action of 'predator_1'"
     with pytest.raises(ActionError):
-        environment.step({**actions, "agent_3": np.array([7.0])})  # the flock is judged as ever
+        environment.step({**actions, "agent_3": np.array([7.0])})  # the objective of the flock is unchanged
     np.testing.assert_equal(environment.step(actions), twin.step(actions))
     alone, other = (FlockPursuitEnv(hunted()) for _ in range(2))
     alone.reset(seed=0)
@@ -286,13 +286,13 @@ def test_pursuit_is_copied_and_drawn() -> None:
 
 
 def captured(dimension: int = 2, **changes: Any) -> FlockScenario:
-    """Return a flock in the middle of which two predators start, who catch whoever is near."""
+    """Return a flock with two predators in its middle, which catch the agents nearby."""
     hunters = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
     fields = {"capture_radius": 12.0, "num_agents": 12, "predators": hunters}
     return small_flock(dimension, **{**fields, **changes})
 
 
-# A caught agent sees nothing any more.
+# A caught agent has no observation.
 @pytest.mark.filterwarnings("ignore:Observation numpy array is all zeros:UserWarning")
 @dimensions
 @different_views

@@ -1,4 +1,4 @@
-"""Any episode of a schedule can be started directly, and the ones after it follow: a stopped run goes on."""
+"""Resuming: a reset can start any episode of a schedule, and the following episodes continue from there."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ interfaces = pytest.mark.parametrize("interface", MAKERS)
 
 
 def begin(environment: Any, **reset: Any) -> Any:
-    """Reset any environment and return what it shows first."""
+    """Reset any environment and return its first observation."""
     if isinstance(environment, VecEnv):
         if reset.get("seed") is not None:
             environment.seed(reset["seed"])
@@ -61,7 +61,7 @@ def begin(environment: Any, **reset: Any) -> Any:
 
 
 def go_on(environment: Any) -> Any:
-    """Take a step of any environment, by all of its agents, and return what it shows then."""
+    """Take a step of any environment with all of its agents, and return the observation."""
     if hasattr(environment, "agent_selection"):
         for _ in environment.agents:
             environment.step(ACTION)
@@ -74,12 +74,12 @@ def go_on(environment: Any) -> Any:
 
 
 def play(environment: Any, episodes: int, **reset: Any) -> list[list[Any]]:
-    """Return what is seen in some episodes on end, the first one after a reset with these arguments."""
+    """Return the observations of consecutive episodes, the first one after a reset with these arguments."""
     seen = []
     for episode in range(episodes):
         is_reset = episode == 0 or not hasattr(environment, "num_envs")
         seen.append([begin(environment, **(reset if episode == 0 else {}))] if is_reset else [])
-        # SB3 resets in the last step of an episode, a vector environment in a step of its own.
+        # SB3 resets in the last step of an episode, a vector environment in a separate step.
         is_slow = isinstance(environment, FlockVectorEnv) and not is_reset
         seen[-1] += [go_on(environment) for _ in range(STEPS + is_slow)]
     return seen
@@ -87,18 +87,18 @@ def play(environment: Any, episodes: int, **reset: Any) -> list[list[Any]]:
 
 @interfaces
 @pytest.mark.parametrize("episode", [0, 1, 3])
-def test_a_new_environment_takes_a_schedule_up(interface: str, episode: int) -> None:
+def test_a_new_environment_resumes_a_schedule(interface: str, episode: int) -> None:
     make = MAKERS[interface]
     undisturbed = play(make(), 6, seed=SEED)
     resumed = play(make(), 6 - episode, seed=SEED, options={"episode": episode})
     if interface.endswith("slots") and episode > 0:
-        # What a new episode shows first came with the last step of the one before.
+        # The last step of the previous episode returned the first observation of the new one.
         np.testing.assert_equal(resumed[0].pop(0), undisturbed[episode - 1][-1])
     np.testing.assert_equal(resumed, undisturbed[episode:])
 
 
 @interfaces
-def test_the_schedule_in_force_holds_without_a_seed(interface: str) -> None:
+def test_without_a_seed_the_current_schedule_continues(interface: str) -> None:
     environment, twin = MAKERS[interface](), MAKERS[interface]()
     begin(environment, seed=SEED)
     for episode, number in (
@@ -113,8 +113,8 @@ def test_the_schedule_in_force_holds_without_a_seed(interface: str) -> None:
 
 
 @pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])
-def test_every_flock_has_its_own_number(make: Any) -> None:
-    """Flocks of a training run are in different episodes as soon as some of them lose all agents."""
+def test_every_flock_has_its_own_episode_number(make: Any) -> None:
+    """Flocks are in different episodes as soon as some of them lose all agents."""
     numbers = [4, 0, 2]
     environment = make(FLOCKS, SCENARIO)
     rows = environment.num_envs // FLOCKS
@@ -129,7 +129,7 @@ def test_every_flock_has_its_own_number(make: Any) -> None:
             assert seen == run.mean_distance[1:].tolist()
 
 
-def test_given_states_go_with_a_number() -> None:
+def test_an_episode_number_can_come_with_given_states() -> None:
     positions = np.arange(10.0).reshape(5, 2)
     environment = FlockEscapeEnv(SCENARIO)
     environment.reset(seed=SEED, options={"episode": 2, "initial_positions": positions})
@@ -152,7 +152,7 @@ def test_a_mask_keeps_other_slots() -> None:
 
 @interfaces
 @pytest.mark.parametrize("number", [-1, 2**64, 1.5, "2", [1]])
-def test_what_is_no_number_changes_nothing(interface: str, number: Any) -> None:
+def test_a_bad_episode_number_changes_nothing(interface: str, number: Any) -> None:
     environment, twin = MAKERS[interface](), MAKERS[interface]()
     for each in (environment, twin):
         begin(each, seed=SEED)

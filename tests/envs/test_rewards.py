@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from option_table import OBJECTIVES, STEPS_PER_ACTION, small_flock
+from option_table import OBJECTIVES, STEPS_PER_ACTION, every_pair, small_flock
 
 from flockesc_env import (
     ConstantVelocity,
@@ -84,11 +84,9 @@ PER_AGENT: dict[str, Play] = {name: INTERFACES[name] for name in ("parallel", "a
 SLOTS_ARE_FLOAT32 = {"rtol": 0, "atol": 1e-4}
 
 # Survival: tests/envs/test_capture_interfaces.py.
-objectives = pytest.mark.parametrize("objective", sorted({*OBJECTIVES} - {"survival"}))
-interfaces = pytest.mark.parametrize("interface", INTERFACES)
-per_agent_interfaces = pytest.mark.parametrize("interface", PER_AGENT)
-steps_per_action = pytest.mark.parametrize("steps_per_action", STEPS_PER_ACTION)
-predators_nearby = pytest.mark.parametrize("speed", [4.0, 14.0])
+DISTANCES = sorted({*OBJECTIVES} - {"survival"})
+SPEEDS = (4.0, 14.0)
+"""Of the agents, in m/s: predators come near."""
 
 
 def tolerance(interface: str) -> dict[str, float]:
@@ -100,11 +98,13 @@ def distances(objective: str, scenario: FlockScenario = SCENARIO) -> np.ndarray:
     return run.mean_distance if objective == "mean" else run.min_distance
 
 
-@interfaces
-@objectives
-@steps_per_action
-@predators_nearby
-@pytest.mark.parametrize("reward", ["running_minimum", "terminal"])
+@every_pair(
+    interface=INTERFACES,
+    objective=DISTANCES,
+    reward=("running_minimum", "terminal"),
+    steps_per_action=STEPS_PER_ACTION,
+    speed=SPEEDS,
+)
 def test_return_is_the_change_of_the_objective(
     interface: str, objective: str, reward: str, steps_per_action: int, speed: float
 ) -> None:
@@ -119,9 +119,7 @@ def test_return_is_the_change_of_the_objective(
         assert (rewards[:-1] == 0).all()
 
 
-@interfaces
-@objectives
-@steps_per_action
+@every_pair(interface=INTERFACES, objective=DISTANCES, steps_per_action=STEPS_PER_ACTION)
 def test_distance_return_is_the_time_mean(interface: str, objective: str, steps_per_action: int) -> None:
     rewards = INTERFACES[interface](
         SCENARIO, objective=objective, reward="distance", steps_per_action=steps_per_action
@@ -135,9 +133,7 @@ def agent_distances(scenario: FlockScenario = SCENARIO) -> np.ndarray:
     return np.linalg.norm(offsets, axis=3).min(axis=2)
 
 
-@per_agent_interfaces
-@objectives
-@steps_per_action
+@every_pair(interface=PER_AGENT, objective=DISTANCES, steps_per_action=STEPS_PER_ACTION)
 def test_individual_distance_averages_to_the_mean_distance(
     interface: str, objective: str, steps_per_action: int
 ) -> None:
@@ -150,8 +146,7 @@ def test_individual_distance_averages_to_the_mean_distance(
         np.testing.assert_allclose(own.sum(axis=0), expected, **tolerance(interface))
 
 
-@per_agent_interfaces
-@steps_per_action
+@every_pair(interface=PER_AGENT, steps_per_action=STEPS_PER_ACTION)
 def test_individual_distance_change_sums_to_what_each_agent_gained(
     interface: str, steps_per_action: int
 ) -> None:
@@ -177,10 +172,7 @@ def falls(curve: np.ndarray) -> np.ndarray:
     return np.flatnonzero(np.diff(np.minimum.accumulate(curve)) < 0) + 1
 
 
-@per_agent_interfaces
-@objectives
-@steps_per_action
-@predators_nearby
+@every_pair(interface=PER_AGENT, objective=DISTANCES, steps_per_action=STEPS_PER_ACTION, speed=SPEEDS)
 def test_individual_running_minimum_pays_what_agents_lost_since_it_fell_last(
     interface: str, objective: str, steps_per_action: int, speed: float
 ) -> None:
@@ -201,9 +193,7 @@ def test_individual_running_minimum_pays_what_agents_lost_since_it_fell_last(
     np.testing.assert_allclose(rewards, expected, **tolerance(interface))
 
 
-@per_agent_interfaces
-@steps_per_action
-@predators_nearby
+@every_pair(interface=PER_AGENT, steps_per_action=STEPS_PER_ACTION, speed=SPEEDS)
 def test_individual_running_minimum_averages_to_the_mean_objective(
     interface: str, steps_per_action: int, speed: float
 ) -> None:
@@ -224,9 +214,11 @@ def test_team_rewards_pay_every_agent_the_same(reward: str) -> None:
     np.testing.assert_array_equal(rewards[:, :1], play_gymnasium(SCENARIO, reward=reward))
 
 
-@pytest.mark.parametrize("reward", ["change", "terminal"])
-@pytest.mark.parametrize("escape_force", ["constant", "linear", "linear_as_printed"])
-@steps_per_action
+@every_pair(
+    reward=("change", "terminal"),
+    escape_force=("constant", "linear", "linear_as_printed"),
+    steps_per_action=STEPS_PER_ACTION,
+)
 def test_line_return_is_the_change_of_the_escape_distance(
     reward: str, escape_force: Any, steps_per_action: int
 ) -> None:

@@ -1,4 +1,4 @@
-"""The contract of stable-baselines3's VecEnv, for the environments with a slot per flock or per agent."""
+"""The contract of stable-baselines3's VecEnv for FlockVecEnv and AgentVecEnv."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def sample(env: VecEnv, rng: np.random.Generator) -> np.ndarray:
 
 
 def assert_episodes(env: VecEnv, steps_per_action: int) -> None:
-    """Play into the second episode and check everything that SB3 relies on."""
+    """Play into the second episode and check all that SB3 relies on."""
     rng = np.random.default_rng(0)
     length = -(-env.get_attr("scenario")[0].num_steps // steps_per_action)
     env.seed(0)
@@ -69,7 +69,7 @@ def test_agent_slots(options: dict[str, Any]) -> None:
 
 
 def test_flock_slots_equal_single_environments() -> None:
-    """Over three episodes: observations after the reset included, and the terminal ones as well."""
+    """Three episodes, including terminal observations and observations after a reset."""
     scenario = small_flock()
     env, twins = FlockVecEnv(FLOCKS, scenario), [FlockEscapeEnv(scenario) for _ in range(FLOCKS)]
     env.seed(11)
@@ -125,7 +125,7 @@ def test_agent_slots_equal_parallel_environments(reward: str) -> None:
 
 
 @ENVS
-def test_no_buffer_is_used_twice(make: type[VecEnv]) -> None:
+def test_buffers_are_never_reused(make: type[VecEnv]) -> None:
     """SB3 keeps observations across the next step and edits rewards in place."""
     env, twin = make(FLOCKS, small_flock()), make(FLOCKS, small_flock())
     for each in (env, twin):
@@ -222,7 +222,7 @@ def test_wrappers_of_sb3_work(make: type[VecEnv]) -> None:
 
 
 @ENVS
-def test_deep_copy_goes_its_own_way(make: type[VecEnv]) -> None:
+def test_deep_copy_is_independent(make: type[VecEnv]) -> None:
     env = make(FLOCKS, small_flock())
     env.seed(0)
     env.reset()

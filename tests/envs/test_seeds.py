@@ -1,4 +1,4 @@
-"""A seed means the same flock everywhere, and fixes all episodes that follow it."""
+"""A seed gives the same flock in every interface and determines all following episodes."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def test_environments_play_the_simulated_flock(interface: str, seed: int, dimens
     run = simulate(scenario, RHO, seed=seed)
     infos = INTERFACES[interface](scenario, seed)
     expected = {name: getattr(run, name).tolist() for name in CURVES}
-    # Before the first action no range is set: everybody is alone.
+    # Before the first action the range is 0, so every agent is alone.
     expected["num_components"][0] = scenario.num_agents
     assert curves(infos) == expected
     assert infos[-1]["min_mean_distance"] == run.mean_distance.min()
@@ -146,7 +146,7 @@ def test_agents_start_in_their_region(dimension: int) -> None:
 
 
 def test_given_positions_leave_the_drawn_headings() -> None:
-    """Every purpose draws from a stream of its own."""
+    """Positions and headings come from separate streams."""
     scenario = small_flock()
     drawn = simulate(scenario, RHO, seed=3)
     given = simulate(scenario, RHO, seed=3, initial_positions=np.zeros((5, 2)))
@@ -190,7 +190,7 @@ def test_random_predators_are_the_same_everywhere(interface: str, seed: int, dim
 
 
 def test_random_predators_do_not_depend_on_the_batch() -> None:
-    """Every episode of every slot, on any number of threads, is the run of its seed."""
+    """Each episode of each slot equals the simulation with its seed, on any number of threads."""
     scenario = small_flock(predators=RANDOM)
     expected = [
         [simulate(scenario, RHO, seed=episode_seed(40 + slot, episode)).mean_distance for slot in range(5)]
@@ -205,7 +205,7 @@ def test_random_predators_do_not_depend_on_the_batch() -> None:
                 assert infos["mean_distance"].tolist() == [run[step] for run in runs]
 
 
-def test_a_copy_draws_what_its_original_draws() -> None:
+def test_a_copy_draws_the_same_numbers() -> None:
     scenario = small_flock(predators=RANDOM)
     environment = FlockEscapeEnv(scenario)
     environment.reset(seed=1)
@@ -217,7 +217,7 @@ def test_a_copy_draws_what_its_original_draws() -> None:
 
 
 def first_observation(environment: Any, seed: int | None = None) -> bytes:
-    """Reset any environment and return what it shows, hashable."""
+    """Reset any environment and return its first observation in hashable form."""
     if isinstance(environment, VecEnv):
         if seed is not None:
             environment.seed(seed)
@@ -257,7 +257,7 @@ def test_a_seed_fixes_all_unseeded_resets_after_it(interface: str) -> None:
 
 
 def test_single_flock_interfaces_share_the_sequence() -> None:
-    """After the same seed the n-th unseeded episode is the same flock in every interface."""
+    """After the same seed, the n-th unseeded episode has the same flock in every interface."""
     scenario = small_flock()
     gym, parallel, slots = FlockEscapeEnv(scenario), parallel_env(scenario), FlockVecEnv(1, scenario)
     slots.seed(4)
@@ -306,7 +306,7 @@ def test_autoreset_follows_the_schedule(make: Any) -> None:
 
 
 def test_schedule_of_seeds() -> None:
-    """Pure, without repetition, and from 2^32 on; the numbers are part of what a seed means."""
+    """``episode_seed`` is pure, never repeats, returns at least 2^32, and must never change."""
     assert [episode_seed(seed, 0) for seed in SEEDS] == SEEDS
     assert episode_seed(np.int64(7), np.uint8(0)) == 7
     assert [episode_seed(7, episode) for episode in (1, 2)] == [856522681599956647, 9029727068422764021]
@@ -327,7 +327,7 @@ def test_no_schedule_for_other_numbers(seed: Any, episode: Any, field: str) -> N
 
 
 @pytest.mark.parametrize("make", [MAKERS["gymnasium"], MAKERS["line"], MAKERS["vector"]])
-def test_np_random_is_what_gymnasium_says(make: Callable[[], Any]) -> None:
+def test_np_random_follows_gymnasium(make: Callable[[], Any]) -> None:
     environment = make()
     environment.reset()
     environment.reset(seed=12)
@@ -338,8 +338,8 @@ def test_np_random_is_what_gymnasium_says(make: Callable[[], Any]) -> None:
     assert environment.np_random.random() == expected.random()
 
 
-def test_seeds_that_people_name_never_come_up_by_chance() -> None:
-    """Flocks held out for a report, of small seeds, cannot slip into training."""
+def test_small_seeds_are_never_drawn() -> None:
+    """Held-out flocks have small seeds, so they cannot appear in training."""
     slots = FlockVecEnv(1, small_flock())
     drawn = [simulate(small_flock(), RHO).seed for _ in range(50)] + [slots.seed()[0] for _ in range(50)]
     assert min(drawn) >= 2**32

@@ -1,8 +1,8 @@
-"""Whatever is done to an environment, in whatever order, it is where its seed and its actions lead.
+"""Stateful test: after any operations an environment is in the state that its seed and actions determine.
 
-The model is a log: resets and steps with what they returned. A restored state takes the log back to where
-that state was saved; refused calls, pictures, copies and pickles leave it as it is. In the end a new
-environment plays the log and returns the same, bit for bit.
+The model is a log of resets and steps with their results. Restoring a snapshot resets the log to the point
+where it was saved; rejected calls, rendering, copies and pickles do not change the log. At the end a new
+environment plays the log and must return the same results, bit for bit.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ parts = st.floats(-1, 1, width=32)
 
 
 def action_of(env: Any, part: float) -> Any:
-    """Return an action of the environment's space, ``part`` of the way through it."""
+    """Return the action at the fraction ``part`` of the environment's action space."""
     if hasattr(env, "possible_agents"):
         return {agent: np.array([part / (1 + k)], np.float32) for k, agent in enumerate(env.agents)}
     return np.full(env.action_space.shape, part, np.float32)
@@ -83,7 +83,7 @@ def has_ended(env: Any, step: tuple[Any, ...]) -> bool:
 
 
 class Machine(RuleBasedStateMachine):
-    """One environment under everything that can be done to it."""
+    """One environment and all operations on it."""
 
     make: Callable[[], Any]
     saves = Bundle("saves")
@@ -95,7 +95,7 @@ class Machine(RuleBasedStateMachine):
         self.has_ended = False
 
     def do(self, call: str, argument: Any) -> None:
-        """Do one thing and write down what came of it."""
+        """Run one operation and log its result."""
         returned = play(self.env, call, argument)
         self.log.append((call, argument, copy.deepcopy(returned)))
         self.has_ended = call == "step" and has_ended(self.env, returned)
@@ -146,14 +146,14 @@ class Machine(RuleBasedStateMachine):
         self.env.close()
 
     @rule(part=parts)
-    def go_on_with_a_copy(self, part: float) -> None:
+    def continue_with_a_copy(self, part: float) -> None:
         original, self.env = self.env, copy.deepcopy(self.env)
         if not self.has_ended:
             original.step(action_of(original, part))
         original.reset(seed=5)
 
     @rule()
-    def go_on_with_a_pickle(self) -> None:
+    def continue_with_a_pickle(self) -> None:
         original, self.env = self.env, pickle.loads(pickle.dumps(self.env))  # noqa: S301, our own
         original.reset(seed=5)
 
@@ -177,10 +177,10 @@ class Machine(RuleBasedStateMachine):
         self.restore(saved)
 
     @rule(saved=saves, part=st.floats(0, 1, exclude_max=True), flip=st.integers(1, 255))
-    def restore_what_is_damaged(
+    def restore_a_damaged_snapshot(
         self, saved: tuple[bytes, list[tuple[str, Any, Any]], bool], part: float, flip: int
     ) -> None:
-        """A state that is cut short or longer is refused, and nothing has changed."""
+        """A truncated or extended snapshot is rejected and changes nothing."""
         state = saved[0]
         for damaged in (state[: int(part * len(state))], state + bytes([flip])):
             with pytest.raises(FlockescError):
@@ -197,8 +197,8 @@ def play(env: Any, call: str, argument: Any) -> Any:
 
 
 @pytest.mark.parametrize("name", MAKERS)
-def test_an_environment_is_where_its_actions_lead(name: str) -> None:
-    # A class of its own: rules belong to classes.
+def test_the_seed_and_the_actions_determine_the_state(name: str) -> None:
+    # A new class per environment: hypothesis stores rules in classes.
     machine = type("Machine", (Machine,), {"make": staticmethod(MAKERS[name])})
     run = settings(max_examples=25, stateful_step_count=40)
     run_state_machine_as_test(machine, settings=run)

@@ -1,4 +1,4 @@
-"""Saved at any step and restored anywhere, an environment goes on to the last bit."""
+"""Snapshots: an environment saved at any step and restored elsewhere continues bit for bit."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from flockesc_env import (
 from flockesc_env.policies.predators import Pursue
 
 STEPS = 50
-"""Into the fifth episode."""
+"""Number of steps, which reaches the fifth episode."""
 
 
 MAKERS: dict[str, Callable[[], Any]] = {
@@ -44,8 +44,8 @@ MAKERS: dict[str, Callable[[], Any]] = {
 interfaces = pytest.mark.parametrize("interface", MAKERS)
 
 
-def ways_on(env: Any, make: Callable[[], Any]) -> dict[str, Any]:
-    """Environments that should go on as ``env`` does."""
+def continuations(env: Any, make: Callable[[], Any]) -> dict[str, Any]:
+    """Return environments that should continue as ``env`` does."""
     restored, overwritten = make(), make()
     restored.set_state(env.get_state())
     start(overwritten, 77)
@@ -62,12 +62,12 @@ def ways_on(env: Any, make: Callable[[], Any]) -> dict[str, Any]:
 
 @interfaces
 @pytest.mark.parametrize("played", [1, 33])
-def test_every_way_on_is_the_same(interface: str, played: int) -> None:
+def test_all_continuations_are_equal(interface: str, played: int) -> None:
     make = MAKERS[interface]
     env = make()
     start(env, 3)
     play(env, np.random.default_rng(0), played)
-    ways = ways_on(env, make)
+    ways = continuations(env, make)
     expected = play(env, np.random.default_rng(1), STEPS)
     for name, way in ways.items():
         np.testing.assert_equal(play(way, np.random.default_rng(1), STEPS), expected, err_msg=name)
@@ -75,7 +75,7 @@ def test_every_way_on_is_the_same(interface: str, played: int) -> None:
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_every_preset(name: str) -> None:
-    """Neighbor rules, laws of motion, predators, capture, noise, frozen graphs, drawn scenarios, lines."""
+    """Presets cover all neighbor rules, laws of motion, predators, captures, noise and randomization."""
 
     def make() -> FlockEscapeEnv | LineEscapeEnv:
         is_line = isinstance(PRESETS[name].scenario, LineScenario)
@@ -84,15 +84,15 @@ def test_every_preset(name: str) -> None:
     env = make()
     env.reset(seed=3)
     play(env, np.random.default_rng(0), 15)
-    ways = ways_on(env, make)
+    ways = continuations(env, make)
     expected = play(env, np.random.default_rng(1), 15)
     for way, other in ways.items():
         np.testing.assert_equal(play(other, np.random.default_rng(1), 15), expected, err_msg=way)
 
 
 @interfaces
-def test_a_state_is_what_was(interface: str) -> None:
-    """Saving changes nothing; what is restored has the same state and observation."""
+def test_saving_and_restoring_change_nothing(interface: str) -> None:
+    """Saving changes nothing; the restored environment has the same snapshot and observation."""
     env, twin = MAKERS[interface](), MAKERS[interface]()
     for each in (env, twin):
         start(each, 4)
@@ -121,7 +121,7 @@ def test_in_another_process(method: str) -> None:
 
 
 def test_one_state_in_all_slots() -> None:
-    """What a planner does: from one moment of one flock many go on, each its own way."""
+    """Planning: many slots continue from one state of one flock, with different actions."""
     scenario = small_flock()
     env, crowd = FlockEscapeEnv(scenario), FlockVectorEnv(5, scenario, num_threads=2)
     env.reset(seed=3)
@@ -177,7 +177,7 @@ def test_bad_arguments(state: Any, flocks: Any, message: str) -> None:
         lambda: parallel_env(small_flock()),
     ],
 )
-def test_states_of_something_else_are_refused(other: Callable[[], Any]) -> None:
+def test_states_of_other_environments_are_refused(other: Callable[[], Any]) -> None:
     env, source = FlockEscapeEnv(small_flock()), other()
     env.reset(seed=0)
     source.reset(seed=0)
@@ -205,16 +205,16 @@ def test_damaged_states_are_refused(interface: str) -> None:
 
 
 @pytest.mark.parametrize("interface", ["gymnasium", "parallel", "line", "vector", "stable-baselines3"])
-def test_nothing_to_save_before_the_first_reset(interface: str) -> None:
+def test_saving_before_the_first_reset_is_refused(interface: str) -> None:
     env = MAKERS[interface]()
     with pytest.raises(EpisodeError, match="reset"):
         env.get_state()
     twin = pickle.loads(pickle.dumps(env))  # noqa: S301, our own
-    # Also what nobody has seeded goes on equally.
+    # An environment that was never seeded also continues identically.
     np.testing.assert_equal(start(twin), start(env))
 
 
-def test_pictures_begin_anew() -> None:
+def test_rendering_starts_again_after_a_restore() -> None:
     pytest.importorskip("pygame")
     env = FlockEscapeEnv(small_flock(), render_mode="rgb_array")
     env.reset(seed=0)

@@ -1,4 +1,4 @@
-"""The native vector environment gives what Gymnasium's SyncVectorEnv over single environments gives."""
+"""FlockVectorEnv returns the same as Gymnasium's SyncVectorEnv over single environments."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ action_modes = pytest.mark.parametrize("action_mode", ACTION_MODES)
 
 
 class Twins:
-    """The native vector environment and SyncVectorEnv, told and compared alike."""
+    """FlockVectorEnv and SyncVectorEnv, called with the same arguments and compared."""
 
     def __init__(
         self, autoreset_mode: AutoresetMode, *, num_threads: int | None = None, **options: Any
@@ -39,7 +39,7 @@ class Twins:
         self.truncations = np.zeros(SLOTS, bool)
 
     def reset(self, seed: Any = None, mask: np.ndarray | None = None, **options: Any) -> None:
-        # SyncVectorEnv takes the mask out of the dict that it is given.
+        # SyncVectorEnv removes the mask from the dict that it gets.
         given = [{**options, **({} if mask is None else {"reset_mask": mask.copy()})} for _ in range(2)]
         native = self.native.reset(seed=seed, options=given[0])
         assert data_equivalence(native, self.sync.reset(seed=seed, options=given[1]), exact=True)
@@ -70,7 +70,7 @@ def test_episodes_of_equal_phase(
 @autoreset_modes
 @action_modes
 def test_episodes_of_unequal_phase(autoreset_mode: AutoresetMode, action_mode: str) -> None:
-    """Masked resets in mid-episode, so that slots end at different times from then on."""
+    """After masked resets in mid-episode, slots end at different times."""
     twins = Twins(autoreset_mode, action_mode=action_mode, count_components=True)
     twins.reset(1)
     twins.step(3)
@@ -108,7 +108,7 @@ def test_given_starts_hold_for_all_slots_that_are_reset(autoreset_mode: Autorese
 
 @autoreset_modes
 def test_masked_reset_of_a_slot_that_has_ended(autoreset_mode: AutoresetMode) -> None:
-    """The caller may reset what would be reset by itself."""
+    """The caller may reset a slot that autoreset would reset."""
     twins = Twins(autoreset_mode)
     twins.reset(3)
     twins.step(10)
@@ -173,20 +173,20 @@ def test_make_vec(mode: Any) -> None:
     env.close()
     env.close()
     assert env.closed
-    assert type(gymnasium.make_vec(NAME)) is FlockVectorEnv  # the default way
+    assert type(gymnasium.make_vec(NAME)) is FlockVectorEnv  # the default
 
 
-def test_make_vec_may_not_cut_the_horizon_short() -> None:
-    """It is the scenario's; ``make_vec`` hands a limit on, which other environments leave to a wrapper."""
+def test_make_vec_rejects_a_limit_below_the_horizon() -> None:
+    """The scenario sets the horizon; ``make_vec`` passes a limit on to the environment."""
     make = partial(gymnasium.make_vec, NAME, 2, scenario=small_flock(), steps_per_action=4)
     for limit in (None, 3, 100):
         assert make(max_episode_steps=limit).options.steps_per_action == 4
-    with pytest.raises(ArgumentError, match="max_episode_steps: expected None or at least 3: the scenario's"):
+    with pytest.raises(ArgumentError, match="max_episode_steps: expected None or at least 3, the number"):
         make(max_episode_steps=2)
 
 
 def play(env: VectorEnv[Any, Any, Any], keep: Any = copy.deepcopy) -> list[Any]:
-    """Return what ``keep`` makes of all that an environment returns."""
+    """Return ``keep`` of everything that an environment returns."""
     env.action_space.seed(0)
     results = [keep(env.reset(seed=0))]
     results += [keep(env.step(env.action_space.sample())) for _ in range(25)]
@@ -201,7 +201,7 @@ def test_copy_false_reuses_two_arrays(autoreset_mode: AutoresetMode) -> None:
     )
     expected = play(fresh, keep=lambda result: result)
     assert data_equivalence(play(reusing), expected, exact=True)
-    # What is promised to be new shares no memory with what came before; what is promised to be reused is.
+    # New arrays share no memory with earlier ones; with copy=False the two arrays are reused.
     observations = [result[0] for result in expected]
     rewards = [result[1] for result in expected[1:-1]]
     for arrays in (observations, rewards):
@@ -224,7 +224,7 @@ def test_final_observations_outlive_reused_arrays() -> None:
 
 
 @autoreset_modes
-def test_what_callers_write_into_results_does_not_come_back(autoreset_mode: AutoresetMode) -> None:
+def test_changing_results_does_not_change_later_ones(autoreset_mode: AutoresetMode) -> None:
     twins = Twins(autoreset_mode)
     env, twin = twins.native, copy.deepcopy(twins.native)
     for each in (env, twin):
@@ -243,7 +243,7 @@ def test_what_callers_write_into_results_does_not_come_back(autoreset_mode: Auto
 
 @pytest.mark.parametrize("autoreset_mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 def test_episodes_can_be_played_alone(autoreset_mode: AutoresetMode) -> None:
-    """Every slot's episodes are the simulated flocks of its seeds in the schedule, up to the third."""
+    """The first three episodes of each slot equal the simulations with the seeds of its schedule."""
     scenario = small_flock()
     env = FlockVectorEnv(SLOTS, scenario, autoreset_mode=autoreset_mode, action_mode="range")
     _, infos = env.reset(seed=30)
@@ -263,7 +263,7 @@ def test_episodes_can_be_played_alone(autoreset_mode: AutoresetMode) -> None:
 
 
 @action_modes
-def test_actions_of_slots_that_are_reset_do_not_matter(action_mode: str) -> None:
+def test_actions_of_slots_that_are_reset_are_ignored(action_mode: str) -> None:
     twins = Twins(AutoresetMode.NEXT_STEP, action_mode=action_mode)
     twins.reset(0)
     twins.step(4)
@@ -353,7 +353,7 @@ def test_bad_arguments(arguments: dict[str, Any], error: type[ArgumentError], fi
 
 
 @autoreset_modes
-def test_deep_copies_go_their_own_way(autoreset_mode: AutoresetMode) -> None:
+def test_deep_copies_are_independent(autoreset_mode: AutoresetMode) -> None:
     env = FlockVectorEnv(SLOTS, small_flock(), autoreset_mode=autoreset_mode, copy=False)
     env.reset(seed=0)
     env.action_space.seed(0)

@@ -1,4 +1,4 @@
-"""Read access to what environments step: ``env.flock``, ``env.flocks`` and ``env.line``."""
+"""Read-only access to the current state: ``env.flock``, ``env.flocks`` and ``env.line``."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ PREDATORS = (PurePursuit((0.0, 0.0), (8.0, 8.0)), PurePursuit((30.0, 0.0), (0.0,
 
 
 @pytest.mark.parametrize("dimension", DIMENSIONS)
-def test_a_flock_is_that_of_the_simulation(dimension: int) -> None:
+def test_a_flock_equals_the_simulation(dimension: int) -> None:
     scenario = small_flock(dimension, predators=PREDATORS, capture_radius=4.0)
     env = FlockEscapeEnv(scenario, action_mode="range", max_range=9.0)
     with pytest.raises(ResetNeeded):
         _ = env.flock.positions
     env.reset(seed=5)
     run = simulate(scenario, 9.0, seed=5)
-    speed = np.hypot(8.0, 8.0)  # of a predator that only turns
+    speed = np.hypot(8.0, 8.0)  # for a predator that only turns
     for step in range(scenario.num_steps + 1):
         flock = env.flock
         assert flock.step == step
@@ -68,7 +68,7 @@ def test_shapes_and_read_only_arrays() -> None:
 
 
 @pytest.mark.parametrize("make", [FlockVectorEnv, FlockVecEnv, AgentVecEnv])
-def test_flocks_of_a_batch_are_those_of_single_environments(make: Any) -> None:
+def test_flocks_of_a_batch_equal_single_environments(make: Any) -> None:
     env = make(3, small_flock())
     if hasattr(env, "single_action_space"):
         env.reset(seed=7)

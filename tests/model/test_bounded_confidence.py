@@ -1,7 +1,7 @@
-"""Published results on the line without predator, which is the Hegselmann-Krause model of bounded confidence.
+"""Published results on the line without a predator: the Hegselmann-Krause model of bounded confidence.
 
-None of them comes from the paper or from this project. Exact rational arithmetic referees them first: states
-that start rational stay rational, so ties at distance rho are decided without a rounding.
+None of them comes from the paper or from this project. Exact rational arithmetic checks them first: rational
+states stay rational, so ties at distance rho are decided without rounding.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ States = list[Fraction]
 
 
 def exact_step(states: States, rho: Fraction) -> States:
-    """Eq. 1, word for word."""
+    """Return the next state by Eq. 1, in exact arithmetic."""
     heard = [[y for y in states if abs(x - y) <= rho] for x in states]
     return [sum(neighbors, Fraction(0)) / len(neighbors) for neighbors in heard]
 
@@ -40,14 +40,14 @@ def fast_run(states: States, rho: float = 1.0) -> LineTrajectory:
 
 
 def freezing_time(run: LineTrajectory) -> int:
-    """The last step of a run is the one in which nobody moves."""
+    """Return the number of steps before the first one that moves no agent."""
     return run.steps - 1
 
 
 def assert_is(run: LineTrajectory, exact: list[States]) -> None:
-    """The same states at all times: means do not amplify errors, so those of the steps add up at most.
+    """Compare states at all times. Means do not amplify errors, so the errors of the steps at most add up.
 
-    In one step a mean of states up to M is off by 2^-51 M (the engine's resolution) and half an ulp.
+    In one step a mean of states up to M has an error of 2^-51 M (the engine's resolution) and half an ulp.
     """
     assert freezing_time(run) == len(exact) - 1
     largest = max(abs(x) for x in exact[0])
@@ -61,7 +61,7 @@ def equally_spaced(n: int) -> States:
 
 
 def cluster_sizes(run: LineTrajectory) -> list[int]:
-    """Sizes from left to right; whoever has met hears the same agents and has the same bits."""
+    """Return the sizes of clusters from left to right; agents in one cluster have the same bits."""
     return list(np.unique(run.states[-1], return_counts=True)[1])
 
 
@@ -69,7 +69,7 @@ def cluster_sizes(run: LineTrajectory) -> list[int]:
 def test_equally_spaced_agents_break_off_in_threes(n: int) -> None:
     """P. Hegarty, E. Wedin, "The Hegselmann-Krause dynamics for equally spaced agents", arXiv:1406.0819.
 
-    Abstract: with gaps equal to the confidence bound a group of 3 leaves either end every 5 steps; in the end
+    With gaps equal to the confidence bound, a group of 3 leaves either end every 5 steps; in the end
     2 floor(n/6) clusters have 3 agents and one in the middle n mod 6; the freezing time is 5n/6 + O(1).
     """
     exact = exact_run(equally_spaced(n), Fraction(1))
@@ -83,7 +83,7 @@ def test_equally_spaced_agents_break_off_in_threes(n: int) -> None:
 
 @pytest.mark.parametrize("n", [62, 99, 256, 1001])
 def test_a_long_chain_loses_a_group_at_either_end_every_five_steps(n: int) -> None:
-    """The same theorem where fractions get too long; its O(1) is what the last n mod 6 + 6 agents take."""
+    """The theorem for chains too long for fractions; its O(1) is the time of the last n mod 6 + 6 agents."""
     run = fast_run(equally_spaced(n))
     threes, middle = divmod(n, 6)
     assert cluster_sizes(run) == [3] * threes + [middle] * (middle > 0) + [3] * threes
@@ -110,7 +110,7 @@ def test_a_dumbbell_takes_quadratic_time() -> None:
     Hegselmann-Krause bounded confidence dynamics", Discrete Comput. Geom. 53 (2015), arXiv:1406.0769.
 
     The freezing time is Omega(n^2) on a chain with gaps equal to the bound between two heavy ends: while the
-    chain holds, it is diffusion. A chain that does not hear at distance rho freezes at once.
+    chain holds, it is diffusion. If distance rho were out of range, the chain would freeze at once.
     """
     times = np.array([freezing_time(fast_run(dumbbell(n))) for n in (16, 32, 64, 128)])
     growth = times[1:] / times[:-1]
@@ -128,11 +128,11 @@ def test_one_more_agent_unites_two_clusters_up_to_the_stable_distance(
     """V. D. Blondel, J. M. Hendrickx, J. N. Tsitsiklis, "On Krause's multi-agent consensus model with
     state-dependent connectivity", IEEE Trans. Automat. Control 54 (2009) 2586, arXiv:0807.2028.
 
-    Two clusters withstand an agent of little weight between them if they are more than
-    (1 + min(W_A, W_B) / max(W_A, W_B)) rho apart, and do not if they are less. The agent goes to their center
-    of mass; at that distance the lighter cluster is exactly rho away from it, which is within range here.
+    Two clusters stay apart despite a light agent between them if they are more than
+    (1 + min(W_A, W_B) / max(W_A, W_B)) rho apart, and unite if they are closer. The agent moves to the center
+    of mass. At the limiting distance the lighter cluster is exactly rho away from it, which is in range here.
     """
-    rho, stable = heavy, heavy + light  # whole numbers in the ratio 1 : 1 + light / heavy
+    rho, stable = heavy, heavy + light  # integers in the ratio 1 : 1 + light / heavy
     left, right = agents * heavy, agents * light
 
     def clusters_at_the_end(distance: float) -> list[int]:
@@ -144,8 +144,8 @@ def test_one_more_agent_unites_two_clusters_up_to_the_stable_distance(
         return cluster_sizes(run)
 
     assert clusters_at_the_end(stable) == [left + right + 1]
-    beyond = [left, 1, right] if heavy == light else [left + 1, right]
-    assert clusters_at_the_end(stable * (1 + 2**-40)) == beyond
+    apart = [left, 1, right] if heavy == light else [left + 1, right]
+    assert clusters_at_the_end(stable * (1 + 2**-40)) == apart
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -180,8 +180,8 @@ def test_the_energy_bound_is_sharp_for_two_agents() -> None:
 
 def test_uniform_opinions_agree_above_a_fifth() -> None:
     """S. Fortunato, "On the consensus threshold for the opinion dynamics of Krause-Hegselmann", Int. J. Mod.
-    Phys. C 16 (2005) 259, arXiv:cond-mat/0408648: where everybody may hear everybody, many uniform opinions
-    reach consensus above about 0.2 of the interval and never below.
+    Phys. C 16 (2005) 259, arXiv:cond-mat/0408648: on a complete graph, many uniform opinions
+    reach consensus if the range is above about 0.2 of the interval, and never below.
     """
     scenario = LineScenario(num_agents=2000, predator_position=None, max_steps=20_000)
 

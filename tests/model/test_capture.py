@@ -1,4 +1,4 @@
-"""Agents that are caught: the plain model says who and when."""
+"""Captures: the NumPy model determines which agents are caught and when."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def capturing_scenarios(draw: st.DrawFn) -> FlockScenario:
 
 @settings(max_examples=150)
 @given(capturing_scenarios(), st.integers(0, 2**32 - 1), st.booleans())
-def test_follows_the_plain_model(scenario: FlockScenario, seed: int, per_agent: bool) -> None:
+def test_captures_follow_the_numpy_model(scenario: FlockScenario, seed: int, per_agent: bool) -> None:
     rng = np.random.default_rng(seed)
     columns = scenario.num_agents if per_agent else 1
     schedule = rng.uniform(0, SIDE, (scenario.num_steps, columns))
@@ -95,8 +95,8 @@ def assert_equal(first: Trajectory, second: Trajectory) -> None:
 
 
 @dimensions
-def test_many_agents_leave_and_nobody_comes_back(dimension: int) -> None:
-    """A flock of several groups in memory, which shrink to one."""
+def test_many_agents_leave_and_none_returns(dimension: int) -> None:
+    """A flock of several groups in memory shrinks to one group."""
     scenario = hunted(dimension, num_agents=500, num_steps=60, initial_side=40.0)
     for seed in range(4):
         run = simulate(scenario, 8.0, seed=seed)
@@ -116,13 +116,13 @@ def test_many_agents_leave_and_nobody_comes_back(dimension: int) -> None:
 
 @dimensions
 @pytest.mark.parametrize("per_agent", [False, True])
-def test_a_radius_that_reaches_nobody_changes_no_bit(dimension: int, per_agent: bool) -> None:
+def test_a_radius_without_captures_changes_no_bit(dimension: int, per_agent: bool) -> None:
     free = hunted(dimension, num_agents=200, capture_radius=None)
     rho = np.linspace(0, 15, 200) if per_agent else 7.0
     assert_equal(simulate(free, rho, seed=2), simulate(free.replace(capture_radius=0.0), rho, seed=2))
 
 
-def test_everybody_is_caught_in_the_first_step() -> None:
+def test_all_agents_are_caught_in_the_first_step() -> None:
     scenario = hunted(capture_radius=1e6)
     run = simulate(scenario, 5.0, seed=0)
     np.testing.assert_array_equal(run.caught_at, 1)
@@ -145,12 +145,12 @@ def test_everybody_is_caught_in_the_first_step() -> None:
     assert not any(row.any() for row in observations.values())
 
 
-def test_at_the_start_nobody_is_caught() -> None:
+def test_no_agent_is_caught_at_the_start() -> None:
     run = simulate(hunted(capture_radius=1e6), 5.0, seed=0)
     assert run.fraction_surviving[0] == 1
 
 
-def test_a_catch_can_raise_the_mean_distance_but_not_its_running_minimum() -> None:
+def test_a_capture_can_raise_the_mean_distance_but_not_its_running_minimum() -> None:
     scenario = FlockScenario(
         num_agents=2, num_steps=1, capture_radius=1.0, predators=(ConstantVelocity((0, 0), (0, 0)),)
     )

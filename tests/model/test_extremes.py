@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from option_table import small_flock
+from option_table import DIMENSIONS, every_pair, small_flock
 
 from flockesc_env import (
     ConstantVelocity,
@@ -25,6 +25,7 @@ from flockesc_env import (
     Vicsek,
     Voronoi,
     Wandering,
+    _core,
     simulate,
 )
 
@@ -56,9 +57,7 @@ DRAWING = (
     PurePursuit((9.0, 0.0), confusion_rate=3.0),
 )
 
-rules = pytest.mark.parametrize("rule", RULES)
-predators = pytest.mark.parametrize("predator", PREDATORS)
-dimensions = pytest.mark.parametrize("dimension", [2, 3])
+settings = every_pair(rule=RULES, predator=PREDATORS, dimension=DIMENSIONS)
 
 
 def scenarios(dimension: int, rule: str, predator: str) -> list[FlockScenario]:
@@ -98,9 +97,11 @@ def isometries(dimension: int) -> list[tuple[np.ndarray, np.ndarray]]:
     return [*turns, *mirrors, (swap, none), (one, np.full(dimension, 64.0)), (-one, none - 17.0)]
 
 
-@rules
-@predators
-@dimensions
+def test_every_motion_is_here() -> None:
+    assert {motion.kind for motion in MOTIONS} == set(_core.kinds()["motions"])
+
+
+@settings
 def test_no_direction_side_or_place_is_special(rule: str, predator: str, dimension: int) -> None:
     positions, velocities = start(dimension)
     for scenario in scenarios(dimension, rule, predator):
@@ -118,9 +119,7 @@ def test_no_direction_side_or_place_is_special(rule: str, predator: str, dimensi
             np.testing.assert_array_equal(other.num_components, first.num_components)
 
 
-@rules
-@predators
-@dimensions
+@settings
 def test_names_do_not_matter_to_the_last_bit(rule: str, predator: str, dimension: int) -> None:
     positions, velocities = start(dimension)
     own_rho = np.linspace(1.7, 13.1, N)
@@ -136,7 +135,7 @@ def test_names_do_not_matter_to_the_last_bit(rule: str, predator: str, dimension
             np.testing.assert_array_equal(other.num_components, first.num_components)
 
 
-@dimensions
+@pytest.mark.parametrize("dimension", DIMENSIONS)
 @pytest.mark.parametrize("motion", MOTIONS, ids=lambda motion: motion.kind)
 def test_when_it_is_looked_at_does_not_matter(dimension: int, motion: Any) -> None:
     """A longer record begins as a shorter one, and one action of many steps is as many actions."""

@@ -1,4 +1,4 @@
-"""Reference results of an independent implementation of docs/model.md."""
+"""Golden results from an independent implementation of docs/model.md."""
 
 import json
 from pathlib import Path

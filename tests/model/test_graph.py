@@ -63,7 +63,7 @@ def test_laplacian_counts_components(states: np.ndarray, rho: float) -> None:
         ([0.0, 1.0], [0.1, 0.2], "interaction_range"),
     ],
 )
-def test_refuses_what_is_no_line(function, states, rho, field) -> None:
+def test_states_that_are_no_line_are_refused(function, states, rho, field) -> None:
     with pytest.raises(ArgumentError) as caught:
         function(states, rho)
     assert caught.value.field == field
@@ -71,7 +71,7 @@ def test_refuses_what_is_no_line(function, states, rho, field) -> None:
 
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("num_agents", [1, 7, 300])
-def test_component_labels_are_scipys_components(dimension: int, num_agents: int) -> None:
+def test_component_labels_equal_scipys_components(dimension: int, num_agents: int) -> None:
     rng = np.random.default_rng(0)
     positions = rng.uniform(0, 100, (num_agents, dimension))
     distances = np.linalg.norm(positions[:, None] - positions, axis=-1)

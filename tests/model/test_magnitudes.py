@@ -1,4 +1,4 @@
-"""Numbers as large and small as any: refused by name beyond 1e20; within, nothing is ever NaN or infinite."""
+"""Bounds of numbers: values outside are refused by name; values inside never give NaN or infinity."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ coordinate = st.builds(math.copysign, computed, st.sampled_from([1.0, -1.0]))
 
 
 @pytest.mark.parametrize("field", DIVIDING)
-def test_bounds_of_what_divides(field: str) -> None:
+def test_bounds_of_divisors(field: str) -> None:
     for good in (SMALLEST, LARGEST):
         assert getattr(small_flock(**{field: good}), field) == good
     for bad in (0.0, 5e-324, BELOW, ABOVE, MAX):
@@ -61,7 +61,7 @@ def test_bounds_of_what_divides(field: str) -> None:
 
 
 @pytest.mark.parametrize("field", COMPUTED)
-def test_bounds_of_what_is_computed_with(field: str) -> None:
+def test_bounds_of_computed_numbers(field: str) -> None:
     for good in (0.0, 5e-324, LARGEST):
         assert getattr(small_flock(**{field: good}), field) == good
     with pytest.raises(ScenarioError) as caught:
@@ -70,7 +70,7 @@ def test_bounds_of_what_is_computed_with(field: str) -> None:
 
 
 @pytest.mark.parametrize("field", COMPARED)
-def test_a_range_may_be_beyond_everything(field: str) -> None:
+def test_a_compared_range_may_be_any_finite_number(field: str) -> None:
     for good in (0.0, 5e-324, MAX):
         run = simulate(small_flock(**{field: good}), MAX, seed=1)
         assert np.isfinite(run.positions).all()
@@ -99,7 +99,7 @@ STARTS = ("initial_positions", "initial_velocities", "predator_positions", "pred
 @pytest.mark.parametrize("name", STARTS)
 @pytest.mark.parametrize("value", [ABOVE, -ABOVE, MAX])
 def test_bounds_of_a_given_start(name: str, value: float) -> None:
-    """Refused with its entry named; the episode that runs goes on as if nothing had been asked."""
+    """The error names the entry, and the current episode continues unchanged."""
     env, twin = FlockEscapeEnv(small_flock()), FlockEscapeEnv(small_flock())
     rows = 5 if name.startswith("initial") else 1
     start = np.full((rows, 2), LARGEST)
@@ -161,7 +161,7 @@ def flocks(draw: st.DrawFn) -> FlockScenario:
 @settings(max_examples=80)
 @given(flocks(), st.data())
 def test_nothing_is_ever_nan_or_infinite(scenario: FlockScenario, data: st.DataObject) -> None:
-    """Whichever of the largest and smallest numbers meet, in both views, from drawn and from given starts."""
+    """Random combinations of the largest and smallest numbers, in both views, from drawn and given starts."""
     shape = (scenario.num_agents, scenario.dimension)
     entries = st.lists(coordinate, min_size=math.prod(shape), max_size=math.prod(shape))
     is_given = data.draw(st.booleans())
@@ -193,8 +193,8 @@ def test_nothing_is_ever_nan_or_infinite(scenario: FlockScenario, data: st.DataO
         has_ended = terminated or truncated
 
 
-def test_agents_too_close_to_be_told_apart_are_in_one_place() -> None:
-    """Offsets whose squares are 0: no direction, no force, and everybody is everybody's neighbor."""
+def test_agents_at_tiny_distances_count_as_coincident() -> None:
+    """Offsets whose squares are 0 have no direction and give no force; all agents are neighbors."""
     scenario = small_flock(num_steps=3, predators=(ConstantVelocity((0.0, 0.0), (0.0, 0.0)),))
     for tiny in (5e-324, 1e-300, 1e-170):
         positions = np.arange(10.0).reshape(5, 2) * tiny
@@ -206,16 +206,16 @@ def test_agents_too_close_to_be_told_apart_are_in_one_place() -> None:
 
 
 @pytest.mark.parametrize("place", [0.1, 33.3, 1e6 / 3, 1e12 / 7, LARGEST / 3])
-def test_agents_in_one_place_have_no_spread(place: float) -> None:
-    """Although their mean, rounded, may be a hair beside them."""
+def test_coincident_agents_have_no_dispersion(place: float) -> None:
+    """Their mean may differ from their position by rounding."""
     for count in (3, 7, 60):
         env = FlockEscapeEnv(small_flock(num_agents=count))
         observation, _ = env.reset(seed=1, options={"initial_positions": np.full((count, 2), place)})
         assert observation[env.policy_spec.layout.index("spread")] == 0
 
 
-def test_far_from_the_origin_the_same_is_heard() -> None:
-    """Places that 2^40 m more leave exact: the first step's forces and neighbors are the same bits."""
+def test_a_shift_by_2_to_the_40_changes_no_neighbor_sum() -> None:
+    """Positions stay exact under a shift by 2^40 m, so forces and neighbors of the first step are equal."""
     rng = np.random.default_rng(0)
     positions = rng.integers(0, 2**12, (60, 2)) / 64.0
     velocities = rng.normal(0, 10, (60, 2))
@@ -247,7 +247,7 @@ def test_far_from_the_origin_the_same_is_heard() -> None:
     st.sampled_from(["constant", "linear", "linear_as_printed"]),
     compared,
 )
-def test_the_line_is_finite_and_its_mirror_image_the_same(
+def test_the_line_is_finite_and_equals_its_mirror_image(
     states: list[float], predator: float, reach: float, strength: float, force: Any, rho: float
 ) -> None:
     scenario = LineScenario(

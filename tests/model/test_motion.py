@@ -1,4 +1,4 @@
-"""How agents move: exact known results, limits, and what noise is distributed like."""
+"""Laws of motion: exact results, limits, and the distributions of noise."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy import stats
 
 from flockesc_env import FlockEscapeEnv, FlockScenario, Reynolds, Trajectory, Vicsek, parallel_env, simulate
 
-EVERYWHERE = 1e9  # m; everybody hears everybody
+EVERYWHERE = 1e9  # m; every agent hears every other one
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 ALONE: dict[str, Any] = {"num_agents": 4000, "num_steps": 1, "predators": ()}
 
@@ -26,7 +26,7 @@ def headings(velocities: np.ndarray) -> np.ndarray:
 
 
 def angles(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the angle between headings: in the plane with its sign, counterclockwise above 0."""
+    """Return the angle between headings; in the plane it is signed, positive counterclockwise."""
     cosine = (first * second).sum(axis=-1)
     if first.shape[-1] == 2:
         return np.arctan2(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0], cosine)
@@ -58,7 +58,7 @@ def test_agents_start_with_their_own_speed(dimension: int) -> None:
 
 @dimensions
 def test_stubborn_leaders_fly_straight(dimension: int) -> None:
-    """Agents that follow nobody and flee from nothing are in uniform motion; the others follow them."""
+    """Agents without alignment and repulsion move uniformly; the others follow them."""
     strengths = np.arange(40) % 2.0
     scenario = small_flock(
         dimension, num_agents=40, alignment_strength=strengths, repulsion_strength=10 * strengths
@@ -72,7 +72,7 @@ def test_stubborn_leaders_fly_straight(dimension: int) -> None:
 
 
 @dimensions
-def test_without_repulsion_there_might_be_no_predator(dimension: int) -> None:
+def test_without_repulsion_the_predator_has_no_effect(dimension: int) -> None:
     scenario = small_flock(dimension, num_agents=70, repulsion_strength=0.0)
     run, free = (simulate(each, 8.0, seed=1) for each in (scenario, scenario.replace(predators=())))
     np.testing.assert_array_equal(run.positions, free.positions)
@@ -91,7 +91,7 @@ def test_vicseks_agents_have_no_mass(dimension: int) -> None:
 @dimensions
 @pytest.mark.parametrize("eta", [0.0, 0.5, 2.0, 5.0, 2 * np.pi])
 def test_polarization_of_vicseks_agents_in_range_of_all(dimension: int, eta: float) -> None:
-    """One step makes headings independent around a common one: <phi^2> = 1/n + (1 - 1/n) sinc^2(eta / 2)."""
+    """One step leaves headings independent around a common one: <phi^2> = 1/n + (1 - 1/n) sinc^2(eta / 2)."""
     n, flocks = 20, 400
     scenario = FlockScenario(
         num_agents=n, dimension=dimension, num_steps=2, predators=(), motion=Vicsek(), angular_noise=eta
@@ -106,7 +106,7 @@ def test_polarization_of_vicseks_agents_in_range_of_all(dimension: int, eta: flo
 @pytest.mark.parametrize("eta", [1e-3, 1.0, 4.0, 2 * np.pi])
 @pytest.mark.parametrize("motion", [{}, {"motion": Vicsek()}, {"constant_speed": False}])
 def test_angular_noise_in_the_plane(eta: float, motion: dict[str, Any]) -> None:
-    """An agent that hears itself alone would fly straight on: all that turns it is noise."""
+    """An agent without neighbors is turned by noise only."""
     run = simulate(FlockScenario(angular_noise=eta, **ALONE, **motion), 0.0, seed=5)
     before, after = run.velocities
     assert_distributed(angles(headings(before), headings(after)), -eta / 2, eta / 2)
@@ -126,8 +126,8 @@ def test_angular_noise_in_space(eta: float, motion: dict[str, Any]) -> None:
 
 
 @dimensions
-def test_sensing_noise_as_large_as_what_is_heard(dimension: int) -> None:
-    """Two unit vectors add up to half of the angle between them, which knows no direction."""
+def test_sensing_noise_as_large_as_the_heard_velocity(dimension: int) -> None:
+    """The sum of two unit vectors halves the angle between them, which is uniform over all directions."""
     scenario = FlockScenario(dimension=dimension, sensing_noise=1.0, motion=Vicsek(), **ALONE)
     run = simulate(scenario, 0.0, seed=5)
     turned = angles(*headings(run.velocities))
@@ -139,18 +139,18 @@ def test_sensing_noise_as_large_as_what_is_heard(dimension: int) -> None:
 
 @dimensions
 def test_sensing_noise_on_the_speed_of_each(dimension: int) -> None:
-    """The error scales with v0_i, and the force does not: an agent's turn does not depend on its speed."""
+    """The error scales with v0_i, so an agent's turn does not depend on its speed."""
     speeds = np.linspace(1.0, 20.0, 4000)
     scenario = FlockScenario(dimension=dimension, sensing_noise=0.3, motion=Vicsek(), **ALONE)
     own, shared = (simulate(each, 0.0, seed=5) for each in (scenario.replace(speed=speeds), scenario))
     np.testing.assert_allclose(headings(own.velocities[1]), headings(shared.velocities[1]), atol=1e-12)
-    # The sine of the turn is at most the error over what was heard.
+    # The sine of the turn is at most the error over the heard speed.
     assert np.abs(np.sin(angles(*headings(own.velocities)))).max() == pytest.approx(0.3, rel=1e-2)
 
 
 @dimensions
 @pytest.mark.parametrize("noise", ["angular_noise", "sensing_noise"])
-def test_noise_is_the_seeds_and_moves_nothing_else(dimension: int, noise: str) -> None:
+def test_noise_depends_on_the_seed_and_moves_no_other_draw(dimension: int, noise: str) -> None:
     quiet = small_flock(dimension, num_agents=100)
     noisy = quiet.replace(**{noise: 0.5})
     run, again, other = (simulate(noisy, 8.0, seed=seed) for seed in (1, 1, 2))
@@ -164,10 +164,10 @@ def test_noise_is_the_seeds_and_moves_nothing_else(dimension: int, noise: str) -
 
 @dimensions
 @pytest.mark.parametrize("motion", [{}, {"motion": Vicsek()}])
-def test_a_delay_as_long_as_the_episode_repeats_the_first_answer(
+def test_a_delay_as_long_as_the_episode_repeats_the_first_force(
     dimension: int, motion: dict[str, Any]
 ) -> None:
-    """Vicsek's agents keep the heading of their first step; the paper's feel one constant force."""
+    """Vicsek's agents keep the heading of the first step; inertial agents feel one constant force."""
     scenario = small_flock(dimension, num_agents=70, predators=(), sensing_delay=10, **motion)
     run = simulate(scenario, 8.0, seed=4)
     force = headings(simulate(scenario.replace(motion=Vicsek()), 8.0, seed=4).velocities[1])
@@ -180,7 +180,7 @@ def test_a_delay_as_long_as_the_episode_repeats_the_first_answer(
 
 
 @dimensions
-def test_boids_without_weights_are_the_papers_agents(dimension: int) -> None:
+def test_boids_without_weights_equal_inertial_agents(dimension: int) -> None:
     paper = small_flock(dimension, num_agents=100)
     boids = paper.replace(motion=Reynolds(0.0, 0.0, 10.0))
     assert_same_run(simulate(boids, 8.0, seed=1), simulate(paper, 8.0, seed=1))
@@ -188,7 +188,7 @@ def test_boids_without_weights_are_the_papers_agents(dimension: int) -> None:
 
 @dimensions
 def test_two_boids_keep_apart(dimension: int) -> None:
-    """Cohesion and separation of two agents at rest are along the line between them."""
+    """Cohesion and separation of two agents at rest point along the line between them."""
     law = Reynolds(separation_strength=3.0, cohesion_strength=1.0, separation_range=5.0)
     scenario = small_flock(dimension, num_agents=2, num_steps=1, predators=(), motion=law)
     for distance, expected in [(4.9, -2.0), (5.0, -2.0), (5.1, 1.0), (9.0, 0.0)]:
@@ -218,7 +218,7 @@ def test_boids_attract_each_other_across_the_border() -> None:
 
 
 @dimensions
-def test_cohesion_holds_a_flock_together_and_separation_spreads_it(dimension: int) -> None:
+def test_cohesion_shrinks_a_flock_and_separation_expands_it(dimension: int) -> None:
     scenario = FlockScenario(num_agents=60, dimension=dimension, initial_side=30.0, predators=())
 
     def spread(motion: Reynolds) -> float:
@@ -230,8 +230,8 @@ def test_cohesion_holds_a_flock_together_and_separation_spreads_it(dimension: in
 
 
 @dimensions
-def test_observations_of_unlike_agents(dimension: int) -> None:
-    """Speeds are scaled by the largest v0_i, as if that were everybody's."""
+def test_observations_of_agents_with_different_speeds(dimension: int) -> None:
+    """The speeds of all agents are scaled by the largest v0_i."""
     scenario = small_flock(dimension, **UNLIKE)
     env = FlockEscapeEnv(scenario)
     agents = parallel_env(scenario)

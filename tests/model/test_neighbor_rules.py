@@ -1,4 +1,4 @@
-"""Neighbor rules: scipy's trees, triangulations and components, and runs that all-pairs NumPy repeats."""
+"""Neighbor rules against scipy's trees, triangulations and components, and against all-pairs NumPy."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from flockesc_env import (
     NeighborRule,
     Topological,
     Voronoi,
+    _core,
     simulate,
     sweep,
 )
@@ -31,7 +32,7 @@ def matrix(pairs: NDArray[np.int64], count: int) -> Graph:
 
 
 def offsets(scenario: FlockScenario, r: Floats) -> Floats:
-    """Entry (i, j) leads from agent i to agent j, around the torus where that is shorter."""
+    """Return the offsets from agent i to agent j; on a torus the shortest ones."""
     d = r[np.newaxis] - r[:, np.newaxis]
     side = scenario.periodic_side
     return d if side is None else d - side * np.round(d / side)
@@ -44,7 +45,7 @@ def seen(scenario: FlockScenario, d: Floats, v: Floats) -> Graph:
 
 
 def reference_graph(scenario: FlockScenario, r: Floats, v: Floats, ranges: Floats) -> Graph:
-    """Entry (i, j): whether agent i listens to agent j, by docs/model.md."""
+    """Return the matrix of whether agent i hears agent j, as docs/model.md defines it."""
     d = offsets(scenario, r)
     distances = np.linalg.norm(d, axis=-1)
     graph = seen(scenario, d, v)
@@ -91,12 +92,16 @@ def name_of(scenario: FlockScenario) -> str:
     return "-".join(on_top + ["torus"] * (scenario.periodic_side is not None))
 
 
+def test_the_reference_has_every_rule() -> None:
+    assert {scenario.neighbor_rule.kind for scenario in VARIANTS} == set(_core.kinds()["neighbor_rules"])
+
+
 @pytest.mark.parametrize("scenario", VARIANTS, ids=name_of)
-def test_graph_is_that_of_all_pairs(scenario: FlockScenario) -> None:
+def test_graph_equals_the_all_pairs_reference(scenario: FlockScenario) -> None:
     rng = np.random.default_rng(3)
     for count in (1, 7, 40, 150):
         if count < 4 and isinstance(scenario.neighbor_rule, Voronoi):
-            continue  # no triangulation for scipy
+            continue  # too few points for scipy's triangulation
         r = rng.uniform(0, 40, (count, scenario.dimension))
         v = rng.normal(size=(count, scenario.dimension))
         for rho in (0.0, 7.0, 300.0, rng.uniform(0, 12, count)):
@@ -111,7 +116,7 @@ def test_graph_is_that_of_all_pairs(scenario: FlockScenario) -> None:
 
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("k", [1, 7, 30])
-def test_topological_neighbors_are_those_of_a_kd_tree(dimension: int, k: int) -> None:
+def test_topological_neighbors_equal_those_of_a_kd_tree(dimension: int, k: int) -> None:
     r = np.random.default_rng(0).uniform(0, 100, (300, dimension))
     _, neighbors = KDTree(r).query(r, k + 1)
     pairs = neighbor_pairs(FlockScenario(dimension=dimension, neighbor_rule=Topological()), r, k)
@@ -123,7 +128,7 @@ def test_topological_neighbors_are_those_of_a_kd_tree(dimension: int, k: int) ->
 @pytest.mark.parametrize("scenario", VARIANTS, ids=name_of)
 @pytest.mark.parametrize("is_frozen", [False, True])
 def test_runs_follow_the_graph(scenario: FlockScenario, is_frozen: bool) -> None:
-    """The paper's law with the graph of every step, or of the first one."""
+    """The paper's law with the graph of each step, or of the first step."""
     scenario = scenario.replace(num_steps=15, frozen_graph=is_frozen)
     rng = np.random.default_rng(1)
     top = 9.0 if isinstance(scenario.neighbor_rule, Topological) else 15.0
@@ -152,7 +157,7 @@ def test_runs_follow_the_graph(scenario: FlockScenario, is_frozen: bool) -> None
         r, v = run.positions[t + 1], run.velocities[t + 1]
 
 
-def test_a_frozen_graph_knows_no_later_range() -> None:
+def test_a_frozen_graph_ignores_later_ranges() -> None:
     scenario = FlockScenario(num_agents=50, num_steps=30, frozen_graph=True)
     constant = simulate(scenario, 12.0, seed=0)
     schedule = np.full((30, 1), 80.0)
@@ -163,15 +168,15 @@ def test_a_frozen_graph_knows_no_later_range() -> None:
 
 
 @pytest.mark.parametrize("rule", [Metric(), Topological(), Voronoi()])
-def test_all_blind_is_nobody_heard(rule: NeighborRule) -> None:
-    """Who sees ahead only, in no angle at all, hears itself: the range is nothing to it."""
+def test_a_full_blind_angle_leaves_no_neighbors(rule: NeighborRule) -> None:
+    """With a blind angle of 2 pi an agent hears only itself, under every range."""
     blind = FlockScenario(num_steps=40, blind_angle=2 * np.pi, neighbor_rule=rule)
     paper = FlockScenario(num_steps=40)
     seeing, alone = simulate(blind, 30.0, seed=1), simulate(paper, 0.0, seed=1)
     np.testing.assert_array_equal(seeing.positions, alone.positions)
 
 
-def test_as_many_as_there_are_is_everyone() -> None:
+def test_k_of_n_makes_all_agents_neighbors() -> None:
     topological = simulate(FlockScenario(num_steps=40, neighbor_rule=Topological()), 299, seed=1)
     metric = simulate(FlockScenario(num_steps=40), 1000.0, seed=1)
     np.testing.assert_array_equal(topological.positions, metric.positions)

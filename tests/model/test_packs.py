@@ -1,4 +1,4 @@
-"""Predators that hunt together: against the plain model over many steps, and what users expect of them."""
+"""Predators that hunt together: against the NumPy model over many steps, and their expected behavior."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import reference
-from option_table import small_flock
+from option_table import DIMENSIONS, every_pair, small_flock
 from scipy.optimize import linear_sum_assignment
 
 from flockesc_env import (
@@ -21,6 +21,7 @@ from flockesc_env import (
     PurePursuit,
     Trajectory,
     Wandering,
+    _core,
     simulate,
 )
 
@@ -55,11 +56,11 @@ PACKS: dict[str, Any] = {
     ],
 }
 every_pack = pytest.mark.parametrize("pack", PACKS)
-dimensions = pytest.mark.parametrize("dimension", [2, 3])
+dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 
 def drawn(dimension: int, seed: int, agents: int = 30) -> tuple[Starts, dict[str, np.ndarray]]:
-    """Draw predators and a flock in the same place, so that they are felt from the first step on."""
+    """Draw predators and a flock in the same region, so that agents flee from the first step on."""
     rng = np.random.default_rng(seed)
     starts = [(rng.normal(0, 25, dimension), rng.normal(0, 6, dimension)) for _ in range(7)]
     start = {
@@ -75,11 +76,16 @@ def hunt(predators: Any, start: dict[str, np.ndarray], **changes: Any) -> Trajec
     return simulate(small_flock(dimension, **{**fields, **changes}), 7.3, seed=5, **start)
 
 
-@every_pack
-@dimensions
-@pytest.mark.parametrize("agents", [1, 3, 30])
-def test_packs_follow_the_plain_model(pack: str, dimension: int, agents: int) -> None:
-    """Rounding is of the order of 1e-12 m, but grows to 1e-7 m where a predator passes closely by its aim."""
+def test_every_strategy_is_in_a_pack() -> None:
+    """Except a learned predator, which tests/envs/test_pursuit.py controls."""
+    starts, _ = drawn(2, 0)
+    kinds = {predator.kind for pack in PACKS.values() for predator in pack(starts)}
+    assert kinds == set(_core.kinds()["predators"]) - {"learned"}
+
+
+@every_pair(pack=PACKS, dimension=DIMENSIONS, agents=(1, 3, 30))
+def test_packs_follow_the_numpy_model(pack: str, dimension: int, agents: int) -> None:
+    """Rounding errors are about 1e-12 m and grow to 1e-7 m if a predator passes close to its target."""
     starts, start = drawn(dimension, agents + dimension, agents)
     run = hunt(PACKS[pack](starts), start)
     state = reference.flock_start(run.scenario, run.positions[0], run.velocities[0], run.seed)
@@ -94,8 +100,8 @@ def test_packs_follow_the_plain_model(pack: str, dimension: int, agents: int) ->
 
 @pytest.mark.parametrize("pack", [pack for pack in PACKS if pack not in {"wandering", "all at once"}])
 @dimensions
-def test_the_world_has_no_place_and_no_direction(pack: str, dimension: int) -> None:
-    """Shifted and turned, about the vertical where a circle is horizontal; only what is drawn knows axes."""
+def test_shifting_and_turning_the_world_changes_nothing(pack: str, dimension: int) -> None:
+    """Rotations are about the vertical if a strategy uses a horizontal circle; random draws are left out."""
     rng = np.random.default_rng(dimension)
     starts, start = drawn(dimension, 3)
     turn = np.eye(dimension)
@@ -116,7 +122,7 @@ def test_the_world_has_no_place_and_no_direction(pack: str, dimension: int) -> N
 @pytest.mark.parametrize("order", list(itertools.permutations(range(3)))[1:])
 @pytest.mark.parametrize("pack", ["assigned", "encircle", "closing in", "nearest and herd"])
 def test_the_order_of_predators_does_not_matter(pack: str, order: tuple[int, ...]) -> None:
-    """Bit for bit, where no forces are added up; the partner of a herding predator moves in the list, too."""
+    """Bit for bit if no forces are added; the index of a herding predator's partner is permuted too."""
     starts, start = drawn(2, 8)
     make = PACKS | {"nearest and herd": lambda s: [PurePursuit(*s[0]), PurePursuit(*s[1]), Herd(*s[2])]}
     predators = make[pack](starts[:3])
@@ -131,7 +137,7 @@ def test_the_order_of_predators_does_not_matter(pack: str, order: tuple[int, ...
 @pytest.mark.parametrize("hunters", [2, 5])
 @dimensions
 def test_assigned_targets_are_distinct_and_near(hunters: int, agents: int, dimension: int) -> None:
-    """Every hunter heads exactly for its agent; all together are as near to them as can be."""
+    """Each predator heads exactly for its agent, and the sum of distances is minimal."""
     starts, start = drawn(dimension, 11, agents)
     pack = [PurePursuit(*begin, max_turn_rate=1e9, target="assigned") for begin in starts[:hunters]]
     run = hunt(pack, start)
@@ -149,12 +155,12 @@ def test_assigned_targets_are_distinct_and_near(hunters: int, agents: int, dimen
 
 
 def still_flock(dimension: int = 2, **changes: Any) -> FlockScenario:
-    """Return a flock about (0, 0) that neither flees nor flies away."""
+    """Return a flock around (0, 0) that neither flees nor moves away."""
     return small_flock(dimension, num_agents=40, num_steps=1200, speed=1e-6, predator_range=0.0, **changes)
 
 
 def around_a_still_flock(*predators: Any, **changes: Any) -> np.ndarray:
-    """Return where predators are in the last 20 s, seen from a flock that stays, shape (400, P, D)."""
+    """Return the predators' positions relative to a resting flock in the last 20 s, shape (400, P, D)."""
     scenario = still_flock(predators=predators, **changes)
     positions = np.random.default_rng(0).normal(0, 20, (40, scenario.dimension))
     run = simulate(scenario, 0.0, seed=0, initial_positions=positions)
@@ -164,7 +170,7 @@ def around_a_still_flock(*predators: Any, **changes: Any) -> np.ndarray:
 @dimensions
 @pytest.mark.parametrize("count", [1, 2, 3, 5])
 def test_encirclers_spread_evenly(count: int, dimension: int) -> None:
-    """From one corner they come to their stations; there they circle, a turning radius of 2.5 m."""
+    """They fly from one corner to their stations and circle there with a turning radius of 2.5 m."""
     pack = [Encircle((-90.0 + k, -90.0), (3.0, 4.0), max_turn_rate=2.0, radius=40.0) for k in range(count)]
     around = around_a_still_flock(*pack, dimension=dimension)
     np.testing.assert_allclose(np.linalg.norm(around, axis=2), 40.0, atol=6.0)
@@ -175,7 +181,7 @@ def test_encirclers_spread_evenly(count: int, dimension: int) -> None:
         np.testing.assert_allclose(around[..., 2], 0, atol=6.0)
 
 
-def test_a_closing_circle_ends_in_the_midst() -> None:
+def test_a_closing_circle_ends_at_the_centroid() -> None:
     pack = [
         Encircle((-90.0, -90.0 + k), (3.0, 4.0), max_turn_rate=2.0, radius=80.0, closing_speed=4.0)
         for k in range(3)
@@ -186,7 +192,7 @@ def test_a_closing_circle_ends_in_the_midst() -> None:
 
 @dimensions
 def test_a_herder_ends_behind_the_flock(dimension: int) -> None:
-    """It comes from its partner's side."""
+    """It starts on its partner's side."""
     pack = [
         ConstantVelocity((120.0, 50.0), (0.0, 0.0)),
         Herd((120.0, 40.0), (3.0, 4.0), max_turn_rate=2.0, distance=30.0),

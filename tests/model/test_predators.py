@@ -1,4 +1,4 @@
-"""Predators against what textbooks say of them, and what every strategy keeps."""
+"""Predators against textbook results, and the limits that every strategy keeps."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from flockesc_env import (
     simulate,
 )
 
-DISTANCE = 20.0  # m, of the straight-line target's path from the predator's start
+DISTANCE = 20.0  # m, from the predator's start to the path of the target
 PREY_SPEED, HUNTER_SPEED = 5.0, 10.0
 NO_LIMIT = 1e9
 STEERED = {
     "pursuit of the nearest": PurePursuit,
     "pursuit of the centroid": partial(PurePursuit, target="centroid"),
     "pursuit of the most isolated": partial(PurePursuit, target="most_isolated"),
-    "pursuit of an agent of its own": partial(PurePursuit, target="assigned"),
+    "pursuit of an assigned agent": partial(PurePursuit, target="assigned"),
     "intercept": Intercept,
 }
 
 
 def chase(predator: Any, time_step: float, seconds: float) -> Trajectory:
-    """Hunt one fearless agent that flies up along x = DISTANCE."""
+    """Simulate the pursuit of one agent that does not flee and flies up along x = DISTANCE."""
     scenario = FlockScenario(
         num_agents=1,
         num_steps=round(seconds / time_step),
@@ -47,13 +47,13 @@ def chase(predator: Any, time_step: float, seconds: float) -> Trajectory:
 
 
 def radiodrome(x: np.ndarray) -> np.ndarray:
-    """Return y(x) of the pursuit of a target on a straight course (Bouguer 1732)."""
+    """Return y(x) of the pursuit curve for a target on a straight course (Bouguer 1732)."""
     k, left = PREY_SPEED / HUNTER_SPEED, 1 - x / DISTANCE
     return DISTANCE * k / (1 - k**2) + (DISTANCE - x) / 2 * (left**k / (1 + k) - left**-k / (1 - k))
 
 
 def test_pure_pursuit_flies_the_radiodrome() -> None:
-    """The error is of first order in dt: half of the step, half of the error."""
+    """The error is of first order in dt: half the step gives half the error."""
     errors = []
     for time_step in (2e-3, 1e-3):
         hunter = PurePursuit((0.0, 0.0), (HUNTER_SPEED, 0.0), max_turn_rate=NO_LIMIT)
@@ -65,7 +65,7 @@ def test_pure_pursuit_flies_the_radiodrome() -> None:
 
 
 def sight_angles(run: Trajectory) -> np.ndarray:
-    """Return the direction of the line of sight in rad, until a meter before the catch."""
+    """Return the direction of the line of sight in rad, until the distance is 1 m."""
     offset = run.positions[:, 0] - run.predator_positions[:, 0]
     is_far = np.logical_and.accumulate(np.linalg.norm(offset, axis=1) > 1)
     return np.arctan2(offset[is_far, 1], offset[is_far, 0])
@@ -73,18 +73,18 @@ def sight_angles(run: Trajectory) -> np.ndarray:
 
 @pytest.mark.parametrize("constant", [3.0, 4.0, 5.0])
 def test_intercept_ends_on_a_collision_course(constant: float) -> None:
-    """The bearing comes to rest: its rate falls as (time to go)^(N - 2). Pure pursuit ends in the wake."""
+    """The rate of the bearing falls as (time to go)^(N - 2). Pure pursuit ends behind the target."""
     start = {"position": (0.0, 0.0), "velocity": (HUNTER_SPEED, 0.0), "max_turn_rate": NO_LIMIT}
     intercept = sight_angles(chase(Intercept(**start, navigation_constant=constant), 1e-3, 4.0))
     pursuit = sight_angles(chase(PurePursuit(**start), 1e-3, 4.0))
     assert len(intercept) < len(pursuit)
     rates = np.diff(intercept)
     assert rates[-1] < 2 * (1 / DISTANCE) ** (constant - 2) * rates[0]
-    assert pursuit[-1] > 3 / 8 * np.pi  # it comes from behind
+    assert pursuit[-1] > 3 / 8 * np.pi  # the predator is behind the target
     assert intercept[-1] < np.pi / 6
 
 
-def test_without_navigation_nothing_turns() -> None:
+def test_with_a_navigation_constant_of_0_the_predator_flies_straight_on() -> None:
     start = ((0.0, 0.0), (HUNTER_SPEED, 1.0))
     idle = chase(Intercept(*start, navigation_constant=0.0), 0.05, 4.0)
     straight = chase(ConstantVelocity(*start), 0.05, 4.0)
@@ -94,7 +94,7 @@ def test_without_navigation_nothing_turns() -> None:
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("strategy", STEERED)
 def test_speed_and_turn_limit_are_kept(strategy: str, dimension: int) -> None:
-    """Over a whole run through the flock, turning at the limit again and again."""
+    """In a whole run through the flock with many turns at the limit."""
     scenario = FlockScenario(
         num_agents=40,
         dimension=dimension,
@@ -107,7 +107,7 @@ def test_speed_and_turn_limit_are_kept(strategy: str, dimension: int) -> None:
     run = simulate(scenario, 10.0, seed=1)
     velocities = np.diff(run.predator_positions[:, 0], axis=0) / scenario.time_step
     speeds = np.linalg.norm(velocities, axis=1)
-    np.testing.assert_allclose(speeds, np.hypot(10, 10), rtol=1e-11)  # positions round, speeds do not
+    np.testing.assert_allclose(speeds, np.hypot(10, 10), rtol=1e-11)  # positions are rounded, speeds are not
     headings = velocities / speeds[:, None]
     chords = np.linalg.norm(np.diff(headings, axis=0), axis=1)
     angles = 2 * np.arcsin(chords / 2)
@@ -123,7 +123,7 @@ def headings(run: Trajectory) -> np.ndarray:
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_wandering_forgets_its_heading(dimension: int) -> None:
-    """The mean cosine to the first heading decays as exp(-(D - 1) D_r t); all sides are alike."""
+    """The mean cosine to the first heading decays as exp(-(D - 1) D_r t), equally for all directions."""
     rate, count = 0.8, 4000
     hunters = (
         Wandering((0.0, 0.0, 0.0)[:dimension], (6.0, 8.0, 0.0)[:dimension], angular_diffusion=rate),
@@ -151,7 +151,7 @@ FAR = np.array([[0.0, 40.0]])
 
 
 def targets(confusion_rate: float, positions: np.ndarray, steps: int, sight: float = 30.0) -> np.ndarray:
-    """Return the agents that a predator in their midst turned to, step after step; nobody moves much."""
+    """Return the target of each step of a predator in the middle of a nearly resting flock."""
     hunter = PurePursuit(
         (0.1, 0.0), (1e-6, 0.0), max_turn_rate=NO_LIMIT, confusion_rate=confusion_rate, sight=sight
     )
@@ -164,7 +164,7 @@ def targets(confusion_rate: float, positions: np.ndarray, steps: int, sight: flo
     return np.argmax(flown @ (sights / np.linalg.norm(sights, axis=1)[:, None]).T, axis=1)
 
 
-def test_a_confused_predator_chooses_evenly_among_the_agents_in_sight() -> None:
+def test_a_confused_predator_chooses_uniformly_among_the_agents_in_sight() -> None:
     steps = 5000
     chosen = np.bincount(targets(1e9, np.vstack([FAR, RING]), steps), minlength=6)
     assert chosen[0] == 0  # out of sight
@@ -173,7 +173,7 @@ def test_a_confused_predator_chooses_evenly_among_the_agents_in_sight() -> None:
 
 @pytest.mark.parametrize(("rate", "count"), [(0.5, 5), (2.0, 5), (2.0, 2)])
 def test_confusion_grows_with_the_agents_in_sight(rate: float, count: int) -> None:
-    """Another agent is chosen in a step with probability (1 - exp(-rate (k - 1) dt)) (k - 1) / k."""
+    """A step changes the target with probability (1 - exp(-rate (k - 1) dt)) (k - 1) / k."""
     steps = 5000
     after = targets(rate, RING[:count], steps)
     share = (np.diff(after) != 0).mean()
@@ -186,7 +186,7 @@ def test_confusion_grows_with_the_agents_in_sight(rate: float, count: int) -> No
     [(RING[:1], 30.0), (RING, 1.0), (np.vstack([RING[:1], FAR]), 30.0)],
     ids=["alone", "none in sight", "one in sight"],
 )
-def test_nothing_confuses_where_there_is_no_choice(positions: np.ndarray, sight: float) -> None:
+def test_one_agent_in_sight_causes_no_confusion(positions: np.ndarray, sight: float) -> None:
     assert (targets(1e9, positions, 50, sight) == 0).all()
 
 
@@ -212,7 +212,7 @@ def test_turning_and_shifting_the_world_turns_and_shifts_the_hunt(strategy: str,
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_hunts_through_a_large_flock_do_not_depend_on_threads(dimension: int) -> None:
-    """Large enough to be spread over threads; sums over agents are free of their order."""
+    """The flock is large enough to be split over threads; sums over agents do not depend on order."""
     start = ((-30.0, -30.0, 0.0)[:dimension], (10.0, 10.0, 0.0)[:dimension])
     hunters = [make(*start) for make in STEERED.values()]
     hunters += [Wandering(*start), PurePursuit(*start, confusion_rate=1.0, sight=200.0)]

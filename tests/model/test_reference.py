@@ -1,4 +1,4 @@
-"""The fast models against the plain ones, on small random configurations and the corners of the law."""
+"""The core against the NumPy models, on small random configurations and edge cases."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def predators(draw: st.DrawFn, dimension: int) -> tuple[Any, ...]:
 
 @st.composite
 def per_agent(draw: st.DrawFn, agents: int, values: tuple[float, ...]) -> float | np.ndarray:
-    """Draw one of some values for all agents, or for every one."""
+    """Draw one value for all agents, or one per agent."""
     shape = draw(st.sampled_from([None, agents]))
     return np.random.default_rng([draw(seeds), 3]).choice(values, shape)
 
@@ -79,7 +79,7 @@ def flock_scenarios(draw: st.DrawFn) -> FlockScenario:
     agents = draw(st.integers(1, 70))
     motion = draw(
         st.sampled_from(
-            # Of unequal weights, so that no forces cancel and leave a heading of rounding errors.
+            # Unequal weights, so that forces do not cancel up to rounding errors, which would be the heading.
             [Inertial(), Vicsek(), Reynolds(1.0, 0.7), Reynolds(2.0, 0.5, 12.0), Reynolds(3.0, 0.0, HUGE)]
         )
     )
@@ -102,7 +102,7 @@ def flock_scenarios(draw: st.DrawFn) -> FlockScenario:
 
 @st.composite
 def ranges(draw: st.DrawFn, agents: int, special: tuple[float, ...], largest: float) -> np.ndarray:
-    """Draw a range of every shape that ``simulate`` takes; random ones never hit a distance exactly."""
+    """Draw ranges of every shape that ``simulate`` takes; random ranges never equal a distance."""
     shape = draw(st.sampled_from([(1, 1), (1, agents), (STEPS, 1), (STEPS, agents)]))
     rng = np.random.default_rng([draw(seeds), 2])
     values = rng.uniform(0, largest, shape)
@@ -111,7 +111,7 @@ def ranges(draw: st.DrawFn, agents: int, special: tuple[float, ...], largest: fl
 
 
 def random_start(scenario: FlockScenario, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Draw a flock, with agents at one place, on the first predator, and at rest."""
+    """Draw a flock with coincident agents, agents on the first predator, and agents at rest."""
     shape = (scenario.num_agents, scenario.dimension)
     positions, velocities = rng.uniform(0, SIDE, shape), rng.normal(0, np.max(scenario.speed), shape)
     start = reference.flock_start(scenario, positions, velocities)
@@ -120,14 +120,14 @@ def random_start(scenario: FlockScenario, rng: np.random.Generator) -> tuple[np.
         positions[at_start] = positions[0]
     if rng.random() < 0.5:
         velocities[resting] = 0.0
-    # A predator that leaves an agent exactly behind may turn to either side: that one moves.
+    # A predator with its target exactly behind may turn to either side, so the target moves.
     if len(start.predator_positions) and on_predator != resting and rng.random() < 0.5:
         positions[on_predator] = start.predator_positions[0]
     return positions, velocities
 
 
 def assert_follows_reference(run: Trajectory, schedule: np.ndarray) -> None:
-    """Compare a whole run with the plain model under a schedule of shape (T, n)."""
+    """Compare a whole run with the NumPy model under a schedule of shape (T, n)."""
     scenario = run.scenario
     state = reference.flock_start(scenario, run.positions[0].copy(), run.velocities[0].copy(), run.seed)
     for t in range(scenario.num_steps + 1):
@@ -173,8 +173,8 @@ def test_flock_of_the_paper(dimension: int, initial_plane: bool, constant_speed:
 
 
 @pytest.mark.parametrize("constant_speed", [True, False])
-def test_opposed_agents_hear_nothing(constant_speed: bool) -> None:
-    """A mean velocity of exactly 0 gives no direction: both fly on."""
+def test_opposite_velocities_give_no_consensus_force(constant_speed: bool) -> None:
+    """A mean velocity of exactly 0 has no direction, so both agents fly straight on."""
     scenario = FlockScenario(num_agents=2, num_steps=3, predators=(), constant_speed=constant_speed)
     velocities = [[6.0, 8.0], [-6.0, -8.0]]
     run = simulate(scenario, 50.0, initial_positions=[[0, 0], [1, 0]], initial_velocities=velocities)
@@ -191,7 +191,7 @@ def test_agent_at_rest_under_no_force_stays() -> None:
 
 @pytest.mark.parametrize(("constant_speed", "expected"), [(True, -8.0), (False, 0.0)])
 def test_agent_brought_to_rest(constant_speed: bool, expected: float) -> None:
-    """Consensus, 10, and escape, 18, cancel a velocity of -8 exactly: only the literal law takes it away."""
+    """Consensus and escape force cancel the velocity exactly; it becomes 0 only under the literal law."""
     scenario = FlockScenario(
         num_agents=1,
         num_steps=1,
@@ -206,7 +206,7 @@ def test_agent_brought_to_rest(constant_speed: bool, expected: float) -> None:
 
 
 def test_boundaries_of_the_flock_are_inclusive() -> None:
-    """3-4-5 triangles: distances of exactly rho and exactly rho_p count; a hair more does not."""
+    """3-4-5 triangles: distances of exactly rho and rho_p are in range, slightly larger ones are not."""
     scenario = FlockScenario(
         num_agents=2, num_steps=1, predator_range=5.0, predators=(ConstantVelocity((0.0, 0.0), (0.0, 0.0)),)
     )
@@ -261,7 +261,7 @@ def test_line(scenario: LineScenario, seed: int, rho: float) -> None:
 
 
 def test_boundaries_of_the_line() -> None:
-    """Neighbors up to and with rho; the predator's range without its boundary; no force at x_i = x_p."""
+    """The boundary of rho is inclusive, that of rho_p exclusive; there is no force at x_i = x_p."""
     scenario = LineScenario(
         num_agents=3, predator_position=0.0, predator_range=0.5, escape_force="constant", max_steps=1
     )
@@ -273,7 +273,7 @@ def test_boundaries_of_the_line() -> None:
 
 
 def test_a_cycle_is_never_called_steady() -> None:
-    """Eq. 9 as printed: two agents chase each other past the predator for ever."""
+    """Eq. 9 as printed: two agents swing around the predator forever."""
     scenario = LineScenario(num_agents=2, escape_force="linear_as_printed", max_steps=501)
     run = simulate_line(scenario, 10.0, initial_state=[0.36, 0.68])
     assert (run.converged, run.steps) == (False, 501)

@@ -1,4 +1,4 @@
-"""What a grid search tells: the best range, the oracle, intervals, tables, files and its progress."""
+"""Results of a grid search: best range, hindsight oracle, intervals, tables, files and progress."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SEEDS = [4, 2**64 - 1, 17, 3]
 
 
 def result_of(values: np.ndarray) -> FlockSweepResult:
-    """Return a sweep with given values of J_mean, and J_min half of them."""
+    """Return a sweep with the given values of J_mean; J_min is half of them."""
     ranges, seeds = values.shape
     return FlockSweepResult(
         scenario=FlockScenario(),
@@ -48,7 +48,7 @@ def lines() -> LineSweepResult:
 
 def test_best_range_has_the_largest_mean() -> None:
     result = result_of(np.array([[1.0, 2.0], [4.0, 0.0], [0.0, 5.0], [5.0, 0.0]]))
-    assert result.best_range() == result.best_range("mean") == 2.0  # the first of two equals
+    assert result.best_range() == result.best_range("mean") == 2.0  # the first of two equal ones
     assert result.best_range("minimum") == 0.0
     assert type(result.best_range()) is float
 
@@ -146,7 +146,7 @@ def test_parquet_round_trip(flocks: FlockSweepResult, lines: LineSweepResult, tm
 
 @pytest.mark.parametrize("scenario", [small_flock(), LineScenario(num_agents=5)], ids=["flock", "line"])
 def test_progress_rises_to_the_total(scenario: FlockScenario | LineScenario) -> None:
-    """However short the sweep is: a progress bar must not stop short of its end."""
+    """Also in a very short sweep, so that a progress bar reaches its end."""
     for _ in range(50):
         calls: list[tuple[int, int]] = []
         sweep(scenario, [0.1, 0.2], range(3), progress=lambda *call, calls=calls: calls.append(call))
@@ -158,7 +158,7 @@ def test_progress_rises_to_the_total(scenario: FlockScenario | LineScenario) -> 
 
 
 def test_progress_reaches_the_total_although_the_callback_is_slow() -> None:
-    """The sweep ends while the callback still reports that it has not."""
+    """The sweep ends while the callback is still running."""
     calls: list[tuple[int, int]] = []
 
     def slow(done: int, total: int) -> None:

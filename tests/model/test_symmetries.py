@@ -1,4 +1,4 @@
-"""What must not change under names, places and directions, and what is conserved."""
+"""Symmetries and conserved quantities: renumbering, shifting and rotating change no result."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ PER_AGENT = ("mass", "speed", "repulsion_strength", "alignment_strength")
 seeds = st.integers(0, 2**32 - 1)
 dimensions = st.sampled_from([2, 3])
 
-# Ranges that no pair of random agents is exactly apart; rounding then moves nobody across a threshold.
+# No pair of random agents has exactly these distances, so rounding moves no pair across a threshold.
 RHO = 7.3
 OWN_RHO = np.linspace(1.7, 13.1, N)
 
 
 def random_flock(dimension: int, rng: np.random.Generator) -> tuple[FlockScenario, np.ndarray, np.ndarray]:
-    """Draw a flock of unlike agents, with predators in its midst whose aim does not depend on names."""
+    """Draw a flock of different agents with predators inside it whose targets do not depend on indices."""
 
     def vector(scale: float) -> np.ndarray:
         return rng.normal(0, scale, dimension)
@@ -61,7 +61,7 @@ def random_flock(dimension: int, rng: np.random.Generator) -> tuple[FlockScenari
 
 
 def moved(scenario: FlockScenario, turn: np.ndarray, shift: np.ndarray) -> FlockScenario:
-    """Return the scenario with turned and shifted predators."""
+    """Return the scenario with rotated and shifted predators."""
     predators = tuple(
         dataclasses.replace(
             p, position=turn @ np.array(p.position) + shift, velocity=turn @ np.array(p.velocity)
@@ -71,7 +71,7 @@ def moved(scenario: FlockScenario, turn: np.ndarray, shift: np.ndarray) -> Flock
     return scenario.replace(predators=predators)
 
 
-def renamed(scenario: FlockScenario, order: np.ndarray) -> FlockScenario:
+def renumbered(scenario: FlockScenario, order: np.ndarray) -> FlockScenario:
     """Return the scenario with its agents in another order."""
     return scenario.replace(**{name: np.array(getattr(scenario, name))[order] for name in PER_AGENT})
 
@@ -112,13 +112,13 @@ def test_turning_and_shifting_the_world(seed: int, dimension: int) -> None:
 
 @settings(max_examples=50)
 @given(seeds, dimensions)
-def test_renaming_agents(seed: int, dimension: int) -> None:
+def test_renumbering_agents(seed: int, dimension: int) -> None:
     rng = np.random.default_rng(seed)
     scenario, positions, velocities = random_flock(dimension, rng)
     order = rng.permutation(N)
     for rho, own_rho in ((RHO, RHO), (OWN_RHO, OWN_RHO[order])):
         first = run(scenario, rho, positions, velocities)
-        second = run(renamed(scenario, order), own_rho, positions[order], velocities[order])
+        second = run(renumbered(scenario, order), own_rho, positions[order], velocities[order])
         np.testing.assert_allclose(second.positions, first.positions[:, order], atol=1e-6)
         np.testing.assert_allclose(second.velocities, first.velocities[:, order], atol=1e-6)
         assert_same_metrics(first, second)
@@ -151,7 +151,7 @@ def assert_close(first: list[np.ndarray], second: list[np.ndarray]) -> None:
 @pytest.mark.parametrize("sensing", ["predator_range", None, 5.0])
 @settings(max_examples=25)
 @given(seeds, dimensions)
-def test_observations_know_no_place_and_no_direction(sensing: Any, seed: int, dimension: int) -> None:
+def test_observations_do_not_depend_on_place_and_direction(sensing: Any, seed: int, dimension: int) -> None:
     rng = np.random.default_rng(seed)
     scenario, positions, velocities = random_flock(dimension, rng)
     turn, shift = random_motion(dimension, rng)
@@ -169,12 +169,12 @@ def test_observations_know_no_place_and_no_direction(sensing: Any, seed: int, di
 
 @settings(max_examples=25)
 @given(seeds, dimensions)
-def test_observations_follow_the_names(seed: int, dimension: int) -> None:
+def test_observations_follow_the_indices(seed: int, dimension: int) -> None:
     rng = np.random.default_rng(seed)
     scenario, positions, velocities = random_flock(dimension, rng)
     order = rng.permutation(N)
     start = {"initial_positions": positions, "initial_velocities": velocities}
-    other = renamed(scenario, order)
+    other = renumbered(scenario, order)
     elsewhere = {"initial_positions": positions[order], "initial_velocities": velocities[order]}
     assert_close(flock_episode(scenario, start), flock_episode(other, elsewhere))
     first = agent_episode(scenario, start, OWN_RHO, reward="individual_distance")
@@ -207,8 +207,8 @@ def test_equal_ranges_per_agent_are_one_shared_range(seed: int, dimension: int, 
 
 @settings(max_examples=60)
 @given(seeds, st.integers(1, 60), st.sampled_from([0.0, 0.0213, 0.0871, 0.31, 2.0]))
-def test_line_without_predator_falls_apart_and_never_grows(seed: int, n: int, rho: float) -> None:
-    """Lemma 1: m(t) never falls; and averages never leave the hull of what they average."""
+def test_a_line_without_a_predator_never_expands_or_reunites(seed: int, n: int, rho: float) -> None:
+    """Lemma 1: m(t) never falls. Averages stay within the convex hull."""
     trajectory = simulate_line(LineScenario(num_agents=n, predator_position=None), rho, seed=seed)
     assert trajectory.converged
     assert (np.diff(trajectory.num_components) >= 0).all()

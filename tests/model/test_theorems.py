@@ -1,6 +1,6 @@
-"""What the paper's statements about the line are worth: exact counterexamples, and what does hold.
+"""The paper's statements about the line: exact counterexamples, and the statements that hold.
 
-Predator at 0. All numbers are dyadic and few, so that states and ties are exact unless a test says otherwise.
+The predator is at 0. Numbers are dyadic and few, so states and ties are exact unless a test says otherwise.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ def run_line(states: list[float], rho: float, **fields: Any) -> LineTrajectory:
 
 
 def test_a_connected_line_need_not_converge_to_the_average_of_its_start() -> None:
-    """Section III and Definition 1: three agents are the fewest (two meet at their average).
+    """Section III and Definition 1. Three agents are the smallest case; two agents meet at their average.
 
-    (0, 2, 3) goes to (1, 5/3, 5/2), where all hear all, and on to their average 31/18, not to 5/3.
+    (0, 2, 3) goes to (1, 5/3, 5/2), a complete graph, and then to its average 31/18, not to 5/3.
     """
     run = run_line([0, 2, 3], 2.0, predator_position=None)
     assert (run.num_components == 1).all()
@@ -35,7 +35,7 @@ def test_a_connected_line_need_not_converge_to_the_average_of_its_start() -> Non
 
 
 def test_a_longer_range_can_break_up_a_line_that_a_shorter_one_holds_together() -> None:
-    """Section I: a longer range makes connectivity likelier, not certain. No shorter line of whole numbers
+    """Section I: a longer range makes connectivity likelier, not certain. No shorter line of integers
     up to 10 has this property.
     """
     states = [0.0, 0.0, 1.0, 3.0, 5.0, 7.0]
@@ -44,20 +44,20 @@ def test_a_longer_range_can_break_up_a_line_that_a_shorter_one_holds_together() 
 
 
 def test_a_predator_can_unite_components() -> None:
-    """Lemma 1 needs f = 0: here the agent in range is thrown on to the other one."""
+    """Lemma 1 needs f = 0: here the escape force moves the agent in range onto the other one."""
     run = run_line([0.5, 2.5], 0.5, predator_range=1.0, repulsion_strength=2.0, escape_force="constant")
     assert run.num_components.tolist() == [2, 1, 1]
 
 
 def test_an_agent_out_of_range_can_be_pulled_into_it() -> None:
-    """Inequality (10) fails under s = s* = rho_p + rho: who is out of range feels no force but hears."""
+    """(10) fails for s = s* = rho_p + rho: an agent out of range feels no force but hears others."""
     run = run_line([0.75, 1.0], 0.5, predator_range=1.0, repulsion_strength=1.5, escape_force="constant")
     assert run.states.tolist()[:3] == [[0.75, 1.0], [2.375, 0.875], [2.375, 2.375]]
     assert run.converged
 
 
 def test_an_agent_on_the_predator_stays_and_the_line_still_converges() -> None:
-    """(10) fails for ever where x_i = x_p, but lim x(t) exists."""
+    """Inequality (10) fails forever at x_i = x_p, but lim x(t) exists."""
     run = run_line([-2.0, 0.0, 2.0], 0.5, predator_range=1.0, repulsion_strength=1.5, escape_force="constant")
     assert run.converged
     assert run.escape_distance[-1] == 0
@@ -65,7 +65,7 @@ def test_an_agent_on_the_predator_stays_and_the_line_still_converges() -> None:
 
 @st.composite
 def attacked_lines(draw: st.DrawFn) -> tuple[list[float], float]:
-    """States and rho <= rho_p = 1 on a lattice that holds both: ties at both boundaries are common."""
+    """Draw states and rho <= rho_p = 1 on one lattice, so that ties at both boundaries are common."""
     parts = draw(st.sampled_from([1, 2, 4, 8, 16]))
     units = st.integers(-3 * parts, 3 * parts).filter(bool)
     states = draw(st.lists(units, min_size=1, max_size=40))
@@ -73,7 +73,7 @@ def attacked_lines(draw: st.DrawFn) -> tuple[list[float], float]:
 
 
 def depths_in_range(states: np.ndarray, side: int) -> np.ndarray:
-    """How far inside of rho_p = 1 the agents on one side of the predator are."""
+    """Return the depths rho_p - |x_i| of the agents in range on one side of the predator."""
     inside = (states * side > 0) & (np.abs(states) < 1)
     return 1 - np.abs(states[inside])
 
@@ -84,20 +84,20 @@ def depths_in_range(states: np.ndarray, side: int) -> np.ndarray:
 def test_theorem_2_holds_off_the_predator_though_its_proof_does_not(
     line: tuple[list[float], float], more: float, force: str
 ) -> None:
-    """If no agent starts on the predator, rho <= rho_p and s >= s*, in the end nobody is in range.
+    """If no agent starts on the predator, rho <= rho_p and s >= s*, no agent is in range in the end.
 
-    s* = rho_p + rho for Eq. 8 and 1 + rho / rho_p for Eq. 9 as printed. Nobody changes sides, whoever is in
-    range leaves it, and only who is in range pulls others in. On one side let D be the sum of rho_p - |x_i|
-    over agents in range: the k agents that are pulled in hear one another and someone in range, so that D
+    s* = rho_p + rho for Eq. 8 and 1 + rho / rho_p for Eq. 9 as printed. No agent changes sides, agents in
+    range leave it, and only agents in range pull others in. On one side let D be the sum of rho_p - |x_i|
+    over agents in range. The k agents that are pulled in hear one another and an agent in range, so D
     falls to k / (k + 1) D or less. Once D < min(rho / n, rho_p / 2) on both sides, only agents less than D
-    beyond rho_p can be pulled in, and nobody joins those any more: after n steps nobody is in range.
+    outside rho_p can be pulled in, and no agent joins those: after n steps no agent is in range.
     """
     states, rho = line
     run = run_line(states, rho, predator_range=1.0, repulsion_strength=1 + rho + more, escape_force=force)
     assert run.converged
     assert (np.sign(run.states) == np.sign(run.states[0])).all()
     assert run.escape_distance[-1] >= 1
-    rounding = 2**-46  # of states below 32 in sums over at most 40 agents
+    rounding = 2**-46  # for states below 32 in sums over at most 40 agents
     for before, after in zip(run.states, run.states[1:], strict=False):
         for side in (-1, 1):
             was, now = depths_in_range(before, side), depths_in_range(after, side)
@@ -113,10 +113,10 @@ def test_theorem_2_holds_off_the_predator_though_its_proof_does_not(
         ("linear_as_printed", 5.0, 8.0, [-6.0, 2.0]),
     ],
 )
-def test_beyond_the_range_of_the_predator_a_line_can_swing_for_ever(
+def test_with_rho_above_rho_p_a_line_can_oscillate_forever(
     force: str, predator_range: float, rho: float, states: list[float]
 ) -> None:
-    """Definition 2 has no limit to define under Eq. 9, s = 2 and rho > rho_p, which Figure 5 goes through.
+    """The limit in Definition 2 does not exist for Eq. 9, s = 2 and rho > rho_p, a case of Figure 5.
 
     The period is 2: the agents in and out of range change places, or sides.
     """
@@ -129,9 +129,9 @@ def test_beyond_the_range_of_the_predator_a_line_can_swing_for_ever(
 
 @pytest.mark.parametrize("seed", range(5))
 def test_the_best_range_of_a_line_is_an_interval(seed: int) -> None:
-    """Problem 1 has no single solution: rho acts through the graphs alone, so d_ss(rho) is a step function.
+    """Problem 1 has no single solution: rho acts only through the graphs, so d_ss(rho) is a step function.
 
-    Nothing changes from rho up to the next distance between any two agents at any time.
+    No run changes if rho grows up to the next distance between any two agents at any time.
     """
     scenario, rho = LineScenario(), 0.1
     run = simulate_line(scenario, rho, seed=seed)
@@ -140,12 +140,12 @@ def test_the_best_range_of_a_line_is_an_interval(seed: int) -> None:
     assert following > rho
     below = simulate_line(scenario, float(np.nextafter(following, 0)), seed=seed)
     np.testing.assert_array_equal(below.states, run.states)
-    beyond = simulate_line(scenario, following, seed=seed)
-    assert not np.array_equal(beyond.states, run.states)
+    larger = simulate_line(scenario, following, seed=seed)
+    assert not np.array_equal(larger.states, run.states)
 
 
 def test_the_lines_of_figure_5_leave_a_constant_force_within_three_steps() -> None:
-    """(10) fails at t* = 0 for most lines under s = s* and rho = rho_p, and holds for all from t* = 2 on."""
+    """For s = s* and rho = rho_p, inequality (10) fails at t* = 0 for most lines and holds from t* = 2 on."""
     scenario = LineScenario(escape_force="constant", repulsion_strength=0.4)
     runs = [simulate_line(scenario, 0.2, seed=seed) for seed in range(400)]
     in_range = [(np.abs(run.states - 0.6) < 0.2).any(axis=1) for run in runs]
@@ -159,7 +159,7 @@ def test_the_lines_of_figure_5_leave_a_constant_force_within_three_steps() -> No
 def test_two_agents_under_the_linear_force_in_closed_form(strength: float, side: float) -> None:
     """With u = |x - x_p| and both on one side within rho_p and rho: u' = mean(u) + s (rho_p - u).
 
-    So the mean is rho_p + (1 - s)^t (mean(u(0)) - rho_p), and the difference (-s)^t times the first one.
+    The mean is therefore rho_p + (1 - s)^t (mean(u(0)) - rho_p); the difference is (-s)^t times the first.
     """
     reach, start = 0.4, np.array([0.15, 0.21])
     scenario = LineScenario(
@@ -174,11 +174,11 @@ def test_two_agents_under_the_linear_force_in_closed_form(strength: float, side:
     expected = mean + half * np.array([-1.0, 1.0])
     offsets = np.sort(side * (run.states - scenario.predator_position), axis=1)
     np.testing.assert_allclose(offsets, np.sort(expected, axis=1), atol=1e-14)
-    assert (expected < reach).all()  # nobody has left the predator's range
+    assert (expected < reach).all()  # no agent has left the predator's range
 
 
 def test_two_agents_under_the_constant_force_in_closed_form() -> None:
-    """Together after the first step, both then fly away by s a step until the predator is out of range."""
+    """Both agents meet in the first step, then move away by s per step until they are out of range."""
     scenario = LineScenario(
         num_agents=2,
         predator_position=0.0,

@@ -1,4 +1,4 @@
-"""Vicsek model: from order to disorder, against a plain model written from the paper of 1995."""
+"""The Vicsek model against a NumPy model written from the paper of 1995: order parameter against noise."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def mean_and_error(order: np.ndarray) -> tuple[float, float]:
     return float(each.mean()), float(each.std(ddof=1) / np.sqrt(len(each)))
 
 
-@pytest.mark.parametrize("eta", [0.5, 1.5, 2.5, 3.5, 4.0, 4.5, 5.0, 6.0])
+@pytest.mark.parametrize("eta", [0.5, 2.5, 4.0, 6.0])
 def test_order_parameter(eta: float) -> None:
     here, there = order_here(eta), order_of_1995(eta, np.random.default_rng(1995))
     for times in (slice(1, 6), slice(TRANSIENT, None)):
@@ -59,7 +59,7 @@ def test_order_parameter(eta: float) -> None:
 
 
 def test_from_order_to_disorder() -> None:
-    """Without noise all fly one way; under the largest, headings are independent and <v_a^2> is 1 / n."""
+    """Without noise all headings agree; under the largest noise they are independent and <v_a^2> is 1 / n."""
     curve = [mean_and_error(order_here(eta)[:, TRANSIENT:])[0] for eta in (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)]
     assert (np.diff(curve) < 0).all()
     assert curve[0] > 0.999

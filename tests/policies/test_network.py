@@ -1,4 +1,4 @@
-"""Networks as policies: against loops over rows, agents and layers, and under reflection of the world."""
+"""Networks as policies against loops over rows, agents and layers, and under reflection of the world."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def parameters(architecture: Architecture, seed: int = 0, networks: tuple[int, .
 
 
 def some_rows(count: int, time: float, rng: np.random.Generator) -> np.ndarray:
-    """Return observations in which a third of the rows senses no predator."""
+    """Return observations; a third of the rows senses no predator."""
     layout = policy_spec().layout
     rows = rng.uniform(layout.low, layout.high, (count, len(layout.names))).astype(np.float32)
     rows[:, layout.index("time")] = time
@@ -58,7 +58,7 @@ def some_rows(count: int, time: float, rng: np.random.Generator) -> np.ndarray:
 def reference(
     architecture: Architecture, numbers: np.ndarray, row: np.ndarray, memory: list[float]
 ) -> tuple[float, list[float]]:
-    """Run one network on one row, number by number; return action and memory."""
+    """Run one network on one row with scalar loops; return action and memory."""
     layout = policy_spec().layout
     seen = {name: float(row[layout.index(name)]) for name in layout.names}
     side = seen["predator_direction_left"] or seen["heard_velocity_left"]
@@ -81,7 +81,7 @@ def reference(
 
 @settings(max_examples=40)
 @given(architectures, st.integers(0, 2**32 - 1))
-def test_it_is_the_loop_over_rows_and_layers(architecture: Architecture, seed: int) -> None:
+def test_it_equals_the_loop_over_rows_and_layers(architecture: Architecture, seed: int) -> None:
     rng = np.random.default_rng(seed)
     numbers = parameters(architecture, seed)
     policy = NetworkPolicy(architecture, numbers)
@@ -100,7 +100,7 @@ def test_it_is_the_loop_over_rows_and_layers(architecture: Architecture, seed: i
         np.testing.assert_array_equal(rows, given_rows)
 
 
-# It plays what it remembers, and remembers the time: an action is the tanh of the time before.
+# Its action is its memory, and its memory is the time: each action is the tanh of the previous time.
 REMEMBERING = NetworkPolicy(Architecture(("time",), (), memory=1), [0, 1, 1, 0, 0, 0])
 
 
@@ -116,7 +116,7 @@ def begun(rows: int = 2) -> NetworkPolicy:
     return policy
 
 
-def test_memory_begins_with_zeros_and_is_carried_on() -> None:
+def test_memory_starts_at_zero_and_is_kept() -> None:
     policy = begun()
     np.testing.assert_array_equal(remembered(policy, [0.0, 0.0]), [0, 0])
     np.testing.assert_array_equal(remembered(policy, [0.25, 0.5]), [0, 0])
@@ -130,7 +130,7 @@ def test_memory_begins_with_zeros_and_is_carried_on() -> None:
 
 
 @pytest.mark.parametrize("times", [[0.5], [0.5, 0.5, 0.5], [0.0, 0.5, 0.0]])
-def test_memory_refuses_rows_that_appear_or_vanish(times: list[float]) -> None:
+def test_memory_refuses_added_or_removed_rows(times: list[float]) -> None:
     policy = begun()
     remembered(policy, [0.0, 0.0])
     remembered(policy, [0.25, 0.5])
@@ -139,8 +139,8 @@ def test_memory_refuses_rows_that_appear_or_vanish(times: list[float]) -> None:
     np.testing.assert_allclose(remembered(policy, [0.5, 0.75]), np.tanh([0.25, 0.5]), atol=1e-7)
 
 
-def test_memory_is_each_flocks_own_where_episodes_begin_at_different_times() -> None:
-    """One slot of a vector environment is reset in the middle of the others' episodes."""
+def test_each_flock_has_its_own_memory_if_episodes_start_at_different_times() -> None:
+    """One slot of a vector environment is reset during the episodes of the others."""
     architecture = Architecture(("time", "mean_distance"), memory=2)
     numbers, options = parameters(architecture), {"max_range": 30.0}
     env = FlockVectorEnv(2, SCENARIO, **options)
@@ -165,7 +165,7 @@ def test_memory_is_each_flocks_own_where_episodes_begin_at_different_times() -> 
 
 
 def reflected(seed: int, axis: int, scenario: FlockScenario) -> tuple[FlockScenario, dict[str, np.ndarray]]:
-    """Return scenario and start of a flock that is turned over across an axis."""
+    """Return scenario and start of a flock reflected in an axis."""
     turn = np.diag([-1.0 if i == axis else 1.0 for i in range(2)])
     run = simulate(scenario, 0.0, seed=seed)
     (predator,) = scenario.predators
@@ -180,7 +180,7 @@ def rows_of(observations: dict[str, np.ndarray]) -> np.ndarray:
 
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("sensing", [None, 25.0])
-def test_a_flock_and_its_reflection_are_seen_alike(axis: int, sensing: float | None) -> None:
+def test_a_flock_and_its_reflection_have_equal_mirrored_views(axis: int, sensing: float | None) -> None:
     options = {"predator_sensing_range": sensing, "max_range": 30.0}
     scenario = SCENARIO.replace(num_agents=20)
     other, start = reflected(3, axis, scenario)
@@ -215,7 +215,7 @@ def played(policy: NetworkPolicy, scenario: FlockScenario, **start: np.ndarray) 
 
 
 @pytest.mark.parametrize("memory", [0, 2])
-def test_a_mirrored_network_steers_a_flock_and_its_reflection_alike(memory: int) -> None:
+def test_a_mirrored_network_sets_equal_ranges_in_a_flock_and_its_reflection(memory: int) -> None:
     scenario = SCENARIO.replace(num_agents=20, num_steps=40)
     other, start = reflected(3, 1, scenario)
     outcomes = {}
@@ -227,7 +227,7 @@ def test_a_mirrored_network_steers_a_flock_and_its_reflection_alike(memory: int)
     assert abs(outcomes[False][0] - outcomes[False][1]) > 0.01
 
 
-def test_who_sees_the_predator_on_the_left_sees_it_as_it_is() -> None:
+def test_observations_with_the_predator_on_the_left_are_not_mirrored() -> None:
     layout = policy_spec().layout
     rows = some_rows(60, 0.5, np.random.default_rng(1))
     predator, heard = layout.index("predator_direction_left"), layout.index("heard_velocity_left")
@@ -239,7 +239,7 @@ def test_who_sees_the_predator_on_the_left_sees_it_as_it_is() -> None:
 
 
 @pytest.mark.parametrize(("bias", "clip"), [(0.5, 0.5), (3, 1), (-2, -1)])
-def test_actions_are_cut_off_or_squashed(bias: float, clip: float) -> None:
+def test_actions_are_clipped_or_squashed(bias: float, clip: float) -> None:
     rows = some_rows(2, 0.0, np.random.default_rng(0))
     for squash, expected in (("clip", clip), ("tanh", np.tanh(bias))):
         policy = NetworkPolicy(Architecture(("time",), (), squash=squash), [0, bias])  # type: ignore[arg-type]
@@ -254,7 +254,7 @@ def test_parameters_of_a_wrong_size_are_refused(shape: tuple[int, ...]) -> None:
         NetworkPolicy(architecture, np.zeros(shape))
 
 
-def test_parameters_that_are_no_numbers_are_refused() -> None:
+def test_parameters_that_are_not_finite_are_refused() -> None:
     with pytest.raises(ArgumentError, match=r"parameters\[1\]: expected a finite number"):
         NetworkPolicy(Architecture(("time",), ()), [0.0, np.nan])
 
@@ -263,9 +263,9 @@ def test_parameters_that_are_no_numbers_are_refused() -> None:
     ("fields", "message"),
     [
         ({"inputs": ()}, "inputs: expected at least one name, got none"),
-        ({"hidden": (4, 0)}, r"hidden\[1\]: expected an integer of at least 1"),
+        ({"hidden": (4, 0)}, r"hidden\[1\]: expected an integer from 1"),
         ({"hidden": (2.5,)}, r"hidden\[0\]: expected an integer"),
-        ({"memory": -1}, "memory: expected an integer of at least 0 and at most 63 bits, got -1"),
+        ({"memory": -1}, r"memory: expected an integer from 0 to 2\^63 - 1, got -1"),
         ({"memory": 0.5}, "memory: expected an integer"),
         ({"squash": "cut"}, "squash: expected one of clip, tanh, got 'cut'"),
     ],
@@ -282,8 +282,8 @@ def test_other_actions_than_normalized_ones_are_refused(mode: str) -> None:
 
 
 @pytest.mark.parametrize("mirror", [False, True])
-def test_entries_that_are_not_observed_are_refused(mirror: bool) -> None:
-    """The flock view has no predator on the left."""
+def test_unknown_observation_entries_are_refused(mirror: bool) -> None:
+    """The flock view has no entry for a predator on the left."""
     shared = FlockEscapeEnv(SCENARIO).policy_spec
     architecture = Architecture(("time",) if mirror else ("predator_direction_left",), (), mirror=mirror)
     with pytest.raises(ArgumentError, match="observation: expected an entry 'predator_direction_left', got"):

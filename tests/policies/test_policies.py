@@ -1,4 +1,4 @@
-"""Policies act alike in every interface, and do what they say."""
+"""Policies set the same ranges in every interface and follow their definitions."""
 
 from __future__ import annotations
 
@@ -48,14 +48,14 @@ SCENARIO = small_flock(num_agents=7, num_steps=12, predator_range=60.0)
 SEEDS = [3, 4]
 T, N = SCENARIO.num_steps, SCENARIO.num_agents
 
-# With ranges up to 128 multiples of a quarter survive the way through float32 actions in every mode.
+# For ranges up to 128, multiples of 1/4 are exact as float32 actions in every mode.
 EXACT = {"max_range": 128.0, "range_grid": tuple(np.arange(513) / 4), "count_components": True}
 SCHEDULE = np.random.default_rng(0).integers(0, 80, T) / 4
 OWN_SCHEDULE = np.random.default_rng(1).integers(0, 80, (T, N)) / 4
 
 
 class TimeDependent:
-    """A model as SB3 has them: bigger ranges as time goes by, by the first entry of the observation."""
+    """A model with SB3's interface whose ranges grow with time, the first entry of the observation."""
 
     def predict(
         self, observations: np.ndarray, state: None, episode_start: np.ndarray, deterministic: bool
@@ -111,7 +111,7 @@ def play_slots(env: Any, policy: Any, steps: int) -> np.ndarray:
 
 def options_for(name: str, mode: str) -> dict[str, Any]:
     if name == "model" and mode != "normalized":
-        return {"action_mode": "normalized", **EXACT}  # this model knows no other actions
+        return {"action_mode": "normalized", **EXACT}  # this model returns only normalized actions
     return {"action_mode": mode, "predator_sensing_range": None, **EXACT}
 
 
@@ -152,7 +152,7 @@ def test_ranges_per_agent_in_every_interface(name: str, mode: str, steps_per_act
 @pytest.mark.parametrize("mode", ACTION_MODES)
 @pytest.mark.parametrize("steps_per_action", STEPS_PER_ACTION)
 def test_scheduled_range_is_simulate_with_that_schedule(mode: str, steps_per_action: int) -> None:
-    """Where an action holds for several steps, its first entry counts."""
+    """If an action holds for several steps, the entry of the first one counts."""
     held = np.arange(T) // steps_per_action * steps_per_action
     options = {"action_mode": mode, "steps_per_action": steps_per_action, **EXACT}
     for schedule, per_agent in ((SCHEDULE, False), (SCHEDULE, True), (OWN_SCHEDULE, True)):
@@ -166,7 +166,7 @@ def test_scheduled_range_is_simulate_with_that_schedule(mode: str, steps_per_act
 @pytest.mark.parametrize("dimension", DIMENSIONS)
 @pytest.mark.parametrize("sensing", [None, 50.0])
 def test_stubborn_leaders(dimension: int, sensing: float | None) -> None:
-    """The rule computed from positions and velocities, step by step, gives the same ranges."""
+    """The rule computed from positions and velocities gives the same ranges in each step."""
     predators = (ConstantVelocity((-5.0, -5.0)),)
     scenario = small_flock(dimension, num_agents=20, num_steps=8, initial_side=60.0, predators=predators)
     env = parallel_env(scenario, action_mode="range", predator_sensing_range=sensing)
@@ -175,7 +175,7 @@ def test_stubborn_leaders(dimension: int, sensing: float | None) -> None:
     schedule = np.zeros((scenario.num_steps, 20))
     seen = set()
     for t in range(scenario.num_steps):
-        run = simulate(scenario, schedule=schedule, seed=0)  # right up to time t
+        run = simulate(scenario, schedule=schedule, seed=0)  # up to time t
         away = run.positions[t] - run.predator_positions[t]
         distance = np.linalg.norm(away, axis=1)
         cosine = (run.velocities[t] * away).sum(axis=1) / distance / scenario.speed
@@ -207,7 +207,7 @@ def test_own_schedule_needs_all_agents_at_once() -> None:
 
 
 @pytest.mark.parametrize("mode", ACTION_MODES)
-def test_random_range_covers_what_actions_can_set(mode: str) -> None:
+def test_random_range_covers_all_ranges_of_the_action_space(mode: str) -> None:
     env = FlockEscapeEnv(SCENARIO, action_mode=mode, min_range=10.0, max_range=20.0)
     rows = np.zeros((4000, len(env.policy_spec.layout.names)), np.float32)
     policy = RandomRange(seed=0)
@@ -248,7 +248,7 @@ def test_indices_and_grid_are_inverse(bounds: tuple[float, float]) -> None:
     np.testing.assert_allclose(ranges, np.linspace(low, high, 21))
     np.testing.assert_array_equal(actions.from_ranges(ranges), indices)
     inside = np.clip(ranges + 0.3 * (high - low) / 20, low, high)
-    np.testing.assert_array_equal(actions.from_ranges(inside), indices)  # the nearest entry
+    np.testing.assert_array_equal(actions.from_ranges(inside), indices)  # the nearest grid entry
 
 
 @pytest.mark.parametrize("mode", ACTION_MODES)
@@ -273,7 +273,7 @@ def test_rollout_default_is_the_papers_flock() -> None:
 
 @pytest.mark.parametrize("steps_per_action", STEPS_PER_ACTION)
 @pytest.mark.parametrize("name", AGENT_POLICIES)
-def test_record_is_the_episode_of_the_rollout(name: str, steps_per_action: int) -> None:
+def test_record_equals_the_episode_of_the_rollout(name: str, steps_per_action: int) -> None:
     options = {**options_for(name, "normalized"), "steps_per_action": steps_per_action}
     views = [True, False] if name in SHARED_POLICIES else [True]
     for per_agent in views:
@@ -307,13 +307,13 @@ def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
     scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0, predators=predators)
     env = parallel_env(scenario, action_mode="range", predator_sensing_range=20.0)
     act = bind(StubbornWitnesses(patience=0.25, first_range=30.0, interaction_range=14.0), env)
-    for seed in (0, 1):  # the second episode starts without memories
+    for seed in (0, 1):  # the second episode starts with empty memory
         observations, _ = env.reset(seed=seed)
         schedule = np.zeros((scenario.num_steps, 20))
         has_seen = np.zeros(20, bool)
         forgot = False
         for t in range(scenario.num_steps):
-            run = simulate(scenario, schedule=schedule, seed=seed)  # right up to time t
+            run = simulate(scenario, schedule=schedule, seed=seed)  # up to time t
             distance = np.linalg.norm(run.positions[t] - run.predator_positions[t], axis=1)
             forgot |= bool((has_seen & (distance > 20.0)).any())
             has_seen |= distance <= 20.0
@@ -321,11 +321,11 @@ def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
             observations, _, _, _, infos = env.step(act(observations))
             ranges = [info["interaction_range"] for info in infos.values()]
             np.testing.assert_allclose(ranges, schedule[t], atol=1e-6)
-        assert forgot  # somebody lost sight of the predator and had to remember
+        assert forgot  # some agent lost sight of the predator and used its memory
         assert 0 < has_seen.sum() < 20
 
 
-def test_a_memory_refuses_rows_that_appear_within_an_episode() -> None:
+def test_a_memory_refuses_rows_added_within_an_episode() -> None:
     env = parallel_env(small_flock(num_agents=4))
     observations, _ = env.reset(seed=0)
     act = bind(StubbornWitnesses(), env)
@@ -336,7 +336,7 @@ def test_a_memory_refuses_rows_that_appear_within_an_episode() -> None:
 
 
 class Mood:
-    """A recurrent model as SB3 has them: it listens farther with every action of an episode."""
+    """A recurrent model with SB3's interface whose range grows with each action of an episode."""
 
     def predict(
         self, observations: np.ndarray, state: Any, episode_start: np.ndarray, deterministic: bool
@@ -347,13 +347,13 @@ class Mood:
 
 
 def mood(steps: int) -> np.ndarray:
-    """Ranges in m that ``Mood`` sets in the first steps of an episode, of at most 16."""
+    """Return the ranges in m that ``Mood`` sets in the first steps of an episode, at most 16."""
     return 100 * np.arange(1, steps + 1) / 16
 
 
 def test_the_state_of_a_recurrent_model_is_kept_and_starts_with_every_episode() -> None:
     policy = SB3Policy(Mood())
-    for seeds in ([1, 2, 3], [4]):  # other rows than before
+    for seeds in ([1, 2, 3], [4]):  # different rows than before
         assert outcome(rollout(SCENARIO, policy, seeds)).tolist() == (
             outcome(rollout(SCENARIO, ScheduledRange(mood(T)), seeds)).tolist()
         )
@@ -363,8 +363,8 @@ def test_the_state_of_a_recurrent_model_is_kept_and_starts_with_every_episode() 
     assert runs[0].escape_distance.tolist() == runs[1].escape_distance.tolist()
 
 
-def test_the_state_of_a_row_starts_where_its_episode_does() -> None:
-    """One flock of a vector environment is reset in the middle of the other's episode."""
+def test_the_state_of_a_row_starts_with_its_episode() -> None:
+    """One flock of a vector environment is reset during the episode of the other."""
     env = FlockVectorEnv(2, SCENARIO)
     act = bind(SB3Policy(Mood()), env)
     observations, _ = env.reset(seed=0)
@@ -407,14 +407,14 @@ def test_a_model_of_another_environment_is_refused(options: dict[str, Any], fiel
 
 
 class Moody(Mood):
-    """The same as a hunter: it accelerates to the left, and more so with every action of an episode."""
+    """A recurrent model of a predator that accelerates to the left, more with each action of an episode."""
 
     def predict(self, *args: Any, **kwargs: Any) -> tuple[np.ndarray, Any]:
         actions, state = super().predict(*args, **kwargs)
         return np.concatenate([0 * actions, actions], axis=1), state
 
 
-def test_hunters_with_a_memory_start_with_every_episode() -> None:
+def test_predator_policies_with_memory_start_again_with_every_episode() -> None:
     scenario = SCENARIO.replace(predators=(Learned(), Learned()))
     run = record(scenario, FixedRange(9.0), 3, predator_policy=SB3Policy(Moody()))
     np.testing.assert_array_equal(run.predator_actions[:, 1, 1], mood(T) / 50 - 1)
@@ -424,7 +424,7 @@ def test_hunters_with_a_memory_start_with_every_episode() -> None:
     ]
     np.testing.assert_array_equal(outcome(batches[0]), outcome(batches[1]))
     envs = [FlockVecEnv(2, scenario, predator_policy=SB3Policy(Moody())) for _ in range(2)]
-    for env in envs:  # the second episodes, of which one environment was in the middle of others
+    for env in envs:  # the second episodes; one environment was reset during the episodes of others
         env.seed(5)
         env.reset()
     for _ in range(4):
@@ -436,7 +436,7 @@ def test_hunters_with_a_memory_start_with_every_episode() -> None:
     np.testing.assert_array_equal(twins[0], twins[1])
 
 
-def test_policies_by_name_bring_their_options() -> None:
+def test_policies_by_name_set_their_options() -> None:
     for name, policy, options in (
         ("stubborn-leaders", StubbornLeaders(), {"predator_sensing_range": None}),
         ("fixed:120", FixedRange(120.0), {"max_range": 120.0}),
@@ -450,7 +450,7 @@ def test_policies_by_name_bring_their_options() -> None:
     assert outcome(ours).tolist() == outcome(same).tolist()
 
 
-def test_rollout_without_a_scenario_takes_that_of_the_policy() -> None:
+def test_rollout_without_a_scenario_uses_the_policys() -> None:
     entry = NamedPolicy("mine", FixedRange(5.0), scenario=SCENARIO)
     assert outcome(rollout(None, entry, SEEDS)).tolist() == outcome(rollout(SCENARIO, entry, SEEDS)).tolist()
     paper = rollout(None, FixedRange(5.0), [1])
@@ -458,5 +458,5 @@ def test_rollout_without_a_scenario_takes_that_of_the_policy() -> None:
 
 
 def test_a_rule_for_agents_says_that_it_needs_them() -> None:
-    with pytest.raises(ArgumentError, match="per_agent: expected True: this policy needs an observation per"):
+    with pytest.raises(ArgumentError, match="per_agent: expected True, because"):
         rollout(SCENARIO, StubbornLeaders(), SEEDS, per_agent=False)

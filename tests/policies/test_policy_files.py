@@ -1,4 +1,4 @@
-"""Policies in files come back as they were; anything else is refused."""
+"""Policy files load unchanged; other files are refused."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def line_policy() -> NamedPolicy:
 
 
 @pytest.mark.parametrize("make", [flock_policy, line_policy])
-def test_a_policy_comes_back_as_it_was(make: Any, tmp_path: Path) -> None:
+def test_a_policy_loads_unchanged(make: Any, tmp_path: Path) -> None:
     entry = make()
     save_policy(entry, tmp_path / "policy.npz")
     found = load_policy(tmp_path / "policy.npz")
@@ -45,7 +45,7 @@ def test_a_policy_comes_back_as_it_was(make: Any, tmp_path: Path) -> None:
     assert [file.name for file in tmp_path.iterdir()] == ["policy.npz"]
 
 
-def test_it_plays_as_before(tmp_path: Path) -> None:
+def test_a_loaded_policy_plays_as_before(tmp_path: Path) -> None:
     flock, line = flock_policy(), line_policy()
     save_policy(flock, str(tmp_path / "flock.npz"))
     save_policy(line, str(tmp_path / "line.npz"))
@@ -64,14 +64,14 @@ def test_it_plays_as_before(tmp_path: Path) -> None:
         {"scenario": None},
     ],
 )
-def test_what_cannot_be_kept_is_refused(changes: dict[str, Any], tmp_path: Path) -> None:
+def test_policies_that_cannot_be_saved_are_refused(changes: dict[str, Any], tmp_path: Path) -> None:
     entry = dataclasses.replace(flock_policy(), **changes)
     with pytest.raises(RecordError, match="policy: expected a NetworkPolicy or StubbornWitnesses"):
         save_policy(entry, tmp_path / "policy.npz")
     assert not list(tmp_path.iterdir())
 
 
-def test_a_file_that_is_cut_off_anywhere_is_refused(tmp_path: Path) -> None:
+def test_a_truncated_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "policy.npz"
     save_policy(line_policy(), path)
     whole = path.read_bytes()
@@ -81,7 +81,7 @@ def test_a_file_that_is_cut_off_anywhere_is_refused(tmp_path: Path) -> None:
             load_policy(path)
 
 
-def test_a_damaged_file_is_refused_or_still_whole(tmp_path: Path) -> None:
+def test_a_damaged_file_is_refused_or_unchanged(tmp_path: Path) -> None:
     path, entry = tmp_path / "policy.npz", line_policy()
     save_policy(entry, path)
     whole, refused = path.read_bytes(), 0
@@ -97,7 +97,7 @@ def test_a_damaged_file_is_refused_or_still_whole(tmp_path: Path) -> None:
 
 
 def rewritten(path: Path, parameters: Any = None, **header: Any) -> Path:
-    """Change what a policy's file says."""
+    """Change entries of a policy file."""
     with np.load(path) as file:
         document, numbers = json.loads(str(file["header"])), file["parameters"]
     numbers = numbers if parameters is None else parameters
@@ -118,7 +118,7 @@ def rewritten(path: Path, parameters: Any = None, **header: Any) -> Path:
         {"scenario": 3},
     ],
 )
-def test_a_file_of_something_else_is_refused(changes: dict[str, Any], tmp_path: Path) -> None:
+def test_a_file_of_another_kind_is_refused(changes: dict[str, Any], tmp_path: Path) -> None:
     path = tmp_path / "policy.npz"
     save_policy(line_policy(), path)
     expected = ScenarioError if "scenario" in changes else RecordError
@@ -146,7 +146,7 @@ def test_foreign_files_are_refused_and_not_executed(tmp_path: Path) -> None:
         load_policy(tmp_path / "lost.npz")
 
 
-def test_an_unfinished_file_leaves_the_older_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_write_keeps_the_older_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "policy.npz"
     save_policy(line_policy(), path)
     before = path.read_bytes()
@@ -172,15 +172,15 @@ def test_policies_are_found_by_name_or_file(tmp_path: Path) -> None:
     for spec in ("lost.npz", str(tmp_path), "fixed:far", "policy"):
         with pytest.raises(ArgumentError, match=r"which: expected one of fixed:RHO, .* got '") as caught:
             find_policy(spec, "which")
-        assert caught.value.given == repr(spec)
+        assert caught.value.given.startswith(repr(spec))
 
 
 def test_a_policy_for_a_line_records_no_flock() -> None:
-    with pytest.raises(ArgumentError, match="policy: expected one for a flock, got one for a line, line"):
+    with pytest.raises(ArgumentError, match="policy: expected a policy for a flock, got 'line'"):
         line_policy().record(0, SCENARIO)
 
 
-def test_rules_are_kept_like_networks(tmp_path: Path) -> None:
+def test_rules_are_saved_like_networks(tmp_path: Path) -> None:
     rule = StubbornWitnesses(0.25, 50.0, 12.0)
     entry = NamedPolicy("mine", rule, per_agent=True, options={"steps_per_action": 1}, scenario=SCENARIO)
     save_policy(entry, tmp_path / "rule.npz")

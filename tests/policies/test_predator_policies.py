@@ -1,4 +1,4 @@
-"""Policies of predators: the same hunt in every interface, in records and in training."""
+"""Predator policies: the same run in every interface, in records and in training."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def hunted(dimension: int = 2, count: int = 1, **changes: Any) -> FlockScenario:
 
 
 class Spin:
-    """Circles to the left; what it remembers is copied with the environment."""
+    """A policy that circles to the left; its memory is copied with the environment."""
 
     def __init__(self) -> None:
         self.calls = 0
@@ -61,7 +61,7 @@ def actions_of_flock(environment: Any) -> Any:
 
 @dimensions
 def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
-    """Flock and predator of every interface go as those of the parallel environment, stepped by hand."""
+    """Every interface gives the same run as the parallel environment with explicit predator actions."""
     scenario = hunted(dimension).with_learned_predators()
     by_hand = parallel_env(scenario)
     observations, _ = by_hand.reset(seed=4)
@@ -118,8 +118,8 @@ def test_records_replay_the_hunt_bit_for_bit(dimension: int, steps_per_action: i
     assert not np.array_equal(straight.predator_positions, run.predator_positions)
 
 
-def test_chase_comes_closer_than_coast() -> None:
-    """To the nearest agent or, on average, to all of them, as its target says."""
+def test_pursue_comes_closer_than_fly_straight() -> None:
+    """Closer to the nearest agent, or on average to all agents, depending on its target."""
     scenario = FlockScenario().with_learned_predators()
     nearest, centroid, nobody = (
         rollout(scenario, FixedRange(0.0), range(10), predator_policy=policy)
@@ -138,7 +138,7 @@ def test_sb3_trains_a_predator_and_a_flock_against_it() -> None:
     assert np.isfinite(outcome.min_mean_distance).all()
 
 
-def test_a_hunt_that_catches_all_is_replayed(tmp_path: Any) -> None:
+def test_a_run_without_survivors_is_replayed(tmp_path: Any) -> None:
     hunters = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
     scenario = small_flock(num_agents=12, predators=hunters, capture_radius=500.0)
     run = record(scenario, FixedRange(9.0), 3, predator_policy=Spin(), per_agent=True)
@@ -149,7 +149,7 @@ def test_a_hunt_that_catches_all_is_replayed(tmp_path: Any) -> None:
 
 
 class Counting:
-    """Flies straight on, and counts the episodes that begin in each row."""
+    """A policy that flies straight on and counts the episodes of each row."""
 
     def __init__(self) -> None:
         self.begun = np.zeros(3, int)

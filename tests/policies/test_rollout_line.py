@@ -1,4 +1,4 @@
-"""Whole episodes of the line: as the environment plays them one by one, and as the sweep does."""
+"""Rollouts of the line equal the episodes of the environment and the runs of a sweep."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def one_by_one(policy: Policy, scenario: LineScenario, **options: Any) -> dict[s
 @pytest.mark.parametrize("make", [by_time_and_offsets, fixed])
 @pytest.mark.parametrize("steps_per_action", [1, 3])
 @pytest.mark.parametrize("batch_size", [1, 4, 6, 100])
-def test_it_is_the_environment_line_by_line(make: Any, steps_per_action: int, batch_size: int) -> None:
+def test_it_equals_the_environment_line_by_line(make: Any, steps_per_action: int, batch_size: int) -> None:
     options = {"steps_per_action": steps_per_action, "max_range": 0.5}
     expected = one_by_one(make(), SCENARIO, **options)
     found = rollout(SCENARIO, make(), SEEDS, batch_size=batch_size, **options)
@@ -49,15 +49,15 @@ def test_it_is_the_environment_line_by_line(make: Any, steps_per_action: int, ba
     assert found.num_components.tolist() == expected["num_components"]
     assert found.converged.tolist() == expected["converged"]
     np.testing.assert_array_equal((found.steps / SCENARIO.max_steps).astype(np.float32), expected["time"])
-    # A network's sums may round otherwise where rows are fewer.
+    # A network's sums may round differently if there are fewer rows.
     np.testing.assert_allclose(found.escape_distance, expected["escape_distance"], rtol=0, atol=1e-6)
     assert len({*found.steps.tolist()}) > 1  # lines end at different times
 
 
 @pytest.mark.parametrize("escape_force", ["constant", "linear", "linear_as_printed"])
-def test_fixed_ranges_are_those_of_the_sweep(escape_force: Any) -> None:
+def test_fixed_ranges_equal_the_sweep(escape_force: Any) -> None:
     scenario = LineScenario(num_agents=30, escape_force=escape_force, max_steps=60)
-    ranges = [0.0, 0.0625, 0.25, 1.0]  # which float32 holds
+    ranges = [0.0, 0.0625, 0.25, 1.0]  # exact in float32
     expected = sweep(scenario, ranges, range(20))
     for row, rho in enumerate(ranges):
         found = rollout(scenario, FixedRange(rho), range(20))
@@ -66,14 +66,14 @@ def test_fixed_ranges_are_those_of_the_sweep(escape_force: Any) -> None:
         np.testing.assert_array_equal(found.converged, expected.converged[row])
 
 
-def test_lines_that_do_not_come_to_rest_end_with_the_last_step() -> None:
+def test_unsteady_lines_end_with_the_last_step() -> None:
     scenario = SCENARIO.replace(max_steps=2)
     found = rollout(scenario, FixedRange(0.5), range(5), steps_per_action=3)
     assert not found.converged.any()
     assert (found.steps == 2).all()
 
 
-def test_an_ended_line_keeps_its_row_and_is_stepped_no_more() -> None:
+def test_an_ended_line_keeps_its_row_and_is_not_stepped() -> None:
     rows: list[np.ndarray] = []
 
     class Watching:
@@ -100,7 +100,7 @@ def test_presets_are_known_by_name() -> None:
         ({"seeds": []}, ArgumentError, "seeds: expected at least one seed, got none"),
         ({"seeds": [0, -1]}, ArgumentError, r"seeds\[1\]: expected an integer from 0"),
         ({"seeds": [0.5]}, ArgumentError, r"seeds\[0\]: expected an integer, got 0.5"),
-        ({"batch_size": 0}, ArgumentError, "batch_size: expected an integer of at least 1"),
+        ({"batch_size": 0}, ArgumentError, "batch_size: expected an integer from 1"),
         ({"batch_size": 1.5}, ArgumentError, "batch_size: expected an integer"),
         ({"scenario": "nowhere"}, ScenarioError, "scenario: expected"),
         ({"scenario": 7}, ScenarioError, "scenario: expected"),

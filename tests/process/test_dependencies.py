@@ -1,4 +1,4 @@
-"""What the wheel is made of: kept crates from one registry under licenses that deny.toml names."""
+"""Licenses and sources of the crates: one registry, and only licenses that deny.toml allows."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 
 @cache
 def crates() -> list[dict[str, Any]]:
-    """Return all crates of Cargo.lock that could be compiled here, the workspace's own among them."""
+    """Return all crates of Cargo.lock for this platform, including the workspace's own."""
     command = ["cargo", "metadata", "--format-version", "1", "--locked", "--offline"]
     platform = ["--filter-platform", "x86_64-unknown-linux-gnu"]
     done = subprocess.run([*command, *platform], cwd=ROOT, capture_output=True, text=True, check=True)  # noqa: S603
@@ -24,7 +24,7 @@ def crates() -> list[dict[str, Any]]:
 
 
 def is_allowed(expression: str, allowed: set[str]) -> bool:
-    """Return whether an SPDX expression (or the older form with slashes) can be met."""
+    """Return whether an SPDX expression (or the older form with slashes) is satisfied."""
     alternatives = re.split(r"\s+OR\s+|\s*/\s*", expression)
     if "(" in expression:
         parts = re.split(r"\s+AND\s+(?![^(]*\))", expression)
@@ -42,7 +42,7 @@ def test_licenses() -> None:
 
 
 def test_sources() -> None:
-    """Crates come from the registry, save our own."""
+    """All crates except the workspace's own come from the registry."""
     own = {crate["name"] for crate in crates() if crate["source"] is None}
     assert own == {"flockesc-core", "flockesc-kernels", "flockesc-peers", "flockesc-py"}
     others = {crate["source"].partition("+")[0] for crate in crates() if crate["source"]}

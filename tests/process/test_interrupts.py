@@ -1,4 +1,4 @@
-"""Ctrl-C and a callback that raises stop a call that would run for hours; the process goes on working."""
+"""Ctrl-C or an exception in a callback stops a call that would run for hours; the process still works."""
 
 import signal
 import subprocess
@@ -114,7 +114,7 @@ def test_a_handler_that_does_not_raise_lets_the_sweep_finish() -> None:
     assert finish(process) == "(1, 400) True\n"
 
 
-# Environments whose one step would take hours; `what` returns all that moves in them.
+# Environments in which one step would take hours; `what` returns their whole state.
 STEPS = {
     "gymnasium": """
         env = FlockEscapeEnv(flock, steps_per_action=10**9, action_mode="range")
@@ -161,8 +161,8 @@ def test_ctrl_c_leaves_an_environment_as_it_was_before_the_step(interface: str) 
     assert finish(process).splitlines() == ["interrupted", "interrupted", "works"]
 
 
-def test_ctrl_c_takes_an_episode_that_was_stepped_in_part() -> None:
-    """A copy of the flock would be too dear here, and a half-made step must not look like a whole one."""
+def test_ctrl_c_within_a_short_action_requires_a_reset() -> None:
+    """A copy of the flock for the rollback would be too slow, and a partial step must not count as one."""
     process = start("""
         import numpy as np
         from gymnasium.error import ResetNeeded

@@ -1,9 +1,11 @@
-"""The core's list of parts against Python's classes, the docs' tables and the presets: none may lack one."""
+"""The core, the Python classes, the tables of the docs and the presets have the same parts."""
 
 from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
@@ -19,9 +21,8 @@ from flockesc_env.scenario.line import EscapeForce
 from flockesc_env.scenario.presets import PRESETS
 
 DOCS = (Path(__file__).parents[2] / "docs" / "model.md").read_text()
-SECTIONS = DOCS[DOCS.index("\n## Line\n") :]
-"""The page after its table of code, which names every part, too."""
-OBSERVATIONS = DOCS.partition("\n### Observations\n")[2].partition("\n### ")[0]
+SECTIONS = DOCS.partition("\n## Code\n")[0]
+"""The page without its table of code, which also names every part."""
 
 CLASSES: dict[str, Any] = {
     "predators": predators.Predator,
@@ -48,15 +49,15 @@ FIELDS = {
 }
 EXCEPTIONS: dict[str, dict[str, str]] = {
     "initial_positions": {
-        "ring": "a disc without its middle, in which the predator's path is as long",
-        "segment": "a disc that is thin",
-        "gaussian": "one cluster of the preset with several",
-        "given_positions": "positions of one's own data, a row per agent",
+        "ring": "like a disc, with a predator's path of the same length",
+        "segment": "like a thin disc",
+        "gaussian": "like one cluster of the preset with several",
+        "given_positions": "positions come from a user's data, one row per agent",
     },
-    "initial_headings": {"given_headings": "headings of one's own data, a row per agent"},
-    "distributions": {"choice": "a few values of a uniform draw"},
+    "initial_headings": {"given_headings": "headings come from a user's data, one row per agent"},
+    "distributions": {"choice": "like a uniform draw with a few values"},
 }
-"""Kinds that no preset shows, and why."""
+"""Parts without a preset, and why."""
 
 
 def test_every_family_is_compared() -> None:
@@ -89,12 +90,31 @@ def test_the_docs_name_every_word(family: str) -> None:
     assert not [kind for kind in _core.kinds()[family] if not re.search(f'[`"]{kind}[`"]', SECTIONS)]
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("per_agent", [False, True])
-def test_the_docs_name_every_entry_of_an_observation(per_agent: bool, dimension: int) -> None:
-    entries = _core.observation_entries(per_agent, dimension) + _core.predator_observation_entries(dimension)
-    names = {re.sub("_(ahead|left|up)$", "", name) for name, *_ in entries}
-    assert not [name for name in names if f"`{name}" not in OBSERVATIONS]
+@pytest.mark.parametrize(
+    ("view", "entries"),
+    [
+        ("Agent", partial(_core.observation_entries, True)),
+        ("Flock", partial(_core.observation_entries, False)),
+        ("Predator", _core.predator_observation_entries),
+    ],
+)
+def test_the_docs_list_the_entries_and_bounds_of_an_observation_in_order(
+    view: str, entries: Callable[[int], list[tuple[str, float, float]]]
+) -> None:
+    """In space a row has all entries, in the plane those without "_up"."""
+    section = DOCS.partition(f"\n### {view} view\n")[2].partition("\n### ")[0]
+    rows = re.findall(r"^\| `(\w+)` \| \[(-?\d), (\d)\] \|", section, re.MULTILINE)
+    documented = [(name, float(low), float(high)) for name, low, high in rows]
+    assert documented == entries(3)
+    assert [row for row in documented if not row[0].endswith("_up")] == entries(2)
+
+
+@pytest.mark.parametrize(
+    ("family", "folder"),
+    [("predators", "predator"), ("motions", "flock/motion"), ("neighbor_rules", "neighbor/rules")],
+)
+def test_the_code_table_of_the_docs_has_the_file_of_every_part(family: str, folder: str) -> None:
+    assert not [kind for kind in _core.kinds()[family] if f"/{folder}/{kind}.rs)" not in DOCS]
 
 
 @pytest.mark.parametrize("family", FIELDS)

@@ -1,4 +1,4 @@
-"""Layers of the Python package: imports run down, without circles; heavy libraries stay out."""
+"""Layers of the Python package: imports go down, without cycles; importing loads no heavy library."""
 
 from __future__ import annotations
 
@@ -44,17 +44,17 @@ ROOMS = (
     "cli",
     "__main__",
 )
-"""From the ground floor up: a module imports its own room and rooms below it. Nothing imports the face."""
+"""From the lowest layer up: a module imports its own layer and lower ones. No module imports the root."""
 
 PROGRAMS = ("training", "studies")
-"""Outside of the wheel, each imports itself, the one before it and the package."""
+"""Packages that are not in the wheel: each imports itself, the previous one and the package."""
 
 MAY_IMPORT_SB3 = {"sb3.py"}
 MAY_IMPORT_PYGAME = {"render/canvas.py", "render/window.py"}
 
 
 def imported(path: Path) -> set[str]:
-    """Return the full names of everything that a module imports, wherever in it."""
+    """Return the full names of all imports of a module, also inside functions."""
     names = set()
     for part in ast.walk(ast.parse(path.read_text())):
         if isinstance(part, ast.Import):
@@ -73,7 +73,7 @@ def who_imports(name: str) -> set[str]:
 
 
 def loaded_after(statement: str) -> set[str]:
-    """Return the top-level modules of a fresh interpreter that has run a statement."""
+    """Return the top-level modules that a statement loads in a new interpreter."""
     script = f"{statement}\nimport sys\nprint(*{{name.partition('.')[0] for name in sys.modules}})"
     command = [sys.executable, "-c", script]
     run = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
@@ -103,7 +103,7 @@ def test_the_check_sees_heavy_modules() -> None:
 
 
 def arrows(root: Path, package: str) -> dict[str, set[str]]:
-    """Return, for every module of a package, the modules of the same package that it imports."""
+    """Return the import graph of a package: for each module the imported modules of the package."""
     modules = {
         ".".join((package, *path.relative_to(root).with_suffix("").parts)).removesuffix(".__init__"): path
         for path in root.rglob("*.py")
@@ -124,7 +124,7 @@ def room(module: str) -> str:
 
 
 def upward(graph: dict[str, set[str]]) -> list[str]:
-    """Return the imports of the package that run up, or that import its public face."""
+    """Return the imports that go up a layer or import the package's root."""
     level = {name: index for index, name in enumerate(ROOMS)}
     return [
         f"{module} -> {target}"
@@ -136,7 +136,7 @@ def upward(graph: dict[str, set[str]]) -> list[str]:
 
 
 def circles(graph: dict[str, set[str]]) -> list[str]:
-    """Return one circle of modules that import each other, or nothing."""
+    """Return one import cycle, or nothing."""
     try:
         tuple(TopologicalSorter(graph).static_order())
     except CycleError as error:
@@ -144,14 +144,14 @@ def circles(graph: dict[str, set[str]]) -> list[str]:
     return []
 
 
-def test_no_import_runs_up() -> None:
+def test_no_import_goes_up() -> None:
     graph = arrows(PACKAGE, "flockesc_env")
     assert {room(module) for module in graph} - {"flockesc_env"} < set(ROOMS)
     assert upward(graph) == []
 
 
 @pytest.mark.parametrize("package", ["flockesc_env", *PROGRAMS, "benchmarks"])
-def test_no_modules_import_each_other(package: str) -> None:
+def test_there_are_no_import_cycles(package: str) -> None:
     root = PACKAGE if package == "flockesc_env" else PACKAGE.parent / package
     assert circles(arrows(root, package)) == []
 
@@ -167,7 +167,7 @@ def test_the_checks_see_planted_imports() -> None:
     assert circles(graph)
 
 
-def test_programs_outside_of_the_wheel_import_one_way() -> None:
+def test_packages_outside_the_wheel_import_one_way() -> None:
     assert not who_imports("training") | who_imports("studies") | who_imports("benchmarks")
     for index, program in enumerate(PROGRAMS):
         for path in (PACKAGE.parent / program).rglob("*.py"):
@@ -175,15 +175,15 @@ def test_programs_outside_of_the_wheel_import_one_way() -> None:
             assert not above, path
 
 
-def test_sb3_is_imported_where_it_may_be() -> None:
+def test_only_some_modules_import_sb3() -> None:
     assert who_imports("stable_baselines3") == MAY_IMPORT_SB3
 
 
-def test_pygame_is_imported_where_it_may_be() -> None:
+def test_only_some_modules_import_pygame() -> None:
     assert who_imports("pygame") == MAY_IMPORT_PYGAME
 
 
-def test_everything_public_is_there() -> None:
+def test_all_public_names_exist() -> None:
     assert len(set(flockesc_env.__all__)) == len(flockesc_env.__all__)
     for name in flockesc_env.__all__:
         assert hasattr(flockesc_env, name)

@@ -1,4 +1,4 @@
-"""Child processes: threads that a parent has used do not keep its children from using their own."""
+"""Child processes work after their parent has used threads, under every start method."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from option_table import small_flock
 from flockesc_env import FlockEscapeEnv, FlockScenario, FlockVectorEnv, LineScenario, rollout, sweep
 from flockesc_env.policies import FixedRange
 
-TIMEOUT = 120.0  # only a child that hangs needs as long
+TIMEOUT = 120.0  # seconds; reached only by a child that hangs
 METHODS = pytest.mark.parametrize("method", ["fork", "forkserver", "spawn"])
 
-# Python warns of what this test is about.
+# Python warns about forks with threads, which this file tests.
 pytestmark = pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:DeprecationWarning")
 
 
 @METHODS
-def test_child_sweeps_after_its_parent_has(method: str) -> None:
+def test_a_child_can_sweep_after_its_parent(method: str) -> None:
     flocks, lines, seeds = small_flock(num_agents=30), LineScenario(), range(8)
     here = sweep(flocks, [0.0, 9.0], seeds, num_threads=2)
     here_line = sweep(lines, [0.1], seeds)
@@ -39,7 +39,7 @@ def test_child_sweeps_after_its_parent_has(method: str) -> None:
             np.testing.assert_array_equal(result.get(TIMEOUT).min_mean_distance, here.min_mean_distance)
         np.testing.assert_array_equal(there_line.get(TIMEOUT).escape_distance, here_line.escape_distance)
         np.testing.assert_array_equal(there_rollout.get(TIMEOUT).mean_return, here_rollout.mean_return)
-    # And the parent's own threads are as before.
+    # The parent's threads still work.
     again = sweep(flocks, [0.0, 9.0], seeds, num_threads=2)
     np.testing.assert_array_equal(again.min_mean_distance, here.min_mean_distance)
 
@@ -65,7 +65,7 @@ def test_async_vector_env_equals_sync_vector_env(method: str, name: str) -> None
 
 
 def large_played(num_threads: int | None) -> list[np.ndarray]:
-    """Return the observations of one flock that is itself spread over threads."""
+    """Return the observations of one flock large enough to be split over threads."""
     env = FlockEscapeEnv(FlockScenario(num_agents=5000, initial_side=400.0), num_threads=num_threads)
     env.action_space.seed(0)
     observations = [env.reset(seed=4)[0]]
@@ -73,7 +73,7 @@ def large_played(num_threads: int | None) -> list[np.ndarray]:
 
 
 @METHODS
-def test_child_steps_a_large_flock_after_its_parent_has(method: str) -> None:
+def test_a_child_can_step_a_large_flock_after_its_parent(method: str) -> None:
     here = large_played(2)
     with multiprocessing.get_context(method).Pool(2) as pool:
         there = [pool.apply_async(large_played, (num_threads,)) for num_threads in (1, 2, None, 2)]
@@ -86,8 +86,8 @@ def step_on(env: FlockEscapeEnv, results: SimpleQueue) -> None:
     results.put([env.step(np.array([0.0], np.float32))[0] for _ in range(5)])
 
 
-def test_forked_child_goes_on_with_the_flock_of_its_parent() -> None:
-    """The environment is inherited in the middle of its episode, with a pool whose threads are gone."""
+def test_forked_child_continues_the_flock_of_its_parent() -> None:
+    """The child inherits an environment in mid-episode, with a pool that has no threads there."""
     env = FlockEscapeEnv(FlockScenario(num_agents=5000, initial_side=400.0), num_threads=2)
     env.reset(seed=4)
     env.step(env.action_space.sample())
@@ -103,7 +103,7 @@ def test_forked_child_goes_on_with_the_flock_of_its_parent() -> None:
 
 
 def played(num_threads: int | None) -> list[np.ndarray]:
-    """Return the observations of flocks stepped together, into their third episode."""
+    """Return the observations of a vector environment into the third episode."""
     env = FlockVectorEnv(6, small_flock(num_steps=6), num_threads=num_threads)
     env.action_space.seed(0)
     observations = [env.reset(seed=4)[0]]
@@ -111,7 +111,7 @@ def played(num_threads: int | None) -> list[np.ndarray]:
 
 
 @METHODS
-def test_child_steps_a_vector_environment_after_its_parent_has(method: str) -> None:
+def test_a_child_can_step_a_vector_environment_after_its_parent(method: str) -> None:
     here = played(2)
     with multiprocessing.get_context(method).Pool(2) as pool:
         there = [pool.apply_async(played, (num_threads,)) for num_threads in (1, 2, None, 2)]
@@ -122,7 +122,7 @@ def test_child_steps_a_vector_environment_after_its_parent_has(method: str) -> N
 
 @pytest.mark.parametrize("busy", ["stepping", "starting pools", "sweeping"])
 def test_fork_while_another_thread_is_busy(busy: str) -> None:
-    """Whatever that thread held at this moment, the child steps, and sees what its parent sees."""
+    """The child steps with its parent's results, whatever locks the other thread held."""
     found = forked_while(busy, count=24)
     assert (found["children"], found["hung"], found["wrong"]) == (24, 0, 0)
 
@@ -151,8 +151,8 @@ descend(1)
 """
 
 
-def test_child_that_has_the_process_id_of_its_parent() -> None:
-    """Containers number their processes anew, and long-lived machines come round to old numbers."""
+def test_child_with_the_process_id_of_its_parent() -> None:
+    """Containers restart process ids, and long-lived machines reuse them."""
     command = [sys.executable, "-W", "ignore", "-c", NAMESPACES]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT)  # noqa: S603
     if ended.returncode == 77:
@@ -161,7 +161,7 @@ def test_child_that_has_the_process_id_of_its_parent() -> None:
 
 
 def test_stable_baselines3_subprocesses_equal_one_process() -> None:
-    # Not above: children that are spawned import this file, and torch takes seconds.
+    # Imported here, because spawned children import this file and torch takes seconds.
     from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
 
     played(2)
@@ -174,7 +174,7 @@ def test_stable_baselines3_subprocesses_equal_one_process() -> None:
         for _ in range(15):  # into the second episode
             seen, expected = (env.step(np.full((3, 1), 0.1, np.float32)) for env in (there, here))
             np.testing.assert_array_equal(seen[0], expected[0])
-            np.testing.assert_array_equal(seen[1].astype(np.float32), expected[1])  # one of them rounds
+            np.testing.assert_array_equal(seen[1].astype(np.float32), expected[1])  # one rounds to float32
             np.testing.assert_array_equal(seen[2], expected[2])
     finally:
         there.close()

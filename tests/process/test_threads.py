@@ -1,4 +1,4 @@
-"""Python threads: own environments do not disturb each other; a shared one refuses two calls at once."""
+"""Python threads: separate environments are independent; a shared one refuses two calls at once."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from flockesc_env.policies import FixedRange
 
 THREADS = 8
 CYCLE = [0.36, 0.68] * 50
-"""Two groups on the line that chase each other past the predator for ever: an episode without end."""
+"""A line that oscillates forever around the predator, so the episode never becomes steady."""
 
 
 @pytest.fixture(autouse=True)
@@ -40,7 +40,7 @@ def threads_alternate_often() -> Iterator[None]:
 
 
 def at_once(work: Callable[[int], Any]) -> list[Any]:
-    """Return what ``work(0)``, ``work(1)``, .. return, begun by all threads at the same time."""
+    """Return the results of ``work(0)``, ``work(1)``, ..., started by all threads at the same time."""
     barrier = threading.Barrier(THREADS)
 
     def begin(index: int) -> Any:
@@ -56,7 +56,7 @@ def played(env: Any, index: int, num_steps: int) -> list[Any]:
 
 
 @adapters(lambda adapter: not adapter.has_pictures)  # SDL draws in one thread
-def test_eight_threads_play_as_one(make: Callable[[], Any]) -> None:
+def test_eight_threads_give_serial_results(make: Callable[[], Any]) -> None:
     def whole(index: int) -> Any:
         return played(make(), index, 9)
 
@@ -65,7 +65,7 @@ def test_eight_threads_play_as_one(make: Callable[[], Any]) -> None:
 
 
 def test_eight_threads_share_one_pool() -> None:
-    """Large flocks, batches and sweeps that are all spread over the same two threads of the core."""
+    """Large flocks, batches and sweeps share the same two threads of the core."""
     large = FlockScenario(num_agents=5000, initial_side=400.0, num_steps=6)
     small = small_flock()
 
@@ -98,7 +98,7 @@ def shared_line() -> tuple[Any, Any]:
 
 
 @pytest.mark.parametrize("make", [shared_flock, shared_batch, shared_line])
-def test_threads_that_share_an_environment_step_it_in_turn_or_are_refused(make: Any) -> None:
+def test_threads_sharing_an_environment_take_turns_or_are_refused(make: Any) -> None:
     (shared, action), (alone, _) = make(), make()
     options = {"initial_state": CYCLE} if make is shared_line else None
     shared.reset(seed=5, options=options)
@@ -118,13 +118,13 @@ def test_threads_that_share_an_environment_step_it_in_turn_or_are_refused(make: 
     stepped = [observation for each in at_once(step) for observation in each]
     assert all("environment" in str(error) for error in refusals)
     expected = [alone.step(action)[0].tobytes() for _ in stepped]
-    # Every step was made once and wholly, in some order; and the next one goes on from there.
+    # Every step ran once and completely, in some order, and the next step continues from there.
     assert sorted(stepped) == sorted(expected)
     np.testing.assert_equal(shared.step(action), alone.step(action))
 
 
 @pytest.mark.parametrize("name", ["flock", "line"])
-def test_a_look_during_a_long_step_is_refused(name: str) -> None:
+def test_reading_during_a_long_step_is_refused(name: str) -> None:
     env: Any
     if name == "flock":
         flock = FlockScenario(num_agents=300, num_steps=20_000)

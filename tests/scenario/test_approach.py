@@ -1,4 +1,4 @@
-"""Where predators come from: the paper's to the last bit, and geometry for all others."""
+"""``approach``: the paper's predator bit for bit, and the geometry of all others."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def test_the_default_is_the_papers_predator() -> None:
 
 
 @pytest.mark.parametrize("offset", OFFSETS)
-def test_aimed_predators_are_those_of_the_measured_studies(offset: float) -> None:
-    """Bit for bit: the names of finished jobs are hashes of the scenario."""
+def test_aimed_predators_equal_those_of_the_studies(offset: float) -> None:
+    """Bit for bit, because jobs are named by a hash of the scenario."""
     sideways = offset / math.sqrt(2)
     (predator,) = aimed(offset).predators
     assert predator == ConstantVelocity((-30 - sideways, -30 + sideways), (10.0, 10.0))
@@ -42,7 +42,7 @@ def test_the_path_misses_the_center_by_its_offset(aim: float, direction: tuple[f
 
 @pytest.mark.parametrize("direction", DIRECTIONS)
 def test_the_edge_is_touched(direction: tuple[float, float]) -> None:
-    """The whole region lies to the right of the path, and a corner on it."""
+    """The whole region lies to the right of the path, and one corner lies on it."""
     position, velocity = map(np.array, approach("edge", direction=direction))
     corners = np.array([[x, y] for x in (0.0, 100.0) for y in (0.0, 100.0)]) - position
     left = (velocity[0] * corners[:, 1] - velocity[1] * corners[:, 0]) / np.linalg.norm(velocity)
@@ -50,7 +50,7 @@ def test_the_edge_is_touched(direction: tuple[float, float]) -> None:
 
 
 def test_in_space_the_default_flies_along_the_diagonal() -> None:
-    """As the preset ``space`` does, to the bit, with every strategy."""
+    """Equal to the preset ``space`` bit for bit, with every strategy."""
     assert approach(dimension=3) == ((-30.0, -30.0, -30.0), (10.0, 10.0, 10.0))
     plain = FlockScenario(dimension=3)
     assert plain == preset("space") == FlockScenario(dimension=3, predators=(ConstantVelocity(),))
@@ -61,8 +61,8 @@ def test_in_space_the_default_flies_along_the_diagonal() -> None:
     assert half_given.predators == (Intercept((-30.0, -30.0, -30.0), (1.0, 2.0, 3.0)),)
 
 
-def test_the_default_in_space_is_as_hard_as_the_preset() -> None:
-    """J of a predator along the cube's face, which two coordinates once meant, is 8 to 10 m larger."""
+def test_the_default_in_space_gives_the_same_objective_as_the_preset() -> None:
+    """A predator that flies along the cube's face would give a J that is 8 to 10 m larger."""
     for rho in (0.0, 16.0):
         runs = [
             sweep(scenario, [rho], range(3)).values() for scenario in (FlockScenario(dimension=3), "space")

@@ -1,6 +1,6 @@
 """Scenarios and options whose parts do not fit together: a ScenarioError names the field.
 
-What no field may be by itself is in ``test_arguments``.
+Bad values of single fields are in ``test_arguments``.
 """
 
 from __future__ import annotations
@@ -55,13 +55,13 @@ from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
     ],
 )
 def test_predators(dimension: int, predator: Any, field: str) -> None:
-    """What a value may be depends on other fields."""
+    """The allowed values depend on other fields."""
     with pytest.raises(ScenarioError) as caught:
         FlockScenario(dimension=dimension, predators=(ConstantVelocity(), predator))
     assert caught.value.field == f"predators[1].{field}"
 
 
-def test_too_many_predators_share_out_agents() -> None:
+def test_too_many_predators_with_assigned_targets() -> None:
     pack = (PurePursuit(target="assigned"),) * 64
     with pytest.raises(ScenarioError) as caught:
         FlockScenario(predators=(*pack, PurePursuit(), PurePursuit(target="assigned")))
@@ -99,7 +99,7 @@ def test_initial_states(part: Any, field: str) -> None:
         ("initial_headings.aligned.direction[2]", AlignedHeadings((1.0, 0.0, 0.1))),
     ],
 )
-def test_a_flock_that_starts_in_the_plane_has_no_height(field: str, part: Any) -> None:
+def test_a_start_in_the_plane_refuses_a_height(field: str, part: Any) -> None:
     name = field.partition(".")[0]
     space = FlockScenario(dimension=3, **{name: part})
     with pytest.raises(ScenarioError) as caught:
@@ -108,7 +108,7 @@ def test_a_flock_that_starts_in_the_plane_has_no_height(field: str, part: Any) -
 
 
 @pytest.mark.parametrize("entry", [None, 5, "pure_pursuit", FlockScenario, {"pure_persuit": {}}])
-def test_what_is_no_predator(entry: Any) -> None:
+def test_objects_that_are_no_predators(entry: Any) -> None:
     with pytest.raises(ScenarioError) as caught:
         FlockScenario(predators=(ConstantVelocity(), entry))
     assert caught.value.field.startswith("predators[1]")
@@ -123,7 +123,7 @@ def test_what_is_no_predator(entry: Any) -> None:
     ],
     ids=["num_agents", "speed", "position"],
 )
-def test_integers_beyond_all_floats(fields: dict[str, Any], name: str) -> None:
+def test_integers_too_large_for_a_float(fields: dict[str, Any], name: str) -> None:
     with pytest.raises(ScenarioError) as caught:
         FlockScenario(**fields)
     assert caught.value.field == name
@@ -170,7 +170,7 @@ def test_documents(document: Any, field: str) -> None:
 
 @pytest.mark.parametrize("scenario", [FlockScenario, LineScenario])
 @pytest.mark.parametrize("text", ["", "{", "{'num_agents': 5}", '{"num_agents": 5} x'])
-def test_texts_that_are_no_json(scenario: Any, text: str) -> None:
+def test_invalid_json(scenario: Any, text: str) -> None:
     with pytest.raises(ScenarioError) as caught:
         scenario.from_json(text)
     assert caught.value.field == "document"
@@ -216,7 +216,7 @@ AGENT_VIEWS = {
 
 @pytest.mark.parametrize("interface", FLOCK_VIEWS)
 @pytest.mark.parametrize("reward", INDIVIDUAL_REWARDS)
-def test_own_rewards_need_a_range_per_agent(interface: str, reward: str) -> None:
+def test_individual_rewards_need_a_range_per_agent(interface: str, reward: str) -> None:
     with pytest.raises(OptionError) as caught:
         FLOCK_VIEWS[interface](small_flock(), reward=reward)
     assert caught.value.field == "reward"
@@ -256,7 +256,7 @@ def test_one_number_per_agent(field: str, values: Any, where: str, expected: str
     assert expected in {None, caught.value.expected}
 
 
-def test_vicseks_agents_keep_their_speed() -> None:
+def test_vicsek_needs_constant_speed() -> None:
     with pytest.raises(ScenarioError) as caught:
         FlockScenario(motion=Vicsek(), constant_speed=False)
     assert caught.value.field == "constant_speed"

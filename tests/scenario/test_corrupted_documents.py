@@ -1,4 +1,4 @@
-"""A corrupted scenario is refused by its schema, or loads and plays; ten thousand are in ``tests/slow``."""
+"""A corrupted scenario is refused or loads and plays; ``tests/slow`` has ten thousand of them."""
 
 from __future__ import annotations
 
@@ -59,6 +59,6 @@ def test_toml(model: Any, text: str) -> None:
 
 @pytest.mark.parametrize("field", ["num_agents", "num_steps", "sensing_delay"])
 def test_large_numbers_take_no_memory_before_they_are_used(field: str) -> None:
-    """A scenario is numbers: what it describes is made by an environment or a simulation, not by loading."""
+    """Loading a scenario allocates no flock; only environments and simulations do."""
     text = json.dumps({field: 10**7})
     assert getattr(FlockScenario.from_json(text), field) == 10**7

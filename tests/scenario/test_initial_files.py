@@ -1,4 +1,4 @@
-"""Flocks that start where a file, or the caller, says."""
+"""Initial states from files and from ``GivenPositions`` and ``GivenHeadings``."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def write(path: Path, positions: Any, velocities: Any = None) -> Path:
 
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("suffix", [".csv", ".npy", ".npz"])
-def test_a_file_is_the_start_bit_for_bit(tmp_path: Path, suffix: str, dimension: int) -> None:
+def test_a_file_sets_the_start_bit_for_bit(tmp_path: Path, suffix: str, dimension: int) -> None:
     positions, velocities = state(dimension)
     fields = read_initial_state(write(tmp_path / f"flock{suffix}", positions, velocities))
     scenario = FlockScenario(num_steps=5, **fields)
@@ -73,7 +73,7 @@ def test_a_file_is_the_start_bit_for_bit(tmp_path: Path, suffix: str, dimension:
     assert FlockScenario(**fields).initial_headings == RandomHeadings()
 
 
-def test_given_starts_travel_in_documents(tmp_path: Path) -> None:
+def test_given_starts_are_part_of_documents(tmp_path: Path) -> None:
     positions, velocities = state(2)
     scenario = FlockScenario(
         num_agents=7,
@@ -154,14 +154,14 @@ def test_refused_starts(fields: dict[str, Any], field: str) -> None:
     ("name", "content", "where", "expected"),
     [
         ("a.txt", b"x,y\n1,2\n", "", ".csv or .npy or .npz"),
-        ("a.csv", b"", "", "a first line x,y or x,y,z"),
-        ("a.csv", b"1,2\n3,4\n", "", "a first line x,y or x,y,z"),
-        ("a.csv", b"x,y\n", "", "rows of an agent each"),
+        ("a.csv", b"", "", "the first line x,y or x,y,z"),
+        ("a.csv", b"1,2\n3,4\n", "", "the first line x,y or x,y,z"),
+        ("a.csv", b"x,y\n", "", "a row per agent"),
         ("a.csv", b"x,y\n1,2\n3\n", "", "an initial state (.csv)"),
         ("a.csv", b"x,y\n1,far\n", "", "an initial state (.csv)"),
-        ("a.csv", b"x,y\n1,2,3,4\n", "", "2 columns, as the first line says"),
+        ("a.csv", b"x,y\n1,2,3,4\n", "", "2 columns, as in the first line"),
         ("a.csv", b"x,y\n1,2\n1,nan\n", ": positions[1, 1]", "a finite number"),
-        ("a.csv", b"x,y,vx,vy\n1,2,3,4\n1,2,0,0\n", ": velocities[1]", "a length other than 0"),
+        ("a.csv", b"x,y,vx,vy\n1,2,3,4\n1,2,0,0\n", ": velocities[1]", "a nonzero vector"),
         ("a.csv", b"\xff\xfe", "", "an initial state (.csv)"),
         ("a.npy", b"", "", "an initial state (.npy)"),
         ("a.npy", np.zeros(3), "", "the columns x,y or x,y,z"),

@@ -1,4 +1,4 @@
-"""Where flocks start: every distribution is the one of docs/model.md, and a seed's draws never change."""
+"""Initial states: the distributions of docs/model.md, and the fixed draws of a seed."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ HEADINGS: dict[str, InitialHeadings] = {
 
 
 def start(dimension: int, plane: bool, **parts: Any) -> tuple[Floats, Floats]:
-    """Return positions around the center and unit headings; a flock in the plane has no third axis."""
+    """Return positions relative to the center and unit headings, without the third axis for a plane flock."""
     scenario = FlockScenario(
         num_agents=NUM_AGENTS,
         dimension=dimension,
@@ -85,7 +85,7 @@ def assert_normal(samples: Floats, standard_deviation: float) -> None:
 
 def assert_all_directions(vectors: Floats) -> None:
     assert_uniform(np.arctan2(vectors[:, 1], vectors[:, 0]), -math.pi, math.pi)
-    for heights in vectors.T[2:]:  # Archimedes: on a sphere heights are uniform
+    for heights in vectors.T[2:]:  # Archimedes: heights on a sphere are uniform
         assert_uniform(heights / np.linalg.norm(vectors, axis=1), -1.0, 1.0)
 
 
@@ -171,7 +171,7 @@ def test_aligned_headings(dimension: int, plane: bool, max_angle: float) -> None
     direction = (3.0, -4.0) if plane or dimension == 2 else (3.0, -4.0, 12.0)
     _, headings = start(dimension, plane, initial_headings=AlignedHeadings(direction, max_angle))
     ahead = np.array(direction) / np.linalg.norm(direction)
-    chord = np.linalg.norm(headings - ahead, axis=1)  # of the angle to the direction, also where that is tiny
+    chord = np.linalg.norm(headings - ahead, axis=1)  # accurate for tiny angles, unlike the cosine
     if max_angle == 0.0:
         assert chord.max() < 1e-15
     elif len(direction) == 2:
@@ -203,7 +203,7 @@ def test_the_largest_flocks_are_finite(shape: InitialPositions, side: float) -> 
     assert np.isfinite(simulate(scenario, 10.0, seed=1).positions).all()
 
 
-def test_positions_and_headings_are_drawn_apart() -> None:
+def test_positions_and_headings_are_drawn_independently() -> None:
     papers = start(2, False)
     ring = start(2, False, initial_positions=Ring())
     aligned = start(2, False, initial_headings=AlignedHeadings())
@@ -212,13 +212,13 @@ def test_positions_and_headings_are_drawn_apart() -> None:
 
 
 @pytest.mark.parametrize("name", STARTS)
-def test_more_agents_are_the_same_agents_and_others(name: str) -> None:
+def test_more_agents_keep_the_first_ones(name: str) -> None:
     scenario = FlockScenario(num_agents=30, num_steps=1, initial_positions=STARTS[name])
     few, many = (simulate(scenario.replace(num_agents=n), 0.0, seed=1).positions[0] for n in (30, 50))
     np.testing.assert_array_equal(few, many[:30])
 
 
-def test_the_plane_of_space_is_the_plane() -> None:
+def test_an_initial_plane_in_space_equals_the_plane() -> None:
     for name, shape in STARTS.items():
         flat = start(3, True, initial_positions=shape)
         plane = start(2, False, initial_positions=shape)
@@ -259,7 +259,7 @@ GOLDEN: dict[str, tuple[str, str, str]] = {
 @pytest.mark.parametrize("place", range(3), ids=["plane", "space", "plane of space"])
 @pytest.mark.parametrize("name", GOLDEN)
 def test_the_meaning_of_a_seed(name: str, place: int) -> None:
-    """What a seed draws never changes, on any machine; the paper's flock is the square's."""
+    """The draws of a seed never change, on any machine; the paper's flock uses ``Square``."""
     scenario = FlockScenario(num_steps=1, dimension=3 if place else 2, initial_plane=place == 2)
     if name in STARTS:
         scenario = scenario.replace(initial_positions=STARTS[name])

@@ -1,4 +1,4 @@
-"""Presets: scenarios that run, known by name wherever a scenario is taken, and files to start from."""
+"""Presets run, are accepted by name instead of a scenario, and print as files to start from."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ every_preset = pytest.mark.parametrize("name", PRESETS)
 GOLDEN = Path(__file__).parents[1] / "golden" / "presets.json"
 
 
-def test_presets_are_what_they_were() -> None:
-    """A changed default is another scenario under the same name, with which results no longer compare."""
+def test_presets_have_not_changed() -> None:
+    """A changed default makes another scenario under the same name, so results would not be comparable."""
     documents = {name: json.loads(preset(name).to_json()) for name in PRESETS}
     assert documents == json.loads(GOLDEN.read_text())
 
@@ -59,13 +59,13 @@ def test_runs(name: str) -> None:
     if isinstance(scenario, FlockScenario):
         flock = simulate(scenario.replace(num_steps=5), 10.0, seed=0)
         assert np.isfinite(flock.positions).all()
-        assert flock.mean_distance.min() < flock.mean_distance[0]  # the predator comes closer
+        assert flock.mean_distance.min() < flock.mean_distance[0]  # the predator approaches
     else:
         line = simulate_line(scenario.replace(max_steps=5), 0.1, seed=0)
         assert np.isfinite(line.states).all()
 
 
-def test_presets_differ_and_say_how() -> None:
+def test_presets_differ_as_described() -> None:
     assert len({known.scenario for known in PRESETS.values()}) == len(PRESETS)
     assert len({known.description for known in PRESETS.values()}) == len(PRESETS)
     assert preset("paper-flock") == FlockScenario()
@@ -115,7 +115,7 @@ def test_line_environments_take_names() -> None:
 
 
 @pytest.mark.parametrize("name", ["", "Pursuit", None, 5, ["pursuit"]])
-def test_unknown_names_list_the_known(name: Any) -> None:
+def test_unknown_names_list_the_known_ones(name: Any) -> None:
     with pytest.raises(ScenarioError) as caught:
         preset(name)
     assert caught.value.expected == f"one of {', '.join(PRESETS)}"

@@ -1,4 +1,4 @@
-"""Scenarios that draw numbers anew for every episode: a seed is one scenario, everywhere."""
+"""Randomization: each episode draws numbers of the scenario, and a seed determines them everywhere."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def assert_equal(first: Trajectory, second: Trajectory) -> None:
     assert first.scenario == second.scenario
 
 
-def test_a_seed_draws_the_same_for_ever() -> None:
+def test_the_draws_of_a_seed_never_change() -> None:
     drawn = randomized().drawn(0)
     assert drawn.predator_range == 13.540064715837513
     assert drawn.drawn(1) is drawn
@@ -73,7 +73,7 @@ def test_a_seed_draws_the_same_for_ever() -> None:
     assert randomized().drawn(2**64 - 1) == randomized().drawn(2**64 - 1)
 
 
-def test_what_is_not_drawn_stays() -> None:
+def test_other_fields_do_not_change() -> None:
     scenario = randomized()
     drawn = scenario.drawn(7)
     predator, pursuer = drawn.predators
@@ -91,7 +91,7 @@ def test_what_is_not_drawn_stays() -> None:
     assert restored == scenario
 
 
-def test_draws_do_not_move_the_flock() -> None:
+def test_draws_do_not_change_the_initial_flock() -> None:
     plain = small_flock()
     drawn = plain.replace(randomization=(Uniform("predator_range", 5.0, 60.0),))
     first, second = (simulate(each, 10.0, seed=3) for each in (plain, drawn))
@@ -147,13 +147,13 @@ def test_agents_sense_predators_within_the_drawn_range() -> None:
     assert sensed == {True, False}
 
 
-def test_every_episode_of_a_schedule_draws_anew() -> None:
+def test_every_episode_of_a_schedule_draws_again() -> None:
     scenario = randomized(num_steps=3)
     envs = FlockVectorEnv(2, scenario, action_mode="range")
     envs.reset(seed=11)
     for _ in range(4):
         _, _, _, truncated, infos = envs.step(np.full((2, 1), 10.0, np.float32))
-    assert not truncated.any()  # the fourth step has started the next episode
+    assert not truncated.any()  # the fourth step starts the next episode
     for slot in range(2):
         seed = episode_seed(11 + slot, 1)
         run = simulate(scenario.drawn(seed), 10.0, seed=seed)
@@ -224,7 +224,7 @@ def test_refused_distributions(part: Any, field: str) -> None:
     assert caught.value.field == f"randomization[1]{'.' if field else ''}{field}"
 
 
-def test_distributions_that_do_not_go_together_are_refused() -> None:
+def test_distributions_that_contradict_each_other_are_refused() -> None:
     choices = (
         Choice("initial_positions.ring.radius", (40.0, 5.0)),
         Choice("initial_positions.ring.width", (0.0, 80.0)),
@@ -234,8 +234,8 @@ def test_distributions_that_do_not_go_together_are_refused() -> None:
     assert caught.value.field == "randomization"
 
 
-def test_a_draw_that_is_refused_is_drawn_again() -> None:
-    """The direction (0, 0) is no direction; it lies between good ends, where it is hit once in 2^53 draws."""
+def test_a_direction_may_be_drawn_on_both_sides_of_0() -> None:
+    """The direction (0, 0) is invalid but lies between valid ends; a draw hits it with probability 2^-53."""
     scenario = small_flock(
         initial_headings=AlignedHeadings((1.0, 0.0)),
         randomization=(Uniform("initial_headings.aligned.direction[0]", -1.0, 1.0),),

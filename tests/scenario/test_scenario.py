@@ -1,4 +1,4 @@
-"""Scenarios: one document each way, plain values whatever came in, the paper's numbers by default."""
+"""Scenarios: documents in both directions, conversion to plain values, and the paper's defaults."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def test_json_keeps_every_bit(scenario: Any) -> None:
     again = type(scenario).from_json(document)
     assert again == scenario
     assert again.to_json() == document
-    # Equality of floats does not see the sign of zero; repr does.
+    # Equality of floats ignores the sign of zero; repr does not.
     assert repr(again) == repr(scenario)
     assert hash(again) == hash(scenario)
     assert pickle.loads(pickle.dumps(scenario)) == scenario  # noqa: S301, our own bytes
@@ -161,7 +161,7 @@ def test_json_keeps_every_bit(scenario: Any) -> None:
 
 
 def test_the_core_reads_the_same_bits() -> None:
-    """What is simulated is what was written: 0.1 has no short binary form."""
+    """The core simulates the number that was written, also 0.1, which has no finite binary form."""
     scenario = FlockScenario(num_agents=1, num_steps=1, time_step=0.1, predators=())
     velocity = np.array([[0.3, 0.7]])
     run = simulate(scenario, 0.0, initial_positions=[[0.0, 0.0]], initial_velocities=velocity)
@@ -321,7 +321,7 @@ def test_a_part_may_be_given_as_its_document() -> None:
     assert given == FlockScenario(motion=Vicsek(), predators=(PurePursuit(max_turn_rate=2.0),))
 
 
-def test_kinds_are_those_of_the_unions() -> None:
+def test_kinds_equal_those_of_the_unions() -> None:
     assert set(KINDS) == {
         *("predators", "neighbor_rules", "motions"),
         *("initial_positions", "initial_headings", "distributions"),
@@ -333,7 +333,7 @@ def test_kinds_are_those_of_the_unions() -> None:
 @pytest.mark.parametrize("name", ["position", "velocity"])
 def test_predators_have_as_many_coordinates_as_the_world(make: Any, name: str) -> None:
     with pytest.raises(
-        ScenarioError, match=r"expected 3 numbers, as the dimension is 3, got \(1.0, 2.0\)"
+        ScenarioError, match=r"expected 3 numbers, because the dimension is 3, got \(1.0, 2.0\)"
     ) as caught:
         FlockScenario(dimension=3, predators=(ConstantVelocity(), make(**{name: (1.0, 2.0)})))
     assert caught.value.field == f"predators[1].{make.kind}.{name}"

@@ -1,7 +1,7 @@
-"""Python and the core know the same fields of all documents and parts (kinds: ``test_kinds``).
+"""Python and the core have the same fields in all documents and parts (kinds: ``test_kinds``).
 
-An unknown name is refused by the core with a list of all names that it knows; the list is compared with what
-Python writes.
+The core refuses an unknown name with a list of all names that it knows. The test compares that list with the
+fields that Python writes.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ PARTS = [
 
 
 def known_to(check: Callable[[str], Any], document: Any) -> set[str]:
-    """Return the names that a refusal of the unknown name lists."""
+    """Return the names that the error about an unknown name lists."""
     with pytest.raises(FlockescError, match=UNKNOWN) as caught:
         check(json.dumps(document))
     return set(re.findall(r"`(\w+)`", caught.value.expected))

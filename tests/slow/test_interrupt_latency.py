@@ -1,4 +1,4 @@
-"""Ctrl-C is answered within 0.2 s in all that can take long: the best of five, as machines are shared."""
+"""Ctrl-C takes effect within 0.2 s in every long call: best of five tries, because machines are shared."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LONGEST = 0.2
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_ctrl_c_is_answered_at_once(name: str) -> None:
+def test_ctrl_c_takes_effect_within_0_2_s(name: str) -> None:
     command = [sys.executable, str(SCRIPT), name]
     ended = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
     tries = json.loads(ended.stdout)

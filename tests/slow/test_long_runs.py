@@ -1,4 +1,4 @@
-"""Runs of a million steps: what holds after one step holds after all of them."""
+"""Runs of a million steps: the invariants of one step hold after all of them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ HUNTERS = (
     ids=lambda value: getattr(value, "kind", value),
 )
 def test_a_million_steps(motion: Any, constant_speed: bool, dimension: int) -> None:
-    """Everything stays finite, observations in their space, speeds what they are, and minima never rise."""
+    """All numbers stay finite, observations stay in their space, speeds are constant, minima never rise."""
     scenario = FlockScenario(
         num_agents=5,
         dimension=dimension,

@@ -1,11 +1,11 @@
-"""Hundreds of forks while every kind of thread is busy at once."""
+"""Hundreds of forks while threads step, start pools and sweep."""
 
 from __future__ import annotations
 
 from forking import forked_while
 
 LONGEST = 5.0
-"""Seconds from a fork to the child's results, beside three busy threads and up to eight other children."""
+"""Seconds from a fork to the child's results, with three busy threads and up to eight other children."""
 
 
 def test_fork_while_all_threads_are_busy() -> None:

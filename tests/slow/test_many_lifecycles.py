@@ -1,4 +1,4 @@
-"""10,000 environments of every kind leave no more behind than a few do."""
+"""10,000 environments of each adapter leave no more memory, files or threads behind than a few."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A population plays as each of its policies does alone."""
+"""A population of policies plays as each policy does alone."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_a_population_plays_as_its_policies_do(family: Family) -> None:
             SCENARIO, policy, seeds, per_agent=True, max_range=30.0, batch_size=len(seeds)
         ).min_mean_distance
 
-    for _ in range(2):  # the second time nothing of the first is remembered
+    for _ in range(2):  # the second run starts without the memory of the first
         together = played(population, SEEDS * 3)
         alone = np.concatenate([played(family.policy(vector), SEEDS) for vector in vectors])
         np.testing.assert_array_equal(together, alone)

@@ -1,4 +1,4 @@
-"""The commands of ``python -m studies`` about learned policies."""
+"""The commands of ``python -m studies`` for learned policies."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ COMMANDS = [
 
 
 @pytest.mark.parametrize(("function", "words", "expected"), COMMANDS)
-def test_commands_take_what_their_functions_do(
+def test_commands_take_the_arguments_of_their_functions(
     function: str,
     words: list[str],
     expected: tuple[Any, ...],

@@ -1,4 +1,4 @@
-"""What policies are said to do: statistics against loops over flocks, actions and agents."""
+"""Statistics of learned policies against loops over flocks, actions and agents."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FLOCKS = 12
 
 
 def listener(*, per_agent: bool, visible: bool = True, scenario: FlockScenario = SCENARIO) -> NamedPolicy:
-    """Return a policy whose ranges fall with time, from above ``SILENT`` to below, not for all alike."""
+    """Return a policy whose ranges fall below ``SILENT`` at different times for different agents."""
     names = (
         ("time", "predator_distance", "predator_direction_ahead") if per_agent else ("time", "min_distance")
     )
@@ -46,7 +46,7 @@ def measured(entry: NamedPolicy, folder: Path, monkeypatch: pytest.MonkeyPatch) 
 
 
 def played(entry: NamedPolicy) -> list[Any]:
-    """Record every flock alone."""
+    """Record each flock separately."""
     return [
         record(entry.scenario, entry.policy, seed, per_agent=entry.per_agent, **entry.options)  # type: ignore[arg-type]
         for seed in HELD_OUT[:FLOCKS]
@@ -97,7 +97,7 @@ def test_ranges_by_place(visible: bool, tmp_path: Path, monkeypatch: pytest.Monk
 
 
 @pytest.mark.parametrize("visible", [True, False])
-def test_who_stops_when(visible: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_when_agents_stop_listening(visible: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     entry = listener(per_agent=True, visible=visible)
     kept, n = measured(entry, tmp_path, monkeypatch), SCENARIO.num_agents
     actions = SCENARIO.num_steps // STEPS
@@ -115,14 +115,14 @@ def test_who_stops_when(visible: bool, tmp_path: Path, monkeypatch: pytest.Monke
 
 
 @pytest.mark.parametrize("entry", [listener(per_agent=False), listener(per_agent=True)])
-def test_it_is_drawn(entry: NamedPolicy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_figure_is_drawn(entry: NamedPolicy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     kept = measured(entry, tmp_path, monkeypatch)
     np.testing.assert_allclose(kept["times"], np.arange(6) * STEPS * SCENARIO.time_step)
     draw_listening(tmp_path / "listening.npz").savefig(tmp_path / "listening.png")
     assert (tmp_path / "listening.png").stat().st_size > 5_000
 
 
-def test_watching_changes_nothing() -> None:
+def test_measuring_changes_nothing() -> None:
     entry = listener(per_agent=True)
     layout, seen, ranges = watch(entry, HELD_OUT[:3])
     assert seen.shape == (SCENARIO.num_steps // STEPS, 3 * SCENARIO.num_agents, len(layout.names))
@@ -132,7 +132,7 @@ def test_watching_changes_nothing() -> None:
         np.testing.assert_allclose(ranges[:, rows], run.interaction_ranges[::STEPS], rtol=0, atol=1e-4)
 
 
-def test_what_is_hidden_is_shown_as_a_constant() -> None:
+def test_hidden_entries_are_constant() -> None:
     entry = listener(per_agent=True)
     layout, seen, _ = watch(entry, HELD_OUT[:1])
     shown = {layout.index("predator_distance"): 0.25, layout.index("speed"): 0.5}

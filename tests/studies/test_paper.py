@@ -1,4 +1,4 @@
-"""The reproduction of the paper: measurements against the models, verdicts, caching, the page."""
+"""The reproduction of the paper: measurements against the models, verdicts, caching and the page."""
 
 from __future__ import annotations
 
@@ -70,14 +70,14 @@ def test_equations_name_functions_and_tests_that_exist() -> None:
         assert f"def {row.test}(" in (ROOT / row.test_file).read_text(), row
 
 
-def test_curves_are_those_of_simulate() -> None:
+def test_curves_equal_those_of_simulate() -> None:
     found = jobs.curves(SMALL, (0.0, 10.0, 100.0), range(3, 5))
     for i, rho in enumerate((0.0, 10.0, 100.0)):
         for j, seed in enumerate((3, 4)):
             run = simulate(SMALL, rho, seed=seed)
             np.testing.assert_array_equal(found["mean_distance"][i, j], run.mean_distance)
             np.testing.assert_array_equal(found["min_distance"][i, j], run.min_distance)
-            # Components are those of the positions under the range of the step that has ended.
+            # Components are counted at the positions after a step, under the range of that step.
             np.testing.assert_array_equal(found["num_components"][i, j, 1:], run.num_components[1:])
 
 
@@ -116,10 +116,10 @@ def test_an_aimed_predator_misses_the_center_by_its_offset() -> None:
         away = np.array([50.0, 50.0]) - position
         missed = (velocity[0] * away[1] - velocity[1] * away[0]) / np.linalg.norm(velocity)
         assert abs(missed) == pytest.approx(offset)
-        assert velocity @ away / np.linalg.norm(velocity) == pytest.approx(80 * np.sqrt(2))  # as in the paper
+        assert velocity @ away / np.linalg.norm(velocity) == pytest.approx(80 * np.sqrt(2))  # the paper's
 
 
-def test_every_measurement_has_as_many_trials_as_asked() -> None:
+def test_every_measurement_has_the_requested_number_of_trials() -> None:
     for measurement in measurements(Trials()).values():
         seeds = [seed for job in measurement.jobs() for seed in job.arguments[2]]
         assert seeds == list(range(measurement.num_seeds))
@@ -144,7 +144,7 @@ def test_a_job_is_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert len({job.key(), *(other.key() for other in others)}) == 1 + len(others)
 
 
-def test_curves_that_lie_above_both_others_dominate() -> None:
+def test_curves_above_both_others_dominate() -> None:
     distance = np.array([[[1.0, 2.0]], [[1.0, 2.5]], [[0.5, 2.7]]])
     assert dominates(distance).tolist() == [[True, False]]
     assert dominates(distance, 0.2).tolist() == [[True, True]]
@@ -175,7 +175,7 @@ def test_shown_realizations_follow_their_rules() -> None:
 
 
 def test_the_paper_is_reproduced(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    """One small run through the command line: the same numbers in JSON, on the pages and on stdout."""
+    """A small run from the command line gives the same numbers in JSON, on the pages and on stdout."""
     output, page = tmp_path / "paper", tmp_path / "docs.md"
     flags = ["--flocks", 2, "--lines", 40, "--output", output, "--page", page, "--json"]
     ran = Ran(capsys, "paper", *flags, run=STUDIES.main)
@@ -215,7 +215,7 @@ def test_the_paper_is_reproduced(capsys: pytest.CaptureFixture[str], tmp_path: P
         (["--page", "page.txt"], "page"),
     ],
 )
-def test_a_paper_that_cannot_be_made_is_named(
+def test_bad_input_of_the_command_is_named(
     flags: list[object], field: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     ran = Ran(capsys, "paper", *flags, "--output", tmp_path / "paper", run=STUDIES.main)
@@ -237,7 +237,7 @@ def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
     assert len(list((tmp_path / "cache").glob("*.npz"))) == 2
 
 
-def test_the_committed_page_is_that_of_the_committed_results() -> None:
+def test_the_committed_page_follows_from_the_committed_results() -> None:
     results = PaperResults.from_json((COMMITTED / RESULTS_FILE).read_text())
     page = ROOT / "docs" / "paper.md"
     assert page.read_text() == markdown_page(results, COMMITTED, page)

@@ -1,4 +1,4 @@
-"""Figures of an independent simulation of the same model, met by our seeds within three standard errors."""
+"""Figures of an independent simulation of the model, matched within three standard errors."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STUBBORN_SEEDS = 200
 LINE_BATCHES, LINE_BATCH = 10, 40
 LINE_GRID = np.arange(11) / 10
 
-# rho: (J_mean, its standard error, J_min, its standard error, components at 12 s, half their last digit)
+# rho: (J_mean, standard error, J_min, standard error, components at 12 s, half of their last digit)
 FIGURES = {
     0.0: (69.26, 0.16, 5.92, 0.27, 300, 0.5),
     5.0: (71.42, 0.61, 9.91, 0.55, 38.4, 0.05),
@@ -39,12 +39,12 @@ def standard_error(values: np.ndarray) -> float:
 
 
 def assert_close(values: np.ndarray, figure: float, error: float) -> None:
-    """Compare the mean of ``values`` with a figure of a given standard error."""
+    """Compare the mean of ``values`` with a figure with a given standard error."""
     assert abs(values.mean() - figure) <= 3 * np.hypot(error, standard_error(values))
 
 
 def assert_close_to_mean_of(values: np.ndarray, figure: float, states: int, half_digit: float) -> None:
-    """Compare with a printed mean over as many states, whose scatter is taken to be ours."""
+    """Compare with a printed mean over equally many states, assuming the standard deviation of ``values``."""
     error = values.std(ddof=1) * np.sqrt(1 / states + 1 / len(values))
     assert abs(values.mean() - figure) <= 3 * error + half_digit
 
@@ -75,14 +75,14 @@ def test_flock_table(flocks: FlockSweepResult, rho: float) -> None:
 
 def test_best_fixed_range_of_the_mean_distance_is_in_the_interior(flocks: FlockSweepResult) -> None:
     assert 5 <= flocks.best_range("mean") <= 20
-    # No fixed range serves every flock: the oracle's lead is what a controller can win.
+    # No fixed range is best for every flock: a policy can gain up to the oracle's lead.
     best = flocks.values("mean").mean(axis=1).max()
     lead = flocks.hindsight_oracle("mean") - best
     assert lead.mean() > 3 * standard_error(lead)
 
 
 def test_the_literal_law_falls_apart() -> None:
-    """Without constant speed almost no two agents stay together: about 296 components instead of 12."""
+    """Without constant speed almost all agents separate: about 296 components instead of 12."""
     result = sweep(FlockScenario(constant_speed=False), [10.0], range(50))
     assert_close_to_mean_of(result.num_components[0], 296, FIGURE_STATES, 0.5)
 
@@ -97,7 +97,7 @@ def test_line(lines: LineSweepResult) -> None:
     at = int(np.flatnonzero(LINE_GRID == 0.1)[0])
     distance, components = lines.escape_distance[at], lines.num_components[at]
     if lines.scenario.escape_force == "linear":
-        # About one batch of 40 in twenty prefers the nearly equal second peak, near 0.7 on this grid.
+        # About one batch of 40 in twenty has its maximum at the nearly equal second peak, near 0.7 here.
         assert set(optima) <= {0.1, 0.7}
         assert (optima == 0.1).mean() >= 0.8
         assert lines.best_range() == 0.1
@@ -107,13 +107,13 @@ def test_line(lines: LineSweepResult) -> None:
     else:
         assert (optima >= 0.6).all()
         assert lines.best_range() >= 0.6
-        assert not lines.converged.all()  # some runs cycle for ever, and are never called steady
+        assert not lines.converged.all()  # some runs oscillate forever and never become steady
         assert_close_to_mean_of(distance, 0.316, LINE_FIGURE_STATES, 0.0005)
         assert_close_to_mean_of(components, 2.44, LINE_FIGURE_STATES, 0.005)
 
 
 def test_second_peak_of_the_line() -> None:
-    """The paper's coarse grid hides it: nearly as good as 0.1, and a peak among its neighbors."""
+    """The paper's coarse grid hides a local maximum that is nearly as good as 0.1."""
     result = sweep(LineScenario(), [0.1, 0.54, 0.66, 0.78], range(LINE_BATCHES * LINE_BATCH))
     first, left, second, right = result.escape_distance.mean(axis=1)
     assert first > second > max(left, right)

@@ -1,99 +1,22 @@
-"""A run that is killed and started again ends with the very bits of a run that was left alone."""
+"""A run that is killed and started again ends with the bits of a run that nobody interrupts."""
 
 from __future__ import annotations
 
 import dataclasses
-import os
-import pickle
-import signal
-import time
-from contextlib import suppress
-from multiprocessing import get_context
-from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-import polars as pl
 import pytest
-import torch
+from killed_runs import GENERATIONS, check_killed_run, killed_after
 from resume_child import run
-from small_runs import LEARNERS, small_run
-from stable_baselines3.common.buffers import ReplayBuffer
+from small_runs import small_run
 
-from flockesc_env.policies.files import load_policy
-from training.config import CURVE_FILE, POLICY_FILE, Args
 from training.outputs import CHECKPOINT
 
-ROUNDS = {"num_episodes": 10, "checkpoint_every": 1}
-GENERATIONS = {"generations": 16, "checkpoint_every": 1}
 
-context = get_context("forkserver")
-# Imported once, by the server that forks the runs; PyTorch imports the second at the first gradient step.
-context.set_forkserver_preload(["training.train", "torch._dynamo"])
-
-
-def started(args: Args, weights: Path) -> BaseProcess:
-    process = context.Process(target=run, args=(args, weights))
-    process.start()
-    return process
-
-
-def killed_after(args: Args, weights: Path, checkpoints: int, delay: float) -> bool:
-    """Kill a run some time after it has written some checkpoints; return whether it was still under way."""
-    process, seen, file = started(args, weights), set[int](), args.run / CHECKPOINT
-    before = file.stat().st_mtime_ns if file.exists() else None
-    while process.is_alive() and len(seen) < checkpoints:
-        with suppress(FileNotFoundError):
-            seen |= {file.stat().st_mtime_ns} - {before}
-        time.sleep(0.001)
-    time.sleep(delay)
-    assert process.pid is not None
-    os.kill(process.pid, signal.SIGKILL)
-    process.join()
-    return process.exitcode == -signal.SIGKILL and not (args.run / POLICY_FILE).exists()
-
-
-def finished(args: Args, weights: Path) -> None:
-    process = started(args, weights)
-    process.join()
-    assert process.exitcode == 0
-
-
-def same(one: Any, other: Any) -> bool:
-    """Compare nested parameters bit by bit."""
-    if isinstance(one, dict):
-        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
-    if isinstance(one, list | tuple):
-        return len(one) == len(other) and all(map(same, one, other))
-    if isinstance(one, ReplayBuffer):
-        return same(vars(one), vars(other))
-    if isinstance(one, torch.Tensor):
-        return torch.equal(one, other)
-    return np.array_equal(one, other) if isinstance(one, np.ndarray) else one == other
-
-
-@pytest.mark.parametrize("learner", LEARNERS)
+# tests/slow/test_killed_runs.py checks the other learners.
+@pytest.mark.parametrize("learner", ["shared PPO", "search"])
 def test_a_killed_run_ends_like_one_left_alone(learner: str, tmp_path: Path) -> None:
-    size = GENERATIONS if learner == "search" else ROUNDS
-    undisturbed = small_run(tmp_path / "undisturbed", learner, **size)
-    killed = dataclasses.replace(undisturbed, run=tmp_path / "killed")
-    finished(undisturbed, tmp_path / "one")
-
-    delays = np.random.default_rng(LEARNERS.index(learner)).uniform(0, 0.05, 2)
-    for count, delay in enumerate(delays, start=1):
-        assert killed_after(killed, tmp_path / "other", count, delay)
-    finished(killed, tmp_path / "other")
-
-    policies = [load_policy(args.run / POLICY_FILE).policy for args in (undisturbed, killed)]
-    assert policies[0].parameters.tobytes() == policies[1].parameters.tobytes()
-    curves = [pl.read_parquet(args.run / CURVE_FILE).drop("seconds") for args in (undisturbed, killed)]
-    assert curves[0].equals(curves[1])
-    if learner != "search":
-        one, other = (pickle.loads((tmp_path / name).read_bytes()) for name in ("one", "other"))  # noqa: S301
-        assert same(one, other)
-        assert not same(one, {**other, "num_timesteps": 0})
-    assert not (killed.run / CHECKPOINT).exists()
+    check_killed_run(learner, tmp_path)
 
 
 def test_an_unfinished_run_is_not_continued_with_other_arguments(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The best fixed range in every preset: the choice, the rule, the page."""
+"""The robustness study: the best fixed range in every preset, the rule of its findings, and its page."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "robustness"
 
 
-def test_every_flock_preset_with_predators_that_steer_themselves_is_surveyed() -> None:
+def test_every_flock_preset_without_learned_predators_is_surveyed() -> None:
     expected = [
         name
         for name, (_, scenario) in PRESETS.items()
@@ -57,7 +57,7 @@ def test_both_halves_are_run_under_every_action() -> None:
 
 
 @pytest.mark.parametrize("grid", [METERS, NEIGHBORS])
-def test_grids_rise_from_no_alignment_at_all(grid: object) -> None:
+def test_grids_rise_from_a_range_of_0(grid: object) -> None:
     actions = np.array(grid.actions)  # type: ignore[attr-defined]
     assert actions[0] == 0
     assert (np.diff(actions) > 0).all()
@@ -74,7 +74,7 @@ def results_of(values: np.ndarray) -> dict[str, np.ndarray]:
 def test_the_range_is_chosen_and_measured_on_different_flocks() -> None:
     rng = np.random.default_rng(0)
     values = rng.normal(size=(4, 80)) * 0.1 + np.array([[0.0], [0.0], [5.0], [0.0]])
-    values[3, 40:] += 50.0  # what looks best on the second half does not count
+    values[3, 40:] += 50.0  # the best range on the second half does not count
     found = outcome("J_mean", (0.0, 1.0, 2.0, 3.0), results_of(values))
     assert (found.best.mean, found.best.low, found.best.high) == (2.0, 2.0, 2.0)
     told = values[:, 40:]
@@ -139,7 +139,7 @@ def test_every_preset_answers_one_question(scenario: FlockScenario, question: st
     assert question_of(scenario) == question
 
 
-def test_answers_are_made_by_the_rule() -> None:
+def test_answers_follow_the_rule() -> None:
     both = Answer("?", ["a"], [("b", Finding.LIKE_ZERO)])
     assert str(both) == "in 1 of 2: a; not shown for b (no gain over 0)"
     assert str(Answer("?", ["a", "b"], [])) == "yes: a, b"
@@ -212,7 +212,7 @@ def test_refusals(
     assert not (tmp_path / "robustness").exists()
 
 
-def test_the_committed_page_is_that_of_the_committed_results() -> None:
+def test_the_committed_page_follows_from_the_committed_results() -> None:
     results = RobustnessResults.from_json((COMMITTED / RESULTS_FILE).read_text())
     page = ROOT / "docs" / "robustness.md"
     assert page.read_text() == markdown_page(results, COMMITTED, page)

@@ -1,4 +1,4 @@
-"""A study from nothing to the page: its numbers, what it trains on, what it keeps, and how it goes on."""
+"""A whole study: its numbers, training flocks, cached files, continuation after a kill, and its page."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from training.config import presets
 from training.evaluation import objective
 from training.seeds import HELD_OUT, TRAINING, TUNING
 
-FLOCKS = 70  # more than rollouts step together
+FLOCKS = 70  # more flocks than a rollout steps together
 OTHER = TINY.replace(num_agents=5)
 
 
@@ -57,7 +57,7 @@ def study_args(folder: Path, **changes: Any) -> StudyArgs:
 
 @pytest.fixture(scope="module")
 def found(folder: Path, spy: Spy) -> Study:
-    """Return the study's results; tests that change its files work on other folders."""
+    """Return the study's results; tests that change its files use other folders."""
     study(study_args(folder))
     return load_study(folder / "results" / "tiny")
 
@@ -84,7 +84,7 @@ def test_training_and_tuning_see_no_held_out_flock(found: Study, spy: Spy) -> No
     )
 
 
-def test_every_contender_plays_the_held_out_flocks(found: Study, folder: Path) -> None:
+def test_every_policy_plays_the_held_out_flocks(found: Study, folder: Path) -> None:
     grid = [float(rho) for rho in FLOCK_GRID]
     tuned, held_out = (sweep(TINY, grid, purpose) for purpose in (TUNING[:12], HELD_OUT[:FLOCKS]))
     best = grid[int(tuned.min_mean_distance.mean(axis=1).argmax())]
@@ -113,8 +113,8 @@ def test_the_explained_run_is_the_best_on_tuning_flocks(found: Study) -> None:
     )
 
 
-def test_hiding_what_a_policy_does_not_see_changes_nothing(found: Study) -> None:
-    """Not even the time, by which a network with a memory sees that an episode begins."""
+def test_hiding_entries_that_a_policy_does_not_see_changes_nothing(found: Study) -> None:
+    """Also hiding the time, which tells a network with memory that an episode starts."""
     assert found.ablation is not None
     hidden = {name: rows["objective"].to_numpy() for (name,), rows in found.ablation.group_by("removed")}
     plain = values(found, "search", found.explained_seed)
@@ -124,7 +124,7 @@ def test_hiding_what_a_policy_does_not_see_changes_nothing(found: Study) -> None
         assert (objectives == plain).all() == (name in unseen), name
 
 
-def test_other_worlds_are_beside_fixed_ranges(found: Study, folder: Path) -> None:
+def test_transfer_is_compared_with_fixed_ranges(found: Study, folder: Path) -> None:
     assert found.transfer is not None
     worlds = {
         key: rows["objective"].to_numpy() for key, rows in found.transfer.group_by("world", "contender")
@@ -167,10 +167,10 @@ def test_a_second_call_trains_and_sweeps_nothing(found: Study, folder: Path, spy
     assert spy.elsewhere >= set(HELD_OUT[:FLOCKS])  # policies are played again
 
 
-def test_a_killed_study_goes_on_where_it_was(
+def test_a_killed_study_continues(
     found: Study, folder: Path, tmp_path: Path, spy: Spy, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The second training run is killed at its first checkpoint."""
+    """The second training run is killed at its first checkpoint, and the study continues from there."""
     save, generation, played = search.save_checkpoint, search._generation, []
 
     def die(state: search.SearchState, run: Path) -> None:
@@ -199,7 +199,7 @@ def test_a_killed_study_goes_on_where_it_was(
         assert getattr(again, name).equals(getattr(found, name)), name
 
 
-def test_what_others_submitted_stays(found: Study, folder: Path, tmp_path: Path) -> None:
+def test_submissions_of_others_are_kept(found: Study, folder: Path, tmp_path: Path) -> None:
     results, page = tmp_path / "results", tmp_path / "page.md"
     args = study_args(folder, output=results)
     study(args)
@@ -215,11 +215,11 @@ def test_what_others_submitted_stays(found: Study, folder: Path, tmp_path: Path)
     study(args)
     assert pl.read_parquet(path).equals(before)
 
-    study(dataclasses.replace(args, held_out_flocks=10))  # other flocks than those of the submissions
+    study(dataclasses.replace(args, held_out_flocks=10))  # flocks different from those of the submissions
     assert load_study(results / "tiny").policies == found.policies
 
 
-def test_some_learners_alone(found: Study, folder: Path, tmp_path: Path, spy: Spy) -> None:
+def test_a_study_of_some_learners(found: Study, folder: Path, tmp_path: Path, spy: Spy) -> None:
     spy.forget()
     study(study_args(folder, output=tmp_path, learners=("schedule",)))
     alone = load_study(tmp_path / "tiny")
@@ -230,14 +230,14 @@ def test_some_learners_alone(found: Study, folder: Path, tmp_path: Path, spy: Sp
     np.testing.assert_array_equal(alone.values("schedule"), found.values("schedule"))
 
 
-def test_the_record_says_how_learners_were_run(found: Study, folder: Path) -> None:
+def test_the_record_holds_the_settings_of_learners(found: Study, folder: Path) -> None:
     document = json.loads((folder / "results" / "tiny" / "study.json").read_text())
     assert list(document["learners"]) == ["search", "schedule"]
     arguments = document["learners"]["search"]["arguments"]
     assert (arguments["generations"], arguments["memory"]) == (4, 1)
     assert not {"run", "seed", "progress"} & arguments.keys()
     assert document["learners"]["schedule"]["note"] == "an open-loop schedule"
-    assert found.runs["episodes"].to_list() == [4 * 10, 4 * 10, 4 * 4]  # networks by flocks
+    assert found.runs["episodes"].to_list() == [4 * 10, 4 * 10, 4 * 4]  # networks times flocks
 
 
 @pytest.mark.parametrize(
@@ -245,8 +245,8 @@ def test_the_record_says_how_learners_were_run(found: Study, folder: Path) -> No
     [
         ({"setting": "nowhere"}, "setting: expected one of tiny, got 'nowhere'"),
         ({"learners": ("ppo",)}, "learners: expected any of search, schedule, unreported, got 'ppo'"),
-        ({"held_out_flocks": 0}, "flocks: expected 1 to"),
-        ({"tuning_flocks": 1_000_001}, "flocks: expected 1 to"),
+        ({"held_out_flocks": 0}, "flocks: expected an integer from 1 to"),
+        ({"tuning_flocks": 1_000_001}, "flocks: expected an integer from 1 to"),
     ],
 )
 def test_bad_arguments_are_refused_before_anything_is_written(
@@ -257,7 +257,7 @@ def test_bad_arguments_are_refused_before_anything_is_written(
     assert not list(tmp_path.iterdir())
 
 
-def test_the_rule_of_thumb_sees_what_the_setting_shows(folder: Path) -> None:
+def test_the_rule_of_thumb_uses_the_settings_observations(folder: Path) -> None:
     setting = presets()["tiny"].setting
     for visible, name in ((True, "stubborn-leaders"), (False, "stubborn-leaders-local")):
         entry = built_in(name)
@@ -270,7 +270,7 @@ def test_the_rule_of_thumb_sees_what_the_setting_shows(folder: Path) -> None:
         np.testing.assert_array_equal(played, alone.min_mean_distance)
 
 
-def test_finished_runs_of_other_arguments_are_refused(found: Study, folder: Path, tmp_path: Path) -> None:
+def test_finished_runs_with_other_arguments_are_refused(found: Study, folder: Path, tmp_path: Path) -> None:
     shutil.copytree(folder / "runs", tmp_path / "runs")
     record = tmp_path / "runs" / "tiny" / "search-1" / "config.json"
     document = json.loads(record.read_text())

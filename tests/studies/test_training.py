@@ -1,4 +1,4 @@
-"""Training with stable-baselines3 runs on the vector environments, and repeats itself."""
+"""Training with stable-baselines3 runs on the vector environments and is reproducible."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`python -m training`: seeds never meet, a run can be trained, evaluated and compared, records are whole."""
+"""`python -m training`: disjoint seeds; runs are trained, evaluated, compared and recorded."""
 
 import dataclasses
 import json
@@ -94,7 +94,7 @@ def test_equal_seeds_train_equal_policies(run: Path, tmp_path: Path) -> None:
     assert results[0] != results[2]
 
 
-def test_comparison_is_what_its_parts_say(run: Path, tmp_path: Path) -> None:
+def test_comparison_follows_from_its_records(run: Path, tmp_path: Path) -> None:
     args = CompareArgs(
         policies=("fixed:3", "random", "stubborn-leaders", f"{__name__}:three", str(run)),
         output=tmp_path / "comparison",
@@ -142,8 +142,8 @@ def test_policies_of_several_scenarios_are_not_compared(run: Path) -> None:
     paper = NamedPolicy("paper", FixedRange(1), scenario=SMALL.replace(num_agents=7))
     assert scenario_of([named_policy("random"), mine]) == SMALL
     for others, message in (
-        ([mine, paper], "of one scenario, got of 2"),
-        ([line], "of a flock, got of a line"),
+        ([mine, paper], "of one scenario, got policies of 2"),
+        ([line], "of a flock, got policies of a line"),
     ):
         with pytest.raises(ValueError, match=f"policies: expected policies {message}"):
             scenario_of(others)
@@ -164,10 +164,10 @@ def test_presets_are_valid(name: str) -> None:
     assert preset.learners
     if preset.explained:
         assert preset.learners[preset.explained].seeds > 0
-        assert not setting.is_line  # its views have no groups of entries
+        assert not setting.is_line  # its observations have no groups of entries
     for learner, entry in preset.learners.items():
         args = entry.args
-        # How far an action may reach and how long it holds are a learner's own choice.
+        # Learners may choose the largest range of an action and how long it holds.
         own = {"max_range": args.max_range, "steps_per_action": args.steps_per_action}
         assert args.setting() == dataclasses.replace(setting, **own)
         assert args.run == Path("runs") / f"{name}-{learner}"
@@ -182,7 +182,7 @@ def test_presets_are_valid(name: str) -> None:
         assert len(seeds.training_seeds(0, 0, args.num_flocks * args.num_episodes)) > 0
         options = {**args.env_options(), "reward": args.reward}
         make: Any = parallel_env if setting.per_agent else FlockEscapeEnv
-        (LineEscapeEnv if setting.is_line else make)(args.model, **options)  # refuses what cannot be paid
+        (LineEscapeEnv if setting.is_line else make)(args.model, **options)  # checks the options
         if isinstance(args, PPOArgs):
             rows = seen.num_agents if setting.per_agent else 1
             assert round_steps(args) * args.num_flocks * rows % args.batch_size == 0
@@ -211,10 +211,10 @@ def test_bootstrap_interval_covers_the_mean_as_often_as_it_says() -> None:
         interval.low <= 3.0 <= interval.high
         for interval in (stats.mean(rng.normal(3.0, 2.0, 60)) for _ in range(200))
     )
-    assert 180 <= covered <= 199  # 95 % of 200, give or take three standard errors
+    assert 180 <= covered <= 199  # 95 % of 200, plus or minus three standard errors
 
 
-def test_tune_takes_what_its_function_does(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tune_takes_the_arguments_of_its_function(monkeypatch: pytest.MonkeyPatch) -> None:
     called = Mock()
     monkeypatch.setattr("training.tune.tune", called)
     app.cli(args=["tune", "shared-tqc", "--trials", "3", "--share", "0.25", "--output", "somewhere"])
@@ -225,7 +225,7 @@ def test_tune_takes_what_its_function_does(monkeypatch: pytest.MonkeyPatch) -> N
     ("words", "message"),
     [
         (["evaluate", "--policy", "nobody"], "policies: expected one of"),
-        (["evaluate", "--policy", "random", "--flocks", "0"], "flocks: expected 1 to"),
+        (["evaluate", "--policy", "random", "--flocks", "0"], "flocks: expected an integer from 1 to"),
         (["tune", "nothing"], "run: expected one of"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Hyperparameters: every study begins with its preset, judges on tuning flocks, and goes on where it was."""
+"""Tuning of hyperparameters: a study starts with its preset, evaluates on tuning flocks, and can continue."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_the_first_trial_is_the_preset(name: str) -> None:
     assert trial.params
 
 
-def test_trials_are_judged_on_tuning_flocks_alone(tmp_path: Path, spy: Spy) -> None:
+def test_trials_are_evaluated_on_tuning_flocks_only(tmp_path: Path, spy: Spy) -> None:
     study = tune(tune_args(tmp_path))
     preset = train_presets()["tiny-search"]
     assert [trial.number for trial in completed(study)] == [0, 1]
@@ -71,7 +71,7 @@ def test_trials_are_judged_on_tuning_flocks_alone(tmp_path: Path, spy: Spy) -> N
     assert spy.training - played <= set(TUNING[:200])
 
 
-def test_a_study_goes_on_where_it_was(tmp_path: Path, spy: Spy) -> None:
+def test_a_study_continues(tmp_path: Path, spy: Spy) -> None:
     first = [(trial.params, trial.value) for trial in tune(tune_args(tmp_path)).trials]
     spy.forget()
     again = tune(tune_args(tmp_path))

@@ -1,4 +1,4 @@
-"""Public classes with their arguments: constructors and methods (see ``argument_table``)."""
+"""Table of the arguments of constructors and methods of environments (see ``argument_table``)."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def _set_state(env: Any, **arguments: Any) -> Any:
 
 
 def _of_flocks(name: str, subject: Callable[[], Any]) -> dict[str, Row]:
-    """States of some flocks of many."""
+    """Snapshots of some flocks of a batch."""
     flocks = Indices(1, True, size=2)
     return {
         f"{name}.get_state": Row(
@@ -89,7 +89,7 @@ def _methods(
     told: str = "action",
 ) -> dict[str, Row]:
     subject = started(make)
-    # PettingZoo asks that unknown options be ignored.
+    # PettingZoo requires that unknown options are ignored.
     given = Part({}, True, accepts=("dict",)) if name == "FlockParallelEnv" else Part({}, True)
     return {
         f"{name}.reset": Row(

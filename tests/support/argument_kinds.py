@@ -1,4 +1,4 @@
-"""Kinds of arguments: a good value of each, values that are none, and other forms of the good one."""
+"""Kinds of arguments: for each a good value, bad values, equivalent forms and extreme values."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ for _ in range(5000):
 CYCLE: list[Any] = []
 CYCLE.append(CYCLE)
 
-# Taken by no kind but those that say so.
+# Rejected by every kind that does not list them.
 FOREIGN: dict[str, Any] = {
     "none": None,
     "bool": True,
@@ -53,35 +53,35 @@ FOREIGN: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class Kind:
-    """An argument: ``good`` is a value that passes, ``is_optional`` whether ``None`` does."""
+    """An argument: ``good`` is an accepted value, ``is_optional`` whether ``None`` is accepted."""
 
     good: Any
     is_optional: bool = False
     accepts: Collection[str] = field(default=(), kw_only=True)
-    """Labels of the foreign values that this kind takes."""
+    """Labels of the foreign values that this kind accepts."""
 
     def bad(self) -> dict[str, Any]:
-        """Return values that are refused."""
+        """Return rejected values by label."""
         accepted = [*self.accepts, "none"] if self.is_optional else self.accepts
         foreign = {label: value for label, value in FOREIGN.items() if label not in accepted}
         return foreign | {f"own {i}: {str(value)[:20]}": value for i, value in enumerate(self.own_bad())}
 
     def own_bad(self) -> Iterable[Any]:
-        """Return values that are refused although they look like this kind."""
+        """Return rejected values that resemble this kind."""
         return ()
 
     def alike(self) -> dict[str, Any]:
-        """Return other forms of the good value, which mean the same."""
+        """Return equivalent forms of the good value."""
         return {}
 
     def extreme(self) -> Iterable[Any]:
-        """Return values that are as large or as small as can be, which pass or are refused."""
+        """Return extreme values, accepted or rejected."""
         return ()
 
 
 @dataclass(frozen=True)
 class Number(Kind):
-    """A real number from ``low``, exclusive where ``is_above``, to ``high``."""
+    """A real number from ``low`` (exclusive if ``is_above``) to ``high``."""
 
     low: float = -np.inf
     high: float = np.inf
@@ -146,7 +146,7 @@ class Seed(Kind):
 
 @dataclass(frozen=True)
 class Seeds(Kind):
-    """One seed after the other."""
+    """A sequence of seeds."""
 
     accepts: Collection[str] = field(default=(), kw_only=True)
 
@@ -167,7 +167,7 @@ class Seeds(Kind):
 
 @dataclass(frozen=True)
 class Floats(Kind):
-    """An array of numbers, all finite, from ``low`` on."""
+    """An array of finite numbers of at least ``low``."""
 
     low: float = -np.inf
     is_any_length: bool = False
@@ -258,7 +258,7 @@ class File(Kind):
 
 @dataclass(frozen=True)
 class Part(Kind):
-    """An object with a meaning of its own, and objects that look like it."""
+    """An object of the package, and objects that resemble it."""
 
     confusing: tuple[Any, ...] = ()
 
@@ -301,13 +301,13 @@ class Indices(Kind):
 
 @dataclass(frozen=True)
 class Call(Kind):
-    """Something to call."""
+    """A callable."""
 
     accepts: Collection[str] = field(default=("function", "class"), kw_only=True)
 
 
 def forms_of_an_array(good: NDArray[np.float64]) -> dict[str, Any]:
-    """Return arrays with the numbers of one, which fit into a float32, in other types and layouts."""
+    """Return the numbers of an array, all exact in float32, in other types and memory layouts."""
     assert (good == good.astype(np.float32)).all()
     wide = np.repeat(np.repeat(good, 2, axis=0), 3, axis=-1)
     frozen = good.copy()

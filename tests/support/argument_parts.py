@@ -1,4 +1,4 @@
-"""Scenarios, their parts, options, policies and results with their arguments (see ``argument_table``)."""
+"""Table of the arguments of scenarios, parts, options, policies and results (see ``argument_table``)."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ RENDER_OPTIONS: dict[str, Kind] = {
 
 
 class Model:
-    """What stable-baselines3's models have."""
+    """The interface of a stable-baselines3 model."""
 
     def predict(self, observations: Any, *, deterministic: bool) -> tuple[Any, None]:
         return np.zeros((len(observations), 1)), None
@@ -69,7 +69,7 @@ THE_FLOCK = Part(FLOCK, confusing=(LINE,))
 
 
 def served(**arguments: Any) -> None:
-    """Serve, but not a single request."""
+    """Start a server and stop it before its first request."""
     with mock.patch("flockesc_env.watch.server._Server.work", side_effect=KeyboardInterrupt):
         watch.serve(**arguments)
 
@@ -174,7 +174,7 @@ SLOTS: dict[str, tuple[Callable[[Any], Any], dict[type[Any], dict[str, Kind]]]] 
 
 
 def _part(slot: str, place: Callable[[Any], Any], kind: type[Any]) -> Callable[..., Any]:
-    """Return what puts a part with some arguments into a scenario: there they are checked."""
+    """Return a function that puts a part with some arguments into a scenario, which checks them."""
     return lambda **arguments: FLOCK.replace(**{slot: place(kind(**arguments))})
 
 

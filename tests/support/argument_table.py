@@ -1,4 +1,4 @@
-"""Every public callable with its arguments: what kind each is, and a value that passes."""
+"""Table of the arguments of public functions: the kind of each, with a good value."""
 
 from __future__ import annotations
 
@@ -51,9 +51,9 @@ CONTENDER = registry.NamedPolicy(
 
 @dataclass(frozen=True)
 class Row:
-    """A callable: ``call(**arguments)`` or, where there is a ``subject``, ``call(subject(), **arguments)``.
+    """A callable: ``call(**arguments)``, or with a ``subject``, ``call(subject(), **arguments)``.
 
-    ``after`` turns the subject or, without one, what came back into what can be compared.
+    ``after`` converts the subject, or without one the result, to a value that can be compared.
     """
 
     call: Callable[..., Any]
@@ -61,9 +61,9 @@ class Row:
     subject: Callable[[], Any] | None = None
     after: Callable[[Any], Any] = lambda result: result
     others: Mapping[str, Kind] = field(default_factory=dict)
-    """Names that the signature does not tell: keys of ``options``, keyword arguments that are handed on."""
+    """Arguments that are not in the signature: keys of ``options``, keyword arguments that are passed on."""
     named: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    """What errors call an argument, where that is not its name."""
+    """Names of an argument in errors, if different from its own name."""
 
     @property
     def all_arguments(self) -> dict[str, Kind]:
@@ -71,7 +71,7 @@ class Row:
 
 
 def write_files() -> None:
-    """Write the files that the table names into the working directory."""
+    """Write the files that the table uses into the working directory."""
     fe.save_policy(CONTENDER, "policy.npz")
     records.save_run(RUN, "run.npz")
     Path("state.csv").write_text("x,y\n1,2\n3,4\n")
@@ -82,7 +82,7 @@ def optional(kind: Kind) -> Kind:
 
 
 def play(env: Any) -> list[Any]:
-    """Reset with a seed and go on."""
+    """Reset with a seed and take steps."""
     if isinstance(env, VecEnv):
         env.seed(3)
         return [env.reset(), goes_on(env)]
@@ -90,7 +90,7 @@ def play(env: Any) -> list[Any]:
 
 
 def goes_on(env: Any) -> list[Any]:
-    """Take 10 steps and, after a reset, 10 others."""
+    """Take 10 steps and, after a reset, 10 more."""
     seen = []
     for step in range(20):
         seen.append(env.reset() if step == 10 or getattr(env, "agents", True) == [] else None)
@@ -135,7 +135,7 @@ ENV_OPTIONS = ACTION_OPTIONS | {
 LINE_OPTIONS = ACTION_OPTIONS | {"reward": Choice("terminal")}
 SCENARIO = Part(FLOCK, True, confusing=(LINE, fe.Disc()))
 HUNTER = Part(None, True)
-"""Only scenarios with a learned predator take a policy."""
+"""``predator_policy``: ``None``, because the scenarios of the table have no learned predator."""
 ENV = {"scenario": SCENARIO, **RENDER, "num_threads": THREADS, "predator_policy": HUNTER}
 START = {
     "initial_positions": Floats(POINTS, True),
@@ -148,7 +148,7 @@ RESET = {"seed": Seed(4, True), "options": Part({}, True)}
 
 
 def reset(env: Any, seed: Any = None, options: Any = None, **entries: Any) -> Any:
-    """Reset with entries of ``options`` as arguments."""
+    """Reset with arguments as entries of ``options``."""
     return env.reset(seed=seed, options={**options, **entries} if entries else options)
 
 
@@ -283,7 +283,7 @@ FUNCTIONS: dict[str, Row] = {
 
 
 def used(result: Any) -> None:
-    """Run a scenario that came out of a call."""
+    """Run a scenario that a call has returned."""
     if isinstance(result, fe.FlockScenario) and result.num_agents < 10:
         fe.simulate(result, 5.0, seed=1)
     elif isinstance(result, fe.LineScenario) and result.num_agents < 10:

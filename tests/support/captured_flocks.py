@@ -1,4 +1,4 @@
-"""Flocks of which agents are caught."""
+"""Scenarios in which predators catch agents."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SEEDS = range(12)
 
 
 def hunted(dimension: int = 2, **changes: Any) -> FlockScenario:
-    """Return a flock of which most agents are caught at different times by three predators."""
+    """Return a flock in which three predators catch most agents at different times."""
     predators = (
         PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0),
         Intercept((25.0, 0.0), (0.0, 15.0), max_turn_rate=3.0),
@@ -35,5 +35,5 @@ def hunted(dimension: int = 2, **changes: Any) -> FlockScenario:
 
 
 def doomed(**changes: Any) -> FlockScenario:
-    """Return a flock of which nobody may be left before the horizon, at a time that differs between seeds."""
+    """Return a flock that may lose all agents before the horizon, at a time that depends on the seed."""
     return hunted(**{"num_agents": 3, "num_steps": 40, **changes})

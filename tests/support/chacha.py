@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator
 
 MASK = 2**32 - 1
-PREDATORS = 4  # number of the stream that predators draw from
+PREDATORS = 4  # number of the predators' stream
 
 
 class Stream:
-    """What the core draws under a seed for one purpose, in the order in which it draws."""
+    """The draws of the core for one seed and purpose, in order."""
 
     def __init__(self, seed: int, purpose: int) -> None:
         self._words = _words(_key(seed), purpose)
@@ -27,7 +27,7 @@ class Stream:
 
 
 def _key(seed: int) -> list[int]:
-    """Return a key of eight words for a seed of 64 bits: PCG32, as ``seed_from_u64`` of rand_core has it."""
+    """Return the key of eight words for a seed of 64 bits: PCG32, as in ``seed_from_u64`` of rand_core."""
     key = []
     for _ in range(8):
         seed = (seed * 6364136223846793005 + 11634580027462260723) % 2**64

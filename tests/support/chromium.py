@@ -26,7 +26,7 @@ _ARGUMENTS = [
 
 @contextmanager
 def chromium() -> Iterator[Browser]:
-    """Start a browser without a window, and close it at the end."""
+    """Start a headless browser and close it at the end."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=EXECUTABLE, args=_ARGUMENTS)
         yield browser

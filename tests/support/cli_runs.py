@@ -1,4 +1,4 @@
-"""How tests run ``flockesc`` and ``python -m studies``: in this process, or as one of its own."""
+"""Run ``flockesc`` and ``python -m studies`` in this process or in a new one."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from flockesc_env.policies.registry import NamedPolicy
 SMALL = FlockScenario(num_agents=12, num_steps=9)
 SMALL_FLAGS = ["--set", "num_agents=12", "--set", "num_steps=9"]
 FLOCKESC = [sys.executable, "-m", "flockesc_env"]
-TIMEOUT = 60  # seconds; reached only by a command that does not end
+TIMEOUT = 60  # seconds; reached only by a command that hangs
 
 
 class Ran:
-    """What a command left: its code, stdout and stderr."""
+    """The exit code, stdout and stderr of a command."""
 
     def __init__(self, capsys: pytest.CaptureFixture[str], *argv: object, run: Any = main) -> None:
         self.code = run([str(word) for word in argv])
@@ -40,7 +40,7 @@ def run_process(*argv: object, **streams: Any) -> subprocess.CompletedProcess[st
 
 
 def policy_file(path: Path, scenario: FlockScenario | LineScenario = SMALL) -> Path:
-    """Write a network whose ranges depend on what is seen, under the name of a built-in policy."""
+    """Write a network whose ranges depend on the observation, under the name of a built-in policy."""
     is_line = isinstance(scenario, LineScenario)
     architecture = Architecture(("offset_0" if is_line else "predator_distance", "time"), (3,), memory=1)
     policy = NetworkPolicy(architecture, np.random.default_rng(0).normal(size=architecture.size))
@@ -55,5 +55,5 @@ def sweep_flags(*more: object) -> list[object]:
 
 
 def plain(boxes: str) -> str:
-    """Return the text in tyro's boxes, which are of other letters where the terminal has no Unicode."""
+    """Return the text inside tyro's boxes, whose characters depend on the terminal."""
     return "\n".join(line.strip("│|").strip() for line in boxes.splitlines())

@@ -1,7 +1,7 @@
-"""A process of its own that loads corrupted documents, and plays with what it could load.
+"""A separate process that loads corrupted documents and plays the scenarios that load.
 
-``python corrupted_documents.py FIRST COUNT``: prints as JSON what became of those of the seeds from FIRST on,
-and the memory that this took in bytes. It dies, with a traceback, where one takes longer than ``SECONDS``.
+``python corrupted_documents.py FIRST COUNT`` prints the outcomes of COUNT seeds from FIRST on as JSON,
+with the memory used in bytes. It fails with a traceback if a document takes longer than ``SECONDS``.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from flockesc_env.common.errors import ScenarioError
 
 SECONDS = 2
 MOST_WORK = 2_000
-"""Agents of a scenario that is played; larger ones are only loaded."""
+"""Most agents of a scenario that is played; larger ones are only loaded."""
 
 
 def load(document: Document) -> FlockScenario | LineScenario | None:
-    """Return a scenario, or ``None`` if it is refused: by its schema, and by that alone."""
+    """Return a scenario, or ``None`` if it raises ``ScenarioError``; other errors pass through."""
     model, language, text = document
     try:
         return model.from_json(text) if language == "json" else model.from_toml(text)
@@ -38,9 +38,9 @@ def load(document: Document) -> FlockScenario | LineScenario | None:
 
 
 def check_in_core(document: Document) -> None:
-    """Give the text to the core as it is."""
+    """Pass the text to the core unchanged."""
     check = _core.check_flock_scenario if document[0] is FlockScenario else _core.check_line_scenario
-    with suppress(ScenarioError, UnicodeEncodeError):  # a lone surrogate is no text to the core
+    with suppress(ScenarioError, UnicodeEncodeError):  # the core accepts no lone surrogates
         check(document[2])
 
 
@@ -65,14 +65,14 @@ def play(scenario: FlockScenario | LineScenario) -> str:
 
 
 def peak() -> int:
-    """Return the most memory that this process has held, in bytes."""
-    # Not getrusage: its figure begins with that of the process which started this one.
+    """Return the peak memory of this process in bytes."""
+    # Not getrusage, whose figure starts with that of the parent process.
     status = Path("/proc/self/status").read_text()
     return int(status.split("VmHWM:")[1].split()[0]) * 1024
 
 
 def outcome_of(first: int, count: int) -> dict[str, Any]:
-    """Run this file in a process of its own, with warnings as errors, and return what it prints."""
+    """Run this file in a new process, with warnings as errors, and return its output."""
     command = [sys.executable, "-W", "error", __file__, str(first), str(count)]
     done = run(command, capture_output=True, text=True, cwd=Path(__file__).parent, check=False)  # noqa: S603
     assert done.returncode == 0, done.stderr
@@ -82,7 +82,7 @@ def outcome_of(first: int, count: int) -> dict[str, Any]:
 
 
 def check(outcome: dict[str, Any], count: int) -> None:
-    """Fail if a document did anything but load or be refused, or took memory that it does not need."""
+    """Fail unless every document loaded or was refused, with little memory."""
     assert set(outcome["became"]) <= {"refused", "played", "too large to play", "no environment"}
     assert sum(outcome["became"].values()) == count
     assert outcome["became"]["played"] > count / 20

@@ -1,6 +1,6 @@
-"""Every environment adapter, one row each, and calls that drive them all alike.
+"""Registry of environment adapters, and functions that drive all of them in the same way.
 
-Every test of robustness runs over ``ADAPTERS``: lifecycles, threads, states, copies, aliasing.
+The tests of lifecycles, threads, snapshots, copies and aliasing run over ``ADAPTERS``.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ PICTURES = {"render_mode": "rgb_array", "render_options": fe.RenderOptions(size=
 
 @dataclass(frozen=True)
 class Adapter:
-    """How to make a small environment, and what it is able to do."""
+    """How to create a small environment, and its capabilities."""
 
     make: Callable[[], Any]
     has_states: bool = True
     """Whether it has ``get_state`` and ``set_state``."""
     has_pictures: bool = False
-    """Whether it draws, which SDL does in one thread only."""
+    """Whether it renders, which SDL does only in one thread."""
     reuses_buffers: bool = False
     """Whether the next step overwrites the arrays that it returned."""
 
@@ -49,7 +49,7 @@ ADAPTERS = {
     "gymnasium.make": Adapter(
         lambda: gymnasium.make("flockesc/FlockEscape-v0", scenario=FLOCK), has_states=False
     ),
-    "unlike agents that err and lag": Adapter(lambda: fe.FlockEscapeEnv(small_flock(**UNLIKE))),
+    "different agents with noise and delay": Adapter(lambda: fe.FlockEscapeEnv(small_flock(**UNLIKE))),
     "discrete": Adapter(lambda: fe.FlockEscapeEnv(FLOCK, action_mode="discrete", range_grid=[1.0, 5.0, 9.0])),
     "pictures": Adapter(lambda: fe.FlockEscapeEnv(FLOCK, **PICTURES), has_pictures=True),
     "pursuit": Adapter(lambda: fe.FlockPursuitEnv(FLOCK)),
@@ -69,7 +69,7 @@ ADAPTERS = {
 
 
 def adapters(is_wanted: Callable[[Adapter], bool] = lambda _: True) -> pytest.MarkDecorator:
-    """Return a mark that runs a test with the ``make`` of each adapter that is wanted."""
+    """Return a mark that runs a test with the ``make`` of each adapter that passes a filter."""
     made = {name: adapter.make for name, adapter in ADAPTERS.items() if is_wanted(adapter)}
     return pytest.mark.parametrize("make", made.values(), ids=made)
 
@@ -99,7 +99,7 @@ def draw(env: Any, rng: np.random.Generator) -> Any:
 
 
 def step(env: Any, actions: Any) -> Any:
-    """Take a step; agent by agent, a round of all agents."""
+    """Take a step; for AEC environments, one action of every agent."""
     if not isinstance(env, AECEnv):
         return env.step(actions)
     seen = []
@@ -118,7 +118,7 @@ def has_ended(env: Any, returned: Any) -> bool:
 
 
 def play(env: Any, rng: np.random.Generator, num_steps: int) -> list[Any]:
-    """Take random actions, with a reset after the end of an episode, and return copies of all results."""
+    """Take random actions, reset after each episode, and return copies of all results."""
     seen: list[Any] = []
     for _ in range(num_steps):
         returned = step(env, draw(env, rng))
@@ -131,7 +131,7 @@ def play(env: Any, rng: np.random.Generator, num_steps: int) -> list[Any]:
 
 
 def plain(returned: Any) -> Any:
-    """Return a step's results without arrays of arrays, which NumPy cannot compare."""
+    """Return the results of a step without nested object arrays, which NumPy cannot compare."""
     if isinstance(returned, tuple) and isinstance(returned[-1], dict) and "final_obs" in returned[-1]:
         returned[-1]["final_obs"] = list(returned[-1]["final_obs"])
     return returned

@@ -1,4 +1,4 @@
-"""The state of a flock at one moment, through the environments' public access."""
+"""The current state of a flock from the public views of environments."""
 
 from __future__ import annotations
 

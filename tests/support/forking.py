@@ -27,7 +27,7 @@ SMALL = FlockScenario(num_agents=20, num_steps=8, initial_side=40.0)
 
 
 def forked_while(*busy: str, count: int) -> dict[str, float]:
-    """Return what came of forks while threads of the parent were busy."""
+    """Return the outcome of forks while threads of the parent were busy."""
     command = [sys.executable, __file__, str(count), *busy]
     ended = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
     found: dict[str, float] = json.loads(ended.stdout)
@@ -35,7 +35,7 @@ def forked_while(*busy: str, count: int) -> dict[str, float]:
 
 
 def played(num_threads: int) -> bytes:
-    """Return what a large flock, spread over threads, and a batch of small ones show."""
+    """Return the observations of a large flock, split over threads, and of a batch of small ones."""
     large = FlockEscapeEnv(LARGE, num_threads=num_threads, action_mode="range")
     shown = [large.reset(seed=4)[0]]
     shown += [large.step(np.array([10.0], np.float32))[0] for _ in range(3)]
@@ -46,7 +46,7 @@ def played(num_threads: int) -> bytes:
 
 
 def step_for_ever(stop: threading.Event) -> None:
-    """Keep the pool of two threads at work on one large flock."""
+    """Keep the pool of two threads busy with one large flock."""
     env = FlockEscapeEnv(LARGE, num_threads=2, action_mode="range")
     while not stop.is_set():
         env.reset(seed=1)
@@ -55,14 +55,14 @@ def step_for_ever(stop: threading.Event) -> None:
 
 
 def start_pools(stop: threading.Event) -> None:
-    """Start pools of many threads, each of which takes milliseconds."""
+    """Start pools of many threads; each takes milliseconds."""
     for num_threads in range(200, 212):
         if not stop.is_set():
             sweep(SMALL, [1.0], range(2), num_threads=num_threads)
 
 
 def sweep_for_ever(stop: threading.Event) -> None:
-    """Keep long calls, with their own worker threads, under way."""
+    """Keep long calls running, which have their own worker threads."""
     while not stop.is_set():
         sweep(SMALL, [1.0, 10.0], range(200), num_threads=2)
 
@@ -75,7 +75,7 @@ BUSY: dict[str, Callable[[threading.Event], None]] = {
 
 
 def run(busy: list[Callable[[threading.Event], None]], count: int) -> dict[str, float]:
-    """Fork this often while the threads are busy."""
+    """Fork ``count`` times while the threads are busy."""
     expected = played(2)
     stop = threading.Event()
     threads = [threading.Thread(target=work, args=(stop,)) for work in busy]
@@ -107,12 +107,12 @@ def run(busy: list[Callable[[threading.Event], None]], count: int) -> dict[str, 
 
 
 def check(expected: bytes, num_threads: int, forked: float, report: int) -> None:
-    """Play the same in a child, which reports its seconds and ends with status 1 if anything differs."""
+    """Play in a child, which reports its seconds and exits with status 1 if a result differs."""
     shown = played(num_threads)
     os.write(report, struct.pack("d", time.monotonic() - forked))
     os._exit(shown != expected)
 
 
 if __name__ == "__main__":
-    warnings.simplefilter("ignore", DeprecationWarning)  # Python 3.12 warns of what this is about
+    warnings.simplefilter("ignore", DeprecationWarning)  # Python 3.12 warns about forks with threads
     print(json.dumps(run([BUSY[name] for name in sys.argv[2:]], int(sys.argv[1]))))

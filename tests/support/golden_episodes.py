@@ -1,7 +1,7 @@
-"""Whole episodes as hashes: of the raw bytes of every observation, reward, end and info.
+"""Hashes of whole episodes: of the bytes of every observation, reward, end and info.
 
 ``python tests/support/golden_episodes.py > tests/golden/golden_episodes.json`` rewrites them after a change
-of results that is intended; an argument is the number of threads.
+of results that is intended; an optional argument sets the number of threads.
 """
 
 from __future__ import annotations
@@ -43,11 +43,11 @@ CHASED = {
 RANDOM = {**CHASED, **UNLIKE}
 
 Case = Callable[[int, int], Iterator[Any]]
-"""From the number of threads and a seed to everything that an environment returns."""
+"""A function of the number of threads and a seed that returns all results of an environment."""
 
 
 def ranges(t: int, count: int) -> np.ndarray:
-    """Return ranges in m without any pattern that matters, shape (count, 1); whole numbers, so exact."""
+    """Return varied ranges in m, shape (count, 1); integers, so exact."""
     return ((37 * t + 11 * np.arange(count)) % 61).astype(np.float32)[:, None]
 
 
@@ -149,7 +149,7 @@ def cases() -> dict[str, Case]:
 
 
 def feed(digest: Any, value: Any) -> None:
-    """Add a value of any kind that environments return: type, shape and every bit."""
+    """Add a returned value of any kind to the hash: type, shape and every bit."""
     match value:
         case dict():
             for key in sorted(value):

@@ -1,7 +1,7 @@
-"""States of one flock and one line as ``get_state`` returned them, and hashes of what follows.
+"""Snapshots of one flock and one line, and hashes of the steps that follow.
 
 ``python tests/support/golden_states.py > tests/golden/states.json`` rewrites them after an intended change of
-the layout of states, whose version then rises.
+the layout of snapshots, which also increases their version.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def followed(name: str, state: bytes) -> str:
 
 
 def written(name: str) -> bytes:
-    """Return the state after 2 steps."""
+    """Return the snapshot after 2 steps."""
     env = MAKERS[name]()
     env.reset(seed=7)
     for number in range(2):

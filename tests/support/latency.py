@@ -1,6 +1,6 @@
-"""Run by test_interrupt_latency.py: Ctrl-C in a call that takes long.
+"""Run by test_interrupt_latency.py: measures how fast Ctrl-C stops a long call.
 
-Prints a JSON list: seconds from signal to exception in several tries; null where the call was over before.
+Prints a JSON list of the seconds from signal to exception in several tries; null if the call ended before.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ def armed() -> None:
 
 
 def latency(call: Call, arms_itself: bool) -> float | None:
-    """Return the seconds that one answer took; ``None`` if the call was over before."""
+    """Return the seconds from signal to exception; ``None`` if the call ended before the signal."""
     at[0] = 0.0
     try:
         if not arms_itself:

@@ -1,4 +1,4 @@
-"""Learned predators in plain NumPy: the frame of docs/model.md, the law, and what they see."""
+"""Learned predators in plain NumPy: frame, law of motion and observation of docs/model.md."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from flockesc_env import FlockScenario, Learned
 
 
 def unit(vector: Floats) -> Floats:
-    """Return the direction of a vector; 0 if it has none."""
+    """Return the direction of a vector; 0 for the vector 0."""
     norm = np.linalg.norm(vector)
     return vector / norm if norm > 0 else vector
 
 
 def vectors(state: FlockState, index: int) -> dict[str, Floats]:
-    """Return all vectors that predator ``index`` sees, in m and m/s; 0 for what is not there."""
+    """Return all vectors that predator ``index`` sees, in m and m/s; 0 if an agent or predator is missing."""
     position, velocity = state.predator_positions[index], state.predator_velocities[index]
     nearest = np.argmin(np.linalg.norm(state.positions - position, axis=1))
     others = np.delete(state.predator_positions, index, axis=0) - position
@@ -31,7 +31,7 @@ def vectors(state: FlockState, index: int) -> dict[str, Floats]:
 
 
 def frame(state: FlockState, index: int) -> Floats:
-    """Return the rows ahead, left and, in space, up: ahead is the heading, left is toward the nearest."""
+    """Return the axes ahead, left(, up): ahead is the heading, left the side of the nearest agent."""
     ahead = unit(state.predator_velocities[index])
     if not ahead.any():
         ahead = unit(next(vector for vector in vectors(state, index).values() if vector.any()))
@@ -46,7 +46,7 @@ def frame(state: FlockState, index: int) -> Floats:
 
 
 def step(scenario: FlockScenario, state: FlockState, ranges: Floats, actions: Floats) -> FlockState:
-    """Advance one step; ``actions`` has a row per predator, all of whom are learned."""
+    """Advance one step; ``actions`` has a row per predator, and all predators are learned."""
     after = reference.flock_step(scenario, state, ranges)
     for index, (predator, action) in enumerate(zip(scenario.predators, actions, strict=True)):
         assert isinstance(predator, Learned)

@@ -1,4 +1,4 @@
-"""Creates and closes environments in a separate process and measures what they leave behind.
+"""Creates and closes environments in a separate process and measures the growth of its resources.
 
 The process prints a JSON object: for each adapter the growth of resident memory in KiB, of open files and of
 threads.
@@ -23,7 +23,7 @@ MEMORY = 1024
 
 
 def growth(names: Iterable[str], warm_up: int, count: int) -> dict[str, dict[str, int]]:
-    """Return what ``count`` environments of each kind leave after ``warm_up``, as the allocator grows."""
+    """Return the growth of resources by ``count`` environments of each adapter after ``warm_up`` others."""
     command = [sys.executable, __file__, str(warm_up), str(count), *names]
     ended = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
     found: dict[str, dict[str, int]] = json.loads(ended.stdout.splitlines()[-1])
@@ -31,7 +31,7 @@ def growth(names: Iterable[str], warm_up: int, count: int) -> dict[str, dict[str
 
 
 def left_behind(left: dict[str, dict[str, int]]) -> dict[str, dict[str, int]]:
-    """Return the adapters that left something behind."""
+    """Return the adapters that left memory, files or threads behind."""
     return {
         name: kept
         for name, kept in left.items()
@@ -40,7 +40,7 @@ def left_behind(left: dict[str, dict[str, int]]) -> dict[str, dict[str, int]]:
 
 
 def resources() -> dict[str, int]:
-    """Return what this process holds."""
+    """Return the memory, open files and threads of this process."""
     gc.collect()
     status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
     return {
@@ -51,7 +51,7 @@ def resources() -> dict[str, int]:
 
 
 def cycle(name: str, count: int) -> None:
-    """Create, play and close an environment this often."""
+    """Create, play and close an environment ``count`` times."""
     for seed in range(count):
         env = ADAPTERS[name].make()
         start(env, seed)
@@ -60,7 +60,7 @@ def cycle(name: str, count: int) -> None:
 
 
 def grown(name: str, warm_up: int, count: int) -> dict[str, int]:
-    """Return what environments of one kind leave behind in this process."""
+    """Return the growth of resources by environments of one adapter in this process."""
     cycle(name, warm_up)
     before = resources()
     cycle(name, count)

@@ -1,7 +1,7 @@
-"""Changes the package in a seeded sample of places, one at a time, and asks the tests whether they notice.
+"""Mutation testing: changes the package in a seeded sample of places, one at a time, and runs the tests.
 
 ``make mutants`` runs it on a copy of the tree, in an environment that has Cosmic Ray. Each line of its output
-is a change and the test that found it; look at the changes that no test found.
+is a change and the test that found it. Changes without a test need one.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ ROOMS = {
     "policies": "policies",
     "scenario": "scenario",
 }
-"""Tests that run first for a room of the package; all others follow until one fails."""
+"""Tests that run first for a layer of the package; all others follow until one fails."""
 
 
 def mutants(text: str) -> Iterator[str]:
-    """Yield a module's text with one change, for every change of every operator."""
+    """Yield the text of a module with one change, for every change of every operator."""
     for name in operator_names():
         occurrence = 0
         while OPERATORS.search(name) and (changed := mutate_code(text, get_operator(name)(), occurrence)):
@@ -44,7 +44,7 @@ def mutants(text: str) -> Iterator[str]:
 
 
 def sample(size: int, seed: int) -> Iterator[tuple[Path, str, str]]:
-    """Yield modules, each as often as it is drawn by its length, with their text and a mutant of it."""
+    """Yield modules, drawn in proportion to their length, with their text and a mutant of it."""
     rng = random.Random(seed)  # noqa: S311, a sample
     paths = sorted((ROOT / "flockesc_env").rglob("*.py"))
     for path in rng.choices(paths, [path.stat().st_size for path in paths], k=size):

@@ -1,4 +1,4 @@
-"""Good documents, and what becomes of them when they are corrupted."""
+"""Valid documents and random corruptions of them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from option_table import embedded
 from flockesc_env import PRESETS, FlockScenario, LineScenario
 
 Document = tuple[type[FlockScenario | LineScenario], str, str]
-"""Of which model it is, "json" or "toml", and its text."""
+"""The model, the format ("json" or "toml") and the text."""
 
 NUMBERS = (
     *("1e308", "-1e308", "-0", "-0.0", "0", "1e-320", "1e400", "-1", "0.5", "3", "7", "1e9", "100000000"),
@@ -91,7 +91,7 @@ _WORD = re.compile(r"[a-z_]{3,}")
 
 
 def good_documents() -> list[Document]:
-    """Return every preset, in the plane and in space, as JSON and as TOML, all parameters written out."""
+    """Return every preset with all parameters, for D = 2 and 3, as JSON and as TOML."""
     scenarios: list[FlockScenario | LineScenario] = [preset.scenario for preset in PRESETS.values()]
     space = [
         flock.replace(dimension=3, predators=tuple(embedded(predator, 3) for predator in flock.predators))
@@ -161,30 +161,30 @@ def swap_number(text: str, rng: random.Random) -> str:
 
 
 def change_digit(text: str, rng: random.Random) -> str:
-    """Make another number of one, often one that passes."""
+    """Change a digit of a number; the result is often valid."""
     return _replace(_DIGIT, text, rng, rng.choice(("0", "1", "2", "5", "9", "-1", "1e", "00", ".")))
 
 
 def exchange(text: str, rng: random.Random) -> str:
-    """Put one value of the document in place of another."""
+    """Replace one value of the document by another one of its values."""
     return _replace(_NUMBER, text, rng, rng.choice(_NUMBER.findall(text) or ["0"]))
 
 
 def swap_word(text: str, rng: random.Random) -> str:
-    """Put one word of the document in place of another: other names, other kinds, wrong nesting."""
+    """Replace one word of the document by another one: other names, other kinds, wrong nesting."""
     words = _WORD.findall(text) or ["mass"]
     return _replace(_WORD, text, rng, rng.choice(words))
 
 
 def repeat_line(text: str, rng: random.Random) -> str:
-    """Give a field twice."""
+    """Repeat a field."""
     parts = text.split("\n") if "\n" in text else re.split("(?<=,)", text)
     parts.insert(rng.randrange(len(parts) + 1), rng.choice(parts))
     return ("\n" if "\n" in text else "").join(parts)
 
 
 def nest(text: str, rng: random.Random) -> str:
-    """Put a value into lists or objects."""
+    """Nest a value in lists or objects."""
     depth = rng.choice((1, 2, 100, 300, 3000))
     left, right = rng.choice((("[", "]"), ('{"metric":', "}"), ("{a=", "}")))
     found = list(_NUMBER.finditer(text))
@@ -195,7 +195,7 @@ def nest(text: str, rng: random.Random) -> str:
 
 
 def reshape(text: str, rng: random.Random) -> str:
-    """Change a value somewhere in a tree, of a text that is JSON."""
+    """Change a value somewhere in a JSON document."""
     try:
         tree = json.loads(text)
     except (ValueError, RecursionError):

@@ -1,6 +1,7 @@
-"""The options that a user can choose: rows in which every three values of three options meet."""
+"""Covering arrays of options: every combination of two or three values occurs in a row."""
 
 import dataclasses
+from collections.abc import Iterable
 from typing import Any, get_args
 
 import numpy as np
@@ -11,7 +12,7 @@ from flockesc_env import FlockScenario
 from flockesc_env.episodes.options import ActionMode, IndividualReward, LineReward, Objective, TeamReward
 from flockesc_env.scenario.predators import Start
 
-# Taken from the schema, so that a new variant is tested without a change here.
+# Read from the schema, so that a new variant is tested without a change here.
 ACTION_MODES = get_args(ActionMode)
 OBJECTIVES = get_args(Objective)
 FLOCK_REWARDS = get_args(TeamReward)
@@ -22,7 +23,7 @@ STEPS_PER_ACTION = (1, 4, 7)
 DIMENSIONS = (2, 3)
 
 
-# Five agents of their own kind, whose motion is random and late.
+# Five different agents with noise and delay.
 UNLIKE: dict[str, Any] = {
     "mass": (0.1, 0.2, 0.3, 0.4, 0.5),
     "speed": (10.0, 8.0, 6.0, 4.0, 2.0),
@@ -34,12 +35,19 @@ UNLIKE: dict[str, Any] = {
 }
 
 
-def covering(**values: tuple[Any, ...]) -> list[dict[str, Any]]:
-    """Return rows of named values: each combination of three values of three names is in one of them.
+def covering(strength: int = 3, **values: Iterable[Any]) -> list[dict[str, Any]]:
+    """Return rows of named values that contain each combination of ``strength`` values of different names.
 
     No interaction in the code is deeper than three.
     """
-    return [{name: row[name] for name in values} for row in make(values, strength=3)]
+    choices = {name: tuple(each) for name, each in values.items()}
+    return [{name: row[name] for name in choices} for row in make(choices, strength=strength)]
+
+
+def every_pair(**values: Iterable[Any]) -> pytest.MarkDecorator:
+    """Return a mark that runs a test over arguments of which every two values of two names meet."""
+    rows = [tuple(row.values()) for row in covering(2, **values)]
+    return pytest.mark.parametrize(tuple(values), rows)
 
 
 def _values(rewards: tuple[str, ...]) -> dict[str, tuple[Any, ...]]:
@@ -62,18 +70,20 @@ def label(options: dict[str, Any]) -> str:
     return "-".join(str(value) for value in options.values())
 
 
-def every_option(values: dict[str, tuple[Any, ...]], **other: tuple[Any, ...]) -> pytest.MarkDecorator:
+def every_option(
+    values: dict[str, tuple[Any, ...]], strength: int = 3, **other: tuple[Any, ...]
+) -> pytest.MarkDecorator:
     """Return a mark that runs a test over ``options`` and one more argument."""
     (name,) = other
     cases = []
-    for row in covering(**values, **other):
+    for row in covering(strength, **values, **other):
         test_id = label(row)
         cases.append(pytest.param(row.pop(name), row, id=test_id))
     return pytest.mark.parametrize((name, "options"), cases)
 
 
 def small_flock(dimension: int = 2, **changes: Any) -> FlockScenario:
-    """Return a flock small enough to be stepped thousands of times, with the predator within reach."""
+    """Return a flock that is small enough for thousands of steps, with the predator in range."""
     fields = {"num_agents": 5, "num_steps": 10, "initial_side": 30.0, "dimension": dimension}
     if "predators" in changes:
         changes["predators"] = tuple(embedded(predator, dimension) for predator in changes["predators"])
@@ -81,7 +91,7 @@ def small_flock(dimension: int = 2, **changes: Any) -> FlockScenario:
 
 
 def embedded(predator: Any, dimension: int) -> Any:
-    """Return a predator that starts in the plane z = 0 of a world of some dimension."""
+    """Return a predator that starts in the plane z = 0 of a world with the given dimension."""
     if not isinstance(predator, Start):
         return predator
     vectors = {"position": predator.position, "velocity": predator.velocity}

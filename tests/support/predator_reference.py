@@ -1,4 +1,4 @@
-"""Step 5 of the flock in plain NumPy: how every strategy of docs/model.md sets the next velocity."""
+"""Step 5 of the flock model in plain NumPy: the strategies of docs/model.md that set the next velocity."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 
 @dataclass
 class Minds:
-    """What predators carry from step to step besides where they are."""
+    """State of predators that persists between steps, besides position and velocity."""
 
     draws: chacha.Stream
     steps: int = 0
@@ -35,7 +35,7 @@ class Minds:
 def steered(
     scenario: FlockScenario, r: Floats, v: Floats, places: Floats, velocities: Floats, minds: Minds
 ) -> Floats:
-    """Return the next velocities of the predators at ``places``; agents are at ``r`` and fly at ``v``."""
+    """Return the next velocities of the predators at ``places``; agents are at ``r`` with velocity ``v``."""
     dt, pack = scenario.time_step, scenario.predators
     minds.steps += 1
     centroid = r.mean(axis=0)
@@ -44,7 +44,7 @@ def steered(
     for k, predator in enumerate(pack):
         own, nearest = velocities[k], int(np.argmin(np.linalg.norm(r - places[k], axis=1)))
         match predator:
-            case ConstantVelocity() | Learned():  # the latter without an action
+            case ConstantVelocity() | Learned():  # no action: straight on
                 continue
             case Wandering():
                 new[k] = wandered(own, predator.angular_diffusion * dt, minds.draws)
@@ -76,7 +76,7 @@ def steered(
 
 
 def assignment(pack: tuple, r: Floats, places: Floats) -> dict[int, int]:
-    """Return the agent of each predator that shares out its target: all agents at once, no shortlist."""
+    """Return the agent assigned to each predator, by an assignment over all agents without a shortlist."""
     hunters = [k for k, p in enumerate(pack) if isinstance(p, PurePursuit) and p.target == "assigned"]
     distances = np.linalg.norm(places[hunters, None] - r[None], axis=-1)
     agents = {k: int(row.argmin()) for k, row in zip(hunters, distances, strict=True)}
@@ -85,7 +85,7 @@ def assignment(pack: tuple, r: Floats, places: Floats) -> dict[int, int]:
 
 
 def encirclement(pack: tuple, centroid: Floats, places: Floats) -> dict[int, float]:
-    """Return the angle of every encircling predator's station: evenly spaced, the nearest on average."""
+    """Return the angle of each encircling predator's station: evenly spaced, with the smallest turns."""
     ring = [k for k, p in enumerate(pack) if isinstance(p, Encircle)]
     bearings = {k: np.arctan2(*(places[k] - centroid)[1::-1]) for k in ring}
     order = sorted(ring, key=bearings.__getitem__)
@@ -95,7 +95,7 @@ def encirclement(pack: tuple, centroid: Floats, places: Floats) -> dict[int, flo
 
 
 def confused(predator: PurePursuit, r: Floats, place: Floats, dt: float, k: int, minds: Minds) -> int:
-    """Return the agent that a predator turns to that is drawn off its prey by others in sight."""
+    """Return the target of a predator that can be confused by other agents in sight."""
     distances = np.linalg.norm(r - place, axis=1)
     seen = np.flatnonzero(distances <= predator.sight)
     others = max(len(seen) - 1, 0)
@@ -105,7 +105,7 @@ def confused(predator: PurePursuit, r: Floats, place: Floats, dt: float, k: int,
 
 
 def wandered(velocity: Floats, diffused: float, draws: chacha.Stream) -> Floats:
-    """Turn ``velocity`` by a random angle with variance 2 ``diffused`` along every axis across it."""
+    """Turn ``velocity`` by random angles with variance 2 ``diffused`` along each perpendicular axis."""
     drawn = np.array([draws.normal() for _ in velocity])
     speed = np.linalg.norm(velocity)
     across = drawn - velocity * (velocity @ drawn) / speed**2
@@ -115,7 +115,7 @@ def wandered(velocity: Floats, diffused: float, draws: chacha.Stream) -> Floats:
 
 
 def turned(velocity: Floats, sight: Floats, limit: float) -> Floats:
-    """Turn ``velocity`` toward ``sight`` by at most ``limit`` rad, along the great circle between them."""
+    """Turn ``velocity`` toward ``sight`` by at most ``limit`` rad, along their great circle."""
     speed, distance = np.linalg.norm(velocity), np.linalg.norm(sight)
     if speed == 0 or distance == 0:
         return velocity
@@ -128,7 +128,7 @@ def turned(velocity: Floats, sight: Floats, limit: float) -> Floats:
 
 
 def most_isolated(positions: Floats) -> int:
-    """Return the first of the agents whose nearest other agent is farthest."""
+    """Return the first agent whose nearest other agent is farthest."""
     distances = np.linalg.norm(positions[:, None] - positions[None, :], axis=-1)
     np.fill_diagonal(distances, np.inf)
     return int(distances.min(axis=1).argmax())
@@ -151,5 +151,5 @@ def navigated(velocity: Floats, rate: Floats, gain: float, limit: float) -> Floa
 
 
 def in_space(vector: Floats) -> Floats:
-    """Return a vector of the plane or of space with three coordinates."""
+    """Return a vector with D = 2 or 3 as one with three coordinates."""
     return np.append(vector, np.zeros(3 - len(vector)))

@@ -1,4 +1,4 @@
-"""The models of docs/model.md in plain NumPy: all pairs, one line per equation, no thought for speed."""
+"""Reference implementation of docs/model.md in plain NumPy: all pairs, one line per equation, slow."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 
 @dataclass
 class FlockState:
-    """Everything that moves: rows are agents or predators."""
+    """Positions and velocities; rows are agents or predators."""
 
     positions: Floats
     velocities: Floats
@@ -25,13 +25,13 @@ class FlockState:
     predator_velocities: Floats
     minds: predator_reference.Minds
     names: NDArray[np.int64] | None = None
-    """Indices at t = 0 of the agents that are left; ``None``: all are."""
+    """Initial indices of the surviving agents; ``None``: all."""
     heard: list[Floats] = field(default_factory=list)
-    """Forces of neighbors in all steps so far."""
+    """Neighbors' forces of all steps so far."""
 
 
 def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats, seed: int = 0) -> FlockState:
-    """Return the state at t = 0; predators given in the plane get z = 0, and draw under ``seed``."""
+    """Return the state at t = 0; predators with two coordinates get z = 0; ``seed`` seeds their draws."""
 
     def rows(vectors: list[tuple[float, ...]]) -> Floats:
         padded = [[*vector, *[0.0] * (scenario.dimension - len(vector))] for vector in vectors]
@@ -47,7 +47,7 @@ def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats, 
 
 
 def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> FlockState:
-    """Advance one step; ``ranges`` has one entry per agent that is left."""
+    """Advance one step; ``ranges`` has one entry per surviving agent."""
     r, v = state.positions, state.velocities
     names = np.arange(len(r)) if state.names is None else state.names
     mass, speed, alignment, repulsion = (
@@ -89,7 +89,7 @@ def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> Fl
 
 
 def flocking_force(law: Reynolds, own: Floats, neighbors: Floats) -> Floats:
-    """Return cohesion and separation of an agent at ``own`` over v0; it may be among its ``neighbors``."""
+    """Return cohesion and separation over v0 of an agent at ``own``; ``neighbors`` may include it."""
     distances = np.linalg.norm(own - neighbors, axis=1)
     close = (distances > 0) & (distances <= law.separation_range)
     center = neighbors.mean(axis=0) - own if (distances > 0).any() else np.zeros_like(own)
@@ -98,17 +98,17 @@ def flocking_force(law: Reynolds, own: Floats, neighbors: Floats) -> Floats:
 
 
 def unit(vector: Floats) -> Floats:
-    """Return the direction of a vector; 0 for 0."""
+    """Return the direction of a vector; 0 for the vector 0."""
     return vector / np.linalg.norm(vector) if vector.any() else vector
 
 
 def per_agent(scenario: FlockScenario, name: str) -> Floats:
-    """Return a parameter of every agent, shape (n,)."""
+    """Return a parameter as one entry per agent, shape (n,)."""
     return np.broadcast_to(np.array(getattr(scenario, name), dtype=float), scenario.num_agents)
 
 
 def directed_graph(positions: Floats, ranges: Floats) -> NDArray[np.bool]:
-    """Return whether agent i (row) listens to agent j (column)."""
+    """Return whether agent i (row) hears agent j (column)."""
     distances = np.linalg.norm(positions[:, None] - positions[None, :], axis=-1)
     return distances <= ranges[:, None]
 
@@ -127,7 +127,7 @@ def predator_distances(positions: Floats, predators: Floats) -> Floats:
 
 
 def polarization(velocities: Floats) -> float:
-    """Return the norm of the mean heading; an agent at rest has none."""
+    """Return the norm of the mean heading; an agent at rest counts as 0."""
     speeds = np.linalg.norm(velocities, axis=1, keepdims=True)
     headings = np.divide(velocities, speeds, out=np.zeros_like(velocities), where=speeds > 0)
     return float(np.linalg.norm(headings.mean(axis=0)))
@@ -144,16 +144,16 @@ def line_step(scenario: LineScenario, states: Floats, rho: float) -> Floats:
 
 
 def escape_force(scenario: LineScenario, offset: Floats) -> Floats:
-    """Return what the predator adds to agents at ``offset`` = x_i - x_p within its range."""
+    """Return the escape force on agents at ``offset`` = x_i - x_p within the predator's range."""
     s, away = scenario.repulsion_strength, np.sign(offset)
     if scenario.escape_force == "constant":
         return s * away
     if scenario.escape_force == "linear":
-        # At x_i = x_p the sign is 0, and so is the rest.
+        # At x_i = x_p all terms are 0.
         return s * (-offset + scenario.predator_range * away)
     return -offset + s * scenario.predator_range * away
 
 
 def line_components(states: Floats, rho: float) -> int:
-    """Count the groups of a line whose gaps exceed ``rho``."""
+    """Return the number of components of a line: 1 plus the number of gaps above ``rho``."""
     return 1 + int((np.diff(np.sort(states)) > rho).sum())

@@ -1,4 +1,4 @@
-"""A training run in a process of its own, which may be killed; imported by the server that forks it."""
+"""A training run in a separate process, which may be killed; imported by the server that forks it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from training.train import train
 
 
 def run(args: Args, weights: Path) -> None:
-    """Train, then write all parameters of the networks and of their optimizers."""
+    """Train, then write all parameters of the networks and optimizers."""
     torch.set_num_threads(1)
     if isinstance(args, SearchArgs):
         train(args)

@@ -1,4 +1,4 @@
-"""A flock that goes on in a child process, which imports no more than this."""
+"""Restores a flock in a child process, which imports only this module."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ def make() -> FlockEscapeEnv:
 
 
 def steps(env: FlockEscapeEnv) -> list[Any]:
-    """Return what 8 steps give, to the end of the episode and beyond a reset."""
+    """Return the results of 8 steps, across the end of the episode and a reset."""
     return [
         env.reset() if number == 5 else env.step(np.array([0.1 * number], np.float32)) for number in range(8)
     ]
 
 
 def go_on(state: bytes, sender: Any) -> None:
-    """Restore a state and send what follows."""
+    """Restore a snapshot and send the results of the next steps."""
     env = make()
     env.set_state(state)
     sender.send(steps(env))

@@ -1,4 +1,4 @@
-"""Whether two outcomes are the same, to the bit."""
+"""Comparison of two outcomes bit for bit."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def same(first: Any, second: Any, *, after: Callable[[Any], Any] = lambda outcom
 
 
 def plain(value: Any) -> Any:
-    """Return a value that is equal to another one's if all bits are."""
+    """Convert a value so that conversions are equal if and only if all bits are."""
     if isinstance(value, np.ndarray):
         if value.dtype == object:
             return [plain(entry) for entry in value]

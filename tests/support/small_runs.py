@@ -1,4 +1,4 @@
-"""Training runs of seconds: a small flock, few episodes, every learner."""
+"""Training runs that take seconds: a small flock, few episodes, every learner."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LEARNERS = ("per-agent PPO", "shared PPO", "TQC", "search")
 
 
 def small_run(folder: Path, learner: str = "per-agent PPO", **changes: Any) -> Args:
-    """Return the arguments of a small run; the scenario's file is written beside its folder."""
+    """Return the arguments of a small run, and write its scenario file beside its folder."""
     scenario = folder.parent / "small.toml"
     scenario.write_text(SMALL.to_toml())
     common: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""What a careless caller does to what it was given, or gave."""
+"""In-place changes by a careless caller to arguments and results."""
 
 import dataclasses
 from typing import Any
@@ -8,7 +8,7 @@ import numpy as np
 
 
 def spoil(value: Any) -> Any:
-    """Change everything that can be changed in a value, in place, and return it."""
+    """Change all mutable parts of a value in place, and return it."""
     if isinstance(value, np.ndarray):
         if value.flags.writeable:
             value[...] = np.array(77).astype(value.dtype)

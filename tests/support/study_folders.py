@@ -1,4 +1,4 @@
-"""Made-up results of studies, in the files that a study leaves."""
+"""Synthetic results of studies, in the files that a study writes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def write_study(
     transfer: Iterable[tuple[str, str, np.ndarray]] = (),
     **fields: Any,
 ) -> Path:
-    """Write one folder: baselines are of shape (flocks,), learners of shape (training seeds, flocks)."""
+    """Write one folder; baselines have shape (flocks,), learners (training seeds, flocks)."""
     folder = results / setting
     folder.mkdir(parents=True)
     flocks = HELD_OUT[: len(baselines["best fixed range"])]
@@ -89,7 +89,7 @@ def _runs(runs: list[tuple[str, int]]) -> pl.DataFrame:
 
 
 def _curves(learners: Mapping[str, np.ndarray]) -> pl.DataFrame:
-    """Rise to where the learner ends up on the held-out flocks."""
+    """Return learning curves that rise to the learner's value on the held-out flocks."""
     rows = [
         (name, seed, episodes, episodes / 10, values.mean() * (1 - 0.5 * 64 / episodes))
         for name, runs in learners.items()

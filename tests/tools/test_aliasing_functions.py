@@ -1,4 +1,4 @@
-"""What callers do to what functions gave, or were given, changes nothing inside; scenarios are values."""
+"""Aliasing: changing arguments and results of functions changes nothing inside; scenarios are values."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_functions(name: str) -> None:
 
 
 def plain(value: Any) -> Any:
-    """Return a result as what ``assert_equal`` compares: dataclasses as dicts, policies by their type."""
+    """Convert a result for ``assert_equal``: dataclasses to dicts, policies to their type."""
     if dataclasses.is_dataclass(value):
         return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
     return type(value) if hasattr(value, "act") else value
@@ -131,7 +131,7 @@ GIVEN: dict[str, tuple[Callable[[Any], Any], Any, Callable[[Any], Any]]] = {
 
 
 @pytest.mark.parametrize("name", GIVEN)
-def test_what_was_given_is_copied(name: str) -> None:
+def test_arguments_are_copied(name: str) -> None:
     make, value, show = GIVEN[name]
     made = make(value := copy.deepcopy(value))
     before = show(made)
@@ -142,7 +142,7 @@ def test_what_was_given_is_copied(name: str) -> None:
 
 @pytest.mark.parametrize("value", [SCENARIO, LEARNED, LINE, EnvOptions(range_grid=[1.0])], ids=repr)
 def test_scenarios_and_options_are_values(value: Any) -> None:
-    hash(value)  # of numbers, texts and tuples alone
+    hash(value)  # only numbers, texts and tuples
     with pytest.raises(dataclasses.FrozenInstanceError):
         setattr(value, dataclasses.fields(value)[0].name, 1)
 

@@ -1,4 +1,4 @@
-"""The command line gives the library's results, and its files replay."""
+"""The command line gives the same results as the library, and its files replay."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from flockesc_env.models.records import load_run, save_run
 from flockesc_env.policies.registry import built_in
 
 
-def test_a_simulation_is_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_a_simulation_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     flags = ["--interaction-range", 10, "--seed", 7, *SMALL_FLAGS]
     ran = Ran(capsys, "simulate", *flags, "--json", "--output", path)
@@ -61,7 +61,7 @@ def test_a_policy_in_a_file_is_simulated(capsys: pytest.CaptureFixture[str], tmp
     assert Ran(capsys, "replay", path).code == Exit.DONE
 
 
-def test_policies_that_steer_no_flock_are_named(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_policies_not_for_flocks_are_named(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     line = policy_file(tmp_path / "line.npz", LineScenario(num_agents=9))
     for spec, field in ((line, "policy"), (tmp_path / "lost.npz", "policy"), ("nobody", "policy")):
         ran = Ran(capsys, "simulate", "--policy", spec, *SMALL_FLAGS)
@@ -95,7 +95,7 @@ def test_a_line_is_simulated(capsys: pytest.CaptureFixture[str]) -> None:
     assert document["converged"] is run.converged
 
 
-def test_a_seed_that_is_not_given_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_drawn_seed_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     documents = [
         Ran(capsys, "simulate", "--interaction-range", 3, *SMALL_FLAGS, "--json").json() for _ in range(2)
     ]
@@ -206,7 +206,7 @@ def test_a_scenario_comes_from_a_file_and_is_changed(
     assert FlockScenario.from_json(json.dumps(ran.json()["scenario"])) == scenario
 
 
-def test_a_file_with_a_lines_field_is_a_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_a_file_with_a_field_of_lines_is_a_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     scenario = LineScenario(num_agents=5, max_steps=7)
     for name, text in (
         ("a.toml", "num_agents = 5\nmax_steps = 7"),
@@ -221,7 +221,7 @@ def test_a_file_with_a_lines_field_is_a_line(capsys: pytest.CaptureFixture[str],
         assert LineScenario.from_json(json.dumps(document["scenario"])) == scenario
 
 
-def test_a_sweep_is_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     result = sweep(SMALL, [0, 5.5, 100], range(3, 40))
     path = tmp_path / "sweep.parquet"
     ran = Ran(capsys, *sweep_flags("--json", "--output", path, "--objective", "minimum"))
@@ -293,7 +293,7 @@ def test_a_sweep_of_a_line_and_of_one_without_a_predator(capsys: pytest.CaptureF
     assert (alone["best_range"], alone["ranges"][0]["mean"]) == (None, None)
 
 
-def test_replay_tells_whether_runs_match(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_replay_prints_whether_runs_match(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     run = simulate(SMALL, 10.0, seed=7)
     same, other, broken = tmp_path / "same.npz", tmp_path / "other.npz", tmp_path / "broken.npz"
     save_run(run, same)

@@ -1,4 +1,4 @@
-"""Help explains every flag, on one screen."""
+"""``--help`` explains every flag on one screen."""
 
 from __future__ import annotations
 

@@ -22,9 +22,11 @@ from flockesc_env import (
 from flockesc_env.cli.exits import Exit
 from flockesc_env.models.records import save_run
 
+SWEEP = ["sweep", "--seeds", "0:2", *SMALL_FLAGS]
+
 
 def test_a_process_ends_with_the_code_of_its_command() -> None:
-    ran = run_process("sweep", "--seeds", "0:2", *SMALL_FLAGS, "--json", capture_output=True)
+    ran = run_process(*SWEEP, "--json", capture_output=True)
     assert (ran.returncode, ran.stderr) == (Exit.DONE, "")
     assert len(json.loads(ran.stdout)["ranges"]) == 21
     ran = run_process("simulate", "--interaction-range", "-1", capture_output=True)
@@ -33,7 +35,7 @@ def test_a_process_ends_with_the_code_of_its_command() -> None:
 
 
 def test_progress_is_shown_on_request() -> None:
-    ran = run_process("sweep", "--seeds", "0:2", *SMALL_FLAGS, "--json", "--progress", capture_output=True)
+    ran = run_process(*SWEEP, "--json", "--progress", capture_output=True)
     assert "42/42" in ran.stderr
     json.loads(ran.stdout)
 
@@ -114,28 +116,30 @@ def test_ctrl_c_during_the_intervals_keeps_the_table(
     assert [(row["mean"], row["low"]) for row in ran.json()["ranges"]] == [(mean, None) for mean in means]
 
 
-@pytest.mark.parametrize("argv", [["--help"], ["sweep", "--help"], ["sweep", "--seeds", "0:2", *SMALL_FLAGS]])
+@pytest.mark.parametrize("argv", [["--help"], SWEEP])
 def test_a_reader_that_goes_away(argv: list[str]) -> None:
-    reading, atomic_write = os.pipe()
+    reading, writing = os.pipe()
     os.close(reading)
     try:
-        ran = run_process(*argv, stdout=atomic_write, stderr=subprocess.PIPE)
+        ran = run_process(*argv, stdout=writing, stderr=subprocess.PIPE)
     finally:
-        os.close(atomic_write)
+        os.close(writing)
     assert (ran.returncode, ran.stderr) == (Exit.UNREAD, "")
 
 
 def test_a_full_disk() -> None:
     with Path("/dev/full").open("w") as full:
-        ran = run_process("sweep", "--seeds", "0:2", *SMALL_FLAGS, stdout=full, stderr=subprocess.PIPE)
+        ran = run_process(*SWEEP, stdout=full, stderr=subprocess.PIPE)
     assert (ran.returncode, ran.stderr) == (
         Exit.REFUSED,
         "flockesc: error: output: No space left on device\n",
     )
 
 
-@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
-@pytest.mark.parametrize("argv", [["--help"], ["sweep", "--seeds", "0:2", *SMALL_FLAGS]])
+@pytest.mark.parametrize(
+    ("argv", "closed"),
+    [(SWEEP, "<&-"), (SWEEP, ">&-"), (SWEEP, "2>&-"), (SWEEP, "<&- >&- 2>&-"), (["--help"], "<&- >&- 2>&-")],
+)
 def test_closed_streams(argv: list[str], closed: str) -> None:
     command = ["sh", "-c", f'"$@" {closed}', "sh", *FLOCKESC, *argv]
     ran = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)  # noqa: S603

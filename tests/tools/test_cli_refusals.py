@@ -1,4 +1,4 @@
-"""The command line names what it refuses, before anything is written."""
+"""The command line names bad input before it writes anything."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ BAD = {
         _set("predators.first=1"),
         "predators.first: expected an index below 1, got 'first'",
     ),
-    "path": (_set("num_agents.0=1"), "num_agents.0: expected a path that ends before, got '0'"),
+    "path": (_set("num_agents.0=1"), "num_agents.0: expected the path of a field, got '0' inside"),
     "unknown field": (_set("num_agent=1"), "got 'num_agent' (did you mean num_agents?)"),
     "no value": (_set("num_agents"), "set: expected PATH=VALUE, got 'num_agents'"),
     "type": (_set("num_agents=many"), "num_agents: expected an integer, got 'many'"),
@@ -53,7 +53,7 @@ BAD = {
         ["simulate", "--interaction-range", "1", "--output", "run.txt"],
         "output: expected a file that ends",
     ),
-    "folder": (["sweep", "--output", "nowhere/run.csv"], "output: expected a file in a folder that exists"),
+    "folder": (["sweep", "--output", "nowhere/run.csv"], "output: expected a file in an existing folder"),
     "file": (["simulate", "--interaction-range", "1", "--scenario", "none.toml"], "none.toml: No such file"),
     "seeds": (["sweep", "--seeds", "4:4"], "seeds: expected START:STOP with START below STOP, got 4:4"),
     "many seeds": (["sweep", "--seeds", f"0:{10**40}"], "seeds: expected START:STOP"),
@@ -65,23 +65,23 @@ BAD = {
     "ranges": (["sweep", "--interaction-ranges", "1", "-2"], "interaction_ranges[1]: expected"),
     "two grids": (
         ["sweep", "--interaction-ranges", "1", "--grid-size", "3"],
-        "interaction_ranges: expected either these or a grid, got these and a grid",
+        "interaction_ranges: expected either ranges or a grid (max_range, grid_size), got both",
     ),
-    "grid": (["sweep", "--grid-size", "0"], "grid_size: expected an integer of at least 1"),
+    "grid": (["sweep", "--grid-size", "0"], "grid_size: expected an integer from 1"),
     "largest": (["sweep", "--max-range", "-1"], "max_range: expected a number of at least 0, got -1"),
     "objective": (["sweep", "--objective", "escape_distance"], "objective: expected one of mean, minimum"),
-    "threads": (["sweep", "--num-threads", "0"], "num_threads: expected an integer of at least 1"),
+    "threads": (["sweep", "--num-threads", "0"], "num_threads: expected an integer from 1"),
     "files": (["replay"], "files: expected at least one file, got none"),
     "flag": (["simulate", "--interaction-range", "1", "--num-agents", "4"], "--num-agents"),
-    "missing": (["simulate"], "interaction_range: expected one of interaction_range and policy, got none"),
+    "missing": (["simulate"], "interaction_range: expected either interaction_range or policy, got neither"),
     "two rules": (
         ["simulate", "--interaction-range", "1", "--policy", "random"],
-        "interaction_range: expected one of interaction_range and policy, got both",
+        "interaction_range: expected either interaction_range or policy, got both",
     ),
     "policy": (["simulate", "--policy", "fixed:far"], "policy: expected one of fixed:RHO"),
     "policy of a line": (
         ["simulate", "--scenario", "paper-line", "--policy", "random"],
-        "policy: expected none for a line, got 'random'",
+        "policy: expected None for a line, got 'random'",
     ),
     "no preset": (
         ["simulate", "--interaction-range", "1", "--scenario", "escape"],
@@ -133,11 +133,11 @@ def test_a_missing_extra_is_named(
     monkeypatch.setattr("flockesc_env.common.extras.find_spec", lambda _: None)
     ran = Ran(capsys, *sweep_flags("--output", tmp_path / "sweep.parquet"))
     assert ran.code == Exit.REFUSED
-    assert 'error: polars is not installed, run `pip install "flockesc-env[analysis]"`' in ran.err
+    assert 'error: polars is not installed; run `pip install "flockesc-env[analysis]"`' in ran.err
     ran = Ran(capsys, "watch", *SMALL_FLAGS, "--output", tmp_path / "flock.mp4")
     assert (ran.code, list(tmp_path.iterdir())) == (Exit.REFUSED, [])
-    assert 'error: pygame is not installed, run `pip install "flockesc-env[video]"`' in ran.err
+    assert 'error: pygame is not installed; run `pip install "flockesc-env[video]"`' in ran.err
     ran = Ran(capsys, *sweep_flags("--json"))
     assert ran.code == Exit.DONE
     assert ran.json()["ranges"][0]["low"] is None
-    assert "no intervals: scipy is not installed, run `pip install" in ran.err
+    assert "intervals are omitted: scipy is not installed; run `pip install" in ran.err

@@ -1,4 +1,4 @@
-"""``flockesc watch`` gives what the library gives."""
+"""``flockesc watch`` gives the same pages and videos as the library."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_a_page_of_policies_in_files(capsys: pytest.CaptureFixture[str], tmp_pat
 def test_a_served_page_shows_policies_in_files_as_recordings(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The server runs built-in policies alone: it reads no file that an address names."""
+    """The server runs only built-in policies; it reads no file named in an address."""
     spec, pages = str(policy_file(tmp_path / "mine.npz")), []
 
     def visit(server: _Server) -> None:
@@ -69,7 +69,7 @@ def test_a_served_page_shows_policies_in_files_as_recordings(
         "seed": "7",
         "policies": NAMES,
         "maxRange": 100.0,
-        "panels": ["fixed:10", None],  # what is none of the built-in policies is offered as recorded
+        "panels": ["fixed:10", None],  # policies that are not built in are offered as recordings
     }
     assert pages == [render([(name, entry.record(7, SMALL)) for name, entry in recorded], live)]
 
@@ -92,7 +92,7 @@ def test_a_video(suffix: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
     assert (ran.code, ran.out) == (Exit.DONE, "")
     count, seconds = imageio_ffmpeg.count_frames_and_secs(path)
     assert count == SMALL.num_steps + 1
-    assert seconds == pytest.approx(count * SMALL.time_step, abs=0.06)  # GIFs count hundredths
+    assert seconds == pytest.approx(count * SMALL.time_step, abs=0.06)  # GIFs store times in units of 0.01 s
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_a_video(suffix: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
         (["--policies", "line.npz"], "line.npz"),
     ],
 )
-def test_what_cannot_be_watched_is_named(
+def test_bad_input_of_watch_is_named(
     flags: list[str],
     field: str,
     capsys: pytest.CaptureFixture[str],
@@ -127,7 +127,7 @@ def test_what_cannot_be_watched_is_named(
 
 
 def test_a_served_page_answers_until_ctrl_c() -> None:
-    # A background job inherits no handler for Ctrl-C.
+    # A background job ignores Ctrl-C unless it sets a handler.
     script = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)

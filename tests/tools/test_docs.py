@@ -1,12 +1,20 @@
-"""The documents name files, folders, functions and modules that exist."""
+"""Files, folders, headings, modules, functions and tests that the documentation names exist."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
+from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
+from typing import get_args
 
 import pytest
+
+from flockesc_env import PRESETS, EnvOptions, FlockScenario
+from flockesc_env.episodes.options import IndividualReward, TeamReward
+from flockesc_env.policies import NAMES
+from flockesc_env.scenario.predators import Predator
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -28,17 +36,32 @@ FILES = [path.relative_to(ROOT).as_posix() for path in ROOT.iterdir()]
 FILES += [path.relative_to(ROOT).as_posix() for source in SOURCES for path in (ROOT / source).rglob("*")]
 ENDINGS = {"/".join(parts[at:]) for parts in (name.split("/") for name in FILES) for at in range(len(parts))}
 
+TESTS = {
+    name
+    for folder in ("tests", "compat")
+    for path in (ROOT / folder).rglob("test_*.py")
+    for name in (path.name, *re.findall(r"^ *def (test_\w+)", path.read_text("utf-8"), re.MULTILINE))
+}
+
 CODE_ROW = re.compile(r"\| (?P<what>[^|]+) \| (?P<code>[^|]*\]\(\.\./[^|]*) \| (?P<function>[^|]*) \|")
 
 
 def prose(page: Path) -> str:
-    """Return the text of a page without its blocks of code."""
+    """Return the text of a page without its code blocks."""
     return re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.DOTALL)
 
 
+def anchors(page: Path) -> set[str]:
+    """Return the anchors that GitHub makes of the headings of a page, and those written as HTML."""
+    text = prose(page)
+    headings = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
+    names = {re.sub(r"[^\w -]", "", heading).strip().lower().replace(" ", "-") for heading in headings}
+    return names | set(re.findall(r'(?:id|name)="([^"]+)"', text))
+
+
 def is_path(code: str) -> bool:
-    """Whether code in backquotes names a file or a folder of the repository."""
-    if not re.fullmatch(r"[\w./-]+", code) or code.startswith("runs/"):  # what commands write
+    """Return whether code in backquotes names a file or a folder of the repository."""
+    if not re.fullmatch(r"[\w./-]+", code) or code.startswith("runs/"):  # output of commands
         return False
     return bool(SUFFIX.search(code)) or code.endswith("/") or code.split("/")[0] in SOURCES
 
@@ -50,10 +73,24 @@ def test_files_that_a_page_names_exist(page: Path) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_links_within_the_repository_lead_somewhere(page: Path) -> None:
+def test_links_within_the_repository_lead_to_files(page: Path) -> None:
     links = re.findall(r"\]\(([^)#\s]+)", prose(page))
     inside = [link for link in links if not re.match(r"https?:|mailto:", link)]
     assert [link for link in inside if not (page.parent / link).exists()] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_to_headings_lead_to_headings(page: Path) -> None:
+    links = re.findall(r"\]\(([\w./-]*\.md)?#([^)\s]+)\)", prose(page))
+    assert [
+        anchor for name, anchor in links if anchor not in anchors(page.parent / name if name else page)
+    ] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_tests_that_a_page_names_exist(page: Path) -> None:
+    named = set(re.findall(r"\btest_\w+(?:\.py)?\b", prose(page)))
+    assert sorted(named - TESTS) == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -70,7 +107,7 @@ def test_modules_that_a_page_names_exist(page: Path) -> None:
             found = getattr(found, part)
 
 
-def test_every_row_of_the_code_table_leads_to_its_code() -> None:
+def test_every_row_of_the_code_table_names_existing_code() -> None:
     page = ROOT / "docs" / "model.md"
     table = page.read_text("utf-8").split("\n## Code\n")[1].split("\n## ")[0]
     rows = list(CODE_ROW.finditer(table))
@@ -88,6 +125,26 @@ def test_every_row_of_the_code_table_leads_to_its_code() -> None:
     "wanted",
     ["Eq. 11", "escape force", "rewards: `running_minimum`", "observation of an agent", "autoreset rule"],
 )
-def test_a_stranger_finds_it_in_the_code_table(wanted: str) -> None:
+def test_the_code_table_has_a_row_for(wanted: str) -> None:
     text = (ROOT / "docs" / "model.md").read_text("utf-8")
     assert any(wanted in row["what"] for row in CODE_ROW.finditer(text))
+
+
+@pytest.mark.parametrize(
+    ("page", "names"),
+    [
+        ("worlds", PRESETS),
+        ("worlds", [field.name for field in fields(FlockScenario)]),
+        ("worlds", [predator.__name__ for predator in get_args(Predator)]),
+        ("environments", [field.name for field in fields(EnvOptions)]),
+        (
+            "environments",
+            [f'"{reward}"' for kind in (TeamReward, IndividualReward) for reward in get_args(kind)],
+        ),
+        ("policies", NAMES),
+    ],
+    ids=["presets", "fields", "predators", "options", "rewards", "policies"],
+)
+def test_a_users_page_names_all_that_there_is(page: str, names: Iterable[str]) -> None:
+    text = (ROOT / "docs" / f"{page}.md").read_text("utf-8")
+    assert [name for name in names if f"`{name}" not in text and f"{name}`" not in text] == []

@@ -1,13 +1,24 @@
-"""Every Python snippet of the README and of the model's page runs as it stands."""
+"""The README and the pages: snippets run, and figures are those of committed results."""
 
+from __future__ import annotations
+
+import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
+from textwrap import dedent
 
 import pytest
 
 ROOT = Path(__file__).parents[2]
-TEXT = "\n".join((ROOT / name).read_text() for name in ("README.md", "docs/model.md"))
-SNIPPETS = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
+README = (ROOT / "README.md").read_text("utf-8")
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+FENCED = re.compile(r"^( *)```python\n(.*?)^\1```", flags=re.DOTALL | re.MULTILINE)
+SNIPPETS = [
+    pytest.param(dedent(code), id=f"{page.stem}-{number}")
+    for page in PAGES
+    for number, (_, code) in enumerate(FENCED.findall(page.read_text("utf-8")))
+]
 INTERFACES = (
     "simulate(",
     "sweep(",
@@ -21,11 +32,76 @@ INTERFACES = (
 
 
 def test_there_is_a_snippet_for_every_interface() -> None:
-    text = "\n".join(SNIPPETS)
+    text = "\n".join(str(snippet.values[0]) for snippet in SNIPPETS)
     for name in INTERFACES:
         assert name in text
 
 
-@pytest.mark.parametrize("snippet", SNIPPETS, ids=lambda text: text.split("\n", 1)[0])
-def test_snippet_runs(snippet: str) -> None:
+@pytest.mark.parametrize("snippet", SNIPPETS)
+def test_snippet_runs(snippet: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)  # where commands of the pages run, too
     exec(compile(snippet, "snippet", "exec"), {})  # noqa: S102, our own text
+
+
+def test_the_readme_is_short() -> None:
+    assert len(README.splitlines()) <= 200
+
+
+def test_the_first_screen_states_a_row_of_the_table_of_results() -> None:
+    (row,) = re.findall(r"^\| per-agent-visible \|.*$", README, flags=re.MULTILINE)
+    fixed, learned, gain = (cell.strip() for cell in row.split("|")[2:5])
+    short = [f"{float(number):.1f}" for number in re.findall(r"\d+\.\d+", gain)]
+    headline = README.split("```", 1)[0]
+    assert "{} m [{}, {}]".format(*short) in headline
+    for cell in (fixed, learned):
+        assert f"{float(cell.split()[0]):.1f} m" in headline
+
+
+def test_the_readme_counts_the_presets_with_an_interior_best_range() -> None:
+    page = (ROOT / "docs" / "robustness.md").read_text("utf-8")
+    rows = re.findall(r"^\|.*\|$", page.split("## J_mean")[1].split("\n## ")[0], flags=re.MULTILINE)[2:]
+    interior = sum(row.endswith("| interior |") for row in rows)
+    assert f"in {interior} of {len(rows)} presets" in README
+
+
+def figures(page: Path, head: str) -> Iterator[tuple[str, list[float]]]:
+    """Yield the first cell and the numbers in the other cells of each row below a table's head."""
+    table = page.read_text("utf-8").split(f"{head}\n", 1)[1].split("\n\n")[0]
+    for row in table.splitlines()[1:]:
+        name, *cells = (cell.strip() for cell in row.replace("*", "").strip("|").split("|"))
+        yield name, [float(cell.split()[0].replace(",", "")) for cell in cells]
+
+
+def microseconds(section: str) -> dict[tuple[str, float], float]:
+    """Return the committed time per step of one flock by contender and range (0 where there is none)."""
+    records = json.loads((ROOT / "results" / "benchmarks" / "benchmarks.json").read_text())["records"]
+    return {
+        (record["contender"], record["case"].get("rho", 0)): 1e6
+        * record["median"]
+        / record["case"].get("flocks", 1)
+        for record in records
+        if record["section"] == section
+    }
+
+
+def is_rounded(shown: float, measured: float) -> bool:
+    return shown in {float(f"{measured:.{digits}g}") for digits in (2, 3, 4)}
+
+
+def test_the_speed_of_the_model_is_that_of_the_committed_run() -> None:
+    measured, ranges = microseconds("kernel"), [0, 5, 10, 20, 30, 100]
+    head = f"| range (m) | {' | '.join(map(str, ranges))} |"
+    shown = dict(figures(ROOT / "docs" / "performance.md", head))
+    assert len(shown) * len(ranges) == len(measured)
+    for name, cells in shown.items():
+        for rho, cell in zip(ranges, cells, strict=True):
+            assert is_rounded(cell, measured[name, rho]), (name, rho)
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/performance.md"])
+def test_the_speed_of_environments_is_that_of_the_committed_run(page: str) -> None:
+    measured = microseconds("environments") | {
+        ("JAX, all pairs", 0): microseconds("kernel")["JAX, all pairs", 10]
+    }
+    for name, (*_, cell) in figures(ROOT / page, "| environment | agents | flocks | us per step |"):
+        assert is_rounded(cell, measured[name, 0]), name

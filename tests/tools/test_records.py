@@ -1,4 +1,4 @@
-"""Recorded runs: what is saved comes back bit for bit, replays to the same bits, and damage is named."""
+"""Recorded runs: files load bit for bit, replay to the same bits, and errors name the damage."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ RUNS = {
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_what_is_saved_comes_back_and_replays(name: str, tmp_path: Path) -> None:
+def test_saved_runs_load_and_replay(name: str, tmp_path: Path) -> None:
     run = RUNS[name]()
     path = tmp_path / "run.npz"
     save_run(run, path, name=name)
@@ -93,7 +93,7 @@ def test_another_seed_is_found() -> None:
     assert any(text.startswith("positions[0, 0, 0]") for text in run_differences(run, replay_run(run)))
 
 
-# NumPy before 2.1 leaves the archive open where writing fails; its end then complains.
+# NumPy before 2.1 leaves the archive open if writing fails; its finalizer then warns.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_an_older_file_survives_a_failed_write(tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
@@ -130,7 +130,7 @@ def rewrite(path: Path, **changes: Any) -> None:
         ({"header": np.array(json.dumps({"model": "fish"}))}, "header"),
     ],
 )
-def test_a_file_of_another_form_is_named(changes: dict[str, Any], field: str, tmp_path: Path) -> None:
+def test_a_file_of_another_format_is_named(changes: dict[str, Any], field: str, tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     save_run(simulate(FLOCK, 10.0, seed=3), path)
     rewrite(path, **changes)
@@ -161,7 +161,7 @@ def test_a_bad_header_is_named(tmp_path: Path) -> None:
         load_run(path)
 
 
-def test_every_cut_of_a_file_is_refused(tmp_path: Path) -> None:
+def test_truncated_files_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     save_run(simulate(FLOCK, 10.0, seed=3), path)
     whole = path.read_bytes()

@@ -1,4 +1,4 @@
-"""What pictures show: the right things at the right places."""
+"""Pictures: positions, colors and sizes of agents, predators, discs, edges and trails."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ VIEW = Rect(0, 0, SIZE, SIZE / VIEW_ASPECT)
 
 
 def near(picture: np.ndarray, at: np.ndarray, color: Any, reach: int = 2) -> bool:
-    """Whether a pixel of a color is within ``reach`` px of a point."""
+    """Return whether a pixel of a color is within ``reach`` px of a point."""
     column, row = np.round(at).astype(int)
     patch = picture[max(row - reach, 0) : row + reach + 1, max(column - reach, 0) : column + reach + 1]
     return bool((patch == np.array(color, np.uint8)).all(axis=-1).any())
 
 
 def still(positions: list[tuple[float, ...]], ranges: Any, **changes: Any) -> Trajectory:
-    """A flock of given positions, one step old, that has hardly moved."""
+    """Return a run of one step from given positions in which agents hardly move."""
     scenario = FlockScenario(
         num_agents=len(positions), num_steps=1, time_step=1e-6, dimension=len(positions[0]), **changes
     )
@@ -58,7 +58,7 @@ def still(positions: list[tuple[float, ...]], ranges: Any, **changes: Any) -> Tr
 
 
 def place(run: Trajectory, point: Any) -> np.ndarray:
-    """Where a point of the world is in the last picture of a run."""
+    """Return the pixel of a point of the world in the last picture of a run."""
     *_, last = recorded_frames(run)
     pixels, _ = camera(last.view, VIEW).project(np.array([point], float))
     return pixels[0]
@@ -83,7 +83,7 @@ def test_predator_and_agents_are_where_the_camera_says(dimension: int) -> None:
 
 
 def test_a_mark_points_along_its_velocity() -> None:
-    """A dart is symmetric about its velocity, and widest behind its middle."""
+    """A dart is symmetric about its velocity and widest behind its middle."""
     start = FlockScenario(num_agents=1, num_steps=1, time_step=1e-6)
     for angle in np.linspace(0, 2 * np.pi, 8, endpoint=False):
         ahead = np.array([np.cos(angle), np.sin(angle)])
@@ -168,10 +168,10 @@ def test_colors_are_those_of_components() -> None:
                 other == tuple(np.array(color).tolist())
             )
     assert (draw(run, 0)[: int(VIEW.height)] == ALONE).all(axis=-1).any()
-    assert not (draw(run, 0)[: int(VIEW.height)] == label_colors(5)[0]).all(axis=-1).any()  # nobody heard yet
+    assert not (draw(run, 0)[: int(VIEW.height)] == label_colors(5)[0]).all(axis=-1).any()  # all alone
 
 
-def test_labels_have_colors_of_their_own() -> None:
+def test_labels_have_different_colors() -> None:
     labels = np.array([0, 0, 2, 3, 3, 2, 6])
     colors = component_colors(labels)
     assert (colors[0] == colors[1]).all()
@@ -185,7 +185,7 @@ def test_labels_have_colors_of_their_own() -> None:
 
 
 def changed(run: Trajectory, **options: Any) -> np.ndarray:
-    """Which px of the view an option changes, shape (height, width)."""
+    """Return which pixels of the view an option changes, shape (height, width)."""
     pictures = [draw(run, 1, options=RenderOptions(**each)) for each in ({}, options)]
     different: np.ndarray = (pictures[0] != pictures[1]).any(axis=-1)[: int(VIEW.height)]
     return different
@@ -206,7 +206,7 @@ def test_discs_have_the_radius_of_the_range() -> None:
     assert alone[(distances[1] < 16 * scale) & ~edge & ~marks].all()
 
 
-def test_edges_join_whoever_hears_the_other() -> None:
+def test_edges_join_agents_if_one_hears_the_other() -> None:
     positions = [(10.0, 10.0), (40.0, 10.0), (10.0, 70.0), (90.0, 70.0)]
     run = still(positions, [1.0, 35.0, 1.0, 70.0], predators=())
 
@@ -215,7 +215,7 @@ def test_edges_join_whoever_hears_the_other() -> None:
         column, row = np.round(np.mean(ends, axis=0)).astype(int)
         return bool(changed(run, show="edges", **options)[row - 2 : row + 3, column - 2 : column + 3].any())
 
-    assert is_drawn(0, 1)  # only 1 hears 0
+    assert is_drawn(0, 1)  # only agent 1 hears agent 0
     assert not is_drawn(2, 3)  # 80 m apart
     assert not is_drawn(0, 2)
     assert is_drawn(0, 1, agents=(0,))
@@ -227,17 +227,17 @@ def test_a_trail_is_as_long_as_asked() -> None:
     pictures = [draw(run, 100, options=RenderOptions(trail=seconds)) for seconds in (0.0, 1.0, 3.0)]
     counts = [int((picture != pictures[0]).any(axis=-1).sum()) for picture in pictures]
     assert counts[0] == 0
-    assert 2.5 < counts[2] / counts[1] < 6  # the first third hides below the mark, in part
+    assert 2.5 < counts[2] / counts[1] < 6  # the predator's mark hides part of the first third
 
 
-def test_no_predator_and_a_lone_agent() -> None:
+def test_no_predator_and_a_single_agent() -> None:
     run = simulate(FlockScenario(num_agents=1, num_steps=3, predators=()), 5.0, seed=0)
     assert not (draw(run, 3) == PREDATOR).all(axis=-1).any()
     line = simulate_line(LineScenario(num_agents=1, predator_position=None), 0.1, seed=0)
     assert (draw(line, line.steps) != PAPER).any()
 
 
-def test_line_labels_are_those_of_the_chain() -> None:
+def test_line_labels_follow_the_gaps() -> None:
     states = np.array([0.5, 0.1, 0.9, 0.55, 0.15, 0.1])
     np.testing.assert_array_equal(line_labels(states, 0.06), [0, 1, 2, 0, 1, 1])
     np.testing.assert_array_equal(line_labels(states, 0.0), [0, 1, 2, 3, 4, 1])
@@ -268,12 +268,12 @@ def test_bad_options_name_the_field(field: str, value: Any) -> None:
 
 
 @pytest.mark.parametrize("step", [-1, 11, 1.5, None])
-def test_times_that_a_run_does_not_have_are_refused(step: Any) -> None:
+def test_times_outside_a_run_are_refused(step: Any) -> None:
     with pytest.raises(ArgumentError, match="step"):
         draw(simulate(small_flock(), 1.0, seed=0), step)
 
 
-def test_pictures_outlive_a_quit_of_pygame() -> None:
+def test_pictures_can_be_drawn_after_pygame_quit() -> None:
     """Gymnasium's ``HumanRendering.close`` quits all of pygame."""
     import pygame
 

@@ -1,4 +1,4 @@
-"""Environments show themselves: every mode in every interface, with or without a display."""
+"""Rendering of environments: every mode in every interface, with and without a display."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def test_a_batch_shows_every_flock(interface: str) -> None:
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep", "Disabled"])
 def test_a_new_episode_starts_a_new_picture(mode: str) -> None:
-    """Nothing of the last episode is left, whoever resets, and a slot left alone keeps its picture."""
+    """After any kind of reset the picture shows only the new episode; other slots keep their pictures."""
     env = FlockVectorEnv(2, small_flock(), autoreset_mode=mode, render_mode="rgb_array")
     env.reset(seed=0)
     for _ in range(10):
@@ -157,7 +157,7 @@ def test_line_environments_and_recorded_runs_look_the_same() -> None:
 
 
 @every
-def test_the_window_shows_what_arrays_hold(interface: str) -> None:
+def test_the_window_shows_the_same_pixels_as_arrays(interface: str) -> None:
     import pygame
 
     env, twin = make(interface, render_mode="human"), make(interface, render_mode="rgb_array")
@@ -183,7 +183,7 @@ def test_the_window_shows_what_arrays_hold(interface: str) -> None:
 
 
 @every
-def test_nothing_is_kept_without_a_mode(interface: str) -> None:
+def test_no_pictures_are_kept_without_a_render_mode(interface: str) -> None:
     env = make(interface)
     reset(env)
     step(env)
@@ -222,7 +222,7 @@ def test_without_pygame_the_extra_is_named(interface: str, monkeypatch: pytest.M
 
 
 @single
-def test_copies_show_the_same_and_then_their_own(interface: str) -> None:
+def test_copies_show_the_same_picture_and_then_diverge(interface: str) -> None:
     env = make(interface, render_mode="rgb_array")
     reset(env)
     step(env)
@@ -244,7 +244,7 @@ def test_sizes(interface: str, size: int) -> None:
 
 
 @pytest.mark.parametrize(("steps_per_action", "fps"), [(1, 20), (4, 5), (7, 3), (100, 1)])
-def test_pictures_per_second_are_those_of_the_model(steps_per_action: int, fps: int) -> None:
+def test_render_fps_is_the_models_rate(steps_per_action: int, fps: int) -> None:
     for interface in ("flock", "parallel", *BATCHED):
         env = make(interface, steps_per_action=steps_per_action)
         assert env.metadata["render_fps"] == fps
@@ -260,7 +260,7 @@ def test_gymnasium_checks_every_mode(name: str, arguments: dict[str, Any], mode:
 
 
 def test_a_window_leaves_signals_alone() -> None:
-    """SDL would turn SIGTERM into an event, and pools of forked workers would wait for ever."""
+    """SDL would turn SIGTERM into an event, and pools of forked workers would wait forever."""
     script = """
 import os, signal
 from flockesc_env import FlockEscapeEnv

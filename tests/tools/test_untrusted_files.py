@@ -1,4 +1,4 @@
-"""Files may come from anybody: whatever is in them, there is a documented error or a sound result."""
+"""Untrusted files: any content gives a documented error or a valid result."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import NamedPolicy
 
 MUTATIONS = 300
-"""Of every kind of file."""
+"""Number of mutations per kind of file."""
 
 MEMORY = 2**24
-"""Bytes that reading a small file may take, whatever it says of itself."""
+"""Most bytes that reading a small file may allocate, whatever sizes it declares."""
 
 ROOT = Path(__file__).parents[2]
 SCENARIO = small_flock()
@@ -80,7 +80,7 @@ FILES: dict[str, tuple[Callable[[Path], None], Callable[[Path], Any]]] = {
 
 
 def mutated(whole: bytes, draw: random.Random) -> bytes:
-    """Return bytes of which some are flipped, replaced, cut out, put in, moved or made very large."""
+    """Return bytes with random flips, replacements, deletions, insertions, moves or very large numbers."""
     raw = bytearray(whole)
     kind = draw.randrange(6)
     for _ in range(draw.choice([1, 1, 2, 8])):
@@ -102,7 +102,7 @@ def mutated(whole: bytes, draw: random.Random) -> bytes:
 
 
 def with_mutated_member(whole: bytes, draw: random.Random) -> bytes:
-    """Return an archive whose checksums hold, and of whose members one is not what it was."""
+    """Return an archive with valid checksums and one mutated member."""
     target = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(whole)) as source, zipfile.ZipFile(target, "w") as archive:
         victim = draw.choice(source.namelist())
@@ -113,7 +113,7 @@ def with_mutated_member(whole: bytes, draw: random.Random) -> bytes:
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_mutated_files_are_refused_or_sound(name: str, tmp_path: Path) -> None:
+def test_mutated_files_are_refused_or_valid(name: str, tmp_path: Path) -> None:
     write, read = FILES[name]
     path, draw, refused = tmp_path / name, random.Random(0), 0  # noqa: S311, no secret
     write(path)
@@ -132,13 +132,13 @@ def test_mutated_files_are_refused_or_sound(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in FILES if not name.startswith("scenario")])
-def test_cut_files_are_refused(name: str, tmp_path: Path) -> None:
+def test_truncated_files_are_refused(name: str, tmp_path: Path) -> None:
     write, read = FILES[name]
     path = tmp_path / name
     write(path)
     whole = path.read_bytes()
     lengths = range(0, len(whole) - 1, max(1, len(whole) // 60))
-    for length in lengths if path.suffix != ".csv" else [0, 5]:  # a shorter table is a table
+    for length in lengths if path.suffix != ".csv" else [0, 5]:  # a truncated table is a shorter table
         path.write_bytes(whole[:length])
         with pytest.raises(RecordError):
             read(path)
@@ -148,7 +148,7 @@ ARRAY_FILES = [name for name in FILES if name.endswith("npz")]
 
 
 def npy(shape: tuple[int, ...], dtype: str = "<f8", numbers: bytes = b"") -> bytes:
-    """Return an npy file that says of itself what it is told to."""
+    """Return an npy file with the given header fields, true or false."""
     stream = io.BytesIO()
     header = {"descr": dtype, "fortran_order": False, "shape": shape}
     np.lib.format.write_array_header_2_0(stream, header)
@@ -177,7 +177,7 @@ LIES = {
 
 @pytest.mark.parametrize("lie", LIES)
 @pytest.mark.parametrize("name", [*ARRAY_FILES, "state.npy"])
-def test_arrays_that_lie_are_refused(name: str, lie: str, tmp_path: Path) -> None:
+def test_arrays_with_false_headers_are_refused(name: str, lie: str, tmp_path: Path) -> None:
     path = tmp_path / name
     members = {f"{key}.npy": LIES[lie] for key in ("header", "parameters", "positions")}
     path.write_bytes(LIES[lie] if path.suffix == ".npy" else archive(members))
@@ -194,7 +194,7 @@ def test_bombs_are_refused_before_they_unpack(name: str, says_so: bool, tmp_path
     path = tmp_path / name
     size = 2**27
     bomb = archive({"header.npy": npy((size // 8,), numbers=bytes(size))})
-    if not says_so:  # the size stands in the member's own header and in the directory
+    if not says_so:  # the size is in the member's header and in the central directory
         claimed = len(npy((size // 8,))) + size
         bomb = bomb.replace(claimed.to_bytes(4, "little"), (200).to_bytes(4, "little"))
     path.write_bytes(bomb)
@@ -233,7 +233,7 @@ def test_documents_that_overwhelm_parsers_are_refused(document: str) -> None:
         {"options": {"max_range": -1}},
     ],
 )
-def test_a_policy_is_refused_when_it_is_read_and_not_when_it_acts(changes: Any, tmp_path: Path) -> None:
+def test_a_bad_policy_is_refused_on_loading_and_not_when_it_acts(changes: Any, tmp_path: Path) -> None:
     path = tmp_path / "policy.npz"
     write_policy(path)
     with np.load(path) as file:
@@ -245,11 +245,11 @@ def test_a_policy_is_refused_when_it_is_read_and_not_when_it_acts(changes: Any, 
 
 EXECUTES = {"pickle", "marshal", "shelve", "dill", "joblib", "cloudpickle"}
 OWN_CHECKPOINTS = {"training/outputs.py"}
-"""What a killed run left for itself; never a file that is handed on."""
+"""Checkpoints of the user's own killed runs, which are never passed on."""
 
 
 def test_nothing_that_is_read_is_executed() -> None:
-    """Who could execute what is in a file: by pickle, by NumPy with pickle, by torch, by Python itself."""
+    """No module loads files with pickle, NumPy's pickle, torch, or Python's exec."""
     found = set()
     for path in (*ROOT.glob("flockesc_env/**/*.py"), *ROOT.glob("training/**/*.py")):
         for part in ast.walk(ast.parse(path.read_text())):

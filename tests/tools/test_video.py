@@ -1,4 +1,4 @@
-"""Video files: those of recorded runs, and those of the recorders of Gymnasium and stable-baselines3."""
+"""Videos of recorded runs, and of the recorders of Gymnasium and stable-baselines3."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from flockesc_env.render import RenderOptions, draw
 from flockesc_env.render.video import write_video
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
-# imageio leaves the pipes of its reader to the garbage collector.
+# imageio leaves the pipes of its reader open until garbage collection.
 pytestmark = pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
 
 FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v0"
@@ -45,7 +45,7 @@ def only(folder: Path) -> Path:
 @pytest.mark.parametrize("suffix", [".mp4", ".gif"])
 @pytest.mark.parametrize("count", [1, 2])
 def test_runs_become_a_video(tmp_path: Path, suffix: str, count: int) -> None:
-    """10 steps of 0.05 s and their start, for each frame what ``draw`` gives, up to compression."""
+    """A start and 10 steps of 0.05 s; each frame equals ``draw`` up to compression."""
     calls: list[tuple[int, int]] = []
     path = tmp_path / f"runs{suffix}"
     runs = [("first", RUN), ("second", RUN)][:count]
@@ -141,7 +141,7 @@ def test_gymnasium_records(tmp_path: Path, name: str) -> None:
     env.close()
     video = frames(only(tmp_path / "videos"))
     assert video.shape[1:] == (160, 160, 3)
-    assert len(video) in {count - 1, count}  # moviepy 2.2 loses the last one where durations add up to less
+    assert len(video) in {count - 1, count}  # moviepy 2.2 may drop the last frame by rounding
 
 
 def test_gymnasium_records_vectors(tmp_path: Path) -> None:
@@ -162,7 +162,7 @@ def test_gymnasium_records_vectors(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("maker", [FlockVecEnv, AgentVecEnv])
 def test_sb3_records(tmp_path: Path, maker: Any) -> None:
-    """One picture per flock, four of which make a square, however many agents each has."""
+    """One picture per flock; the pictures of four flocks form a square for any number of agents."""
     env = maker(4, small_flock(), render_mode="rgb_array", render_options=SMALL)
     recorder = VecVideoRecorder(
         env, str(tmp_path), record_video_trigger=lambda step: step == 0, video_length=12

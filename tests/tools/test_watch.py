@@ -1,4 +1,4 @@
-"""Watching: pages hold the runs, load nothing, run no foreign text; the server runs what it is asked for."""
+"""The watch page and its server: pages hold the runs, load nothing and execute no foreign text."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ RUNS = {
 
 def document_in(page: str) -> Any:
     (text,) = re.findall(r'<script type="application/json" id="document">(.*?)</script>', page)
-    assert not set(text) & set("<>&")  # nothing that a parser of HTML looks at
+    assert not set(text) & set("<>&")  # nothing that an HTML parser interprets
     return json.loads(text)
 
 
@@ -115,7 +115,7 @@ def test_the_page_holds_the_run(name: str, tmp_path: Path) -> None:
     assert document["live"] is None
 
 
-def test_ranges_spread_by_a_standard_deviation() -> None:
+def test_the_band_of_ranges_is_a_standard_deviation() -> None:
     run = record(FLOCK, StubbornLeaders(), 5, per_agent=True, predator_sensing_range=None)
     columns = run_document("", run)["columns"]
     row = run.interaction_ranges[4]
@@ -139,7 +139,7 @@ def test_runs_stand_side_by_side_in_order(tmp_path: Path) -> None:
 
 
 def test_the_papers_flock_is_a_small_page(tmp_path: Path) -> None:
-    run = built_in("random").record(7)  # a new range for every agent and step: what compresses least
+    run = built_in("random").record(7)  # a new range for every agent and step compresses least
     write_page([("random", run)], tmp_path / "page.html")
     stubborn = built_in("stubborn-leaders").record(7)
     write_page([("stubborn-leaders", stubborn)], tmp_path / "stubborn.html")
@@ -148,7 +148,7 @@ def test_the_papers_flock_is_a_small_page(tmp_path: Path) -> None:
 
 
 class Loads(HTMLParser):
-    """Collects what elements ask for, and counts them."""
+    """Collects the addresses that elements load, and counts the elements."""
 
     def __init__(self, page: str) -> None:
         super().__init__()
@@ -166,7 +166,7 @@ def test_nothing_is_loaded_from_anywhere(tmp_path: Path) -> None:
     page = (tmp_path / "page.html").read_text("utf-8")
     assert Loads(page).asked == ["data:,"]
     assert not re.search(r"url\(|@import|\bimport\b *[({'\"]|\beval\(|new Function", page)
-    # The one address is in the comment that names uPlot's project.
+    # The only address is in the comment that names uPlot's project.
     assert re.findall(r"https?://\S+", page) == ["https://github.com/leeoniya/uPlot"]
     assert "default-src 'none'" in page
 
@@ -221,7 +221,7 @@ def test_names_cannot_end_their_element(tmp_path: Path) -> None:
         ([RUNS["one range"]()], "runs[0]"),
     ],
 )
-def test_what_cannot_be_shown_is_named(runs: Any, field: str, tmp_path: Path) -> None:
+def test_bad_runs_are_named(runs: Any, field: str, tmp_path: Path) -> None:
     with pytest.raises(ArgumentError) as caught:
         write_page(runs, tmp_path / "page.html")
     assert caught.value.field == field
@@ -247,7 +247,7 @@ def test_a_bad_server_is_refused_before_it_listens(changes: dict[str, Any], fiel
 
 
 @pytest.mark.parametrize("spec", ["fixed:2.5", *NAMES[1:]])
-def test_contenders_record_what_their_parts_do(spec: str) -> None:
+def test_named_policies_record_the_runs_of_their_policies(spec: str) -> None:
     first, again = (built_in(spec).record(5, FLOCK) for _ in range(2))
     np.testing.assert_array_equal(first.interaction_ranges, again.interaction_ranges)
     if spec == "stubborn-witnesses":
@@ -260,7 +260,7 @@ def test_contenders_record_what_their_parts_do(spec: str) -> None:
     assert first.interaction_ranges.shape[1] == (1 if spec.startswith("fixed") else 12)
 
 
-def test_a_fixed_range_may_lie_above_the_usual_ones() -> None:
+def test_a_fixed_range_may_exceed_the_default_maximum() -> None:
     run = built_in("fixed:400").record(5, FLOCK)
     np.testing.assert_array_equal(run.interaction_ranges, 400.0)
 
@@ -268,7 +268,7 @@ def test_a_fixed_range_may_lie_above_the_usual_ones() -> None:
 @pytest.mark.parametrize(
     "spec", ["", "fixed", "fixed:", "fixed:x", "fixed:-1", "fixed:inf", "fixed:nan", "Random"]
 )
-def test_unknown_contenders_are_named(spec: str) -> None:
+def test_unknown_policies_are_named(spec: str) -> None:
     with pytest.raises(ArgumentError, match=r"^policies: expected one of fixed:RHO, random"):
         built_in(spec)
 
@@ -276,7 +276,7 @@ def test_unknown_contenders_are_named(spec: str) -> None:
 def start_server(
     scenario: str = "FlockScenario(num_agents=12, num_steps=9)",
 ) -> tuple[subprocess.Popen[str], str]:
-    """Serve two runs of seed 3 in a process of its own; returns it and its address."""
+    """Serve two runs of seed 3 in a new process; return the process and its address."""
     script = f"""
         import signal
         from flockesc_env import FlockScenario, simulate
@@ -301,7 +301,7 @@ def start_server(
 
 
 def stop(process: subprocess.Popen[str]) -> str:
-    """Press Ctrl-C; returns what was printed since."""
+    """Send Ctrl-C and return the output since the start."""
     process.send_signal(signal.SIGINT)
     try:
         output, errors = process.communicate(timeout=TIMEOUT)
@@ -335,7 +335,7 @@ def test_the_server_serves_the_page(address: str) -> None:
 
 @pytest.mark.parametrize("policy", ["fixed:13.5", *NAMES[1:]])
 @pytest.mark.parametrize("seed", [4, 2**64 - 1])
-def test_the_server_runs_what_is_recorded_here(address: str, policy: str, seed: int) -> None:
+def test_the_server_returns_the_runs_that_are_recorded_here(address: str, policy: str, seed: int) -> None:
     answer = json.loads(get(f"{address}run?{urlencode({'seed': seed, 'policy': policy})}"))
     assert answer["name"] == policy
     assert_shows(answer, built_in(policy).record(seed, FLOCK))
@@ -376,7 +376,7 @@ def test_a_bad_query_is_named(address: str, query: str, field: str) -> None:
     assert refusal["message"].startswith(f"{field}: expected ")
 
 
-def test_there_is_nothing_else(address: str) -> None:
+def test_other_paths_and_methods_are_refused(address: str) -> None:
     for path in ("index.html", "run/", "../page.html", "favicon.ico"):
         with pytest.raises(HTTPError) as caught:
             get(address + path)
@@ -385,18 +385,18 @@ def test_there_is_nothing_else(address: str) -> None:
     with pytest.raises(HTTPError) as caught, urlopen(address, data=b"seed=1", timeout=TIMEOUT):  # noqa: S310
         pass
     with caught.value as error:
-        assert error.code == 501  # only GET
+        assert error.code == 501  # only GET is allowed
 
 
-def test_the_server_listens_to_this_machine_alone(address: str) -> None:
+def test_the_server_listens_only_to_this_machine(address: str) -> None:
     port = int(address.rstrip("/").rpartition(":")[2])
     socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT).close()
-    # A server on all addresses would answer on every one of the loopback network.
+    # A server on all addresses would answer on every address of the loopback network.
     with pytest.raises(ConnectionRefusedError):
         socket.create_connection(("127.0.0.2", port), timeout=TIMEOUT)
 
 
-def test_a_visitor_who_says_nothing_or_leaves_keeps_nobody_waiting(address: str) -> None:
+def test_a_silent_or_closed_connection_blocks_no_other(address: str) -> None:
     port = int(address.rstrip("/").rpartition(":")[2])
     with (
         socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT),
@@ -453,7 +453,7 @@ def status(port: int, path: str, hosts: list[str]) -> int:
 
 @pytest.mark.parametrize("path", ["/", "/run?seed=1&policy=random", "/nothing"])
 def test_only_its_own_address_is_answered(address: str, path: str) -> None:
-    """A page of another site that points its own name at this machine reaches neither page nor runs."""
+    """DNS rebinding: a site whose name points at this machine gets neither the page nor runs."""
     port = int(address.rstrip("/").rpartition(":")[2])
     own = status(port, path, [f"127.0.0.1:{port}"])
     assert own == status(port, path, [f"localhost:{port}"]) == (404 if path == "/nothing" else 200)

@@ -1,4 +1,4 @@
-"""The watch page in a browser: it opens from a file, plays, scrubs, turns and, served, runs flocks again."""
+"""The watch page in a browser: opening from a file, playback, scrubbing, rotation, and new runs if served."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def problems() -> list[str]:
-    """What the page has thrown or written to the console; empty at the end of every test."""
+    """Errors and console messages of the page; empty at the end of every test."""
     return []
 
 
@@ -63,7 +63,7 @@ def open_page(tab: Page, address: str, width: int = 1280) -> None:
 def wait(tab: Page, condition: str) -> None:
     """Wait until a JavaScript expression is true.
 
-    ``Page.wait_for_function`` lets the page evaluate text, which its Content-Security-Policy forbids.
+    ``Page.wait_for_function`` evaluates text in the page, which the Content-Security-Policy forbids.
     """
     end = time.monotonic() + TIMEOUT
     while not tab.evaluate(condition):
@@ -166,7 +166,7 @@ def test_a_picture_of_all_panels_is_saved(tab: Page, file: str) -> None:
     assert np.ptp(picture[40:, width:]) > 100
 
 
-def test_space_plays_and_stops_and_the_end_ends(tab: Page, file: str) -> None:
+def test_space_plays_and_stops_and_playback_stops_at_the_end(tab: Page, file: str) -> None:
     open_page(tab, file)
     assert tab.evaluate("[page.player.time, page.player.isPlaying]") == [0, False]
     tab.keyboard.press(" ")
@@ -235,7 +235,7 @@ def test_a_press_on_a_curve_goes_to_its_time(tab: Page, file: str) -> None:
 
 
 @pytest.mark.parametrize("look", ["trails", "edges", "discs", "color"])
-def test_every_look_changes_the_picture_and_goes_back(tab: Page, file: str, look: str) -> None:
+def test_every_display_option_changes_the_picture_and_back(tab: Page, file: str, look: str) -> None:
     open_page(tab, f"{file}#t=1")
     assert tab.evaluate("page.player.time") == 1
     picture = "page.panels[0].canvas.toDataURL()"
@@ -269,7 +269,7 @@ def test_neighbors_are_the_pairs_within_range(tab: Page, file: str) -> None:
         assert {(max(pair), min(pair)) for pair in drawn} == pairs
 
 
-def test_a_color_is_one_component_and_the_largest_have_one(tab: Page, file: str) -> None:
+def test_a_color_is_one_component_and_the_largest_components_have_colors(tab: Page, file: str) -> None:
     open_page(tab, file)
     for index, spec in enumerate(SPECS):
         run = built_in(spec).record(3, FLOCK)
@@ -290,7 +290,7 @@ def test_a_color_is_one_component_and_the_largest_have_one(tab: Page, file: str)
             assert all(sizes[label] == 1 for label in of_group.get(6, set()))
 
 
-def test_fixed_ranges_are_gray_and_what_is_learned_is_purple(tab: Page, tmp_path: Path) -> None:
+def test_fixed_ranges_are_gray_and_learned_ones_purple(tab: Page, tmp_path: Path) -> None:
     names = {"stubborn-leaders": "others", "fixed:15": "fixed", "mine.npz": "learned", "random": "others"}
     runs = [(name, built_in("random" if name == "mine.npz" else name).record(3, FLOCK)) for name in names]
     write_page([*runs, ("fixed:15", runs[1][1])], tmp_path / "page.html")
@@ -316,7 +316,7 @@ def test_dragging_turns_space_and_double_click_resets(tab: Page, tmp_path: Path)
 
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("width", [400, 1280])
-def test_all_that_happens_is_in_the_window(tab: Page, tmp_path: Path, dimension: int, width: int) -> None:
+def test_the_whole_run_is_in_the_window(tab: Page, tmp_path: Path, dimension: int, width: int) -> None:
     flock = FLOCK.replace(dimension=dimension, predators=(ConstantVelocity(),))
     write_page([(spec, built_in(spec).record(3, flock)) for spec in SPECS], tmp_path / "page.html")
     open_page(tab, (tmp_path / "page.html").as_uri(), width=width)
@@ -360,7 +360,7 @@ def test_nothing_is_wider_than_the_window(tab: Page, tmp_path: Path, width: int,
     write_page(runs[:count], tmp_path / "page.html")
     open_page(tab, (tmp_path / "page.html").as_uri(), width=width)
     assert tab.evaluate("document.documentElement.scrollWidth") <= width
-    # Numbers under a panel stay beside one another.
+    # The numbers under a panel stay in one row.
     assert tab.evaluate(
         "[...document.querySelectorAll('.stats dt')]"
         ".every((dt) => dt.scrollWidth <= dt.parentElement.clientWidth)"
@@ -401,7 +401,7 @@ def test_the_slider_runs_the_flock_again(tab: Page, address: str) -> None:
     run = built_in("fixed:8.5").record(3, FLOCK)
     assert after[3] == pytest.approx(run.mean_distance.tolist(), rel=1e-6)  # time, lowest mean, minimum, mean
     assert after[3] != before[3]
-    assert after[4:] == before[4:]  # the other panels stay
+    assert after[4:] == before[4:]  # the other panels do not change
     assert tab.evaluate("page.player.time") == 1.5
     assert tab.evaluate("document.querySelector('.panel h2').textContent") == "fixed range 8.5 m"
 
@@ -453,10 +453,10 @@ def test_a_recording_that_is_asked_for_last_stays(tab: Page, address: str) -> No
         for (const name of ["random", "stubborn-leaders", ""]) { select.value = name; run(); }
     })(page)""")
     wait(tab, "shown.length === 2")
-    assert tab.evaluate("shown") == ["random", "mine.npz"]  # what was asked for between was never run
+    assert tab.evaluate("shown") == ["random", "mine.npz"]  # the requests in between were never run
 
 
-def test_a_server_that_is_gone_is_noticed(tab: Page, address: str, problems: list[str]) -> None:
+def test_a_stopped_server_is_noticed(tab: Page, address: str, problems: list[str]) -> None:
     open_page(tab, address)
     tab.context.set_offline(True)
     tab.evaluate(SLIDE.format(20))
@@ -481,7 +481,7 @@ def test_a_refused_seed_is_shown_and_changes_nothing(tab: Page, address: str, pr
         "Object.assign(document.getElementById('seed'), { value: '5' }).dispatchEvent(new Event('input'))"
     )
     wait(tab, "document.getElementById('message').value === '' && page.runs[0].seed === '5'")
-    # The browser itself notes the refusal, and nothing else went wrong.
+    # The browser logs the rejection; there is no other error.
     assert problems
     assert all("status of 400" in problem for problem in problems)
     problems.clear()
