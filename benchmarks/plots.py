@@ -92,7 +92,15 @@ def _lines(axes: Axes, records: list[Record], key: str, value: Callable[[Record]
         if points[-1][0] == last:
             ends.append((points[-1][1], name, color))
         else:
-            axes.annotate(name, points[-1], (6, 0), textcoords="offset points", color=color, va="center")
+            axes.annotate(
+                name,
+                points[-1],
+                xytext=(8, 0),
+                textcoords="offset points",
+                color=color,
+                va="center",
+                bbox={"facecolor": LIGHT.page, "edgecolor": "none", "pad": 1},
+            )
     label_ends(axes, ends, gap=0.06)
 
 

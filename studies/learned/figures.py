@@ -69,7 +69,7 @@ def learning_curves(studies: Sequence[Study]) -> Figure:
         axes.xaxis.set_minor_formatter(NullFormatter())  # its labels overlap
         axes.set(xlabel="training episodes", ylabel=f"{objective_label(study)} on tuning flocks")
         axes.set_title(setting_title(study))
-        axes.margins(x=0.02)
+        axes.margins(x=0.02, y=0.12)
     return figure
 
 
