@@ -1,4 +1,4 @@
-"""Tables of one run."""
+"""Tables of a benchmark run."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Layout:
     only: tuple[tuple[str, Any], ...] = ()
 
     def has(self, record: Record) -> bool:
-        """Whether a record belongs into the table."""
+        """Return whether a record belongs to the table."""
         return (
             record.section == self.section
             and set(record.case) == self.case
@@ -66,7 +66,7 @@ LAYOUTS = (
         lambda record: 1e3 * record.median,
     ),
     Layout(
-        "Flock of 1,000,000, 10 m: ms per step on the wall, against threads",
+        "Flock of 1,000,000, 10 m: ms of wall time per step, against threads",
         "size",
         {"n", "rho", "threads"},
         "threads",
@@ -91,14 +91,14 @@ LAYOUTS = (
         for name, columns in {"topological": "their number", "voronoi": "the range in m"}.items()
     ),
     Layout(
-        "A piece of work: ms on the wall, against threads that do one each or, of one batch, share it",
+        "A fixed amount of work: ms of wall time, against threads (one piece each, or one shared batch)",
         "threads",
         {"threads"},
         "threads",
         lambda record: 1e3 * record.median,
     ),
     Layout(
-        "Grid search: s on the wall, against threads",
+        "Grid search: s of wall time, against threads",
         "grid",
         {"ranges", "seeds", "threads"},
         "threads",
@@ -108,7 +108,7 @@ LAYOUTS = (
 
 
 def show(records: list[Record]) -> None:
-    """Print a table per section that was measured."""
+    """Print a table per measured section."""
     console = Console(width=132)
     for layout in LAYOUTS:
         chosen = [record for record in records if layout.has(record)]
@@ -142,7 +142,7 @@ def _environments(records: list[Record]) -> Table:
 
 
 def _empty(*columns: str) -> Table:
-    """A table without rows, of a column of names and these."""
+    """Return a table without rows: a column of names and the given columns."""
     table = Table("")
     for name in columns:
         table.add_column(name, justify="right")
@@ -150,7 +150,7 @@ def _empty(*columns: str) -> Table:
 
 
 def _figure(value: float) -> str:
-    """Three significant digits; nothing for what is not a number."""
+    """Return a number with three significant digits; "-" for NaN."""
     if math.isnan(value):
         return "-"
     if isinstance(value, int) or abs(value) >= 100:

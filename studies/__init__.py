@@ -1,1 +1,1 @@
-"""What was found with the package: the paper, the robustness survey of presets, learned ranges."""
+"""Studies made with the package: the paper, the robustness of its finding, learned ranges."""

@@ -17,7 +17,7 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "learned-submit": learned.submit,
 }
 
-STUDIES = Application("python -m studies", "What was found with flockesc_env.", COMMANDS)
+STUDIES = Application("python -m studies", "Studies made with flockesc_env.", COMMANDS)
 
 if __name__ == "__main__":
     sys.exit(STUDIES.main())

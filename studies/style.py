@@ -1,4 +1,4 @@
-"""What the figures share."""
+"""Style of the studies' figures: letters of panels, colors of components, files of equal bytes."""
 
 from __future__ import annotations
 
@@ -15,21 +15,14 @@ from flockesc_env.common.files import atomic_write
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.render.colors import label_colors
 from flockesc_env.render.palette import LIGHT
+from training.figure_style import DPI
 
-INK = "0.25"
-BAND = "0.85"
-ALONE = LIGHT.alone
-PREDATOR = LIGHT.predator
-
-_DPI = 130
 _PALETTE: list[Any] = (label_colors(20) / 255).tolist()
 
 
-def letter(axes: Axes, index: int) -> None:
-    """Name a panel in the paper's way: (a), (b), .."""
-    axes.text(
-        0.0, 1.02, f"({chr(ord('a') + index)})", transform=axes.transAxes, fontweight="bold", fontsize=9
-    )
+def letter(axes: Axes, index: int, title: str = "") -> None:
+    """Title a panel as in the paper: (a), (b), .., and what it shows."""
+    axes.set_title(f"({chr(ord('a') + index)}) {title}".rstrip())
 
 
 def component_colors(labels: NDArray[np.int64]) -> list[Any]:
@@ -37,7 +30,7 @@ def component_colors(labels: NDArray[np.int64]) -> list[Any]:
     names, sizes = np.unique(labels, return_counts=True)
     order = np.argsort(-sizes, kind="stable")
     color = {
-        int(names[index]): _PALETTE[rank % len(_PALETTE)] if sizes[index] > 1 else ALONE
+        int(names[index]): _PALETTE[rank % len(_PALETTE)] if sizes[index] > 1 else LIGHT.alone
         for rank, index in enumerate(order)
     }
     return [color[int(label)] for label in labels]
@@ -51,10 +44,11 @@ def cluster_colors(final: FloatArray, rho: float) -> list[Any]:
     return [_PALETTE[number % len(_PALETTE)] for number in numbers]
 
 
-def save(figure: Figure, stem: Path) -> None:
-    """Write PNG and SVG, whole or not at all."""
-    # The same bytes for the same picture.
+def save(figure: Figure, stem: Path, suffixes: tuple[str, ...] = ("svg", "png")) -> None:
+    """Write a figure; each file is complete or not written. Equal figures give equal bytes."""
+    stem.parent.mkdir(parents=True, exist_ok=True)
+    metadata = {"svg": {"Date": None}, "png": {"Software": None}}
     with mpl.rc_context({"svg.hashsalt": "flockesc_env", "svg.fonttype": "none"}):
-        for suffix, metadata in (("svg", {"Date": None}), ("png", {"Software": None})):
+        for suffix in suffixes:
             with atomic_write(stem.with_suffix(f".{suffix}")) as file:
-                figure.savefig(file, format=suffix, dpi=_DPI, metadata=metadata)
+                figure.savefig(file, format=suffix, dpi=DPI, metadata=metadata[suffix])

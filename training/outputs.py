@@ -1,4 +1,4 @@
-"""What a learner writes into its run's folder: checkpoints; at the end policy, learning curve and speed."""
+"""Files of a training run: checkpoints and, at the end, policy, learning curve and speed."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ CURVE_FLOCKS = 200
 
 @dataclass
 class Measured:
-    """What was measured of a run so far.
+    """Measurements of a run so far.
 
     Attributes:
-        episodes: that were played to their end.
-        samples: actions chosen, one per agent or one per flock.
-        seconds: of the processor in the training loop alone, measurements and checkpoints left out.
-        environment_seconds: the part of them that was spent in the environment, if that is measured.
+        episodes: number of finished episodes.
+        samples: number of chosen actions, one per agent or one per flock.
+        seconds: processor time of the training loop, without measurements and checkpoints.
+        environment_seconds: the part of ``seconds`` spent in the environment; ``None`` if not measured.
         curve: a row per checkpoint.
     """
 
@@ -47,10 +47,10 @@ class Measured:
 
 
 def begin(args: Args) -> None:
-    """Make the run's folder with its record, or see that it holds an unfinished run of the same arguments.
+    """Make the run's folder with its record, or check that it holds an unfinished run of these arguments.
 
     Raises:
-        FileExistsError: if it holds a finished run, or an unfinished one of other arguments.
+        FileExistsError: if it holds a finished run, or an unfinished one with other arguments.
     """
     if (args.run / POLICY_FILE).exists():
         raise FileExistsError(f"run: expected a folder without a finished run, got {args.run}")
@@ -62,25 +62,25 @@ def begin(args: Args) -> None:
 
 
 def save_checkpoint(state: Any, run: Path) -> None:
-    """Write all that the rest of a run depends on; an older checkpoint stays whole until this is complete."""
+    """Write the state that the rest of a run needs; it replaces the older checkpoint when complete."""
     with atomic_write(run / CHECKPOINT) as file:
         pickle.dump(state, file)
 
 
 def load_checkpoint(run: Path) -> Any:
-    """Read the last checkpoint of a run; ``None`` if there is none."""
+    """Return the last checkpoint of a run, or ``None`` without a checkpoint."""
     path = run / CHECKPOINT
     return pickle.loads(path.read_bytes()) if path.is_file() else None  # noqa: S301, of our own making
 
 
 def write_table(table: pl.DataFrame, path: Path) -> None:
-    """Write a table as Parquet; an older file stays whole until this is complete."""
+    """Write a table as Parquet; an older file is replaced when this one is complete."""
     with atomic_write(path) as file:
         table.write_parquet(file)
 
 
 def finish(args: Args, policy: Stored, measured: Measured) -> Path:
-    """Write curve, speed and policy, drop the checkpoint, and return the policy's file."""
+    """Write curve, speed and policy, delete the checkpoint, and return the policy's file."""
     write_table(pl.DataFrame(measured.curve), args.run / CURVE_FILE)
     inside = measured.environment_seconds
     speed = {
@@ -94,7 +94,7 @@ def finish(args: Args, policy: Stored, measured: Measured) -> Path:
         file.write(json.dumps(speed, indent=2).encode() + b"\n")
     per_agent, options = policy_spec(args).per_agent, args.env_options()
     entry = NamedPolicy(args.run.name, policy, per_agent=per_agent, options=options, scenario=args.model)
-    # Last, since it marks the run as finished.
+    # The policy comes last: its file marks the run as finished.
     save_policy(entry, args.run / POLICY_FILE)
     (args.run / CHECKPOINT).unlink()
     return args.run / POLICY_FILE

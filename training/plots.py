@@ -1,4 +1,4 @@
-"""Figures: objective against range, one flock over time, one flock under attack. Matplotlib, no display."""
+"""Figures of a comparison: objective against range, one flock over time, one flock under attack."""
 
 from __future__ import annotations
 
@@ -8,21 +8,23 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from flockesc_env import FlockScenario, FlockSweepResult, NamedPolicy, Trajectory
 from flockesc_env.common import stats
 from flockesc_env.common.stats import FloatArray
+from flockesc_env.render.names import policy_title
 from flockesc_env.render.palette import LIGHT
+from training.figure_style import BAND, DPI, RANGES, WIDTH, label_ends
 
 Run = tuple[str, Trajectory]
-"""Name of a policy, and what the flock did under it."""
+"""Name of a policy, and the run of the flock under it."""
 
-_DPI = 150
-_RANGES = LinearSegmentedColormap.from_list("ranges", LIGHT.ranges)
-_LABELS = {"mean": "min. over time of mean predator distance (m)", "minimum": "min. predator distance (m)"}
+LISTENS = 1.0
+"""Range in m from which on an agent listens; below, it hardly ever has a neighbor."""
+
+_LABELS = {"mean": "J_mean (m)", "minimum": "J_min (m)"}
 
 
 def _colors(count: int) -> list[str]:
@@ -30,25 +32,35 @@ def _colors(count: int) -> list[str]:
     return [LIGHT.fixed, *islice(cycle(LIGHT.others), count - 2), LIGHT.learned]
 
 
+def _title(name: str, place: int, count: int) -> str:
+    """Return the title of a policy; the last one is learned, and its run's name says nothing to others."""
+    title = policy_title(name)
+    return "learned policy" if place == count - 1 and title == name else title
+
+
 def objective_against_range(
     search: FlockSweepResult, objective: str, outcomes: dict[str, FloatArray], folder: Path
 ) -> Path:
     """Draw the grid search's mean objective with its band, and a level per policy; return the file."""
-    figure = Figure(figsize=(8, 4.8), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 4.2), layout="constrained")
     axes = figure.subplots()
     center, low, high = search.mean_with_interval(objective)
     ranges = search.interaction_ranges
-    axes.fill_between(ranges, low, high, color="0.85", lw=0)
-    axes.plot(ranges, center, color="0.3", label="fixed range, same for all agents")
-    for (name, values), color in zip(outcomes.items(), _colors(len(outcomes)), strict=True):
+    axes.fill_between(ranges, low, high, color=BAND, lw=0)
+    axes.plot(ranges, center, color=LIGHT.fixed, lw=1.5)
+    labels = [(float(center[-1]), "one fixed range", LIGHT.fixed)]
+    for place, ((name, values), color) in enumerate(
+        zip(outcomes.items(), _colors(len(outcomes)), strict=True)
+    ):
         level = stats.mean(values)
-        axes.axhspan(level.low, level.high, color=color, alpha=0.2, lw=0)
-        axes.axhline(level.mean, color=color, label=f"{name}: {level.mean:.1f}")
+        axes.axhspan(level.low, level.high, color=color, alpha=0.15, lw=0)
+        axes.axhline(level.mean, color=color, lw=1.5, ls="--" if place == 0 else "-")
+        labels.append((level.mean, f"{level.mean:.1f} {_title(name, place, len(outcomes))}", color))
     axes.set_xlabel("interaction range (m)")
     axes.set_ylabel(_LABELS[objective])
-    axes.set_title(f"{len(search.seeds)} held-out flocks, 95 % intervals")
+    axes.set_title(f"{_LABELS[objective]} on {len(search.seeds)} held-out flocks, 95 % intervals")
     axes.margins(x=0)
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    label_ends(axes, labels)
     return _save(figure, folder / "objective_against_range")
 
 
@@ -58,80 +70,113 @@ def record_both(baseline: NamedPolicy, policy: NamedPolicy, scenario: FlockScena
 
 
 def flock_over_time(runs: list[Run], folder: Path) -> Path:
-    """Draw distances and ranges against time for one flock under each policy; return the file."""
-    figure = Figure(figsize=(8, 6), layout="constrained")
-    above, below = figure.subplots(2, sharex=True)
-    for (name, trajectory), color in zip(runs, _colors(len(runs)), strict=True):
-        times, ranges = trajectory.times, trajectory.interaction_ranges
-        above.plot(times, trajectory.mean_distance, color=color, label=name)
-        at = int(np.argmin(trajectory.mean_distance))
-        above.plot(times[at], trajectory.mean_distance[at], "o", color=color)
-        if ranges.shape[1] > 1:
-            _shares(below, times, ranges)
-        below.stairs(ranges.mean(axis=1), times, baseline=None, color=color, lw=1.5, zorder=2)
+    """Draw the mean distance and the share of agents that listen against time; return the file."""
+    figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
+    above, below = figure.subplots(2, sharex=True, height_ratios=(3, 2))
+    ends, shares = [], []
+    for place, ((name, trajectory), color) in enumerate(zip(runs, _colors(len(runs)), strict=True)):
+        title, distance = _title(name, place, len(runs)), trajectory.mean_distance
+        above.plot(trajectory.times, distance, color=color, lw=2)
+        at = int(np.argmin(distance))
+        above.plot(trajectory.times[at], distance[at], "o", color=color)
+        above.annotate(
+            f"J_mean {distance[at]:.1f} m",
+            (trajectory.times[at], distance[at]),
+            xytext=(-3, 7) if place else (0, -16),
+            textcoords="offset points",
+            ha="right" if place else "center",
+            color=color,
+        )
+        ends.append((float(distance[-1]), title, color))
+        share = 100 * (trajectory.interaction_ranges >= LISTENS).mean(axis=1)
+        below.stairs(share, trajectory.times, baseline=None, color=color, lw=2)
+        shares.append((float(share[-1]), title, color))
+    above.margins(x=0, y=0.2)
     above.set_ylabel("mean predator distance (m)")
-    above.set_title(f"Flock of seed {runs[0][1].seed}: the dot is the objective")
-    above.legend(frameon=False)
-    below.set_ylabel("interaction range (m)\nline: mean, shade: share of agents")
+    above.set_title(f"One flock (seed {runs[0][1].seed}); the dot is the objective J_mean")
+    below.set_ylabel("agents that listen (%)")
+    below.set_title(f"Share of agents whose range is {LISTENS:g} m or more")
     below.set_xlabel("time (s)")
+    below.set_ylim(0, 104)
     below.margins(x=0)
+    label_ends(above, ends)
+    label_ends(below, shares, gap=0.12)
     return _save(figure, folder / "flock_over_time")
 
 
-def _shares(axes: Axes, times: FloatArray, ranges: FloatArray, bins: int = 20) -> None:
-    """Shade how many agents have which range at which time."""
-    edges = np.linspace(0, ranges.max(), bins + 1)
-    shares = np.array([np.histogram(row, edges)[0] / row.size for row in ranges])
-    axes.pcolormesh(times, edges, shares.T, cmap="Oranges", vmin=0, vmax=0.6, alpha=0.7, zorder=0)
-
-
 def flock_under_attack(runs: list[Run], folder: Path, times: tuple[float, ...] = (0, 3, 6, 9)) -> Path:
-    """Draw snapshots of one flock, a row per policy, agents colored by their range; return the file."""
-    figure = Figure(figsize=(3 * len(times), 3.2 * len(runs)), layout="constrained")
+    """Draw one flock at some times, a row per policy, agents colored by their range; return the file."""
     top = max(float(np.quantile(run.interaction_ranges, 0.99)) for _, run in runs)
-    drawn = []
-    corners = []
-    arrows: Any = None
+    rows = [_steps(run, times) for _, run in runs]
+    low, high = _frame([run for _, run in runs], rows)
+    width = (WIDTH - 1.4) / len(times)
+    height = width * (high[1] - low[1]) / (high[0] - low[0])
+    figure = Figure(figsize=(WIDTH, (height + 0.75) * len(runs) + 0.2), layout="constrained")
     parts = figure.subfigures(len(runs), 1, squeeze=False)[:, 0]
-    for part, (name, trajectory) in zip(parts, runs, strict=True):
-        part.suptitle(name, fontsize=11)
-        row = part.subplots(1, len(times), sharex=True, sharey=True, squeeze=False)[0]
-        for axes, time in zip(row, times, strict=True):
-            step = min(round(time / trajectory.scenario.time_step), trajectory.scenario.num_steps - 1)
+    baseline = runs[0][1].mean_distance.min()
+    every = []
+    arrows: Any = None
+    for place, (part, (name, trajectory), steps) in enumerate(zip(parts, runs, rows, strict=True)):
+        reached = trajectory.mean_distance.min()
+        gain = f", gain {reached - baseline:+.1f} m" if place else ""
+        part.suptitle(
+            f"{_title(name, place, len(runs))}: J_mean {reached:.1f} m{gain}",
+            x=0.01,
+            ha="left",
+            color=_colors(len(runs))[place],
+            fontweight="bold",
+        )
+        panels = part.subplots(1, len(times), sharex=True, sharey=True, squeeze=False)[0]
+        for axes, step in zip(panels, steps, strict=True):
             arrows = _snapshot(axes, trajectory, step, top)
-            corners.append(np.quantile(trajectory.positions[step, :, :2], [0, 1], axis=0))
-            reach = trajectory.scenario.predator_range
-            corners += [trajectory.predator_positions[step, :, :2] + d for d in (-reach, reach)]
-            axes.set_xlabel("x (m)")
-        row[0].set_ylabel("y (m)")
-        part.colorbar(arrows, ax=row, label="interaction range (m)")
-        drawn.append(row[0])
-    seen = np.concatenate(corners)
-    low, high = seen.min(axis=0) - 12, seen.max(axis=0) + 12
-    for axes in drawn:
-        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+            axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+            if place == len(runs) - 1:
+                axes.set_xlabel("x (m)")
+        panels[0].set_ylabel("y (m)")
+        every.append(panels)
+    for part, panels in zip(parts, every, strict=True):
+        part.colorbar(arrows, ax=list(panels), label="range (m)", aspect=12, ticks=np.linspace(0, top, 5))
     return _save(figure, folder / "flock_under_attack")
+
+
+def _steps(run: Trajectory, times: tuple[float, ...]) -> list[int]:
+    return [min(round(time / run.scenario.time_step), run.scenario.num_steps - 1) for time in times]
+
+
+def _frame(runs: list[Trajectory], rows: list[list[int]], margin: float = 15.0) -> tuple[Any, Any]:
+    """Return the corners of a box around all agents and predator ranges that are shown."""
+    corners = []
+    for run, steps in zip(runs, rows, strict=True):
+        for step in steps:
+            corners.append(run.positions[step, :, :2])
+            reach = run.scenario.predator_range
+            corners += [run.predator_positions[step, :, :2] + offset for offset in (-reach, reach)]
+    seen = np.concatenate(corners)
+    return seen.min(axis=0) - margin, seen.max(axis=0) + margin
 
 
 def _snapshot(axes: Axes, trajectory: Trajectory, step: int, top: float) -> Any:
     positions, velocities = trajectory.positions[step, :, :2], trajectory.velocities[step, :, :2]
     colors = np.broadcast_to(trajectory.interaction_ranges[step], len(positions))
-    arrows = axes.quiver(
-        *positions.T, *velocities.T, colors, cmap=_RANGES, clim=(0, top), scale=250, width=0.007
-    )
     for path in trajectory.predator_positions[: step + 1, :, :2].transpose(1, 2, 0):
-        axes.plot(*path, color=LIGHT.predator, lw=0.8, alpha=0.6)
+        axes.plot(*path, color=LIGHT.predator, lw=1)
         here = (path[0, -1], path[1, -1])
-        axes.plot(*here, "o", color=LIGHT.predator, markersize=5)
-        axes.add_patch(Circle(here, trajectory.scenario.predator_range, color=LIGHT.predator, alpha=0.12))
+        axes.plot(*here, "o", color=LIGHT.predator, markersize=4)
+        axes.add_patch(
+            Circle(here, trajectory.scenario.predator_range, color=LIGHT.predator, alpha=0.15, lw=0)
+        )
+    arrows = axes.quiver(
+        *positions.T, *velocities.T, colors, cmap=RANGES, clim=(0, top), scale=220, width=0.009, headwidth=4
+    )
     axes.set_aspect("equal")
-    mean = trajectory.mean_distance[step]
-    axes.set_title(f"t = {trajectory.times[step]:.0f} s, mean distance {mean:.0f} m", fontsize=9)
+    axes.set_title(
+        f"{trajectory.times[step]:.0f} s, mean distance {trajectory.mean_distance[step]:.0f} m", fontsize=9
+    )
     return arrows
 
 
 def _save(figure: Figure, stem: Path) -> Path:
     """Write PNG and SVG; return the PNG."""
     figure.savefig(stem.with_suffix(".svg"))
-    figure.savefig(stem.with_suffix(".png"), dpi=_DPI)
+    figure.savefig(stem.with_suffix(".png"), dpi=DPI)
     return stem.with_suffix(".png")

@@ -1,7 +1,7 @@
 """Pictures of flocks and lines, in environments and of recorded runs. Needs the ``video`` extra.
 
-Importing this package does not load pygame. Pygame is loaded when an environment has a render mode, or when a
-picture or video is asked for.
+Importing this package does not load pygame. Environments with a render mode load it, and so do the functions
+that draw.
 """
 
 from flockesc_env.render.environments import flock_viewer, frames_per_second, line_viewer, render

@@ -42,6 +42,15 @@ def component_colors(labels: IntArray) -> Colors:
     return colors
 
 
+def range_colors(ranges: FloatArray, largest: float) -> Colors:
+    """Return a color per interaction range, shape (n, 3), on the palette's scale from 0 to ``largest``."""
+    stops = np.array([rgb(color) for color in LIGHT.ranges], np.float64)
+    shares = np.clip(ranges / (largest or 1.0), 0.0, 1.0) * (len(stops) - 1)
+    channels = [np.interp(shares, np.arange(len(stops)), channel) for channel in stops.T]
+    colors: Colors = np.round(np.stack(channels, axis=-1)).astype(np.uint8)
+    return colors
+
+
 @cache
 def label_colors(count: int) -> Colors:
     """Return the colors of the labels 0..count - 1, shape (count, 3): the palette's, then muted hues."""

@@ -1,4 +1,4 @@
-"""The picture of a flock: agents in the color of their component, predators, and the distances so far."""
+"""The picture of a flock: agents in the color of component or range, predators, and the distances so far."""
 
 from __future__ import annotations
 
@@ -11,7 +11,16 @@ from flockesc_env.models.graph import component_labels, neighbor_pairs
 from flockesc_env.models.simulate import IntArray
 from flockesc_env.render.camera import VIEW_ASPECT, Camera, Rect, camera
 from flockesc_env.render.canvas import Canvas, Image
-from flockesc_env.render.colors import FRAME, PREDATOR, TEXT, Colors, component_colors, faded
+from flockesc_env.render.colors import (
+    FAINT_TEXT,
+    FRAME,
+    PREDATOR,
+    TEXT,
+    Colors,
+    component_colors,
+    faded,
+    range_colors,
+)
 from flockesc_env.render.frame import FlockFrame, FlockMoment
 from flockesc_env.render.ground import draw_ground
 from flockesc_env.render.options import RenderOptions
@@ -33,6 +42,10 @@ def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Im
     lost, frame = frame.moment.positions[frame.moment.caught], _survivors(frame)
     labels = component_labels(frame.scenario, *_listening(frame), velocities=frame.listening.velocities)
     colors = component_colors(labels)
+    ranges = np.broadcast_to(frame.moment.interaction_range, len(labels))
+    largest = ranges.max(initial=0.0) if options.largest_range is None else options.largest_range
+    if options.color == "range":
+        colors = range_colors(ranges, largest)
     canvas.clip(rect)
     draw_ground(canvas, eye, frame.view, rect)
     if frame.view.shape[1] == 3:
@@ -47,9 +60,25 @@ def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Im
     _marks(canvas, eye, frame, colors)
     canvas.clip(None)
     canvas.text(title, (0.022 * size, 0.02 * size), round(0.044 * size), TEXT)
+    if options.color == "range":
+        _scale(canvas, rect, largest, frame.scenario.neighbor_rule.unit)
     below = Rect(0, rect.bottom, size, size - rect.bottom)
     draw_strip(canvas, frame, below, num_components=len(np.unique(labels)))
     return canvas.image()
+
+
+def _scale(canvas: Canvas, rect: Rect, largest: float, unit: str) -> None:
+    """Draw the color scale of ranges into the lower left corner."""
+    size, steps = canvas.size, 32
+    left, bottom, width, height = 0.05 * size, rect.bottom - 0.02 * size, 0.2 * size, 0.022 * size
+    for step, color in enumerate(range_colors(np.linspace(0.0, 1.0, steps), 1.0).tolist()):
+        part = Rect(left + width * step / steps, bottom - height, width / steps + 1, height)
+        canvas.fill(part, tuple(color))
+    small = round(0.034 * size)
+    canvas.text("0", (left - 0.01 * size, bottom - height / 2), small, FAINT_TEXT, "midright")
+    words = f"{largest:g} {unit}"
+    canvas.text(words, (left + width + 0.012 * size, bottom - height / 2), small, FAINT_TEXT, "midleft")
+    canvas.text("interaction range", (left, bottom - 1.5 * height), small, FAINT_TEXT, "bottomleft")
 
 
 def _chosen(frame: FlockFrame, options: RenderOptions) -> IntArray:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,6 +124,17 @@ class FlockHistory:
             objective=objective,
             trails=np.array(self._trails),
         )
+
+
+def shared_view(trajectories: Sequence[Trajectory]) -> FloatArray | None:
+    """Return the smallest box that holds whole runs, shape (2, D); ``None`` if their dimensions differ."""
+    views = []
+    for trajectory in trajectories:
+        *_, last = recorded_frames(trajectory)
+        views.append(last.view)
+    if len({view.shape for view in views}) > 1:
+        return None
+    return reduce(lambda view, other: grow(view, *other), views)
 
 
 def recorded_frames(trajectory: Trajectory) -> Iterator[FlockFrame]:

@@ -13,6 +13,7 @@ from flockesc_env.models.simulate import IntArray
 
 RenderMode = Literal["human", "rgb_array"]
 Show = Literal["none", "discs", "edges"]
+ColorBy = Literal["component", "range"]
 
 RENDER_MODES: Final = get_args(RenderMode)
 
@@ -29,6 +30,9 @@ class RenderOptions:
             or edges if a range is a number of neighbors; ``"none"`` draws neither.
         agents: indices of the agents whose discs or edges are drawn; ``None`` means all.
         trail: length of a predator's trail in s.
+        color: what the color of an agent shows: its ``"component"`` or its interaction ``"range"``.
+        largest_range: end of the color scale of ranges; ``None``: the largest range of the picture or, in a
+            video, of all runs.
 
     Raises:
         ScenarioError: if an option has a wrong type or is out of bounds; it names the option.
@@ -38,6 +42,8 @@ class RenderOptions:
     show: Show = "none"
     agents: tuple[int, ...] | None = None
     trail: float = 3.0
+    color: ColorBy = "component"
+    largest_range: float | None = None
 
     def __post_init__(self) -> None:
         size = as_count(self.size, "size", ScenarioError, least=_MIN_SIZE, most=_MAX_SIZE)
@@ -49,6 +55,10 @@ class RenderOptions:
             if agents.ndim != 1 or not agents.size or agents.dtype.kind not in "iu" or agents.min() < 0:
                 raise ScenarioError("agents", "indices of agents", shown(self.agents))
             object.__setattr__(self, "agents", tuple(agents.tolist()))
+        as_choice(self.color, "color", get_args(ColorBy), ScenarioError)
+        if self.largest_range is not None:
+            largest = float(as_floats(self.largest_range, "largest_range", (), ScenarioError, least=0.0))
+            object.__setattr__(self, "largest_range", largest)
         trail = float(as_floats(self.trail, "trail", (), ScenarioError, least=0.0))
         object.__setattr__(self, "size", size)
         object.__setattr__(self, "trail", trail)

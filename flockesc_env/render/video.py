@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from flockesc_env.common.checks import as_callback, as_count, as_floats, as_path
+from flockesc_env.common.checks import FloatArray, as_callback, as_count, as_floats, as_path
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.models.sweep import Progress
 from flockesc_env.render.colors import FRAME
 from flockesc_env.render.dependencies import require_video
-from flockesc_env.render.frame import FlockFrame, recorded_frames
-from flockesc_env.render.options import RenderOptions, as_render_options
+from flockesc_env.render.frame import FlockFrame, recorded_frames, shared_view
+from flockesc_env.render.names import policy_title
+from flockesc_env.render.options import ColorBy, RenderOptions, as_render_options
 
 _FORMATS: dict[str, dict[str, Any]] = {
     ".mp4": {"codec": "libx264", "quality": 6},
@@ -41,7 +43,7 @@ def write_video(
     options: RenderOptions | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Write a video of runs side by side.
+    """Write a video of runs side by side, all at the same scale.
 
     The last picture of a run stays until the longest run ends. The new file replaces an older one when it is
     complete.
@@ -51,7 +53,8 @@ def write_video(
         path: a file that ends in ``.mp4`` or ``.gif``.
         fps: frames per second.
         speed: seconds of the model per second of the video.
-        options: what the pictures show; ``size`` is the width of one run.
+        options: what the pictures show; ``size`` is the width of one run. ``None``: agents are colored by
+            range if the ranges differ, and by component otherwise.
         progress: called with (frames written, all frames). If it raises an exception, no file is written.
 
     Raises:
@@ -59,7 +62,8 @@ def write_video(
         ScenarioError: if the options do not fit a flock.
         DependencyNotInstalled: if pygame or imageio-ffmpeg is missing.
     """
-    path, options = as_path(path), as_render_options(options)
+    path = as_path(path)
+    chosen = None if options is None else as_render_options(options)
     if path.suffix not in _FORMATS:
         raise ArgumentError("path", f"a file that ends in {' or '.join(_FORMATS)}", path)
     if not path.parent.is_dir():
@@ -70,6 +74,7 @@ def write_video(
         raise ArgumentError("speed", "a number above 0", pace)
     runs = as_runs([(path.stem, runs)] if isinstance(runs, Trajectory) else runs)
     progress = as_callback(progress)
+    options = _with_scale(RenderOptions(color=_telling(runs)) if chosen is None else chosen, runs)
     for _, run in runs:
         options.selected(run.scenario.num_agents)
     require_video("pygame", "imageio_ffmpeg")
@@ -78,7 +83,9 @@ def write_video(
     from flockesc_env.render.flock import draw_flock
 
     times = np.arange(_count_frames(runs, pace, fps)) * pace / fps
-    films = [_frames(run, times.tolist()) for _, run in runs]
+    view = shared_view([run for _, run in runs]) if len(runs) > 1 else None
+    titles = [policy_title(name, run.scenario.neighbor_rule.unit) for name, run in runs]
+    films = [_frames(run, times.tolist(), view) for _, run in runs]
     unfinished = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     size = len(runs) * options.size, options.size
     writer = imageio_ffmpeg.write_frames(
@@ -93,7 +100,7 @@ def write_video(
         writer.send(None)  # starts ffmpeg
         for done, frames in enumerate(zip(*films, strict=True), 1):
             pictures = [
-                draw_flock(frame, options, name) for frame, (name, _) in zip(frames, runs, strict=True)
+                draw_flock(frame, options, title) for frame, title in zip(frames, titles, strict=True)
             ]
             for picture in pictures[1:]:
                 picture[:, :2] = FRAME
@@ -116,12 +123,25 @@ def _count_frames(runs: Sequence[tuple[str, Trajectory]], pace: float, fps: int)
     return round(count) + 1
 
 
-def _frames(run: Trajectory, times: Iterable[float]) -> Iterator[FlockFrame]:
-    """Yield the frames of a run at ascending times in s; from its end on, the last frame."""
+def _telling(runs: Sequence[tuple[str, Trajectory]]) -> ColorBy:
+    """Return what the colors show: the range, if it differs between runs, agents or times."""
+    first = runs[0][1].interaction_ranges.flat[0]
+    return "range" if any((run.interaction_ranges != first).any() for _, run in runs) else "component"
+
+
+def _with_scale(options: RenderOptions, runs: Sequence[tuple[str, Trajectory]]) -> RenderOptions:
+    """Return the options with one color scale for all runs."""
+    if options.largest_range is not None:
+        return options
+    return replace(options, largest_range=max(float(run.interaction_ranges.max()) for _, run in runs))
+
+
+def _frames(run: Trajectory, times: Iterable[float], view: FloatArray | None) -> Iterator[FlockFrame]:
+    """Yield the frames of a run at ascending times in s, in a view; after its end, the last frame."""
     frames = enumerate(recorded_frames(run))
     step, frame = next(frames)
     for time in times:
         wanted = min(round(time / run.scenario.time_step), run.scenario.num_steps)
         while step < wanted:
             step, frame = next(frames)
-        yield frame
+        yield frame if view is None else replace(frame, view=view)

@@ -16,6 +16,7 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.models.graph import component_labels
 from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.policies.registry import NAMES
+from flockesc_env.render.names import policy_title
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.neighbors import Metric
 
@@ -38,8 +39,8 @@ def check_runs(runs: Sequence[Run]) -> None:
 def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     """Return the document of a run of T steps, for ``json.dumps``.
 
-    Columns have an entry for each of the times 0..T. ``ranges`` and ``labels`` are those of the step that
-    begins at a time; their last entry is that of the step that ends at T, as in
+    ``title`` is the readable name. Columns have an entry per time, 0..T. ``ranges`` and ``labels``
+    are those of the step that begins at a time; their last entry is that of the step that ends at T, as in
     ``Trajectory.num_components``. ``lowRange`` and ``highRange`` are the mean over agents minus and plus one
     standard deviation, within the ranges that occur.
     """
@@ -71,6 +72,7 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     }
     return {
         "name": name,
+        "title": policy_title(name, trajectory.scenario.neighbor_rule.unit),
         "kind": _kind(name, ranges),
         # None if no seed gives this start. A string, because 64 bits do not fit into a number of JavaScript.
         "seed": None if trajectory.is_start_given else str(trajectory.seed),

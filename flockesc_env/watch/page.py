@@ -63,18 +63,15 @@ def render(runs: Sequence[Run], live: dict[str, Any] | None = None) -> str:
         ArgumentError: if there are no runs, or they cannot be shown side by side.
     """
     check_runs(runs)
-    document = {
-        "versions": versions(),
-        "live": live,
-        "runs": [run_document(name, trajectory) for name, trajectory in runs],
-    }
+    documents = [run_document(name, trajectory) for name, trajectory in runs]
+    document = {"versions": versions(), "live": live, "runs": documents}
     here = files("flockesc_env.watch")
     uplot = here / "vendor" / "uplot"
     styles = [theme(), (uplot / "uPlot.min.css").read_text("utf-8"), (here / "page.css").read_text("utf-8")]
     scripts = [(uplot / "uPlot.iife.min.js").read_text("utf-8")]
     scripts += [(here / "js" / f"{name}.js").read_text("utf-8") for name in _SCRIPTS]
     return Template((here / "page.html").read_text("utf-8")).substitute(
-        title=html.escape(" / ".join(name for name, _ in runs)),
+        title=html.escape(" / ".join(run["title"] for run in documents)),
         styles="\n".join(styles),
         scripts="\n".join(f"<script>\n{script}</script>" for script in scripts),
         data=_script_safe(json.dumps(document, allow_nan=False, separators=(",", ":"))),

@@ -1,9 +1,9 @@
 """Figures per policy over training seeds and flocks, with 95 % intervals.
 
 Agarwal et al., "Deep Reinforcement Learning at the Edge of the Statistical Precipice" (2021), with rliable.
-Its stratified bootstrap draws training seeds again for every task, which fits tasks that were trained on one
-by one. Here all flocks share the policy of a training seed, so that whole seeds and whole flocks are drawn,
-independently of each other (Owen, "The pigeonhole bootstrap", 2007); else intervals come out too narrow.
+Its stratified bootstrap resamples the training seeds of each task, which fits tasks with their own training.
+Here all flocks share the policy of a training seed. This bootstrap draws whole seeds and whole flocks,
+independently of each other (Owen, "The pigeonhole bootstrap", 2007). Otherwise the intervals are too narrow.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Aggregate:
         difference: mean paired difference to the baseline, flock by flock.
         lowest: smallest mean difference of a training seed.
         highest: largest mean difference of a training seed.
-        improvement: probability that a flock fares better than under the baseline; ties count half.
+        improvement: share of flocks with a larger objective than under the baseline; ties count half.
     """
 
     objective: Estimate
@@ -103,7 +103,7 @@ def _mean_intervals(scores: FloatArray) -> tuple[FloatArray, FloatArray]:
     _, num_seeds, num_flocks = scores.shape
 
     def resampled(seeds: Indices, flocks: Indices) -> FloatArray:
-        # A mean over drawn rows and columns is a weighted mean over all of them, which takes two products.
+        # A mean over drawn rows and columns is a weighted mean over all: two matrix products.
         per_seed = scores @ _weights(flocks, num_flocks).T
         mean: FloatArray = np.einsum("ksb,bs->kb", per_seed, _weights(seeds, num_seeds))
         return mean
@@ -130,7 +130,7 @@ def _interval(
         return statistic(seeds, flocks)
 
     interval = bootstrap(
-        # One training seed tells nothing about others: then the interval is about flocks alone.
+        # With one training seed, the interval covers the flocks alone.
         [np.arange(size) for size in shape if size > 1],
         resampled,
         confidence_level=CONFIDENCE,

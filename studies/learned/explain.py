@@ -1,4 +1,4 @@
-"""Explain a learned policy: the entries of an observation that it needs, and other scenarios."""
+"""Ablation and transfer of a learned policy: hidden entries of its observation, other scenarios."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Watching:
     """A policy that records the observations and ranges of another one.
 
     Attributes:
-        policy: the other one.
+        policy: the other policy.
         layouts: layout of its observations, one per action.
         seen: its observations, one array per action.
         ranges: its ranges in m.
@@ -67,11 +67,11 @@ class Watching:
         self.ranges: list[NDArray[np.float64]] = []
 
     def reset(self, rows: NDArray[np.bool]) -> None:
-        """Reset the other one."""
+        """Reset the other policy."""
         reset_policy(self.policy, rows)
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Let the other one choose."""
+        """Let the other policy choose."""
         actions = self.policy.act(observations, spec)
         self.layouts.append(spec.layout)
         self.seen.append(observations.copy())
@@ -115,9 +115,9 @@ def watch(entry: NamedPolicy, flocks: range) -> tuple[ObservationLayout, Observa
 
 
 def ablation(entry: NamedPolicy, setting: Setting, flocks: int) -> pl.DataFrame:
-    """Measure the policy with groups of entries hidden: shown as their means over tuning flocks."""
+    """Measure the policy with groups of entries replaced by their means over tuning flocks."""
     layout, seen, _ = watch(entry, seeds.first_seeds(seeds.TUNING, 20))
-    assert isinstance(entry.policy, NetworkPolicy)  # noqa: S101, what was trained is one
+    assert isinstance(entry.policy, NetworkPolicy)  # noqa: S101, learners train networks
     means = seen.reshape(-1, seen.shape[-1]).mean(axis=0)
     held_out = seeds.first_seeds(seeds.HELD_OUT, flocks)
     hidden = {"nothing": dict[int, float]()}
@@ -138,11 +138,11 @@ def ablation(entry: NamedPolicy, setting: Setting, flocks: int) -> pl.DataFrame:
 def transfer(
     entry: NamedPolicy, setting: Setting, home: float, flocks: int, grid: tuple[float, ...], cache: Cache
 ) -> pl.DataFrame:
-    """Measure the policy in scenarios that it was not trained in, beside fixed ranges.
+    """Measure the policy and fixed ranges in scenarios that it was not trained in.
 
     Args:
         entry: the policy.
-        setting: that it was trained in.
+        setting: the one it was trained in.
         home: best fixed range of that setting, in m.
         flocks: held-out flocks per scenario; fewer for the largest flock.
         grid: ranges among which the best of each scenario is chosen, on as many tuning flocks.

@@ -1,95 +1,120 @@
-"""Figures of the page: learning curves, gains, performance profiles, what matters, transfer."""
+"""Figures of the results page: gains, learning curves, performance profiles, ablation, transfer."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import cycle
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 from textwrap import fill
-from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from flockesc_env.common.files import atomic_write
-from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.common.stats import FloatArray
+from flockesc_env.render.palette import LIGHT
+from studies.forest import ROW, Group, draw_forest, num_lines
 from studies.learned.aggregate import Profile
-from studies.learned.results import BEST_FIXED, Study
+from studies.learned.names import policy_title, setting_title
+from studies.learned.results import BEST_FIXED, ORACLE, Study
 from studies.learned.summary import Summary
-from studies.style import INK
+from training.figure_style import WIDTH
 
-Row = tuple[str, Estimate]
-"""A label and what is drawn beside it."""
+SHOWN = ("shared", "per-agent-visible")
+"""Settings with learning curves and performance profiles; the page's tables have all."""
 
-_DPI = 150
-_FLAT = "0.5"
-_COLORS = [
-    color
-    for palette in (mpl.color_sequences["tab20"][::2], mpl.color_sequences["tab20"][1::2])
-    for place, color in enumerate(palette)
-    if place != 7  # the grays
-]
-_UP, _DOWN = "tab:blue", "tab:red"
+_COLORS = {
+    "search": LIGHT.learned,
+    BEST_FIXED: LIGHT.fixed,
+    ORACLE: LIGHT.alone,
+    "ppo": LIGHT.others[0],
+    "tqc": LIGHT.others[1],
+    "schedule": LIGHT.others[4],
+    "stubborn-leaders": LIGHT.others[0],
+}
+"""Colors by policy; other policies are muted."""
+
+
+def shown_studies(studies: Sequence[Study]) -> list[Study]:
+    """Return the settings of ``SHOWN``; the first one if none of them was run."""
+    return [study for study in studies if study.setting in SHOWN] or list(studies[:1])
 
 
 def learning_curves(studies: Sequence[Study]) -> Figure:
     """Draw the objective on tuning flocks against episodes: median and range over training seeds."""
     figure, panels = _panels(len(studies))
-    colors = _colors(studies)
     for axes, study in zip(panels, studies, strict=True):
-        for name in study.trained:
-            color, value = colors[name], pl.col("objective")
+        axes.set_xscale("log")
+        for name in filter(_COLORS.__contains__, study.trained):
+            color, value = _COLORS[name], pl.col("objective")
             points = study.curves.filter(learner=name).group_by("episodes")
             table = points.agg(
                 value.median().alias("median"), value.min().alias("low"), value.max().alias("high")
             )
             episodes, median, low, high = table.sort("episodes").to_numpy().T
-            axes.fill_between(episodes, low, high, color=color, alpha=0.2, lw=0)
-            axes.plot(episodes, median, color=color, lw=1.5, label=name)
+            axes.fill_between(episodes, low, high, color=color, alpha=0.15, lw=0)
+            axes.plot(episodes, median, color=color, lw=2)
+            _label_end(axes, episodes[-1], median[-1], name)
         level = float(study.values(BEST_FIXED).mean())
-        axes.axhline(level, color=_FLAT, ls="--", lw=1, label=BEST_FIXED)
-        axes.set_xscale("log")
+        axes.axhline(level, color=LIGHT.fixed, ls="--", lw=1.2)
+        axes.annotate(
+            policy_title(BEST_FIXED),
+            (1.0, level),
+            xytext=(0, 4),
+            xycoords=axes.get_yaxis_transform(),
+            textcoords="offset points",
+            color=LIGHT.fixed,
+            ha="right",
+        )
         axes.xaxis.set_minor_formatter(NullFormatter())  # its labels overlap
-        axes.set_xlabel("training episodes")
-        axes.set_ylabel(_label(study))
-        _title_and_legend(axes, study)
+        axes.set(xlabel="training episodes", ylabel=f"{objective_label(study)} on tuning flocks")
+        axes.set_title(setting_title(study))
+        axes.margins(x=0.02, y=0.12)
     return figure
 
 
 def gains(summaries: Sequence[Summary]) -> Figure:
-    """Draw the paired gain of every learner, a panel per objective and one for the line, without unit."""
-    panels: dict[str, list[Row]] = {}
-    for kind in ("mean distance", "minimum distance", "line"):
-        rows = [
-            (f"{summary.study.setting}: {learner}", summary.policies[learner].difference)
+    """Draw the paired gain of every learner, a panel per objective, rows grouped by setting."""
+    panels: dict[str, list[Group]] = {}
+    for kind, title in (
+        ("mean", "mean predator distance: gain over the best fixed range (m)"),
+        ("minimum", "minimum predator distance: gain over the best fixed range (m)"),
+        ("line", "line: gain over the best fixed range (distance to the predator at the end, no unit)"),
+    ):
+        groups = [
+            Group(
+                setting_title(summary.study),
+                [(policy_title(name), summary.policies[name].difference) for name in summary.study.trained],
+            )
             for summary in summaries
             if _kind(summary.study) == kind
-            for learner in summary.study.trained
         ]
-        if rows:
-            panels[f"{kind}: gain over the best fixed range{'' if kind == 'line' else ' (m)'}"] = rows
-    return dots_and_bars(panels)
+        if groups:
+            panels[title] = groups
+    return forests(panels)
 
 
-def performance_profiles(studies: Sequence[Study], profiles: dict[str, dict[str, Profile]]) -> Figure:
+def performance_profiles(studies: Sequence[Study], profiles: Mapping[str, Mapping[str, Profile]]) -> Figure:
     """Draw the share of episodes above every value of the objective, with 95 % bands."""
     figure, panels = _panels(len(studies))
-    colors = _colors(studies)
     for axes, study in zip(panels, studies, strict=True):
         values = thresholds(study)
-        for name, profile in profiles[study.setting].items():
-            color = colors[name]
-            axes.fill_between(values, profile.low, profile.high, color=color, alpha=0.2, lw=0)
-            style = "--" if name == BEST_FIXED else "-"
-            axes.plot(values, profile.share, style, color=color, lw=1.5, label=name)
-        axes.set_xlabel(_label(study))
-        axes.set_ylabel("share of episodes above")
-        _title_and_legend(axes, study)
+        for place, (name, profile) in enumerate(profiles[study.setting].items()):
+            color = _color(name)
+            axes.fill_between(values, profile.low, profile.high, color=color, alpha=0.15, lw=0)
+            style = "--" if name in (BEST_FIXED, ORACLE) else "-"
+            axes.plot(values, profile.share, style, color=color, lw=2)
+            # The lower left corner is empty: almost all episodes are above the lowest values.
+            axes.text(0.03, 0.05 + 0.075 * place, policy_title(name), color=color, transform=axes.transAxes)
+        axes.set(xlabel=objective_label(study), ylabel="share of held-out episodes above", ylim=(0, 1.02))
+        axes.set_title(setting_title(study))
+        axes.margins(x=0)
     return figure
+
+
+def profiled(study: Study) -> list[str]:
+    """Return the policies whose profiles are drawn: fixed ranges, built-in rules and the best learner."""
+    return [name for name in study.policies if name not in study.learners] + [study.best_learner]
 
 
 def thresholds(study: Study) -> FloatArray:
@@ -98,59 +123,61 @@ def thresholds(study: Study) -> FloatArray:
     return np.linspace(low or 0.0, high or 0.0, 61)
 
 
-def dots_and_bars(panels: dict[str, list[Row]]) -> Figure:
-    """Draw estimates with their intervals, a panel per label; colored where the interval leaves 0 out."""
-    heights = [len(rows) + 2.5 for rows in panels.values()]
-    figure = Figure(figsize=(8, 0.27 * sum(heights) + 0.3), layout="constrained")
+def forests(panels: Mapping[str, Sequence[Group]], color: str = LIGHT.learned) -> Figure:
+    """Draw a forest plot per axis label, one below the other."""
+    heights = [num_lines(groups) + 2.6 for groups in panels.values()]
+    figure = Figure(figsize=(WIDTH, ROW * sum(heights)), layout="constrained")
     drawn = figure.subplots(len(panels), 1, squeeze=False, height_ratios=heights)[:, 0]
-    for axes, (label, rows) in zip(drawn, panels.items(), strict=True):
-        for place, (_, estimate) in enumerate(rows):
-            color = _UP if estimate.low > 0 else _DOWN if estimate.high < 0 else _FLAT
-            axes.plot([estimate.low, estimate.high], [place, place], color=color, lw=2, solid_capstyle="butt")
-            axes.plot(estimate.mean, place, "o", color=color, ms=5)
-        axes.axvline(0, color=INK, lw=0.8)
-        axes.set_yticks(range(len(rows)), [name for name, _ in rows], fontsize=9)
-        axes.set_ylim(len(rows) - 0.5, -0.5)
-        axes.grid(axis="x", color="0.9")
-        axes.set_axisbelow(True)
+    for axes, (label, groups) in zip(drawn, panels.items(), strict=True):
+        draw_forest(axes, groups, color, digits=3 if label.startswith("line") else 1)
         axes.set_xlabel(label)
     return figure
 
 
-def save(figure: Figure, path: Path) -> None:
-    """Write a PNG, whole or not at all; the same bytes for the same picture."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with atomic_write(path) as file:
-        figure.savefig(file, format="png", dpi=_DPI, metadata={"Software": None})
+def side_by_side(panels: Mapping[str, Sequence[Group]], label: str) -> Figure:
+    """Draw a forest plot per title, side by side, with the same rows and the same axis."""
+    lines = max(num_lines(groups) for groups in panels.values())
+    figure = Figure(figsize=(WIDTH, ROW * (lines + 3)), layout="constrained")
+    drawn = figure.subplots(1, len(panels), squeeze=False, sharex=True)[0]
+    for axes, (title, groups) in zip(drawn, panels.items(), strict=True):
+        draw_forest(axes, groups, LIGHT.learned)
+        axes.set_title(fill(title, 30), fontsize=9)
+        axes.set_xlabel(label)
+    for axes in drawn[1:]:
+        axes.set_yticklabels([])
+    return figure
 
 
-def _panels(count: int) -> tuple[Figure, list[Axes]]:
-    columns = min(2, count)
-    rows = -(-count // columns)
-    figure = Figure(figsize=(6.2 * columns, 3.2 * rows), layout="constrained")
-    panels = list(figure.subplots(rows, columns, squeeze=False).flat)
-    for axes in panels[count:]:
-        axes.set_axis_off()
-    return figure, panels[:count]
-
-
-def _colors(studies: Sequence[Study]) -> dict[str, Any]:
-    """Return a color per policy, the same in all panels and figures."""
-    trained = [name for study in studies for name in study.trained]
-    others = [name for study in studies for name in study.policies if name != BEST_FIXED]
-    return {BEST_FIXED: _FLAT, **dict(zip(dict.fromkeys(trained + others), cycle(_COLORS), strict=False))}
-
-
-def _title_and_legend(axes: Axes, study: Study) -> None:
-    axes.set_title(fill(study.title, 48), fontsize=10)
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=8)
-
-
-def _label(study: Study) -> str:
+def objective_label(study: Study) -> str:
+    """Return the name of the objective with its unit."""
     if study.is_line:
-        return "distance at the end"
+        return "distance to the predator at the end"
     return {"mean": "J_mean (m)", "minimum": "J_min (m)"}[study.objective]
 
 
+def _panels(count: int) -> tuple[Figure, list[Axes]]:
+    figure = Figure(figsize=(WIDTH, 3.3 * count), layout="constrained")
+    return figure, list(figure.subplots(count, 1, squeeze=False).flat)
+
+
+def _label_end(axes: Axes, x: float, y: float, name: str) -> None:
+    """Write a policy's title at the end of its curve, on the side where there is room."""
+    side = "left" if axes.transData.transform((x, y))[0] < axes.bbox.x0 + axes.bbox.width / 2 else "right"
+    below = name == "schedule"  # its curve runs below another one
+    axes.annotate(
+        policy_title(name),
+        (x, y),
+        xytext=(0, -14 if below else 5),
+        textcoords="offset points",
+        color=_COLORS[name],
+        ha=side,
+        va="top" if below else "bottom",
+    )
+
+
+def _color(name: str) -> str:
+    return _COLORS.get(name, LIGHT.alone)
+
+
 def _kind(study: Study) -> str:
-    return "line" if study.is_line else f"{study.objective} distance"
+    return "line" if study.is_line else study.objective

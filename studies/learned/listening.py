@@ -1,4 +1,4 @@
-"""The ranges that a policy sets: against time, against the predator's place, and who stops listening."""
+"""Ranges that a policy sets: by the predator's place, and the share of agents that listen over time."""
 
 from __future__ import annotations
 
@@ -6,16 +6,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario, NamedPolicy
 from flockesc_env.common.files import atomic_write
+from flockesc_env.render.palette import LIGHT
 from studies.learned.explain import watch
+from training.figure_style import RANGES, WIDTH
 from training.seeds import HELD_OUT, first_seeds
 
 SILENT = 1.0
-"""Range in m below which an agent counts as one that does not listen: it hardly ever has a neighbor there."""
+"""Range in m below which an agent does not listen: it hardly ever has a neighbor."""
+
+_HEADINGS = (-1.0, -0.5, 0.0, 0.5, 1.0)
+"""Labelled cosines between an agent's heading and the direction away from the predator."""
 
 _QUANTILES = (0.1, 0.25, 0.5, 0.75, 0.9)
 LISTENING_FILE = "listening.npz"
@@ -23,21 +29,22 @@ LISTENING_FLOCKS = 50
 
 
 def measure_listening(entry: NamedPolicy, path: Path) -> None:
-    """Watch a policy on held-out flocks of its own scenario, and keep the statistics that the figure shows.
+    """Run a policy on held-out flocks of its own scenario and save the statistics for the figure.
 
     - ``times``: of the actions, in s;
     - ``quantiles``: of the ranges in m at every action, shape (5, actions); ``silent``: share of agents below
       ``SILENT``;
     - with one range per agent ``range_by_place``: mean range in m by cosine between heading and the
       direction away from the predator (edges ``cosines``) and by predator distance in m (``distances``),
-      where it is sensed; NaN where nobody was;
-    - ``stopped``: share of agents that listen no more from this action on, by thirds of the agents in order
-      of their predator distance at the start, shape (3, actions); of all, where they do not see it then.
+      where it is sensed; NaN in cells without agents;
+    - ``stopped``: share of agents that never listen again from this action on, by thirds of the agents in
+      order of their predator distance at the start, shape (3, actions). One row for all agents if they do
+      not see the predator at the start.
     """
     flocks = first_seeds(HELD_OUT, LISTENING_FLOCKS)
     layout, seen, ranges = watch(entry, flocks)
     scenario = entry.scenario
-    assert isinstance(scenario, FlockScenario)  # noqa: S101, lines are not watched
+    assert isinstance(scenario, FlockScenario)  # noqa: S101, only flocks have this figure
     times = np.arange(len(ranges)) * entry.options["steps_per_action"] * scenario.time_step
     found: dict[str, NDArray[Any]] = {
         "times": times,
@@ -71,30 +78,38 @@ def _thirds(start: NDArray[np.float64]) -> list[NDArray[np.bool]]:
     return [ranks == third for third in range(3)]
 
 
-def draw_listening(source: Path, title: str) -> Figure:
-    """Draw the statistics in a file of ``measure_listening``."""
+def draw_listening(source: Path) -> Figure:
+    """Draw the statistics in a file of ``measure_listening``.
+
+    If every agent sees the predator at the start: the mean range by predator distance and heading. Otherwise:
+    the share of agents that listen, against time.
+    """
     with np.load(source, allow_pickle=False) as file:
         kept = {name: file[name] for name in file.files}
-    per_agent = "range_by_place" in kept
-    figure = Figure(figsize=(12 if per_agent else 5.5, 3.6), layout="constrained")
-    figure.suptitle(title)
-    panels = figure.subplots(1, 3 if per_agent else 1, squeeze=False)[0]
-    times = kept["times"]
-    low, lower, middle, upper, high = kept["quantiles"]
-    panels[0].fill_between(times, low, high, step="post", color="tab:blue", alpha=0.15, lw=0, label="80 %")
-    panels[0].fill_between(times, lower, upper, step="post", color="tab:blue", alpha=0.3, lw=0, label="50 %")
-    panels[0].step(times, middle, where="post", color="tab:blue", label="median")
-    panels[0].set(xlabel="time (s)", ylabel="interaction range (m)", xlim=(0, times[-1]))
-    panels[0].legend(frameon=False, fontsize=8)
-    if per_agent:
-        mesh = panels[1].pcolormesh(kept["distances"], kept["cosines"], kept["range_by_place"])
-        figure.colorbar(mesh, ax=panels[1], label="mean range (m)")
-        panels[1].set(xlabel="predator distance (m)", ylabel="cosine of heading with away")
-        names = ("nearest third", "middle third", "farthest third")
-        for row, name in zip(kept["stopped"], names if len(kept["stopped"]) == 3 else ("all",), strict=True):
-            panels[2].step(times, row, where="post", label=name)
-        panels[2].step(times, kept["silent"], where="post", color="0.5", ls=":", label="range below 1 m now")
-        panels[2].set(xlabel="time (s)", ylabel="share that listens no more")
-        panels[2].set(xlim=(0, times[-1]), ylim=(0, 1))
-        panels[2].legend(frameon=False, fontsize=8)
+    figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
+    axes = figure.subplots()
+    if "range_by_place" in kept and len(kept["stopped"]) == 3:
+        _by_place(figure, axes, kept)
+    else:
+        _over_time(axes, kept)
     return figure
+
+
+def _by_place(figure: Figure, axes: Axes, kept: dict[str, NDArray[Any]]) -> None:
+    top = float(np.nanmax(kept["range_by_place"]))
+    mesh = axes.pcolormesh(
+        kept["distances"], kept["cosines"], kept["range_by_place"], cmap=RANGES, vmin=0, vmax=top
+    )
+    figure.colorbar(mesh, ax=axes, label="mean interaction range (m)")
+    axes.set_title("Range by the agent's place and heading, predator always visible")
+    axes.set(xlabel="distance to the predator (m)", ylabel="heading relative to the predator")
+    axes.set_yticks(_HEADINGS, ["toward it", "120° off", "90° off", "60° off", "away from it"])
+
+
+def _over_time(axes: Axes, kept: dict[str, NDArray[Any]]) -> None:
+    times = kept["times"]
+    end = times[-1] + (times[1] - times[0])
+    share = 100 * (1 - kept["silent"])
+    axes.stairs(share, np.append(times, end), fill=True, color=LIGHT.learned, alpha=0.85, lw=0)
+    axes.set_title("Share of agents that listen (range of 1 m or more), predator visible within 30 m")
+    axes.set(xlabel="time (s)", ylabel="agents that listen (%)", xlim=(0, end), ylim=(0, 100))

@@ -1,4 +1,4 @@
-"""The page of results and the README's table, made from the files of the studies."""
+"""The results page and the README's table, made from the files of the studies."""
 
 from __future__ import annotations
 
@@ -9,13 +9,16 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from flockesc_env.common.stats import CONFIDENCE
+from studies.forest import Group
 from studies.learned import figures
 from studies.learned.aggregate import RESAMPLES, profile
 from studies.learned.listening import LISTENING_FILE, LISTENING_FLOCKS, draw_listening
+from studies.learned.names import setting_title
 from studies.learned.questions import QUESTIONS
 from studies.learned.results import BEST_FIXED, ORACLE, load_studies
 from studies.learned.summary import Summary, elsewhere, hidden, summarize
 from studies.pages import templates, write_text
+from studies.style import save
 from training.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
 
 FIGURES = "figures"
@@ -27,16 +30,13 @@ def write_page(results: Path, page: Path) -> str:
     """Write the page, and its pictures into a folder of the results; return the README's table.
 
     Raises:
-        RecordError: if the results are not whole.
+        RecordError: if the results are incomplete.
     """
     summaries = summarize(load_studies(results))
     for name, picture in _pictures(summaries).items():
-        figures.save(picture, results / FIGURES / f"{name}.png")
+        save(picture, results / FIGURES / name, ("png",))
     for name in listened(results):
-        title = f"{name}: what the learned policy does on {LISTENING_FLOCKS} held-out flocks"
-        figures.save(
-            draw_listening(results / name / LISTENING_FILE, title), results / FIGURES / f"{name}.png"
-        )
+        save(draw_listening(results / name / LISTENING_FILE), results / FIGURES / name, ("png",))
     text = markdown_page(summaries, results / FIGURES, page, listened(results))
     page.parent.mkdir(parents=True, exist_ok=True)
     write_text(page, text)
@@ -44,7 +44,7 @@ def write_page(results: Path, page: Path) -> str:
 
 
 def listened(results: Path) -> list[str]:
-    """Return the settings whose explained policy was watched."""
+    """Return the settings with a file of ``measure_listening``."""
     return sorted(file.parent.name for file in results.glob(f"*/{LISTENING_FILE}"))
 
 
@@ -57,7 +57,7 @@ def markdown_page(
         summaries: of the settings.
         pictures: folder of the pictures.
         page: file that the page is for.
-        watched: settings that have a picture of what their policy does.
+        watched: settings with a picture of their policy's ranges.
     """
     folder = Path(os.path.relpath(pictures.resolve(), page.resolve().parent)).as_posix()
     rendered: str = (
@@ -70,6 +70,7 @@ def markdown_page(
             elsewhere=elsewhere,
             pictures=folder,
             watched=watched,
+            listening_flocks=LISTENING_FLOCKS,
             missing=[name for name in QUESTIONS if name not in {row.study.setting for row in summaries}],
             best_fixed=BEST_FIXED,
             oracle=ORACLE,
@@ -95,29 +96,38 @@ def readme_table(summaries: Sequence[Summary]) -> str:
 
 
 def _pictures(summaries: Sequence[Summary]) -> dict[str, Figure]:
-    """Return the figures by the names of their files, without those that would be empty."""
+    """Return the figures by file name; figures without data are left out."""
     studies = [summary.study for summary in summaries]
+    shown = figures.shown_studies(studies)
     profiles = {
         study.setting: {
-            name: profile(study.values(name), figures.thresholds(study)) for name in study.policies
+            name: profile(study.values(name), figures.thresholds(study)) for name in figures.profiled(study)
         }
-        for study in studies
+        for study in shown
     }
     drawn = {
         "gains": figures.gains(summaries),
-        "learning_curves": figures.learning_curves(studies),
-        "performance_profiles": figures.performance_profiles(studies, profiles),
+        "learning_curves": figures.learning_curves(shown),
+        "performance_profiles": figures.performance_profiles(shown, profiles),
     }
-    parts = {
-        f"{study.setting}: change of the objective{study.unit and ' (m)'}": hidden(study) for study in studies
-    }
-    worlds = {
-        f"{study.setting}: learned minus {name}{study.unit and ' (m)'}": rows
-        for study in studies
-        for name, rows in elsewhere(study).items()
-    }
-    for name, panels in (("ablation", parts), ("transfer", worlds)):
-        filled = {label: rows for label, rows in panels.items() if rows}
-        if filled:
-            drawn[name] = figures.dots_and_bars(filled)
+    explained = [study for study in studies if study.ablation is not None]
+    if explained:
+        drawn["ablation"] = figures.forests(
+            {
+                "change of the objective where the entries are hidden (m)": [
+                    Group(setting_title(study), hidden(study)) for study in explained
+                ]
+            }
+        )
+    moved = [study for study in studies if study.transfer is not None]
+    if moved:
+        drawn["transfer"] = figures.side_by_side(
+            {
+                setting_title(study): [
+                    Group(f"gain over the {name}", rows) for name, rows in elsewhere(study).items()
+                ]
+                for study in moved
+            },
+            "difference (m)",
+        )
     return drawn

@@ -53,7 +53,7 @@ class Study:
         title: of the setting.
         command: the command that gives these results.
         objective: the distance that counts.
-        is_line: whether it is about the line, whose objective has no unit.
+        is_line: whether the model is the line; its objective has no unit.
         tuning_flocks: on which the best fixed range was chosen.
         held_out_flocks: on which every policy is reported.
         best_fixed_range: the choice.
@@ -66,8 +66,8 @@ class Study:
         runs: learner, training_seed, minutes, episodes, samples_per_second, environment_share.
         curves: learner, training_seed, episodes, seconds, objective (on tuning flocks).
         grid: interaction_range, mean, low, high, of fixed ranges on the held-out flocks.
-        ablation: removed, flock, objective; ``None`` if there is none.
-        transfer: world, contender, flock, objective; ``None`` if there is none.
+        ablation: removed, flock, objective; ``None`` without an ablation.
+        transfer: world, contender, flock, objective; ``None`` without other scenarios.
     """
 
     setting: str
@@ -92,7 +92,7 @@ class Study:
 
     @property
     def unit(self) -> str:
-        """What follows a number of the objective."""
+        """The unit of the objective, with a space before it."""
         return "" if self.is_line else " m"
 
     @property
@@ -139,7 +139,7 @@ def load_study(folder: Path) -> Study:
     """Read the results of one setting.
 
     Raises:
-        RecordError: naming the file that is missing or holds something else.
+        RecordError: if a file is missing or holds something else; it names the file.
     """
     document = _document(folder / STUDY_FILE)
     tables = {name: _table(folder / f"{name}.parquet", columns) for name, columns in _COLUMNS.items()}
@@ -163,7 +163,7 @@ def load_studies(results: Path) -> list[Study]:
     """Read all settings of a folder, in the order of their names.
 
     Raises:
-        RecordError: if there is none, or as ``load_study``.
+        RecordError: if the folder holds no study, or as ``load_study``.
     """
     found = sorted(file.parent for file in results.glob(f"*/{STUDY_FILE}"))
     if not found:
@@ -192,7 +192,7 @@ def _table(path: Path, columns: tuple[str, ...]) -> pl.DataFrame | None:
 
 
 def _check_episodes(study: Study, path: Path) -> None:
-    """Differences are paired: every policy needs every flock once, for every training seed."""
+    """Check that every training seed of every policy has every flock once: differences are paired."""
     if BEST_FIXED not in study.policies:
         raise RecordError(f"{path}: contender", repr(BEST_FIXED), ", ".join(study.policies))
     if not np.isfinite(study.episodes["objective"].cast(pl.Float64).fill_null(np.nan).to_numpy()).all():
@@ -208,7 +208,7 @@ def _check_episodes(study: Study, path: Path) -> None:
 
 
 def _check_learners(study: Study, folder: Path) -> None:
-    """Every learner needs episodes, runs and curves."""
+    """Check that every learner has episodes, runs and curves."""
     expected = set(study.learners)
     for name, column in (("episodes", "contender"), ("runs", "learner"), ("curves", "learner")):
         missing = expected - set(getattr(study, name)[column].to_list())
@@ -220,7 +220,7 @@ def _check_learners(study: Study, folder: Path) -> None:
 def _check_pairs(
     table: pl.DataFrame | None, path: Path, groups: tuple[str, ...], column: str, reference: str
 ) -> None:
-    """All that is compared with a reference was run once on every flock of it."""
+    """Check that every entry of a table has the flocks of its reference, each once."""
     if table is None:
         return
     parts = [rows for _, rows in table.group_by(*groups)] if groups else [table]

@@ -36,8 +36,8 @@ def submit(setting: str, policy: str, name: str, results: Path, page: Path) -> s
         A sentence with the policy's objective and its difference to the best fixed range.
 
     Raises:
-        ArgumentError: naming what does not fit the setting, or a name that is taken.
-        RecordError: if the results are not whole.
+        ArgumentError: if the policy does not fit the setting, or the name is taken; it names the field.
+        RecordError: if the results are incomplete.
     """
     known = presets()
     studies = {study.setting: study for study in load_studies(results) if study.setting in known}
@@ -72,10 +72,10 @@ def submit(setting: str, policy: str, name: str, results: Path, page: Path) -> s
 
 
 def check_fits(entry: NamedPolicy, setting: Setting) -> None:
-    """Refuse a policy that another problem was made for, or that sees more than the setting shows.
+    """Refuse a policy for another problem, or one that sees more than the setting shows.
 
     Raises:
-        ArgumentError: naming the field that does not fit.
+        ArgumentError: if the policy does not fit; it names the field.
     """
     model, options = setting.model, LineOptions if setting.is_line else EnvOptions
     if entry.scenario is not None and type(entry.scenario) is not type(model):

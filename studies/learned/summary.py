@@ -1,4 +1,4 @@
-"""One setting's figures, and how the page words them."""
+"""Summary of one setting: statistics of its policies as text for the page."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ UNKNOWN = "-"
 
 @dataclass(frozen=True, eq=False)
 class Summary:
-    """A study and what was computed from it.
+    """A study and its statistics.
 
     Attributes:
         study: the files.
-        policies: figures by policy; differences are to the best fixed range.
+        policies: statistics by policy; differences are to the best fixed range.
     """
 
     study: Study
@@ -33,7 +33,7 @@ class Summary:
 
     @property
     def best(self) -> Aggregate:
-        """Figures of the learner that was best on tuning flocks."""
+        """Statistics of the learner that was best on tuning flocks."""
         return self.policies[self.study.best_learner]
 
     @property
@@ -51,7 +51,7 @@ class Summary:
         return f"{np.median(values):{digits}}" if values.size else UNKNOWN
 
     def show(self, estimate: Estimate, sign: str = "") -> str:
-        """Return a figure of the objective, or with the sign "+" a difference, with its interval."""
+        """Return an estimate with its interval as text; with ``sign="+"`` as a difference."""
         digits = f"{sign}.{3 if self.study.is_line else 2}f"
         return f"{estimate.mean:{digits}} [{estimate.low:{digits}}, {estimate.high:{digits}}]"
 
@@ -64,7 +64,7 @@ class Summary:
         return UNKNOWN if policy == BEST_FIXED else str(self.policies[policy].improvement)
 
     def spread(self, policy: str) -> str:
-        """Return how far the mean difference lies apart over training seeds."""
+        """Return the smallest and the largest mean difference of a training seed."""
         if policy not in self.study.learners:
             return UNKNOWN
         digits = "+.3f" if self.study.is_line else "+.2f"
@@ -73,7 +73,7 @@ class Summary:
 
 
 def summarize(studies: Iterable[Study]) -> list[Summary]:
-    """Compute the figures of all policies, settings in the order of ``QUESTIONS``."""
+    """Compute the statistics of all policies, with the settings in the order of ``QUESTIONS``."""
     order = list(QUESTIONS)
     last = len(order)
     ordered = sorted(studies, key=lambda s: order.index(s.setting) if s.setting in QUESTIONS else last)
@@ -86,7 +86,7 @@ def _figures(study: Study) -> dict[str, Aggregate]:
 
 
 def hidden(study: Study) -> list[tuple[str, Estimate]]:
-    """Return what the objective loses or gains where a part of the observation is hidden, worst first."""
+    """Return the change of the objective for each hidden part of the observation, largest loss first."""
     if study.ablation is None:
         return []
     values = _by_name(study.ablation, "removed")
@@ -95,7 +95,7 @@ def hidden(study: Study) -> list[tuple[str, Estimate]]:
 
 
 def elsewhere(study: Study) -> dict[str, list[tuple[str, Estimate]]]:
-    """Return the paired differences of the learned policy to each other policy, scenario by scenario."""
+    """Return the paired differences between the learned policy and each other one, by scenario."""
     found: dict[str, list[tuple[str, Estimate]]] = {}
     if study.transfer is None:
         return found

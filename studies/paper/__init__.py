@@ -1,1 +1,1 @@
-"""The paper reproduced: its figures, its claims beside measurements, its slips."""
+"""Reproduction of the paper: its figures, its claims with measurements, its slips."""

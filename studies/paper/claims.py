@@ -1,4 +1,4 @@
-"""A claim of the paper beside what was measured, and the rule that turns both into a verdict."""
+"""Claims of the paper, their measurements, and the rule for the verdicts."""
 
 from __future__ import annotations
 
@@ -22,19 +22,43 @@ class Verdict(StrEnum):
 
 
 MOST = 0.95
-"""Share of realizations from which on a claim holds as such."""
+"""A claim holds if it is true in at least this share of the realizations."""
 
 
-def verdict(share: float, *, in_expectation: bool) -> Verdict:
-    """Return the verdict on a claim.
+@dataclass(frozen=True)
+class Judgment:
+    """The verdict on a claim, and how sure it is.
+
+    Attributes:
+        verdict: by ``MOST`` and by whether the claim is true of the mean.
+        share: share of realizations in which the claim is true, with its Wilson interval.
+        is_clear: False if the sample is too small to judge: an interval includes the bound that decides.
+    """
+
+    verdict: Verdict
+    share: Estimate
+    is_clear: bool
+
+
+def judge(is_so: NDArray[np.bool], *, in_expectation: bool, mean_is_clear: bool = True) -> Judgment:
+    """Return the judgment on a claim.
 
     Args:
-        share: share of realizations in which it is true.
+        is_so: whether it is true, of every realization.
         in_expectation: whether it is true of the mean over realizations.
+        mean_is_clear: False if the interval of the mean includes the bound that decides.
     """
+    found = stats.share(is_so)
     if in_expectation:
-        return Verdict.HOLDS if share >= MOST else Verdict.IN_EXPECTATION
-    return Verdict.SOMETIMES if share > 0 else Verdict.FAILS
+        verdict = Verdict.HOLDS if is_so.mean() >= MOST else Verdict.IN_EXPECTATION
+        return Judgment(verdict, found, mean_is_clear and not found.low < MOST <= found.high)
+    verdict = Verdict.SOMETIMES if is_so.any() else Verdict.FAILS
+    return Judgment(verdict, found, mean_is_clear)
+
+
+def is_clear(estimate: Estimate, low: float, high: float) -> bool:
+    """Return whether an interval lies inside or outside the bounds, and not across one of them."""
+    return not any(estimate.low < bound < estimate.high for bound in (low, high))
 
 
 @dataclass(frozen=True)
@@ -42,9 +66,9 @@ class Quantity:
     """A measured quantity.
 
     Attributes:
-        what: what was measured.
+        what: name of the quantity.
         value: the estimate with its 95 % interval.
-        unit: ``"m"``, ``"%"`` (``value`` is then a share) or nothing.
+        unit: ``"m"``, ``"%"`` (then ``value`` is a share) or "".
         digits: decimals that are shown.
     """
 
@@ -63,13 +87,13 @@ class Quantity:
 
 
 def every(is_so: NDArray[np.bool], axis: int) -> NDArray[np.bool]:
-    """Return where something is true along a whole axis."""
+    """Return where all entries along an axis are true."""
     result: NDArray[np.bool] = np.all(is_so, axis=axis)
     return result
 
 
 def share(what: str, is_so: NDArray[np.bool]) -> Quantity:
-    """Return the share of realizations of which something is true."""
+    """Return the share of realizations in which something is true."""
     return Quantity(what, stats.share(is_so), "%", 1)
 
 
@@ -84,14 +108,14 @@ def exactly(what: str, value: float, unit: str = "", digits: int = 2) -> Quantit
 
 
 def quantiles(what: str, values: FloatArray, unit: str = "", digits: int = 2) -> Quantity:
-    """Return the median and, instead of an interval, the range of 95 % of the realizations."""
+    """Return the median with the range of 95 % of the realizations instead of an interval."""
     low, middle, high = np.quantile(values, [0.025, 0.5, 0.975])
     return Quantity(what, Estimate(float(middle), float(low), float(high)), unit, digits)
 
 
 @dataclass(frozen=True)
 class RangeRow:
-    """What a fixed range gives in expectation.
+    """Objectives and components of one fixed range, in expectation.
 
     Attributes:
         interaction_range: rho in m.
@@ -113,10 +137,11 @@ class Claim:
     Attributes:
         where: section or figure of the paper.
         claim: what the paper says, with its number.
-        measured: this project's figures.
-        trials: realizations that they are taken over.
+        measured: what this package measures; the first is the key figure.
+        trials: realizations that were measured.
         holds_if: the rule: what has to be true of a realization, and of the mean.
-        verdict: what came of it.
+        judgment: the verdict.
+        is_reading: whether this is this project's own reading of the text, not a claim of the paper.
     """
 
     where: str
@@ -124,4 +149,5 @@ class Claim:
     measured: tuple[Quantity, ...]
     trials: int
     holds_if: str
-    verdict: Verdict
+    judgment: Judgment
+    is_reading: bool = False

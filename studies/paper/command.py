@@ -66,6 +66,6 @@ def run(
 def _show(results: PaperResults) -> None:
     for claim in results.claims:
         show(f"{claim.where}: {claim.claim}")
-        show(f"    {claim.verdict}: {claim.measured[0]}")
-    counts = Counter(claim.verdict for claim in results.claims)
+        show(f"    {claim.judgment.verdict}: {claim.measured[0]}")
+    counts = Counter(claim.judgment.verdict for claim in results.claims)
     show("; ".join(f"{verdict}: {number}" for verdict, number in counts.items()))

@@ -8,7 +8,18 @@ from numpy.typing import NDArray
 from flockesc_env.common import stats
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.jobs import Arrays
-from studies.paper.claims import Claim, Quantity, RangeRow, every, exactly, mean, quantiles, share, verdict
+from studies.paper.claims import (
+    Claim,
+    Quantity,
+    RangeRow,
+    every,
+    exactly,
+    is_clear,
+    judge,
+    mean,
+    quantiles,
+    share,
+)
 from studies.paper.plan import (
     AIMED_GRID,
     FLOCK,
@@ -24,10 +35,10 @@ SHORT = (10.0, 30.0)
 """The ranges in m that the paper recommends for the minimum distance."""
 
 VISIBLE = 0.5
-"""A difference in m that a curve of Figure 9a can show."""
+"""The smallest difference in m that Figure 9a shows."""
 
 EDGE = 50.0
-"""Offset in m from which on the predator's path crosses the flock's outer part: half of its side."""
+"""Smallest offset in m at which the predator's path crosses the flock's edge: half of the flock's side."""
 
 _TABLE_RANGES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
 _COLUMNS = ("min_mean_distance", "min_min_distance", "num_components")
@@ -63,7 +74,7 @@ def dominates(distance: FloatArray, tolerance: float = 0.0) -> NDArray[np.bool]:
 
     Args:
         distance: shape (3, .., times), in the order of ``SHOWN_FLOCK_RANGES``.
-        tolerance: by how many metres it may lie below.
+        tolerance: how far below them it may lie, in m.
     """
     others = np.maximum(distance[_NONE], distance[_FULL])
     above: NDArray[np.bool] = distance[_SHORT] >= others - tolerance
@@ -81,36 +92,41 @@ def _connectivity(curves: Arrays, literal: Arrays) -> list[Claim]:
         Claim(
             "V, Fig. 6",
             "rho = 100 m: the flock stays connected at all times.",
-            (share("flocks that do", whole),),
+            (share("flocks with one component at all times", whole),),
             len(whole),
             "one component at every t > 0",
-            verdict(whole.mean(), in_expectation=bool(whole.all())),
+            judge(whole, in_expectation=bool(whole.all())),
         ),
         Claim(
             "V, Fig. 7",
             f"rho = 10 m: the flock breaks up into {PRINTED_COMPONENTS} components.",
             (
                 Quantity("mean number at t = 12 s", average),
-                quantiles("median, and 95 % of the flocks", at_end.astype(float), digits=0),
+                quantiles("median, and range of 95 % of the flocks", at_end.astype(float), digits=0),
                 share(f"flocks with exactly {PRINTED_COMPONENTS}", as_many),
             ),
             len(as_many),
             f"exactly {PRINTED_COMPONENTS} at 12 s; the mean rounds to {PRINTED_COMPONENTS}",
-            verdict(as_many.mean(), in_expectation=round(average.mean) == PRINTED_COMPONENTS),
+            judge(
+                as_many,
+                in_expectation=round(average.mean) == PRINTED_COMPONENTS,
+                mean_is_clear=is_clear(average, PRINTED_COMPONENTS - 0.5, PRINTED_COMPONENTS + 0.5),
+            ),
         ),
         Claim(
             "V, Eq. 11",
-            f"These are the printed equations' {PRINTED_COMPONENTS} components (no step that keeps speed).",
+            f"The printed equations (no step that keeps the speed) give {PRINTED_COMPONENTS} components.",
             (
                 mean("mean number at t = 12 s, printed law", printed.astype(float)),
-                exactly("fewest", printed.min(), digits=0),
+                exactly("smallest number of a flock", printed.min(), digits=0),
             ),
             len(printed),
-            f"at most {2 * PRINTED_COMPONENTS} at 12 s under the law as printed; so is the mean",
-            verdict(
-                (printed <= 2 * PRINTED_COMPONENTS).mean(),
+            f"at most {2 * PRINTED_COMPONENTS} components at 12 s under the printed law; so is the mean",
+            judge(
+                printed <= 2 * PRINTED_COMPONENTS,
                 in_expectation=bool(printed.mean() <= 2 * PRINTED_COMPONENTS),
             ),
+            is_reading=True,
         ),
         Claim(
             "V, Fig. 8",
@@ -118,7 +134,7 @@ def _connectivity(curves: Arrays, literal: Arrays) -> list[Claim]:
             (share("flocks with 300 components at all times", alone),),
             len(alone),
             "300 components at every t > 0",
-            verdict(alone.mean(), in_expectation=bool(alone.all())),
+            judge(alone, in_expectation=bool(alone.all())),
         ),
     ]
 
@@ -139,14 +155,14 @@ def _mean_distance(curves: Arrays, grid: Arrays) -> list[Claim]:
             "V, Fig. 9a",
             "The mean distance under rho = 10 m exceeds that under 0 and 100 m at all t.",
             (
-                share("flocks of which it is true (>=) at all t", dominant),
-                share(f"flocks, up to {VISIBLE:g} m, which the plot can show", visibly),
-                exactly("times at which it is true of the mean curves", dominates(average).mean(), "%", 1),
+                share("flocks in which it does at all t", dominant),
+                share(f"the same with a tolerance of {VISIBLE:g} m", visibly),
+                exactly("times at which the mean curves do", dominates(average).mean(), "%", 1),
                 exactly("largest shortfall of the mean curve", behind, "m", 3),
             ),
             len(dominant),
             "the curve of 10 m is at or above both others at all t; so is the mean curve",
-            verdict(dominant.mean(), in_expectation=bool(dominates(average).all())),
+            judge(dominant, in_expectation=bool(dominates(average).all())),
         ),
         Claim(
             "V, Fig. 9",
@@ -158,19 +174,23 @@ def _mean_distance(curves: Arrays, grid: Arrays) -> list[Claim]:
             ),
             len(wins),
             "J_mean is the largest of the three under 10 m; so is its mean",
-            verdict(wins.mean(), in_expectation=leads),
+            judge(wins, in_expectation=leads),
         ),
         Claim(
             "V, Fig. 9b",
             "rho* = 10 m (J_mean; grid of 1 m up to 100 m).",
             (
                 Quantity("best range in expectation", best, "m", 0),
-                quantiles("best range of a single flock: median, and 95 %", own, "m", 0),
+                quantiles("best range of a single flock: median, and range of 95 %", own, "m", 0),
                 share("flocks whose best range is within 2.5 m of 10 m", near),
             ),
             len(own),
             "a flock's best range is within 2.5 m of 10 m; so is the best range in expectation",
-            verdict(near.mean(), in_expectation=abs(best.mean - PRINTED_BEST) <= 2.5),
+            judge(
+                near,
+                in_expectation=abs(best.mean - PRINTED_BEST) <= 2.5,
+                mean_is_clear=is_clear(best, PRINTED_BEST - 2.5, PRINTED_BEST + 2.5),
+            ),
         ),
     ]
 
@@ -181,17 +201,18 @@ def _horizon(curves: Arrays) -> Claim:
     always = every(reached, 0)
     return Claim(
         "V, Eq. 12",
-        "The minimum over t >= 0 is that of the 12 s that are simulated.",
+        "The 12 s that are simulated contain the minimum over all t >= 0.",
         tuple(
-            share(f"flocks whose mean distance rises at 12 s, rho = {rho:g} m", row)
+            share(f"flocks with the minimum before 12 s, rho = {rho:g} m", row)
             for rho, row in zip(SHOWN_FLOCK_RANGES, reached, strict=True)
         ),
         len(always),
         "the minimum is reached before 12 s under 0, 10 and 100 m; so is that of the mean curves",
-        verdict(
-            always.mean(),
+        judge(
+            always,
             in_expectation=bool((np.argmin(distance.mean(axis=1), axis=-1) < FLOCK.num_steps).all()),
         ),
+        is_reading=True,
     )
 
 
@@ -210,12 +231,16 @@ def _minimum_distance(grid: Arrays) -> list[Claim]:
             "The best range for the minimum distance lies between 10 and 30 m.",
             (
                 Quantity("best range in expectation", best, "m", 0),
-                quantiles("best range of a single flock: median, and 95 %", own, "m", 0),
+                quantiles("best range of a single flock: median, and range of 95 %", own, "m", 0),
                 share("flocks whose best range is in 10 to 30 m", inside),
             ),
             len(own),
             "a flock's best range (J_min) is in 10 to 30 m; so is the best range in expectation",
-            verdict(inside.mean(), in_expectation=SHORT[0] <= best.mean <= SHORT[1]),
+            judge(
+                inside,
+                in_expectation=SHORT[0] <= best.mean <= SHORT[1],
+                mean_is_clear=is_clear(best, *SHORT),
+            ),
         ),
         Claim(
             "V, Fig. 10",
@@ -227,9 +252,7 @@ def _minimum_distance(grid: Arrays) -> list[Claim]:
             ),
             len(wins),
             "mean J_min over 10, 11, .., 30 m exceeds J_min under 0 and 100 m; so do the means over flocks",
-            verdict(
-                wins.mean(), in_expectation=bool(middle.mean() > none.mean() and middle.mean() > full.mean())
-            ),
+            judge(wins, in_expectation=bool(middle.mean() > none.mean() and middle.mean() > full.mean())),
         ),
     ]
 
@@ -247,17 +270,18 @@ def _edge(aimed: dict[float, Arrays]) -> list[Claim]:
             for offset in OFFSETS[::2]
             for figure in (
                 Quantity(f"best range at offset {offset:g} m", best[offset], "m", 1),
-                mean(f"{name}(100) - {name}(10) there, paired", margin[offset], "m"),
+                mean(f"{name}(100) - {name}(10) at offset {offset:g} m, paired", margin[offset], "m"),
             )
         ]
         rows.append(
             Claim(
                 "VI",
                 f"Against an attack on the flock's edge full connectivity is best ({name}).",
-                (*measured, share(f"flocks in which it is at all offsets from {EDGE:g} m on", wins)),
+                (share(f"flocks in which 100 m beats 10 m at offsets >= {EDGE:g} m", wins), *measured),
                 len(wins),
-                "100 m beats the 10 m of Figure 9 at all of these offsets; so do the means",
-                verdict(wins.mean(), in_expectation=all(margin[offset].mean() > 0 for offset in at_edge)),
+                "100 m beats the 10 m of Figure 9 at all these offsets; so do the means",
+                judge(wins, in_expectation=all(margin[offset].mean() > 0 for offset in at_edge)),
+                is_reading=name == "J_min",
             )
         )
     return rows

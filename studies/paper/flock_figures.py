@@ -1,9 +1,10 @@
-"""Figures 6 to 10: the flock; and one more: the attack beside its center."""
+"""Figures 6 to 10 of the paper (the flock), and the figure of an attack beside its center."""
 
 from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
@@ -12,11 +13,14 @@ from flockesc_env.jobs import Arrays
 from flockesc_env.models.graph import component_labels
 from flockesc_env.models.simulate import Trajectory, simulate
 from flockesc_env.models.sweep import FlockSweepResult
+from flockesc_env.render.palette import LIGHT
 from studies.paper.plan import AIMED_GRID, FLOCK, FLOCK_GRID, FULL_RANGE, OFFSETS, SHOWN_FLOCK_RANGES
-from studies.style import BAND, INK, PREDATOR, component_colors, letter
+from studies.style import component_colors, letter
+from training.figure_style import BAND, RANGES, WIDTH, label_ends
 
 _TIMES = (0.0, 4.0, 8.0, 12.0)
-_COLORS = dict(zip(SHOWN_FLOCK_RANGES, ("tab:gray", "tab:blue", "tab:orange"), strict=True))
+_COLORS = {rho: to_hex(RANGES((rho / FULL_RANGE) ** 0.5)) for rho in SHOWN_FLOCK_RANGES}
+"""Colors of the ranges; the square root keeps 10 m apart from 0."""
 _GRID, _AIMED = np.array(FLOCK_GRID), np.array(AIMED_GRID)
 _SYMBOLS = {"mean": "J_mean", "minimum": "J_min"}
 
@@ -24,67 +28,87 @@ _SYMBOLS = {"mean": "J_mean", "minimum": "J_min"}
 def snapshots(seed: int, rho: float) -> Figure:
     """Figures 6, 7 and 8: one flock at four times; agents have the color of their component."""
     run = simulate(FLOCK, rho, seed=seed)
-    figure = Figure(figsize=(13, 3.9), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 2.75), layout="constrained")
     panels = figure.subplots(1, len(_TIMES), sharex=True, sharey=True)
-    for index, (axes, time) in enumerate(zip(panels, _TIMES, strict=True)):
+    for axes, time in zip(panels, _TIMES, strict=True):
         _snapshot(axes, run, rho, round(time / FLOCK.time_step))
-        letter(axes, index)
         axes.set_xlabel("x (m)")
     panels[0].set_ylabel("y (m)")
-    figure.suptitle(f"rho = {rho:g} m, flock of seed {seed}; red: predator, its path and its range")
+    figure.suptitle(
+        f"Range {rho:g} m, flock of seed {seed}; color: component, gray: alone, vermilion: predator",
+        x=0.01,
+        ha="left",
+        fontsize=10,
+    )
     return figure
 
 
 def _snapshot(axes: Axes, run: Trajectory, rho: float, step: int) -> None:
     positions = run.positions[step]
     colors = component_colors(component_labels(None, positions, rho))
-    axes.quiver(*positions.T, *run.velocities[step].T, color=colors, scale=260, width=0.006)
     path = run.predator_positions[: step + 1, 0]
-    axes.plot(*path.T, color=PREDATOR, lw=0.8, alpha=0.6)
-    axes.plot(*path[-1], "o", color=PREDATOR, ms=5)
-    axes.add_patch(Circle((path[-1, 0], path[-1, 1]), FLOCK.predator_range, color=PREDATOR, alpha=0.12, lw=0))
+    axes.plot(*path.T, color=LIGHT.predator, lw=1)
+    axes.plot(*path[-1], "o", color=LIGHT.predator, ms=4)
+    here = (path[-1, 0], path[-1, 1])
+    axes.add_patch(Circle(here, FLOCK.predator_range, color=LIGHT.predator, alpha=0.15, lw=0))
+    axes.quiver(*positions.T, *run.velocities[step].T, color=colors, scale=240, width=0.008)
     axes.set_aspect("equal")
     axes.set(xlim=(-130, 230), ylim=(-130, 230))
     number = run.num_components[step]
-    axes.set_title(f"t = {run.times[step]:g} s, {number} component{'' if number == 1 else 's'}", fontsize=9)
+    axes.set_title(f"{run.times[step]:g} s, {number} component{'' if number == 1 else 's'}", fontsize=9)
 
 
 def distances(objective: str, curves: Arrays, grid: Arrays, seed: int) -> Figure:
     """Figures 9 and 10: distance against time, objective against range, and the best ranges of flocks."""
     column = {"mean": "mean_distance", "minimum": "min_distance"}[objective]
-    values = grid[f"min_{column}"]
-    figure = Figure(figsize=(13, 4.2), layout="constrained")
-    over_time, over_range, best = figure.subplots(1, 3)
-    for index, axes in enumerate((over_time, over_range, best)):
-        letter(axes, index)
+    symbol, values = _SYMBOLS[objective], grid[f"min_{column}"]
+    figure = Figure(figsize=(WIDTH, 6.0), layout="constrained")
+    (over_time, over_range), (best, spare) = figure.subplots(2, 2)
+    spare.set_axis_off()
     times = np.arange(FLOCK.num_steps + 1) * FLOCK.time_step
+    ends = []
     for row, (rho, color) in zip(curves[column], _COLORS.items(), strict=True):
-        over_time.plot(times, row[seed], color=color, label=f"rho = {rho:g} m")
-        over_time.plot(times, row.mean(axis=0), color=color, ls=":", lw=1)
-    over_time.set(xlabel="t (s)", ylabel=f"{objective} predator distance (m)")
-    over_time.set_title(f"line: flock of seed {seed}, dots: mean of all", fontsize=10)
-    over_time.legend(frameon=False, fontsize=8)
+        over_time.plot(times, row[seed], color=color, lw=1.5)
+        over_time.plot(times, row.mean(axis=0), color=color, ls=":", lw=1.2)
+        ends.append((float(row[seed][-1]), f"{rho:g} m", color))
+    over_time.set(xlabel="time (s)", ylabel=f"{objective} predator distance (m)")
+    over_time.margins(x=0)
+    letter(over_time, 0, "distance over time, three ranges")
+    label_ends(over_time, ends)
 
     center, low, high = _result(grid).mean_with_interval(objective)
     over_range.fill_between(_GRID, low, high, color=BAND, lw=0)
-    over_range.plot(_GRID, center, color=INK, label=f"mean of {values.shape[1]:,} flocks, 95 % interval")
-    over_range.plot(_GRID, values[:, seed], color="tab:blue", lw=0.8, label=f"flock of seed {seed}")
-    over_range.set(xlabel="rho (m)", ylabel=f"{_SYMBOLS[objective]} (m)")
-    over_range.legend(frameon=False, fontsize=8)
+    over_range.plot(_GRID, values[:, seed], color=LIGHT.alone, lw=1)
+    over_range.plot(_GRID, center, color=LIGHT.fixed, lw=2)
+    over_range.margins(x=0)
+    over_range.set(xlabel="interaction range (m)", ylabel=f"{symbol} (m)")
+    letter(over_range, 1, f"{symbol} against the range")
 
     place = stats.argmax(_GRID, values)
-    best.hist(_GRID[np.argmax(values, axis=0)], bins=np.arange(-2.5, 105, 5), color="tab:blue", alpha=0.7)
-    best.axvspan(place.low, place.high, color="tab:orange", alpha=0.25, lw=0)
-    best.axvline(place.mean, color="tab:orange", label=f"best in expectation: {place.mean:g} m")
-    best.axvline(10, color=PREDATOR, ls="--", lw=1, label="the paper's 10 m")
-    best.set(xlabel="best range of a flock (m)", ylabel="flocks")
-    best.legend(frameon=False, fontsize=8)
+    best.hist(_GRID[np.argmax(values, axis=0)], bins=np.arange(-2.5, 105, 5), color=LIGHT.alone)
+    best.axvspan(place.low, place.high, color=LIGHT.fixed, alpha=0.25, lw=0)
+    best.axvline(place.mean, color=LIGHT.fixed, lw=2)
+    best.axvline(10, color=LIGHT.accent, ls="--", lw=1.5)
+    best.margins(x=0)
+    best.set(xlabel="interaction range (m)", ylabel="flocks")
+    letter(best, 2, "best range of each flock")
+    notes = [
+        (f"(a) solid: flock of seed {seed}", LIGHT.ink),
+        (f"(a) dotted: mean of {values.shape[1]:,} flocks", LIGHT.ink),
+        (f"(b) dark: mean of {values.shape[1]:,} flocks, 95 % interval", LIGHT.fixed),
+        (f"(b) light: flock of seed {seed}", LIGHT.alone),
+        ("(c) bars: flocks by their best range", LIGHT.alone),
+        (f"(c) solid: best in expectation, {place.mean:g} m [{place.low:g}, {place.high:g}]", LIGHT.fixed),
+        ("(c) dashed: the paper's 10 m", LIGHT.accent),
+    ]
+    for line, (text, color) in enumerate(notes):
+        spare.text(0.0, 0.95 - 0.125 * line, text, color=color, va="top", in_layout=False)
     return figure
 
 
 def aimed_beside(aimed: dict[float, Arrays]) -> Figure:
-    """Draw, for an attack beside the center, the best range, and full connectivity against 10 m."""
-    figure = Figure(figsize=(10, 6.4), layout="constrained")
+    """Draw the best range, and 100 m minus 10 m, against the predator's distance from the center."""
+    figure = Figure(figsize=(WIDTH, 5.6), layout="constrained")
     panels = figure.subplots(2, 2, sharex=True)
     for column, (objective, symbol) in enumerate(_SYMBOLS.items()):
         key = {"mean": "min_mean_distance", "minimum": "min_min_distance"}[objective]
@@ -93,16 +117,19 @@ def aimed_beside(aimed: dict[float, Arrays]) -> Figure:
         _points(above, [stats.argmax(_AIMED, rows) for rows in values])
         full, short = AIMED_GRID.index(FULL_RANGE), AIMED_GRID.index(10.0)
         _points(below, [stats.mean(rows[full] - rows[short]) for rows in values])
-        above.set(ylabel="best range in expectation (m)", ylim=(0, 105))
-        above.set_title(symbol, fontsize=10)
-        below.axhline(0, color=INK, lw=0.6)
-        below.set(
-            xlabel="the predator's path misses the center by (m)",
-            ylabel=f"{symbol}(100 m) - {symbol}(10 m) (m)",
-        )
-        letter(above, column)
-        letter(below, 2 + column)
-    figure.suptitle(f"{values[0].shape[1]:,} flocks a point, 95 % intervals")
+        above.set(ylim=(0, 105))
+        letter(above, column, f"{symbol}: best range in expectation")
+        below.axhline(0, color=LIGHT.ink, lw=0.8)
+        below.set(xlabel="the predator's path misses the center by (m)")
+        letter(below, 2 + column, f"{symbol} at 100 m minus {symbol} at 10 m")
+    panels[0, 0].set_ylabel("interaction range (m)")
+    panels[1, 0].set_ylabel("difference (m)")
+    figure.suptitle(
+        f"An attack beside the center: {values[0].shape[1]:,} flocks a point, 95 % intervals",
+        x=0.01,
+        ha="left",
+        fontsize=10,
+    )
     return figure
 
 
@@ -110,7 +137,7 @@ def _points(axes: Axes, estimates: list[stats.Estimate]) -> None:
     means, low, high = (
         np.array([getattr(estimate, name) for estimate in estimates]) for name in ("mean", "low", "high")
     )
-    axes.errorbar(OFFSETS, means, (means - low, high - means), fmt="o-", ms=4, lw=1, capsize=3)
+    axes.errorbar(OFFSETS, means, (means - low, high - means), fmt="o", ms=5, lw=1.5, color=LIGHT.fixed)
 
 
 def _result(grid: Arrays) -> FlockSweepResult:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.jobs import Arrays
-from studies.paper.claims import Claim, Quantity, every, mean, share, verdict
+from studies.paper.claims import Claim, Quantity, every, judge, mean, share
 from studies.paper.plan import (
     BATCH,
     COARSE,
@@ -57,18 +57,18 @@ def _figure_3(free: Arrays) -> list[Claim]:
         Claim(
             "IV, Fig. 3a",
             "rho = 1: one cluster, at the average of x(0).",
-            (share("lines that do so", whole),),
+            (share("lines with one cluster at the average", whole),),
             trials,
             "one cluster within 1e-9 of the average",
-            verdict(whole.mean(), in_expectation=bool(whole.all())),
+            judge(whole, in_expectation=bool(whole.all())),
         ),
         Claim(
             "IV, Fig. 3d",
-            "rho = 0: 100 independent nodes.",
-            (share("lines that do so", alone),),
+            "rho = 0: 100 independent agents.",
+            (share("lines with 100 components", alone),),
             trials,
             "100 components",
-            verdict(alone.mean(), in_expectation=bool(alone.all())),
+            judge(alone, in_expectation=bool(alone.all())),
         ),
     ]
     for rho, panel in ((0.2, "b"), (0.1, "c")):
@@ -85,20 +85,18 @@ def _figure_3(free: Arrays) -> list[Claim]:
                 (share(f"lines with {len(printed)}", as_many), mean("mean number", counts.astype(float))),
                 trials,
                 f"{len(printed)} clusters; no other number is as frequent",
-                verdict(as_many.mean(), in_expectation=most_frequent == len(printed)),
+                judge(as_many, in_expectation=most_frequent == len(printed)),
             ),
             Claim(
                 f"IV, Fig. 3{panel}",
                 f"rho = {rho:g}: clusters at {', '.join(f'{x:.2f}' for x in printed)}.",
                 (
-                    *(mean(f"cluster {k + 1}", column) for k, column in enumerate(found.T)),
                     share(f"lines with all within {NEAR:g}", near),
+                    *(mean(f"cluster {k + 1}", column) for k, column in enumerate(found.T)),
                 ),
                 len(found),
-                f"of lines with as many clusters: all within {NEAR:g} of the printed ones; so are the means",
-                verdict(
-                    near.mean(), in_expectation=bool((np.abs(found.mean(axis=0) - printed) <= NEAR).all())
-                ),
+                f"lines with this number of clusters: all within {NEAR:g} of those printed; so are the means",
+                judge(near, in_expectation=bool((np.abs(found.mean(axis=0) - printed) <= NEAR).all())),
             ),
         ]
     return rows
@@ -121,7 +119,7 @@ def _figure_4(attacked: Arrays) -> list[Claim]:
             (share("lines in which it does", wins), *measured),
             len(wins),
             "d_ss(0.1) is the largest of the four; so is its mean",
-            verdict(wins.mean(), in_expectation=leads),
+            judge(wins, in_expectation=leads),
         ),
         Claim(
             "IV, Fig. 4",
@@ -129,7 +127,7 @@ def _figure_4(attacked: Arrays) -> list[Claim]:
             (share("lines that round to 0.3", rounds), measured[best]),
             len(rounds),
             "d_ss(0.1) rounds to 0.3; so does its mean",
-            verdict(rounds.mean(), in_expectation=round(distance[best].mean(), 1) == 0.3),
+            judge(rounds, in_expectation=round(distance[best].mean(), 1) == 0.3),
         ),
     ]
 
@@ -151,7 +149,8 @@ def _best_range(force: str, grid: Arrays) -> Claim:
         ),
         distance.shape[1],
         f"a batch of {BATCH} lines chooses 0.1; so does the mean over all lines",
-        verdict(chosen.mean(), in_expectation=everywhere.mean == _GRID[_FIRST]),
+        judge(chosen, in_expectation=everywhere.mean == _GRID[_FIRST]),
+        is_reading=force != "linear",
     )
 
 
@@ -170,13 +169,14 @@ def _second_peak(grid: Arrays) -> Claim:
         (
             Quantity("best range", best),
             Quantity("best range above 0.5, a second peak", second),
-            mean("mean d_ss there", peak, digits=4),
-            mean("d_ss(0.1) less that, paired", reported[_FIRST] - peak, digits=4),
+            mean("mean d_ss at the second peak", peak, digits=4),
+            mean("d_ss(0.1) - d_ss(second peak), paired", reported[_FIRST] - peak, digits=4),
             share(f"batches of {BATCH} whose best range is below 0.5", low),
         ),
         distance.shape[1],
         f"a batch of {BATCH} lines has its best range below 0.5; that of all lines rounds to 0.1",
-        verdict(low.mean(), in_expectation=round(best.mean, 1) == 0.1),
+        judge(low, in_expectation=round(best.mean, 1) == 0.1),
+        is_reading=True,
     )
 
 
@@ -196,25 +196,25 @@ def _at_best(grid: Arrays) -> list[Claim]:
             ),
             len(distance),
             f"the mean of a batch of {BATCH} lines rounds to 0.3; so does that of all",
-            verdict(rounds.mean(), in_expectation=round(distance.mean(), 1) == 0.3),
+            judge(rounds, in_expectation=round(distance.mean(), 1) == 0.3),
         ),
         Claim(
             "IV, Fig. 5b",
             "2.65 clusters on average at rho = 0.1: two or three.",
             (
                 mean("mean number of clusters, `linear`", components),
-                Quantity(f"means of {BATCH}, 95 % of them", Estimate(of_batches.mean(), low, high)),
+                Quantity(f"means of {BATCH} lines, 95 % of them", Estimate(of_batches.mean(), low, high)),
                 share("lines with two or three", few),
             ),
             len(components),
-            f"a line ends in two or three; 2.65 lies among 95 % of the means of {BATCH}",
-            verdict(few.mean(), in_expectation=bool(low <= 2.65 <= high)),
+            f"a line ends in two or three clusters; 2.65 lies in the range of 95 % of the means of {BATCH}",
+            judge(few, in_expectation=bool(low <= 2.65 <= high)),
         ),
     ]
 
 
 def edge_claim(results: dict[str, Arrays]) -> Claim:
-    """Return the row about an attack on the edge, of which Section VI speaks; the line has edges, too."""
+    """Return the row about an attack on the edge of the line; Section VI speaks of the flock's edge."""
     studies = {place: results[f"predator at {place}"] for place in PREDATOR_POSITIONS}
     distance = studies[0.0]["escape_distance"]
     wins = every(distance[-1] >= distance, 0)
@@ -225,15 +225,16 @@ def edge_claim(results: dict[str, Arrays]) -> Claim:
         components[place] = study["num_components"][LINE_GRID.index(float(best.mean))].astype(float)
         measured += [
             Quantity(f"best range, x_p = {place:g}", best),
-            mean("mean number of clusters there", components[place]),
+            mean(f"mean number of clusters at the best range, x_p = {place:g}", components[place]),
         ]
     return Claim(
         "VI, for the line",
         "Against a predator at the edge (x_p = 0) full connectivity is best.",
-        (*measured, share("lines in which rho = 1 is best, x_p = 0", wins)),
+        (share("lines in which rho = 1 is best, x_p = 0", wins), *measured),
         len(wins),
         "no range keeps the predator farther than rho = 1; the best range in expectation leaves one cluster",
-        verdict(wins.mean(), in_expectation=bool((components[0.0] == 1).all())),
+        judge(wins, in_expectation=bool((components[0.0] == 1).all())),
+        is_reading=True,
     )
 
 

@@ -1,4 +1,4 @@
-"""The page: every claim beside its measurement, as Markdown and as one HTML file without links to others."""
+"""The page of claims and measurements, as Markdown and as one HTML file."""
 
 from __future__ import annotations
 
@@ -6,33 +6,36 @@ import base64
 import dataclasses
 import json
 import os
-from collections import Counter
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from markdown import markdown
+from markdown import Markdown
 
 from flockesc_env.common.stats import Estimate
 from studies.pages import templates
-from studies.paper.claims import MOST, Claim, Quantity, RangeRow, Verdict
+from studies.paper.claims import MOST, Claim, Judgment, Quantity, RangeRow, Verdict
+from studies.paper.equations import EQUATIONS
 from studies.paper.plan import Trials
 from studies.paper.realizations import FLOCK_RULE, LINE_RULE
 
 RESULTS_FILE = "results.json"
+ROOT = Path(__file__).parents[2]
+_UNCLEAR = " (sample too small to tell)"
 
 
 @dataclasses.dataclass(frozen=True)
 class PaperResults:
-    """All that the page is made from.
+    """Everything that the page shows.
 
     Attributes:
         trials: how many flocks and lines.
         line_seed: the line of Figures 3 and 4.
         flock_seed: the flock of Figures 6 to 10.
         claims: the rows.
-        by_range: what fixed ranges give.
-        versions: of the packages that they were computed with.
+        by_range: objectives of some fixed ranges.
+        versions: of the packages.
     """
 
     trials: Trials
@@ -62,49 +65,87 @@ class PaperResults:
 
 def markdown_page(results: PaperResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the pictures in the folder ``figures``."""
-    folder = Path(os.path.relpath(figures.resolve(), page.resolve().parent))
-    return _render("page.md", results, lambda name: (folder / f"{name}.png").as_posix())
+    return _render(results, page, lambda name: f"{_folder(figures, page)}/{name}.png", str)
 
 
 def html_page(results: PaperResults, figures: Path) -> str:
-    """Return the page as one HTML file that holds its pictures."""
+    """Return the page as one HTML file in ``figures`` that holds its pictures."""
 
     def embedded(name: str) -> str:
         picture = base64.b64encode((figures / f"{name}.png").read_bytes()).decode()
         return f"data:image/png;base64,{picture}"
 
-    body = markdown(_render("page.md", results, embedded), extensions=["tables", "fenced_code"])
-    return templates("studies.paper").get_template("page.html").render(body=body)
+    def colored(verdict: str) -> str:
+        return f'<span class="verdict {verdict.replace(" ", "-")}">{verdict}</span>'
+
+    text = _render(results, figures / "paper.html", embedded, colored)
+    converter = Markdown(
+        extensions=["tables", "fenced_code", "toc"], extension_configs={"toc": {"toc_depth": "2-3"}}
+    )
+    body = converter.convert(text)
+    page: str = templates("studies.paper").get_template("page.html").render(body=body, contents=converter.toc)
+    return page
 
 
-def _render(template: str, results: PaperResults, picture: Callable[[str], str]) -> str:
+def _render(
+    results: PaperResults, page: Path, picture: Callable[[str], str], mark: Callable[[str], str]
+) -> str:
+    numbered = list(enumerate(results.claims, start=1))
     sections = {
-        "Theory of the line (Section III)": [row for row in results.claims if row.where.startswith("III")],
-        "Line (Section IV)": [row for row in results.claims if row.where.startswith("IV")],
-        "Flock (Sections V and VI)": [row for row in results.claims if row.where.startswith("V")],
+        title: [(number, row) for number, row in numbered if _section(row) == title]
+        for title in ("Theory of the line (Section III)", "Line (Section IV)", "Flock (Sections V and VI)")
     }
-    counts = Counter(row.verdict for row in results.claims)
-    page: str = (
+    counts = {
+        verdict.value: [
+            sum(row.judgment.verdict is verdict and row.is_reading is is_reading for row in results.claims)
+            for is_reading in (False, True)
+        ]
+        for verdict in Verdict
+    }
+    rendered: str = (
         templates("studies.paper")
-        .get_template(template)
+        .get_template("page.md")
         .render(
             results=results,
             sections=sections,
-            counts={verdict.value: counts[verdict] for verdict in Verdict},
+            counts=counts,
             picture=picture,
+            mark=lambda judgment: mark(judgment.verdict.value) + ("" if judgment.is_clear else _UNCLEAR),
+            figure_link=_figure_link,
+            equations=EQUATIONS,
+            root=_folder(ROOT, page),
             most=MOST,
             line_rule=LINE_RULE,
             flock_rule=FLOCK_RULE,
         )
     )
-    return page
+    return rendered
+
+
+def _folder(folder: Path, page: Path) -> str:
+    return Path(os.path.relpath(folder.resolve(), page.resolve().parent)).as_posix()
+
+
+def _section(row: Claim) -> str:
+    if row.where.startswith("III"):
+        return "Theory of the line (Section III)"
+    return "Line (Section IV)" if row.where.startswith("IV") else "Flock (Sections V and VI)"
+
+
+def _figure_link(where: str) -> str:
+    """Link the figure that a place of the paper names: "V, Fig. 9a" to the picture of Figure 9."""
+    if where == "VI":
+        return "[VI](#edge)"
+    return re.sub(r"Fig\. (\d+)([a-d]?)", r"[Fig. \1\2](#figure_\1)", where)
 
 
 def _claim(row: dict[str, Any]) -> Claim:
     measured = tuple(
         Quantity(**{**figure, "value": Estimate(**figure["value"])}) for figure in row["measured"]
     )
-    return Claim(**{**row, "measured": measured, "verdict": Verdict(row["verdict"])})
+    found = row["judgment"]
+    judgment = Judgment(Verdict(found["verdict"]), Estimate(**found["share"]), found["is_clear"])
+    return Claim(**{**row, "measured": measured, "judgment": judgment})
 
 
 def _range_row(interaction_range: float, **estimates: dict[str, float]) -> RangeRow:

@@ -1,4 +1,4 @@
-"""Which single realizations the figures show: found by a rule, not by eye."""
+"""The single realizations that the figures show, chosen by a rule."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from studies.paper.line_claims import PRINTED_CLUSTERS, clusters
 from studies.paper.plan import FLOCK_GRID, FREE_RANGES, SHOWN_FLOCK_RANGES
 
 LINE_RULE = (
-    "the line whose clusters under rho = 0.2 and 0.1 are as many as in the paper's Figure 3 and, at worst,"
+    "the line with as many clusters under rho = 0.2 and 0.1 as in the paper's Figure 3 and, at worst,"
     " nearest to the positions printed there; the lowest seed among equals"
 )
 FLOCK_RULE = (
     f"of the flocks with {PRINTED_COMPONENTS} components under 10 m at 12 s whose mean distance under 10 m is"
-    " at or above those under 0 and 100 m at all times (of all flocks, if there is none), the one whose best"
+    " at or above those under 0 and 100 m at all times (of all flocks if none qualifies), the one whose best"
     f" range for J_mean is nearest to {PRINTED_BEST:g} m; the lowest seed among equals"
 )
 

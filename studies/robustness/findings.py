@@ -1,4 +1,4 @@
-"""From objectives of flocks to the best fixed range of a preset, and the one rule that judges it."""
+"""The best fixed range of a preset, its gains, and the rule that judges it."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ OBJECTIVES = {"J_mean": "min_mean_distance", "J_min": "min_min_distance"}
 
 
 class Finding(StrEnum):
-    """Where the best fixed range lies: interior, or not told from one or both ends of the grid."""
+    """Whether the best fixed range is interior, or over which ends of the grid it has no gain."""
 
     INTERIOR = "interior"
-    LIKE_ZERO = "not told from 0"
-    LIKE_LONGEST = "not told from the longest"
-    LIKE_BOTH = "told from neither end"
+    LIKE_ZERO = "no gain over 0"
+    LIKE_LONGEST = "no gain over the longest"
+    LIKE_BOTH = "no gain over either end"
 
 
 RULE = (
-    "a best range is *interior* if on the second half of the flocks it gains over range 0 and the longest"
-    " range, with the 95 % intervals of both paired gains above 0; else it is *not told from* the ends of the"
-    " grid over which it has no such gain"
+    "a best range is *interior* if it gains over range 0 and over the longest range on the second half of the"
+    " flocks. The 95 % intervals of both paired gains must lie above 0. Otherwise the page names the ends of"
+    " the grid over which it has no such gain"
 )
 
 
@@ -38,8 +38,8 @@ class Outcome:
     """The best fixed range for one objective; lengths in m, ranges in the grid's unit.
 
     Attributes:
-        best: the range with the largest mean over the first half of the flocks, with the bootstrap interval
-            of that place. All else is taken over the second half.
+        best: the range with the largest mean over the first half of the flocks, with its bootstrap interval.
+            Everything else is measured on the second half.
         min_mean_distance: J_mean at that range.
         min_min_distance: J_min at that range.
         at_zero: the objective at range 0.
@@ -65,7 +65,7 @@ class Outcome:
 
     @property
     def finding(self) -> Finding:
-        """Return what ``RULE`` says."""
+        """Return the finding by ``RULE``."""
         beats_zero, beats_longest = self.gain_over_zero.low > 0, self.gain_over_longest.low > 0
         if beats_zero:
             return Finding.INTERIOR if beats_longest else Finding.LIKE_LONGEST
@@ -82,16 +82,16 @@ def outcome(symbol: str, actions: tuple[float, ...], results: Mapping[str, NDArr
     """
     half = results["num_components"].shape[1] // 2
     values = results[OBJECTIVES[symbol]]
-    chosen, told = values[:, :half], values[:, half:]
+    chosen, measured = values[:, :half], values[:, half:]
     best = stats.argmax(np.array(actions), chosen)
     at = actions.index(best.mean)
     return Outcome(
         best=best,
         min_mean_distance=stats.mean(results["min_mean_distance"][at, half:]),
         min_min_distance=stats.mean(results["min_min_distance"][at, half:]),
-        at_zero=stats.mean(told[0]),
-        at_longest=stats.mean(told[-1]),
-        gain_over_zero=stats.mean(told[at] - told[0]),
-        gain_over_longest=stats.mean(told[at] - told[-1]),
-        curve=tuple(stats.mean(row) for row in told),
+        at_zero=stats.mean(measured[0]),
+        at_longest=stats.mean(measured[-1]),
+        gain_over_zero=stats.mean(measured[at] - measured[0]),
+        gain_over_longest=stats.mean(measured[at] - measured[-1]),
+        curve=tuple(stats.mean(row) for row in measured),
     )

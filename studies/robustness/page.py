@@ -1,4 +1,4 @@
-"""The page: a row per preset, and an answer per question, made from the results file alone."""
+"""The page of the survey, made from its results file: a row per preset, an answer per question."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class PresetResult:
     Attributes:
         name: of the preset.
         description: of the preset.
-        question: what it differs in from the paper, a key of ``QUESTIONS``.
+        question: how it differs from the paper, a key of ``QUESTIONS``.
         grid: the actions that were tried.
         outcomes: by the objectives' symbols.
     """
@@ -46,7 +46,7 @@ class RobustnessResults:
         command: the command that gives these results.
         num_flocks: flocks in each half: ranges are chosen on the seeds from 0, measured on those from here.
         presets: the rows.
-        versions: of Python and of the packages that they were computed with.
+        versions: of Python and of the packages.
     """
 
     command: str
@@ -67,11 +67,11 @@ class RobustnessResults:
 
 @dataclasses.dataclass(frozen=True)
 class Answer:
-    """What the presets of one question say.
+    """The findings of the presets of one question.
 
     Attributes:
         question: a key of ``QUESTIONS``.
-        interior: presets whose best range is interior.
+        interior: presets with an interior best range.
         others: the other presets, each with its finding.
     """
 
@@ -83,14 +83,14 @@ class Answer:
         number = len(self.interior) + len(self.others)
         if not self.others:
             return f"yes: {', '.join(self.interior)}"
-        told = "; ".join(f"{name} ({finding})" for name, finding in self.others)
+        named = "; ".join(f"{name} ({finding})" for name, finding in self.others)
         if not self.interior:
-            return f"not shown: {told}"
-        return f"in {len(self.interior)} of {number}: {', '.join(self.interior)}; not shown for {told}"
+            return f"not shown: {named}"
+        return f"in {len(self.interior)} of {number}: {', '.join(self.interior)}; not shown for {named}"
 
 
 def answers(results: RobustnessResults, symbol: str) -> list[Answer]:
-    """Return what the presets say about one objective, by question."""
+    """Return the answers to all questions for one objective."""
     found = []
     for question in QUESTIONS:
         rows = [

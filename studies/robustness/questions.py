@@ -1,4 +1,4 @@
-"""Does the paper's finding survive? Every preset belongs to one question, by its scenario."""
+"""Questions about the paper's finding; a preset answers the first one that fits its scenario."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ QUESTIONS: Final[dict[str, Callable[[FlockScenario], bool]]] = {
     "parameters drawn for every episode": lambda scenario: bool(scenario.randomization),
     "other flocks and predators": lambda _: True,
 }
-"""What differs from the paper, in order of precedence: a preset belongs to the first that is true of it."""
+"""How a scenario differs from the paper's, in order of precedence: the first true entry counts."""
 
 
 def question_of(scenario: FlockScenario) -> str:

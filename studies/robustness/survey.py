@@ -1,4 +1,4 @@
-"""From measurements to results, figure and page. Needs the ``analysis`` extra."""
+"""Run the survey: measurements, results, figure and page. Needs the ``analysis`` extra."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from flockesc_env.scenario.presets import PRESETS
 from studies import style
 from studies.measurements import measure
 from studies.pages import write_text
-from studies.robustness.figure import against_range
+from studies.robustness.figure import gains
 from studies.robustness.findings import OBJECTIVES, outcome
 from studies.robustness.page import FIGURE, RESULTS_FILE, PresetResult, RobustnessResults, markdown_page
 from studies.robustness.plan import attacked_presets, grid_of, measurements
@@ -56,7 +56,7 @@ def survey(
         presets=rows,
         versions={**records.versions(), "scipy": version("scipy")},
     )
-    style.save(against_range(results), output / FIGURE)
+    style.save(gains(results), output / FIGURE)
     markdown = page or output / "robustness.md"
     write_text(output / RESULTS_FILE, results.to_json())
     write_text(markdown, markdown_page(results, output, markdown))

@@ -118,7 +118,7 @@ def test_when_agents_stop_listening(visible: bool, tmp_path: Path, monkeypatch: 
 def test_the_figure_is_drawn(entry: NamedPolicy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     kept = measured(entry, tmp_path, monkeypatch)
     np.testing.assert_allclose(kept["times"], np.arange(6) * STEPS * SCENARIO.time_step)
-    draw_listening(tmp_path / "listening.npz", "title").savefig(tmp_path / "listening.png")
+    draw_listening(tmp_path / "listening.npz").savefig(tmp_path / "listening.png")
     assert (tmp_path / "listening.png").stat().st_size > 5_000
 
 

@@ -14,11 +14,13 @@ from cli_runs import Ran
 
 from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
 from flockesc_env.cli.exits import Exit
+from flockesc_env.common.stats import Estimate
 from flockesc_env.jobs import Cache, Job
 from studies.__main__ import STUDIES
 from studies.measurements import OBJECTIVES, measure_job
 from studies.paper import command, jobs
-from studies.paper.claims import Verdict, verdict
+from studies.paper.claims import Verdict, is_clear, judge
+from studies.paper.equations import EQUATIONS
 from studies.paper.flock_claims import dominates
 from studies.paper.line_claims import clusters
 from studies.paper.page import RESULTS_FILE, PaperResults, html_page, markdown_page
@@ -44,7 +46,28 @@ SMALL = FlockScenario(num_agents=20, num_steps=12)
     ],
 )
 def test_verdicts_follow_one_rule(share: float, in_expectation: bool, expected: Verdict) -> None:
-    assert verdict(share, in_expectation=in_expectation) is expected
+    is_so = np.arange(1000) < 1000 * share
+    judgment = judge(is_so, in_expectation=in_expectation)
+    assert judgment.verdict is expected
+    assert judgment.share.low <= share <= judgment.share.high
+
+
+def test_a_sample_is_too_small_if_an_interval_includes_the_bound() -> None:
+    few, many = np.arange(100) < 95, np.arange(100_000) < 96_000
+    assert not judge(few, in_expectation=True).is_clear
+    assert judge(many, in_expectation=True).is_clear
+    assert judge(few, in_expectation=False).is_clear  # the share decides nothing then
+    assert not judge(many, in_expectation=True, mean_is_clear=False).is_clear
+    assert is_clear(Estimate(11, 9, 12), 7.5, 12.5)
+    assert is_clear(Estimate(14, 13, 15), 7.5, 12.5)
+    assert not is_clear(Estimate(11, 9, 14), 7.5, 12.5)
+
+
+def test_equations_name_functions_and_tests_that_exist() -> None:
+    for row in EQUATIONS:
+        text = (ROOT / row.file).read_text()
+        assert re.search(rf"\b(fn|def) {row.function}\b", text), row
+        assert f"def {row.test}(" in (ROOT / row.test_file).read_text(), row
 
 
 def test_curves_equal_those_of_simulate() -> None:
@@ -169,9 +192,15 @@ def test_the_paper_is_reproduced(capsys: pytest.CaptureFixture[str], tmp_path: P
     assert "](paper/figure_9.png)" in markdown
     for claim in results.claims:
         assert claim.holds_if in markdown
-        assert claim.verdict in markdown
+        assert claim.judgment.verdict in markdown
+        for quantity in claim.measured:
+            assert str(quantity).replace("*", "\\*") in markdown
     assert html.count("<tr>") == markdown.count("\n| ")
-    assert not re.search(r"""(src|href)=["'](?!data:)""", html)
+    assert not re.search(r"""src=["'](?!data:)""", html)
+    anchors = set(re.findall(r'id="([^"]+)"', html))
+    assert set(re.findall(r'href="#([^"]+)"', html)) <= anchors
+    cells = [cell for line in markdown.splitlines() if line.startswith("| ") for cell in line.split("|")]
+    assert max(map(len, cells)) <= 200
     command._show(results)
     shown = capsys.readouterr().out
     assert all(claim.claim in shown for claim in results.claims)
@@ -216,7 +245,6 @@ def test_the_committed_page_follows_from_the_committed_results() -> None:
     assert results.trials == Trials()
     (best,) = (claim.measured[0].value for claim in results.claims if claim.where == "V, Fig. 9b")
     readme = (ROOT / "README.md").read_text()
-    assert f"{len(results.claims)} claims" in readme
     assert f"{best.mean:g} m is the best fixed range in expectation" in readme
     assert f"95 % interval {best.low:g} to {best.high:g} m" in readme
     for picture in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page.read_text()):

@@ -141,9 +141,9 @@ def test_every_preset_answers_one_question(scenario: FlockScenario, question: st
 
 def test_answers_follow_the_rule() -> None:
     both = Answer("?", ["a"], [("b", Finding.LIKE_ZERO)])
-    assert str(both) == "in 1 of 2: a; not shown for b (not told from 0)"
+    assert str(both) == "in 1 of 2: a; not shown for b (no gain over 0)"
     assert str(Answer("?", ["a", "b"], [])) == "yes: a, b"
-    assert str(Answer("?", [], [("b", Finding.LIKE_BOTH)])) == "not shown: b (told from neither end)"
+    assert str(Answer("?", [], [("b", Finding.LIKE_BOTH)])) == "not shown: b (no gain over either end)"
 
 
 def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -171,7 +171,7 @@ def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
         assert means == pytest.approx(told.min_mean_distance.mean(axis=1), abs=1e-9)
         means = [point.mean for point in row.outcomes["J_min"].curve]
         assert means == pytest.approx(told.min_min_distance.mean(axis=1), abs=1e-9)
-        assert page.count(f"| {row.name} |") == 3  # J_mean, J_min, and what it is
+        assert page.count(f"| {row.name} |") == 5  # two tables for J_mean, two for J_min, the description
     for symbol in ("J_mean", "J_min"):
         for answer in answers(results, symbol):
             assert f"| {answer.question} | {answer} |" in page
@@ -219,3 +219,11 @@ def test_the_committed_page_follows_from_the_committed_results() -> None:
     assert results.num_flocks >= 500
     assert {row.name for row in results.presets} <= set(attacked_presets())
     assert (COMMITTED / "robustness.png").is_file()
+
+
+@pytest.mark.parametrize("name", ["paper", "results", "robustness"])
+def test_cells_of_generated_tables_are_short(name: str) -> None:
+    lines = (ROOT / "docs" / f"{name}.md").read_text().splitlines()
+    cells = [cell for line in lines if line.startswith("|") for cell in line.split("|")]
+    assert len(cells) > 100
+    assert max(map(len, cells)) <= 200

@@ -52,6 +52,8 @@ RENDER_OPTIONS: dict[str, Kind] = {
     "show": Choice("discs"),
     "agents": Part((0, 2), True, confusing=((-1,), (0.5,), ((0,),), "ab")),
     "trail": Number(2.0, low=0.0),
+    "color": Choice("range"),
+    "largest_range": optional(Number(20.0, low=0.0)),
 }
 
 

@@ -22,9 +22,19 @@ from flockesc_env import (
 )
 from flockesc_env.render import RenderOptions, draw
 from flockesc_env.render.camera import VIEW_ASPECT, Rect, camera
-from flockesc_env.render.colors import ALONE, GRID, PAPER, PREDATOR, component_colors, label_colors
+from flockesc_env.render.colors import (
+    ALONE,
+    GRID,
+    PAPER,
+    PREDATOR,
+    component_colors,
+    label_colors,
+    range_colors,
+)
 from flockesc_env.render.frame import recorded_frames
 from flockesc_env.render.line import line_labels
+from flockesc_env.render.names import policy_title
+from flockesc_env.render.palette import LIGHT
 
 SIZE = 512
 VIEW = Rect(0, 0, SIZE, SIZE / VIEW_ASPECT)
@@ -111,6 +121,40 @@ def test_scales_of_both_axes_are_equal() -> None:
     np.testing.assert_allclose(right - origin, (10 * eye.pixels_per_meter, 0.0), atol=1e-9)
     np.testing.assert_allclose(up - origin, (0.0, -10 * eye.pixels_per_meter), atol=1e-9)
     assert np.ptp(frame.view, axis=0)[0] / np.ptp(frame.view, axis=0)[1] == pytest.approx(VIEW_ASPECT)
+
+
+def test_colors_are_those_of_ranges() -> None:
+    positions = [(10.0, 10.0), (80.0, 80.0), (50.0, 20.0)]
+    ranges = np.array([0.0, 5.0, 20.0])
+    run = still(positions, ranges, predators=())
+    picture = draw(run, 1, options=RenderOptions(color="range", largest_range=20.0))
+    for position, color in zip(positions, range_colors(ranges, 20.0), strict=True):
+        assert near(picture, place(run, position), color)
+
+
+def test_the_scale_of_ranges_is_the_palettes() -> None:
+    stops = [tuple(bytes.fromhex(color[1:])) for color in LIGHT.ranges]
+    assert [tuple(color) for color in range_colors(np.linspace(0, 8, 5), 8.0).tolist()] == stops
+    assert (range_colors(np.array([9.0]), 8.0) == stops[-1]).all()
+    assert (range_colors(np.zeros(1), 0.0) == stops[0]).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "title"),
+    [
+        ("fixed:12", "fixed range 12 m"),
+        ("stubborn-leaders-local", "rule: stubborn leaders local"),
+        ("random", "random ranges"),
+        ("results/policies/search-1.npz", "learned (search)"),
+        ("ppo-0", "learned (PPO)"),
+        ("ppo-own-minimum-2.npz", "learned (PPO own minimum)"),
+        ("runs/mine.npz", "learned (mine)"),
+        ("any name", "any name"),
+    ],
+)
+def test_titles_of_policies(name: str, title: str) -> None:
+    assert policy_title(name) == title
+    assert policy_title("fixed:7", "neighbors") == "fixed range 7 neighbors"
 
 
 def test_colors_are_those_of_components() -> None:

@@ -54,7 +54,7 @@ def test_runs_become_a_video(tmp_path: Path, suffix: str, count: int) -> None:
     video = frames(path)
     assert video.shape == (11, 160, 160 * count, 3)
     assert calls == [(done, 11) for done in range(1, 12)]
-    for made in (0, 5, 10):
+    for made in (0, 5, 10) if count == 1 else (10,):  # several runs share the view of the end
         expected = draw(RUN, made, options=SMALL, title="first").astype(int)
         errors = np.abs(video[made][:, :160] - expected)
         assert errors.mean() < 3

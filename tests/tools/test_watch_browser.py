@@ -11,11 +11,14 @@ from importlib.metadata import version
 from pathlib import Path
 
 import chromium
+import imageio.v3 as iio
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page
 
 from flockesc_env import ConstantVelocity, FlockScenario
 from flockesc_env.policies.registry import built_in
+from flockesc_env.render.colors import range_colors
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.watch import write_page
 
@@ -23,6 +26,7 @@ pytestmark = pytest.mark.skipif(chromium.EXECUTABLE is None, reason=chromium.MIS
 
 FLOCK = FlockScenario(num_agents=40, num_steps=80)  # 4 s
 SPECS = ("fixed:15", "stubborn-leaders")
+TITLES = ["fixed range 15 m", "rule: stubborn leaders"]
 TIMEOUT = 60  # seconds; reached only by a page that does not do what it should
 
 
@@ -50,9 +54,9 @@ def tab(browser: Browser, problems: list[str]) -> Iterator[Page]:
 
 
 def open_page(tab: Page, address: str, width: int = 1280) -> None:
-    """Open a watch page and wait until it has started; its object is ``page`` in scripts."""
+    """Open a watch page at a time and wait until it has started; its object is ``page`` in scripts."""
     tab.set_viewport_size({"width": width, "height": 900})
-    tab.goto(address)
+    tab.goto(address if "#" in address else f"{address}#t=0")
     tab.evaluate("startedPage.then((page) => { globalThis.page = page; })")
 
 
@@ -100,16 +104,66 @@ def test_a_file_opens_alone_with_both_panels(tab: Page, file: str) -> None:
     requests: list[str] = []
     tab.on("request", lambda request: requests.append(request.url))
     open_page(tab, file)
-    assert tab.evaluate("[...document.querySelectorAll('.panel h2')].map((title) => title.textContent)") == [
-        *SPECS
-    ]
+    titles = "[...document.querySelectorAll('.panel h2')].map((title) => title.textContent)"
+    assert tab.evaluate(titles) == TITLES
+    assert tab.evaluate("document.title") == " / ".join(TITLES)
     assert min(tab.evaluate(COLORED)) > 50
     assert tab.evaluate("document.querySelectorAll('.chart canvas').length") == 3
     assert not tab.evaluate("document.getElementById('live').checkVisibility()")
     assert tab.evaluate("document.getElementById('facts').textContent").endswith(
         f"seed 3 \u00b7 flockesc-env {version('flockesc-env')}"
     )
-    assert requests == [file]
+    assert [url.partition("#")[0] for url in requests] == [file]
+
+
+def test_the_page_plays_by_itself_unless_a_time_is_asked_for(tab: Page, file: str) -> None:
+    open_page(tab, f"{file}#")
+    wait(tab, "page.player.isPlaying && page.player.time > 0.1")
+    tab.emulate_media(reduced_motion="reduce")
+    open_page(tab, f"{file}?still#")
+    assert tab.evaluate("[page.player.time, page.player.isPlaying]") == [0, False]
+
+
+def test_ranges_are_colors_where_they_differ(tab: Page, file: str, tmp_path: Path) -> None:
+    open_page(tab, file)
+    assert tab.evaluate("document.getElementById('color').value") == "range"
+    run = built_in("fixed:15").record(3, FLOCK)
+    write_page([("one", run), ("same", run)], tmp_path / "page.html")
+    open_page(tab, (tmp_path / "page.html").as_uri())
+    assert tab.evaluate("document.getElementById('color').value") == "component"
+
+
+def test_colors_of_ranges_are_those_of_all_pictures(tab: Page, file: str) -> None:
+    open_page(tab, file)
+    shares = np.linspace(0, 1, 64)
+    shown = tab.evaluate(f"{shares.tolist()}.map((share) => page.look.theme.ramp(share))")
+    channels = [[int(channel) for channel in color[4:-1].split(",")] for color in shown]
+    np.testing.assert_allclose(channels, range_colors(shares, 1.0).astype(int), atol=1)
+    assert tab.evaluate("NUM_GROUP_COLORS") == len(LIGHT.components)
+
+
+@pytest.mark.parametrize(("count", "columns"), [(1, 1), (2, 2), (4, 2)])
+def test_curves_stand_beside_the_panels(tab: Page, tmp_path: Path, count: int, columns: int) -> None:
+    runs = [(f"fixed:{rho}", built_in(f"fixed:{rho}").record(3, FLOCK)) for rho in range(count)]
+    write_page(runs, tmp_path / "page.html")
+    open_page(tab, (tmp_path / "page.html").as_uri())
+    boxes = "[...document.querySelectorAll('{}')].map((part) => part.getBoundingClientRect().toJSON())"
+    panels, charts = (tab.evaluate(boxes.format(part)) for part in (".panel", ".chart"))
+    assert len({box["left"] for box in panels}) == columns
+    assert max(box["right"] for box in panels) < min(box["left"] for box in charts)
+    assert max(box["bottom"] for box in charts) < 900
+
+
+def test_a_picture_of_all_panels_is_saved(tab: Page, file: str) -> None:
+    open_page(tab, f"{file}#t=2")
+    with tab.expect_download() as download:
+        tab.evaluate("document.getElementById('save').click()")
+    assert download.value.suggested_filename == "flock-2.00s.png"
+    picture = iio.imread(download.value.path())
+    width, height = tab.evaluate("[page.panels[0].canvas.width, page.panels[0].canvas.height]")
+    assert picture.shape[:2] == (height + 30, 2 * width)
+    assert np.ptp(picture[40:, :width]) > 100
+    assert np.ptp(picture[40:, width:]) > 100
 
 
 def test_space_plays_and_stops_and_playback_stops_at_the_end(tab: Page, file: str) -> None:
@@ -188,7 +242,7 @@ def test_every_display_option_changes_the_picture_and_back(tab: Page, file: str,
     before = tab.evaluate(picture)
     if look == "color":
         change = "Object.assign(document.getElementById('color'), {{ value: '{}' }})"
-        changes = [change.format(value) for value in ("range", "component")]
+        changes = [change.format(value) for value in ("component", "range")]
         changes = [f"{change}.dispatchEvent(new Event('change', {{ bubbles: true }}))" for change in changes]
     else:
         changes = [f"document.getElementById('{look}').click()"] * 2
@@ -349,7 +403,7 @@ def test_the_slider_runs_the_flock_again(tab: Page, address: str) -> None:
     assert after[3] != before[3]
     assert after[4:] == before[4:]  # the other panels do not change
     assert tab.evaluate("page.player.time") == 1.5
-    assert tab.evaluate("document.querySelector('.panel h2').textContent") == "fixed:8.5"
+    assert tab.evaluate("document.querySelector('.panel h2').textContent") == "fixed range 8.5 m"
 
 
 def test_another_policy_and_another_flock(tab: Page, address: str) -> None:
@@ -373,6 +427,20 @@ def test_another_policy_and_another_flock(tab: Page, address: str) -> None:
         "seed 3",
     ]
     assert "seed 4" in tab.evaluate("document.getElementById('facts').textContent")
+
+
+def test_the_address_keeps_seed_and_policies(tab: Page, address: str) -> None:
+    open_page(tab, address)
+    tab.evaluate(SLIDE.format(12))
+    tab.evaluate("document.getElementById('next-seed').click()")
+    wait(tab, "page.runs.slice(0, 2).every(({ seed }) => seed === '4')")
+    kept = tab.evaluate("location.href")
+    assert kept == f"{address}#seed=4&policies=fixed:12,stubborn-leaders,"
+    tab.goto("about:blank")
+    open_page(tab, kept)
+    wait(tab, "page.runs.slice(0, 2).every(({ seed }) => seed === '4')")
+    assert tab.evaluate("page.runs[0].name") == "fixed:12"
+    tab.evaluate("page.player.pause()")
 
 
 def test_a_recording_that_is_asked_for_last_stays(tab: Page, address: str) -> None:

@@ -16,9 +16,10 @@ async function decodeColumn({ dtype, data }) {
 }
 
 /** One run: its columns as typed arrays, flat and in the order of (time, agent, axis). */
-async function decodeRun({ name, kind, seed, scenario, rangeUnit, isMetric, columns }) {
+async function decodeRun({ name, title, kind, seed, scenario, rangeUnit, isMetric, columns }) {
   const run = {
     name,
+    title, // the readable name
     kind, // "fixed", "rule" or "learned"
     seed,
     scenario,

@@ -42,15 +42,32 @@ class Live {
       runAll();
     });
     form.hidden = false;
+    this.readAddress();
+  }
+
+  /** Takes the seed and the policies of the address: #seed=3&policies=fixed:12,stubborn-leaders. */
+  readAddress() {
+    const asked = new URLSearchParams(location.hash.slice(1));
+    const [seed, policies] = [asked.get("seed"), asked.get("policies")];
+    if (seed === null && policies === null) return;
+    this.seed.value = seed ?? this.seed.value;
+    policies?.split(",").forEach((policy, index) => this.controls[index]?.choose(policy));
+    this.controls.forEach((control) => control.run());
+  }
+
+  /** Keeps the seed and the policies in the address, for a bookmark or a reload. */
+  writeAddress() {
+    const policies = this.controls.map((control) => control.policy()).join(",");
+    history.replaceState(null, "", `#seed=${encodeURIComponent(this.seed.value)}&policies=${policies}`);
   }
 
   addControls(panel) {
     const recorded = panel.run;
     const start = this.options.panels[panel.index];
     const select = element("select", { ariaLabel: "Policy" });
-    if (start === null) select.append(new Option(`${recorded.name} (recorded)`, ""));
+    if (start === null) select.append(new Option(`${recorded.title} (recorded)`, ""));
     for (const name of this.options.policies) {
-      select.append(new Option(name === "fixed:RHO" ? "fixed range" : name, name));
+      select.append(new Option(name === "fixed:RHO" ? "fixed range" : name.replaceAll("-", " "), name));
     }
     const slider = element("input", {
       type: "range",
@@ -72,9 +89,17 @@ class Live {
       const shownNext = query.policy === "" ? recorded : await this.fetchRun(query);
       if (shownNext) this.replaceRun(panel.index, shownNext);
     });
+    const policy = () => select.value.replace("RHO", slider.value);
+    const choose = (name) => {
+      const option = name.startsWith("fixed:") ? "fixed:RHO" : name;
+      if (![...select.options].some(({ value }) => value === option)) return;
+      select.value = option;
+      if (option !== name) slider.value = name.slice("fixed:".length);
+    };
     const run = () => {
       show();
-      latest.ask({ seed: this.seed.value, policy: select.value.replace("RHO", slider.value) });
+      this.writeAddress();
+      latest.ask({ seed: this.seed.value, policy: policy() });
     };
     select.addEventListener("change", run);
     slider.addEventListener("input", () => {
@@ -82,7 +107,7 @@ class Live {
       run();
     });
     panel.head.append(element("div", { className: "policy" }, select, slider, shown));
-    return { run, select, slider };
+    return { run, select, slider, policy, choose };
   }
 
   /** The run that a query asks for, or null after showing the message of the server. */

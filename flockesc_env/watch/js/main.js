@@ -9,7 +9,7 @@ class Page {
     this.player = new Player();
     this.camera = new Camera(runs[0].dimension === 3);
     this.look = { theme: readTheme() };
-    document.body.classList.toggle("single", runs.length === 1);
+    document.body.dataset.panels = runs.length;
     this.panels = runs.map((_, index) => new Panel(index, this.camera, () => this.draw()));
     document.getElementById("panels").append(...this.panels.map((panel) => panel.root));
     this.curves = new Curves(document.getElementById("charts"), this.player, runs, this.look.theme);
@@ -21,8 +21,15 @@ class Page {
     this.player.addEventListener("change", () => this.draw());
     new ResizeObserver(() => this.draw()).observe(document.getElementById("panels"));
     this.showRuns();
-    this.player.seek(Number(new URLSearchParams(location.hash.slice(1)).get("t")) || 0); // #t=4.5
+    document.getElementById("save").addEventListener("click", () => this.savePicture());
     if (live) this.live = new Live(live, this.panels, (index, run) => this.replaceRun(index, run));
+    this.start(new URLSearchParams(location.hash.slice(1)).get("t"));
+  }
+
+  /** Plays from the start; at a time of the address, #t=4.5, or with reduced motion, the page waits. */
+  start(time) {
+    this.player.seek(Number(time) || 0);
+    if (time === null && !matchMedia("(prefers-reduced-motion: reduce)").matches) this.player.play();
   }
 
   /** Shows another run in a panel, at the current time. */
@@ -40,7 +47,8 @@ class Page {
     const { runs } = this;
     this.box = boxAround(runs, this.box); // only grows, so that the view is steady while the slider moves
     this.camera.fit(this.box);
-    this.look.largestRange = runs.reduce((largest, run) => Math.max(largest, run.largestRange), 0);
+    // One scale for all panels; it only grows, so that a color keeps its meaning while the slider moves.
+    this.look.largestRange = runs.reduce((most, run) => Math.max(most, run.largestRange), this.look.largestRange ?? 0);
     this.showKey();
     const areMetric = runs.every((run) => run.isMetric);
     for (const id of ["edges", "discs"]) document.getElementById(id).parentElement.hidden = !areMetric;
@@ -53,9 +61,34 @@ class Page {
     this.panels.forEach((panel) => panel.draw(this.player.time, this.look));
   }
 
+  /** Saves the panels, side by side with their titles, as a PNG file. */
+  savePicture() {
+    const canvases = this.panels.map((panel) => panel.canvas);
+    const { width, height } = canvases[0];
+    const columns = Math.min(canvases.length, canvases.length === 4 ? 2 : 3);
+    const bar = Math.round(30 * (window.devicePixelRatio || 1));
+    const picture = element("canvas", {
+      width: columns * width,
+      height: Math.ceil(canvases.length / columns) * (height + bar),
+    });
+    const context = picture.getContext("2d");
+    context.fillStyle = this.look.theme.page;
+    context.fillRect(0, 0, picture.width, picture.height);
+    context.font = `600 ${Math.round(bar / 2)}px system-ui, sans-serif`;
+    canvases.forEach((canvas, at) => {
+      const [x, y] = [(at % columns) * width, Math.floor(at / columns) * (height + bar)];
+      context.fillStyle = this.look.theme.runs[this.runs[at].color % this.look.theme.runs.length];
+      context.fillText(`${this.runs[at].title}, ${this.player.time.toFixed(2)} s`, x + bar / 3, y + 0.65 * bar);
+      context.drawImage(canvas, x, y + bar, width, height);
+    });
+    element("a", { href: picture.toDataURL(), download: `flock-${this.player.time.toFixed(2)}s.png` }).click();
+  }
+
   bindLooks() {
+    const colors = document.getElementById("color");
+    colors.value = rangesDiffer(this.runs) ? "range" : "component";
     const readLooks = () => {
-      this.look.color = document.getElementById("color").value;
+      this.look.color = colors.value;
       for (const id of ["trails", "edges", "discs"]) this.look[id] = document.getElementById(id).checked;
     };
     const redraw = () => {
@@ -95,6 +128,12 @@ class Page {
       key.replaceChildren(...named, "largest", dot(theme.groups[OTHER_GROUP]), "others", dot(theme.groups[ALONE]), "alone");
     }
   }
+}
+
+/** Whether the interaction range differs between runs, agents or times. */
+function rangesDiffer(runs) {
+  const first = runs[0].ranges[0];
+  return runs.some((run) => run.ranges.some((range) => range !== first));
 }
 
 /** Writes the head of the page: the scenario, the seed and the versions. */

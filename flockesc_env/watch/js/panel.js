@@ -41,10 +41,10 @@ class Panel {
     this.run = run;
     this.scene.setRun(run);
     this.values.survivors.parentElement.hidden = run.scenario.capture_radius === null;
-    this.title.textContent = run.name;
+    this.title.textContent = run.title;
     this.note.textContent = run.seed === seedOfPage ? "" : run.seed === null ? "given start" : `seed ${run.seed}`;
     this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", `Flock under ${run.name}`);
+    this.canvas.setAttribute("aria-label", `Flock under ${run.title}`);
   }
 
   draw(time, look) {

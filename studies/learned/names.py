@@ -1,0 +1,45 @@
+"""Names of settings and learners in figures."""
+
+from __future__ import annotations
+
+from studies.learned.results import BEST_FIXED, ORACLE, Study
+
+SETTINGS = {
+    "shared": "one range for the flock",
+    "per-agent-visible": "one range per agent, predator always visible",
+    "per-agent-local": "one range per agent, predator visible within 30 m",
+    "shared-minimum": "one range for the flock",
+    "per-agent-visible-minimum": "one range per agent, predator always visible",
+    "per-agent-local-minimum": "one range per agent, predator visible within 30 m",
+    "line": "one range for the line",
+    "steering-predator": "one range per agent, pursuing predator",
+}
+"""Short titles; the panel or the caption names the objective."""
+
+LEARNERS = {
+    "search": "learned (search)",
+    "ppo": "learned (PPO)",
+    "tqc": "learned (TQC)",
+    "schedule": "learned (schedule of time)",
+    "rule": "learned (rule of 3 numbers)",
+    "ppo-team": "PPO: team reward",
+    "ppo-own-minimum": "PPO: own running minimum",
+    "ppo-own-change": "PPO: own distance change",
+    "ppo-neighborhood": "PPO: neighborhood's distance change",
+    "ppo-difference": "PPO: difference reward",
+    BEST_FIXED: "best fixed range",
+    ORACLE: "best fixed range of each flock",
+    "stubborn-leaders": "rule: stubborn leaders",
+    "stubborn-leaders-local": "rule: stubborn leaders, local",
+    "stubborn-witnesses": "rule: stubborn witnesses",
+}
+
+
+def setting_title(study: Study) -> str:
+    """Return a short title of a setting."""
+    return SETTINGS.get(study.setting, study.title)
+
+
+def policy_title(name: str) -> str:
+    """Return a readable name of a policy; a submitted one keeps its own."""
+    return LEARNERS.get(name, name)

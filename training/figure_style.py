@@ -1,0 +1,73 @@
+"""Matplotlib settings and helpers of all figures: sizes, colors of the palette, labels instead of legends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+
+from flockesc_env.render.palette import LIGHT
+
+WIDTH = 8.3
+"""Width of a figure in inches: a README shows it at about 100 px per inch, where 9 pt are 12 px."""
+
+DPI = 150
+RANGES = LinearSegmentedColormap.from_list("ranges", LIGHT.ranges)
+BAND = "0.88"
+"""Gray of the interval around a curve."""
+
+mpl.rcParams.update(
+    {
+        "font.size": 9,
+        "axes.titlesize": 10,
+        "axes.titlelocation": "left",
+        "axes.labelsize": 9,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "axes.edgecolor": LIGHT.muted,
+        "axes.labelcolor": LIGHT.ink,
+        "axes.titlecolor": LIGHT.ink,
+        "text.color": LIGHT.ink,
+        "xtick.color": LIGHT.muted,
+        "ytick.color": LIGHT.muted,
+        "xtick.labelcolor": LIGHT.ink,
+        "ytick.labelcolor": LIGHT.ink,
+        "xtick.labelsize": 9,
+        "ytick.labelsize": 9,
+        "figure.titlesize": 11,
+        "legend.frameon": False,
+        "grid.color": LIGHT.grid,
+    }
+)
+
+
+def label_ends(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float = 0.075) -> None:
+    """Write labels right of the axes at the heights of the curves' ends, moved apart where they overlap.
+
+    Args:
+        axes: the panel, with its final limits.
+        labels: height in data coordinates, text and color of each label.
+        gap: least distance between labels, as a share of the height of the panel.
+    """
+    axes.get_ylim()  # computes limits that are still to be computed
+    to_axes = axes.transScale + axes.transLimits
+    ordered = sorted(labels)
+    places = [float(to_axes.transform((1.0, height))[1]) for height, _, _ in ordered]
+    for _ in range(200):
+        for below in range(len(places) - 1):
+            overlap = max(gap - (places[below + 1] - places[below]), 0.0)
+            places[below] -= overlap / 2
+            places[below + 1] += overlap / 2
+    for place, (_, text, color) in zip(places, ordered, strict=True):
+        axes.annotate(
+            text,
+            (1.0, place),
+            xytext=(5, 0),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            color=color,
+            va="center",
+            annotation_clip=False,
+        )
