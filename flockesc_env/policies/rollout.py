@@ -45,6 +45,7 @@ def rollout(
     seeds: Iterable[int],
     *,
     batch_size: int | None = None,
+    num_threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     **options: Unpack[LineOptionsDict],
 ) -> LineEpisodes: ...
@@ -74,8 +75,9 @@ def rollout(
         per_agent: whether the policy sets one range per agent, or one per flock; ``None``: what the policy
             says, for example True for ``StubbornLeaders``.
         batch_size: flocks stepped together, default 64, or lines, default 256. Only a policy that draws at
-            random depends on it.
-        num_threads: threads over which flocks are spread; ``None``: one per core. Lines take one.
+            random depends on it. The core plays a ``NetworkPolicy`` without batches.
+        num_threads: threads over which flocks are spread; ``None``: one per core. Lines take one, except
+            under a ``NetworkPolicy``.
         predator_policy: controls the learned predators, for example ``Pursue()`` or a trained ``SB3Policy``;
             in a scenario without any, all predators become ``Learned``. ``None``: they fly straight on.
         progress: called with (finished episodes, all episodes).
@@ -99,7 +101,15 @@ def rollout(
             if value is not None:
                 raise ArgumentError(name, "None for a line", shown(value))
         checked_options = line_options(cast("LineOptionsDict", chosen))
-        return play_lines(entry.policy, checked, model, checked_options, batch_size=size, progress=progress)
+        return play_lines(
+            entry.policy,
+            checked,
+            model,
+            checked_options,
+            batch_size=size,
+            num_threads=num_threads,
+            progress=progress,
+        )
     return play_flocks(
         entry.policy,
         checked,

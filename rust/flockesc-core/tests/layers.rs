@@ -14,7 +14,7 @@ use syn::{Attribute, Item, ItemMod, ItemUse, Macro, UseTree, Visibility};
 /// Rooms by layer, the lowest first. Rooms of one layer do not use each other.
 const LAYERS: [&[&str]; 10] = [
     &["base"],
-    &["parallel", "snapshot"],
+    &["parallel", "snapshot", "network"],
     &["agents"],
     &["neighbor"],
     &["predator"],

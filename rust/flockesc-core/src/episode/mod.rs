@@ -3,6 +3,7 @@
 mod batch;
 mod metrics;
 mod options;
+mod rollout;
 mod running;
 mod slot;
 mod state;
@@ -12,6 +13,7 @@ use std::sync::Arc;
 pub use batch::{AtEnd, Batch, Reset};
 pub use metrics::Metrics;
 pub use options::EpisodeConfig;
+pub use rollout::EpisodeOutcome;
 pub use running::Running;
 pub(crate) use state::EpisodeState;
 
@@ -87,6 +89,20 @@ impl<const D: usize> Episode<D> {
         rewards: &mut [f64],
         progress: &Progress,
     ) -> Result<()> {
+        self.hold(ranges, controls, rewards, progress)?;
+        self.summarize();
+        Ok(())
+    }
+
+    /// As [`Self::advance`], without the summary. The flock's and the predators' observations and the polarization need
+    /// [`Self::summarize`] then.
+    fn hold(
+        &mut self,
+        ranges: &[f64],
+        controls: &[f64],
+        rewards: &mut [f64],
+        progress: &Progress,
+    ) -> Result<()> {
         self.world.set_predator_actions(controls);
         self.ranges.copy_from_slice(ranges);
         let caught_before = self.world.caught().len();
@@ -150,8 +166,11 @@ impl<const D: usize> Episode<D> {
                 rewards[agent] = 0.0;
             }
         }
-        self.summary = Summary::of(&self.world);
         Ok(())
+    }
+
+    fn summarize(&mut self) {
+        self.summary = Summary::of(&self.world);
     }
 
     /// Writes the observation: one row for the flock, or one per agent.

@@ -36,6 +36,14 @@ macro_rules! on_batch {
 pub(super) use on_batch;
 
 impl Inner {
+    /// The same batch before its first reset.
+    pub(super) fn without_episodes(&self) -> Self {
+        match self {
+            Self::Plane(batch) => Self::Plane(batch.without_episodes()),
+            Self::Space(batch) => Self::Space(batch.without_episodes()),
+        }
+    }
+
     /// Which agents of every slot were caught, one slot after the other.
     pub(super) fn is_caught(&self) -> Result<Vec<bool>, CoreError> {
         on_batch!(self, batch => {
