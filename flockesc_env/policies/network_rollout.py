@@ -1,4 +1,4 @@
-"""Whole episodes under networks, played by the core: equal bits on every machine and any number of threads."""
+"""Whole episodes under networks, played by the core: equal bits on every machine and all threads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Networks in the core: the actions of the NumPy path, outcomes of one fixed bit pattern, refusals by name."""
+"""Networks in the core: the actions of the NumPy path, outcomes of one bit pattern, refusals by name."""
 
 from __future__ import annotations
 

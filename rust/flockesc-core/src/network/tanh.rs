@@ -3,7 +3,7 @@
 /// ln 2 in two parts, and 1 / ln 2.
 const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
 const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
-const INVERSE_LN2: f64 = 1.442_695_040_888_963_4;
+const INVERSE_LN2: f64 = std::f64::consts::LOG2_E;
 
 /// Coefficients of expm1's rational function.
 const Q: [f64; 5] = [
