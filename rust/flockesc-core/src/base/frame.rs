@@ -16,6 +16,11 @@ impl<const D: usize> Frame<D> {
     /// parallel to the heading points. Where all are, no entry depends on the roll.
     pub(crate) fn new(velocity: &SVector<f64, D>, cues: &[SVector<f64, D>]) -> Self {
         let ahead = unit(velocity).unwrap_or_else(|| least_aligned_axis(velocity));
+        Self::along(ahead, cues)
+    }
+
+    /// As [`Self::new`], from the heading, a unit vector.
+    pub(crate) fn along(ahead: SVector<f64, D>, cues: &[SVector<f64, D>]) -> Self {
         let mut axes = [ahead; D];
         if D == 2 {
             axes[1][0] = -ahead[1];

@@ -16,11 +16,11 @@ pub enum SensingRange {
 }
 
 impl SensingRange {
-    /// Whether a predator is seen from this distance in m.
-    pub(crate) fn reaches(self, distance: f64, scenario: &FlockConfig) -> bool {
+    /// In m.
+    pub(crate) fn length(self, scenario: &FlockConfig) -> f64 {
         match self {
-            Self::PredatorRange => distance <= scenario.predator_range,
-            Self::Length(range) => distance <= range,
+            Self::PredatorRange => scenario.predator_range,
+            Self::Length(range) => range,
         }
     }
 }

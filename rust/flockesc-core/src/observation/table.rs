@@ -74,6 +74,7 @@ impl<S> Table<S> for Row<'_, S> {
 }
 
 /// Maps a length or speed of at least 0 onto [0, 1): half at `scale`.
+#[inline(always)]
 pub(super) fn squash(value: f64, scale: f64) -> f64 {
     if value.is_finite() {
         value / (value + scale)
