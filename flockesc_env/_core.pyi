@@ -22,9 +22,11 @@ __all__ = [
     "laplacian",
     "line_observation_entries",
     "neighbor_pairs",
+    "network_ranges",
     "observation_entries",
     "perron_matrix",
     "predator_observation_entries",
+    "rollout_line",
     "simulate_flock",
     "simulate_line",
     "sweep_flock",
@@ -85,6 +87,13 @@ class FlockBatch:
     def step_one(
         self, action: Any, predator_actions: NDArray[np.float64] | None = None
     ) -> tuple[NDArray[np.float32], float, bool, dict[str, Any]]: ...
+    def rollout(
+        self,
+        architecture: str,
+        parameters: NDArray[np.float32],
+        seeds: NDArray[np.uint64],
+        report: Callable[[int], None] | None = None,
+    ) -> dict[str, NDArray[Any]]: ...
     def observe(self, slots: Sequence[int]) -> NDArray[np.float32]: ...
     def observe_predators(self, slots: Sequence[int]) -> NDArray[np.float32]: ...
     def metrics(self) -> dict[str, NDArray[Any]]: ...
@@ -147,6 +156,23 @@ def simulate_flock(
 def simulate_line(
     scenario: str, interaction_range: float, seed: int, initial_state: NDArray[np.float64] | None = None
 ) -> dict[str, Any]: ...
+def network_ranges(
+    architecture: str,
+    parameters: NDArray[np.float32],
+    entries: list[tuple[str, float, float]],
+    actions: RangeMap,
+    observations: list[NDArray[np.float32]],
+) -> list[NDArray[np.float64]]: ...
+def rollout_line(
+    scenario: str,
+    options: str,
+    actions: RangeMap,
+    architecture: str,
+    parameters: NDArray[np.float32],
+    seeds: NDArray[np.uint64],
+    num_threads: int | None,
+    report: Callable[[int], None] | None,
+) -> dict[str, NDArray[Any]]: ...
 def sweep_flock(
     scenario: str,
     ranges: NDArray[np.float64],

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
 
 from flockesc_env import (
+    Architecture,
     Episodes,
     FlockEscapeEnv,
     FlockScenario,
@@ -18,6 +22,8 @@ from flockesc_env import (
 )
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
+from flockesc_env.episodes.options import env_options, line_options
+from flockesc_env.policies.network_rollout import play_flocks_of_networks, play_lines_of_networks
 from training.config import Setting
 
 OUTCOMES = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
@@ -43,7 +49,8 @@ def objective(
     """
     model, options = setting.model, setting.env_options()
     if isinstance(model, LineScenario):
-        return rollout(model, policy, seeds, batch_size=batch_size, **options).escape_distance
+        lines = rollout(model, policy, seeds, batch_size=batch_size, num_threads=num_threads, **options)
+        return lines.escape_distance
     episodes = rollout(
         model,
         policy,
@@ -54,6 +61,37 @@ def objective(
         **options,
     )
     return outcome(episodes, setting.objective)
+
+
+def play_networks(
+    setting: Setting, architecture: Architecture, vectors: FloatArray, seeds: Sequence[int]
+) -> tuple[FloatArray, int]:
+    """Let networks that were made for a setting play the same flocks, on one thread.
+
+    Args:
+        setting: the scenario, the options and the objective.
+        architecture: of all networks.
+        vectors: their parameters, shape (networks, size).
+        seeds: of the flocks.
+
+    Returns:
+        The objective in m, shape (networks, seeds), and the number of actions, one per agent or per flock.
+    """
+    model = setting.model
+    options: Any = setting.env_options()
+    parameters = np.repeat(vectors.astype(np.float32), len(seeds), axis=0)
+    played = architecture, parameters, list(seeds) * len(vectors)
+    if isinstance(model, LineScenario):
+        columns = play_lines_of_networks(*played, model, line_options(options), num_threads=1)
+        values, rows = columns["escape_distance"], 1
+    else:
+        flock_options = env_options(model, options)
+        columns = play_flocks_of_networks(
+            *played, model, flock_options, per_agent=setting.per_agent, num_threads=1
+        )
+        values = columns[OUTCOMES[setting.objective]]
+        rows = model.num_agents if setting.per_agent else 1
+    return values.reshape(len(vectors), -1), rows * int(columns["num_actions"].sum())
 
 
 def policy_spec(setting: Setting) -> PolicySpec:

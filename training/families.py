@@ -13,8 +13,8 @@ from flockesc_env import Architecture, NetworkPolicy, Policy, StubbornWitnesses
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
-from training.config import SearchArgs
-from training.evaluation import policy_spec
+from training.config import SearchArgs, Setting
+from training.evaluation import objective, play_networks, policy_spec
 
 
 class Family(Protocol):
@@ -27,6 +27,14 @@ class Family(Protocol):
 
     def policy(self, vector: FloatArray) -> NetworkPolicy | StubbornWitnesses:
         """Return the policy with the parameters ``vector``, shape (size,)."""
+        ...
+
+    def play(self, setting: Setting, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
+        """Let the policies of vectors, shape (k, size), play the same flocks.
+
+        Returns:
+            The objective in m, shape (k, seeds), and the number of actions, one per agent or one per flock.
+        """
         ...
 
 
@@ -44,6 +52,10 @@ class Networks:
     def policy(self, vector: FloatArray) -> NetworkPolicy:
         """Return the network with the parameters ``vector``."""
         return NetworkPolicy(self.architecture, vector)
+
+    def play(self, setting: Setting, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
+        """Play in the core."""
+        return play_networks(setting, self.architecture, vectors, seeds)
 
 
 @dataclass(frozen=True)
@@ -65,6 +77,13 @@ class Witnesses:
             np.clip(40 + 20 * first_range, 0, self.max_range),
             np.clip(20 + 10 * interaction_range, 0, self.max_range),
         )
+
+    def play(self, setting: Setting, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
+        """Play all flocks of all rules together, step by step."""
+        population = Population([self.policy(vector) for vector in vectors])
+        flocks = list(seeds) * len(vectors)
+        values = objective(setting, population, flocks, batch_size=len(flocks))
+        return values.reshape(len(vectors), -1), population.actions
 
 
 class Population:

@@ -16,8 +16,7 @@ from cmaes import CMA
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
 from training.config import SearchArgs
-from training.evaluation import objective
-from training.families import Family, Population, family_of
+from training.families import Family, family_of
 from training.outputs import Measured, begin, finish, load_checkpoint, save_checkpoint
 from training.seeds import training_seeds
 
@@ -69,18 +68,16 @@ def _generation(state: SearchState, args: SearchArgs, family: Family) -> None:
     # Later generations need more flocks, because their policies differ by less than the noise.
     growth = (args.final_flocks / args.flocks) ** (number / args.generations)
     flocks = training_seeds(args.seed, measured.episodes // args.population, round(args.flocks * growth))
-    seeds = list(flocks) * args.population
-    played = Population([family.policy(vector) for vector in vectors])
-    values = objective(args, played, seeds, batch_size=len(seeds))
-    fitness = values.reshape(args.population, -1).mean(axis=1)
+    values, num_actions = family.play(args, vectors, flocks)
+    fitness = values.mean(axis=1)
     # cmaes minimizes.
     optimizer.tell(list(zip(vectors, -fitness, strict=True)))
     # A checkpoint stores one triangle of the covariance matrix. The copy does the same, so that interrupted
     # and uninterrupted runs give the same numbers.
     state.optimizer = deepcopy(optimizer)
     state.generation += 1
-    measured.episodes += len(seeds)
-    measured.samples += played.actions
+    measured.episodes += values.size
+    measured.samples += num_actions
     measured.seconds += time.process_time() - begun
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, Final, Literal
 
@@ -216,6 +216,34 @@ class FlockBatch:
             ResetNeededError: if the slot was never reset, or its episode has ended.
         """
         return self._core.step_one(action, self._predator_actions())
+
+    def rollout(
+        self,
+        architecture: str,
+        parameters: NDArray[np.float32],
+        seeds: Sequence[int],
+        progress: Callable[[int, int], None] | None = None,
+    ) -> Columns:
+        """Play the flock of every seed to its end under networks. The slots stay as they are.
+
+        Learned predators fly straight on.
+
+        Args:
+            architecture: the networks' architecture, as the core takes it.
+            parameters: shape (1, size), one network for all flocks, or (seeds, size).
+            seeds: seed k is the flock that a reset with seed k starts.
+            progress: called with (finished flocks, all flocks).
+
+        Returns:
+            Columns ``min_mean_distance``, ``min_min_distance``, ``fraction_surviving``, ``num_components``,
+            ``mean_return`` and ``num_actions``, with an entry per seed.
+
+        Raises:
+            ArgumentError: if the actions are not normalized ones, an input is not observed, or ``parameters``
+                has another shape or an entry that is not finite.
+        """
+        report = None if progress is None else lambda done: progress(done, len(seeds))
+        return self._core.rollout(architecture, parameters, np.array(seeds, np.uint64), report)
 
     def team_rewards(self) -> FloatArray:
         """Return the reward of each flock in the last step, shape (num_flocks,).

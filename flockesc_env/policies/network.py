@@ -1,16 +1,25 @@
-"""``NetworkPolicy``: small neural networks as policies, in NumPy."""
+"""``NetworkPolicy``: small neural networks as policies, step by step in NumPy, whole episodes in the core."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats, as_instance, as_text
+from flockesc_env.common.checks import (
+    FloatArray,
+    as_choice,
+    as_count,
+    as_flag,
+    as_floats,
+    as_instance,
+    as_text,
+)
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec
 from flockesc_env.policies.base import Observations, RowMemory
@@ -63,9 +72,15 @@ class Architecture:
         """Number of parameters: for every layer the weights in row-major order, then the biases."""
         return sum((rows + 1) * columns for rows, columns in self.shapes)
 
+    def to_core(self) -> str:
+        """Return the JSON document that the core takes."""
+        return json.dumps(asdict(self))
+
 
 class NetworkPolicy(RowMemory):
     """A neural network that sets ranges; requires ``action_mode="normalized"``.
+
+    It computes in float64. Parameters and actions are float32.
 
     Args:
         architecture: inputs and layers of the network.
@@ -82,7 +97,7 @@ class NetworkPolicy(RowMemory):
         self.architecture = architecture
         self.parameters: Parameters = as_floats(narrow, "parameters").astype(np.float32)
         self._layers = list(_layers(architecture, self.parameters))
-        self._memory: Parameters = np.zeros((0, architecture.memory), np.float32)
+        self._memory: FloatArray = np.zeros((0, architecture.memory))
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return one action per observation row; see ``Policy.act``.
@@ -94,7 +109,7 @@ class NetworkPolicy(RowMemory):
         if spec.actions.mode != "normalized":
             raise ArgumentError("action_mode", "'normalized'", repr(spec.actions.mode))
         columns = [spec.layout.index(name) for name in self.architecture.inputs]
-        values = observations[:, columns]
+        values: FloatArray = observations[:, columns].astype(np.float64)
         if self.architecture.mirror:
             _reflect(values, self.architecture.inputs, _sides(observations, spec.layout))
         if self.architecture.memory:
@@ -104,13 +119,14 @@ class NetworkPolicy(RowMemory):
         weights, biases = self._layers[-1]
         values = values @ weights + biases
         self._memory = np.tanh(values[:, 1:])
-        action: NDArray[Any] = values[:, :1]
-        return np.tanh(action) if self.architecture.squash == "tanh" else action.clip(-1, 1)
+        action = values[:, :1]
+        bounded = np.tanh(action) if self.architecture.squash == "tanh" else action.clip(-1, 1)
+        return bounded.astype(np.float32)
 
-    def _recall(self, count: int) -> Parameters:
+    def _recall(self, count: int) -> FloatArray:
         begins = self._take_begins(count)
         if begins.all():
-            return np.zeros((count, self.architecture.memory), np.float32)
+            return np.zeros((count, self.architecture.memory))
         return np.where(begins[:, None], 0, self._memory)
 
 
@@ -136,18 +152,18 @@ def _sides(observations: Observations, layout: ObservationLayout) -> Parameters:
     return np.where(np.where(predator != 0, predator, heard) < 0, np.float32(-1), np.float32(1))
 
 
-def _reflect(values: Parameters, names: Sequence[str], sides: Parameters) -> None:
+def _reflect(values: NDArray[Any], names: Sequence[str], sides: Parameters) -> None:
     """Multiply the entries that point to the left by ``sides``, in place."""
     for column, name in enumerate(names):
         if name.endswith("_left"):
             values[:, column] *= sides
 
 
-def _layers(architecture: Architecture, parameters: Parameters) -> Iterator[tuple[Parameters, Parameters]]:
+def _layers(architecture: Architecture, parameters: Parameters) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Yield the weights, shape (inputs, outputs), and biases, shape (outputs,), of every layer."""
-    at = 0
+    numbers, at = parameters.astype(np.float64), 0
     for rows, columns in architecture.shapes:
-        weights = parameters[at : at + rows * columns].reshape(rows, columns)
+        weights = numbers[at : at + rows * columns].reshape(rows, columns)
         at += rows * columns
-        yield weights, parameters[at : at + columns]
+        yield weights, numbers[at : at + columns]
         at += columns

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray, as_policy
-from flockesc_env.episodes.batch import FlockBatch
+from flockesc_env.episodes.batch import Columns, FlockBatch
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
 from flockesc_env.models.simulate import IntArray, Trajectory, simulate
 from flockesc_env.policies.base import Observations, Policy
+from flockesc_env.policies.network import NetworkPolicy
+from flockesc_env.policies.network_rollout import play_flocks_of_networks
 from flockesc_env.scenario.flock import FlockScenario
 
 
@@ -54,7 +55,19 @@ def play_flocks(
     progress: Callable[[int, int], None] | None,
 ) -> Episodes:
     """Run a policy on the flock of every seed; see ``rollout``."""
-    parts: list[dict[str, NDArray[Any]]] = []
+    if type(policy) is NetworkPolicy and predator_policy is None:
+        columns = play_flocks_of_networks(
+            policy.architecture,
+            policy.parameters[np.newaxis],
+            seeds,
+            scenario,
+            options,
+            per_agent=per_agent,
+            num_threads=num_threads,
+            progress=progress,
+        )
+        return _episodes(seeds, [columns])
+    parts: list[Columns] = []
     finished = 0
     for start in range(0, len(seeds), batch_size):
         chunk = seeds[start : start + batch_size]
@@ -74,6 +87,10 @@ def play_flocks(
         finished += len(chunk)
         if progress is not None:
             progress(finished, len(seeds))
+    return _episodes(seeds, parts)
+
+
+def _episodes(seeds: list[int], parts: list[Columns]) -> Episodes:
     names = ("min_mean_distance", "min_min_distance", "fraction_surviving", "num_components", "mean_return")
     columns = {name: np.concatenate([part[name] for part in parts]) for name in names}
     return Episodes(seeds=np.array(seeds, np.uint64), **columns)

@@ -45,6 +45,7 @@ def rollout(
     seeds: Iterable[int],
     *,
     batch_size: int | None = None,
+    num_threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     **options: Unpack[LineOptionsDict],
 ) -> LineEpisodes: ...
@@ -75,8 +76,9 @@ def rollout(
         per_agent: True: the policy sets one range per agent. False: one per flock. ``None``: as the policy's
             attribute ``per_agent`` says.
         batch_size: number of episodes stepped together; ``None``: 64 flocks or 256 lines. Results depend on
-            it only if the policy is random.
-        num_threads: number of threads for flocks; ``None``: one per core. Lines use one thread.
+            it only if the policy is random. The core plays a ``NetworkPolicy`` without batches.
+        num_threads: number of threads for flocks; ``None``: one per core. Lines use one thread, except under
+            a ``NetworkPolicy``.
         predator_policy: controls the ``Learned`` predators, for example ``Pursue()`` or a trained
             ``SB3Policy``. ``None``: they fly straight on.
         progress: called with (finished episodes, all episodes) after every batch. ``None``: no calls.
@@ -101,7 +103,15 @@ def rollout(
             if value is not None:
                 raise ArgumentError(name, "None for a line", shown(value))
         checked_options = line_options(cast("LineOptionsDict", chosen))
-        return play_lines(entry.policy, checked, model, checked_options, batch_size=size, progress=progress)
+        return play_lines(
+            entry.policy,
+            checked,
+            model,
+            checked_options,
+            batch_size=size,
+            num_threads=num_threads,
+            progress=progress,
+        )
     return play_flocks(
         entry.policy,
         checked,

@@ -15,6 +15,8 @@ from flockesc_env.episodes.options import LineOptions
 from flockesc_env.episodes.spaces import PolicySpec, line_policy_spec
 from flockesc_env.models.simulate import IntArray
 from flockesc_env.policies.base import Policy
+from flockesc_env.policies.network import NetworkPolicy
+from flockesc_env.policies.network_rollout import play_lines_of_networks
 from flockesc_env.scenario.line import LineScenario
 
 
@@ -44,9 +46,22 @@ def play_lines(
     options: LineOptions,
     *,
     batch_size: int,
+    num_threads: int | None,
     progress: Callable[[int, int], None] | None = None,
 ) -> LineEpisodes:
     """Run a policy on the line of every seed; see ``rollout``."""
+    if type(policy) is NetworkPolicy:
+        columns = play_lines_of_networks(
+            policy.architecture,
+            policy.parameters[np.newaxis],
+            seeds,
+            scenario,
+            options,
+            num_threads=num_threads,
+            progress=progress,
+        )
+        del columns["num_actions"]
+        return LineEpisodes(seeds=np.array(seeds, np.uint64), **columns)
     spec = line_policy_spec(scenario, options)
     ended: list[_core.LineEpisode] = []
     for start in range(0, len(seeds), batch_size):

@@ -4,25 +4,18 @@ from __future__ import annotations
 
 import json
 import multiprocessing
-import os
-import platform
-import shutil
-import subprocess
-import sys
 from itertools import chain
 from pathlib import Path
 
 import numpy as np
 import pytest
 from golden_episodes import SEED, cases, hashed, hashes
+from masked_cpu import LEVELS, run_masked
 from option_table import small_flock
 
 from flockesc_env import FlockEscapeEnv, FlockVectorEnv, parallel_env
 
-TESTS = Path(__file__).parents[1]
-SUPPORT = TESTS / "support"
-GOLDEN = json.loads((TESTS / "golden" / "golden_episodes.json").read_text())
-UNAVAILABLE = 77  # tests/support/masked_cpuid.c
+GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "golden_episodes.json").read_text())
 
 PLAY = """
 import json
@@ -39,23 +32,9 @@ def test_episodes_equal_the_golden_ones(num_threads: int) -> None:
     assert hashes(num_threads) == GOLDEN
 
 
-@pytest.mark.skipif(
-    sys.platform != "linux" or platform.machine() != "x86_64", reason="CPUID is hidden by a trick of Linux"
-)
-@pytest.mark.parametrize(("level", "has_avx2"), [(2, False), (3, True)])
+@LEVELS
 def test_episodes_are_the_same_on_lower_x86_levels(level: int, has_avx2: bool, tmp_path: Path) -> None:
-    """Level 2 of x86-64 has no AVX2, level 3 has it; higher levels are hidden from the child process."""
-    compiler, library = shutil.which("cc"), tmp_path / "masked_cpuid.so"
-    assert compiler, "Rust needs a C compiler, too"
-    source = str(SUPPORT / "masked_cpuid.c")
-    subprocess.run([compiler, "-shared", "-fPIC", "-Werror", "-o", library, source], check=True)  # noqa: S603
-    path = os.pathsep.join([str(SUPPORT), *sys.path])
-    masked = {**os.environ, "LD_PRELOAD": str(library), "X86_64_LEVEL": str(level), "PYTHONPATH": path}
-    child = subprocess.run([sys.executable, "-c", PLAY], env=masked, capture_output=True, text=True)  # noqa: S603
-    if child.returncode == UNAVAILABLE:
-        pytest.skip("this processor cannot make CPUID fault")
-    assert child.returncode == 0, child.stderr
-    assert json.loads(child.stdout) == [has_avx2, False, GOLDEN]
+    assert run_masked(PLAY, level, tmp_path) == [has_avx2, False, GOLDEN]
 
 
 def test_another_seed_is_another_episode() -> None:

@@ -1,13 +1,18 @@
-"""A population of policies plays as each policy does alone."""
+"""Policies of a generation play as each of them does alone."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import numpy as np
 import pytest
 from option_table import small_flock
+from small_runs import small_run
 
-from flockesc_env import Architecture, Policy, rollout
-from training.families import Family, Networks, Population, Witnesses
+from flockesc_env import Architecture
+from training.config import SearchArgs
+from training.evaluation import objective
+from training.families import Family, Networks, Witnesses
 
 SCENARIO = small_flock(num_agents=6, num_steps=12, initial_side=60.0)
 SEEDS = [4, 5]
@@ -20,18 +25,20 @@ FAMILIES = {
 
 
 @pytest.mark.parametrize("family", FAMILIES.values(), ids=list(FAMILIES))
-def test_a_population_plays_as_its_policies_do(family: Family) -> None:
+def test_a_generation_plays_as_its_policies_do(family: Family, tmp_path: Path) -> None:
+    (tmp_path / "flock.toml").write_text(SCENARIO.to_toml())
+    chosen = {
+        "scenario": str(tmp_path / "flock.toml"),
+        "per_agent": True,
+        "max_range": 30.0,
+        "predator_visible": False,
+    }
+    args = small_run(tmp_path / "run", "search", steps_per_action=1, **chosen)
+    assert isinstance(args, SearchArgs)
     vectors = np.random.default_rng(0).normal(size=(3, family.size))
-    population = Population([family.policy(vector) for vector in vectors])
-
-    def played(policy: Policy, seeds: list[int]) -> np.ndarray:
-        return rollout(
-            SCENARIO, policy, seeds, per_agent=True, max_range=30.0, batch_size=len(seeds)
-        ).min_mean_distance
-
     for _ in range(2):  # the second run starts without the memory of the first
-        together = played(population, SEEDS * 3)
-        alone = np.concatenate([played(family.policy(vector), SEEDS) for vector in vectors])
+        together, num_actions = family.play(args, vectors, SEEDS)
+        alone = np.array([objective(args, family.policy(vector), SEEDS) for vector in vectors])
         np.testing.assert_array_equal(together, alone)
-    assert len(set(alone.round(3))) >= 3
-    assert population.actions == 2 * 6 * SCENARIO.num_agents * SCENARIO.num_steps
+    assert len(set(alone.ravel().round(3))) >= 3
+    assert num_actions == 6 * SCENARIO.num_agents * SCENARIO.num_steps

@@ -11,6 +11,7 @@ mod graph;
 mod kinds;
 mod line;
 mod neighbor;
+mod network;
 mod observation;
 mod parallel;
 mod predator;
@@ -23,7 +24,7 @@ pub use base::check::{MAX_AGENTS, MAX_STEPS};
 pub use base::entry::Entry;
 pub use base::error::{Error, Result};
 pub use base::rng::episode_seed;
-pub use episode::{Batch, Episode, EpisodeConfig, Metrics, Running};
+pub use episode::{Batch, Episode, EpisodeConfig, EpisodeOutcome, Metrics, Running};
 pub use flock::{
     AlignedHeadings, Choice, Clusters, Disc, Distribution, FlockConfig, Gaussian, GivenHeadings,
     GivenPositions, Inertial, InitialHeadings, InitialPositions, InitialState, LogUniform, Motion,
@@ -33,10 +34,11 @@ pub use flock::{
 pub use graph::{NeighborGraph, laplacian, perron_matrix};
 pub use kinds::kinds;
 pub use line::{
-    EscapeForce, Line, LineConfig, LineEpisode, LineEpisodeConfig, LineReward, LineTrajectory,
-    line_entries, simulate_line,
+    EscapeForce, Line, LineConfig, LineEpisode, LineEpisodeConfig, LineEpisodeOutcome, LineReward,
+    LineTrajectory, line_entries, rollout_line, simulate_line,
 };
 pub use neighbor::{Metric, NeighborRule, Ranges, Topological, Voronoi};
+pub use network::{Architecture, Networks, NormalizedRange, Squash};
 pub use observation::{SensingRange, View, entries, predator_entries};
 pub use parallel::Progress;
 pub use predator::{

@@ -15,7 +15,7 @@ use syn::{Attribute, Item, ItemMod, ItemUse, Macro, UseTree, Visibility};
 /// Top-level modules by layer, the lowest layer first. Modules of one layer do not use each other.
 const LAYERS: [&[&str]; 10] = [
     &["base"],
-    &["parallel", "snapshot"],
+    &["parallel", "snapshot", "network"],
     &["agents"],
     &["neighbor"],
     &["predator"],

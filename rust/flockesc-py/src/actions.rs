@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use flockesc_core::{Error, NormalizedRange};
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::conversion::FromPyObjectOwned;
 use pyo3::exceptions::PyValueError;
@@ -10,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyBool, PyDict, PyList, PyTuple};
 
 use crate::arrays::shaped;
-use crate::errors::action_error;
+use crate::errors::{CoreError, action_error};
 
 /// Maps actions to interaction ranges. Arrays of float32 or float64 are read directly, or of int64 with a
 /// grid. Other array-likes are converted by NumPy first.
@@ -103,6 +104,23 @@ impl RangeMap {
 }
 
 impl RangeMap {
+    /// Returns the map from normalized actions to ranges.
+    ///
+    /// # Errors
+    /// `ArgumentError` naming `action_mode` if actions are not normalized.
+    pub(crate) fn normalized(&self) -> Result<NormalizedRange, CoreError> {
+        let map = &self.0;
+        if map.is_normalized && map.grid.is_none() {
+            return Ok(map.normalized());
+        }
+        let given = if map.grid.is_some() {
+            "'discrete'"
+        } else {
+            "'range'"
+        };
+        Err(Error::argument("action_mode", "'normalized'", given).into())
+    }
+
     /// Returns the ranges of `count` stacked actions, with NaN for actions outside of the action space.
     pub(crate) fn ranges(&self, actions: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<f64>> {
         let map = &self.0;
@@ -300,6 +318,14 @@ impl Map {
         }
     }
 
+    /// Returns the map from actions in [-1, 1] to ranges.
+    fn normalized(&self) -> NormalizedRange {
+        NormalizedRange {
+            min_range: self.min_range,
+            max_range: self.max_range,
+        }
+    }
+
     /// Returns the bounds of the action space.
     fn bounds(&self) -> (f64, f64) {
         if self.is_normalized {
@@ -320,7 +346,7 @@ impl Map {
         }
         let value = value.clamp(low, high);
         if self.is_normalized {
-            self.min_range + (value + 1.0) / 2.0 * (self.max_range - self.min_range)
+            self.normalized().of(value)
         } else {
             value
         }

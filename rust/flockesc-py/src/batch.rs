@@ -4,7 +4,9 @@ mod inner;
 
 use flockesc_core::bindings::AtEnd;
 use flockesc_core::{Batch, EpisodeConfig, Error, FlockConfig, InitialState, predator_entries};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn,
+};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
@@ -13,6 +15,8 @@ use crate::actions::RangeMap;
 use crate::arrays::{column, flat, overwrite, shaped};
 use crate::errors::{CoreError, option_error, try_borrow, try_borrow_mut};
 use crate::info::{self, Measured, columns, metric_columns, numbers};
+use crate::long_call::long_call;
+use crate::rollout::{networks, outcome_columns};
 use inner::{Inner, on_batch};
 
 /// Observations, rewards, end flags of the episodes, ranges in m, metrics.
@@ -213,6 +217,31 @@ impl FlockBatch {
         info.set_item(intern!(py, "interaction_range"), range)?;
         let ended = this.inner.has_ended(0)?;
         Ok((observation.into_pyarray(py), reward[0], ended, info))
+    }
+
+    /// Plays the flock of every seed to its end, under one network for all seeds or one per seed.
+    ///
+    /// Returns a column per outcome. The flocks of the batch stay as they are. `report` is called with the
+    /// number of finished flocks.
+    #[pyo3(signature = (architecture, parameters, seeds, report=None))]
+    fn rollout<'py>(
+        slf: &Bound<'py, Self>,
+        py: Python<'py>,
+        architecture: &str,
+        parameters: PyReadonlyArray2<'py, f32>,
+        seeds: PyReadonlyArray1<'py, u64>,
+        report: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (inner, actions) = {
+            let this = try_borrow(slf)?;
+            (this.inner.without_episodes(), this.actions.clone())
+        };
+        let seeds = seeds.as_slice()?.to_vec();
+        let outcomes = on_batch!(inner, batch => {
+            let networks = networks(architecture, &parameters, &batch.entries(), &actions)?;
+            long_call(py, report, move |progress| batch.rollout(&networks, &seeds, progress))?
+        });
+        outcome_columns(py, &outcomes)
     }
 
     /// Returns the observations of `slots`, slot after slot.

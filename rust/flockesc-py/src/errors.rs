@@ -47,12 +47,21 @@ impl From<CoreError> for PyErr {
 
 /// Converts a core error about options into an `OptionError`.
 pub(crate) fn option_error(error: Error) -> PyErr {
+    config_error("OptionError", error)
+}
+
+/// A core error about a document that one argument became.
+pub(crate) fn argument_error(error: Error) -> PyErr {
+    config_error("ArgumentError", error)
+}
+
+fn config_error(class: &str, error: Error) -> PyErr {
     match error {
         Error::Config {
             field,
             expected,
             given,
-        } => raised("OptionError", (field, expected, given)),
+        } => raised(class, (field, expected, given)),
         error => CoreError::Core(error).into(),
     }
 }

@@ -10,6 +10,7 @@ mod layouts;
 mod line;
 mod long_call;
 mod models;
+mod rollout;
 
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
@@ -46,6 +47,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module
     )?)?;
     module.add_function(wrap_pyfunction!(line::line_observation_entries, module)?)?;
+    module.add_function(wrap_pyfunction!(rollout::network_ranges, module)?)?;
+    module.add_function(wrap_pyfunction!(rollout::rollout_line, module)?)?;
     let forked = wrap_pyfunction!(forked, module)?;
     let when = [("after_in_child", forked)].into_py_dict(module.py())?;
     let os = module.py().import("os")?;

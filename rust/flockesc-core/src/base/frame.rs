@@ -18,6 +18,11 @@ impl<const D: usize> Frame<D> {
     /// gives the same observation.
     pub(crate) fn new(velocity: &SVector<f64, D>, cues: &[SVector<f64, D>]) -> Self {
         let ahead = unit(velocity).unwrap_or_else(|| least_aligned_axis(velocity));
+        Self::along(ahead, cues)
+    }
+
+    /// As [`Self::new`], from the heading, a unit vector.
+    pub(crate) fn along(ahead: SVector<f64, D>, cues: &[SVector<f64, D>]) -> Self {
         let mut axes = [ahead; D];
         if D == 2 {
             axes[1][0] = -ahead[1];

@@ -14,6 +14,7 @@ use super::options::EpisodeConfig;
 use super::slot::Slot;
 use super::{Episode, Metrics, rows};
 use crate::agents;
+use crate::base::entry::Entry;
 use crate::base::error::{Error, Result};
 use crate::base::rng::episode_seed;
 use crate::flock::{FlockConfig, InitialState, check_predator_actions, check_ranges};
@@ -53,8 +54,8 @@ pub enum AtEnd {
 /// ```
 #[derive(Debug, Clone)]
 pub struct Batch<const D: usize> {
-    scenario: Arc<FlockConfig>,
-    config: Arc<EpisodeConfig>,
+    pub(super) scenario: Arc<FlockConfig>,
+    pub(super) config: Arc<EpisodeConfig>,
     slots: Vec<Slot<D>>,
     num_threads: Option<usize>,
     row_length: usize,
@@ -122,6 +123,12 @@ impl<const D: usize> Batch<D> {
     #[must_use]
     pub fn row_length(&self) -> usize {
         self.row_length
+    }
+
+    /// Returns the entries of an observation row.
+    #[must_use]
+    pub fn entries(&self) -> Vec<Entry> {
+        observation::entries(self.config.view, D)
     }
 
     /// Returns the dimension D.
@@ -341,7 +348,7 @@ impl<const D: usize> Batch<D> {
 
     /// Returns the threads for work on `flocks` flocks. One small flock, or a batch of one thread, needs no
     /// pool.
-    fn pool(&self, flocks: usize) -> Result<Pool> {
+    pub(super) fn pool(&self, flocks: usize) -> Result<Pool> {
         let is_large = agents::is_large(self.scenario.num_agents);
         if self.num_threads == Some(1) || (flocks <= 1 && !is_large) {
             return Ok(Pool::None);

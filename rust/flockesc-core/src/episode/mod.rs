@@ -3,6 +3,7 @@
 mod batch;
 mod metrics;
 mod options;
+mod rollout;
 mod running;
 mod slot;
 mod state;
@@ -12,6 +13,7 @@ use std::sync::Arc;
 pub use batch::{AtEnd, Batch, Reset};
 pub use metrics::Metrics;
 pub use options::EpisodeConfig;
+pub use rollout::EpisodeOutcome;
 pub use running::Running;
 pub(crate) use state::EpisodeState;
 
@@ -91,6 +93,21 @@ impl<const D: usize> Episode<D> {
         rewards: &mut [f64],
         progress: &Progress,
     ) -> Result<()> {
+        self.hold(ranges, predator_actions, rewards, progress)?;
+        self.summarize();
+        Ok(())
+    }
+
+    /// Advances as [`Self::advance`] does, without the summary.
+    ///
+    /// The flock's and the predators' observations and the polarization then need [`Self::summarize`].
+    fn hold(
+        &mut self,
+        ranges: &[f64],
+        predator_actions: &[f64],
+        rewards: &mut [f64],
+        progress: &Progress,
+    ) -> Result<()> {
         self.world.set_predator_actions(predator_actions);
         self.ranges.copy_from_slice(ranges);
         let caught_before = self.world.caught().len();
@@ -154,8 +171,11 @@ impl<const D: usize> Episode<D> {
                 rewards[agent] = 0.0;
             }
         }
-        self.summary = Summary::of(&self.world);
         Ok(())
+    }
+
+    fn summarize(&mut self) {
+        self.summary = Summary::of(&self.world);
     }
 
     /// Writes the observation: one row for the flock, or one per agent.

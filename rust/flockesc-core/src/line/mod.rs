@@ -4,6 +4,7 @@ mod consensus;
 mod episode;
 mod escape;
 mod groups;
+mod rollout;
 mod scenario;
 mod simulate;
 mod step;
@@ -12,6 +13,7 @@ mod tests;
 
 pub use episode::{LineEpisode, LineEpisodeConfig, LineReward, line_entries};
 pub use escape::EscapeForce;
+pub use rollout::{LineEpisodeOutcome, rollout_line};
 pub use scenario::LineConfig;
 pub use simulate::{LineTrajectory, simulate_line};
 pub use step::Line;

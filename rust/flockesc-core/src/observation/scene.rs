@@ -28,10 +28,15 @@ impl<'a, const D: usize> Scene<'a, D> {
         self.world.config()
     }
 
+    /// Returns the distance in m up to which a predator is sensed.
+    pub(super) fn sensing_length(&self) -> f64 {
+        self.sensing_range
+            .map_or(f64::INFINITY, |range| range.length(self.scenario()))
+    }
+
     /// Returns whether an agent senses a predator at this distance in m.
     pub(super) fn is_sensed(&self, distance: f64) -> bool {
-        self.sensing_range
-            .is_none_or(|range| range.reaches(distance, self.scenario()))
+        distance <= self.sensing_length()
     }
 
     /// Returns the elapsed fraction of the episode.

@@ -16,11 +16,11 @@ pub enum SensingRange {
 }
 
 impl SensingRange {
-    /// Returns whether an agent senses a predator at this distance in m.
-    pub(crate) fn reaches(self, distance: f64, scenario: &FlockConfig) -> bool {
+    /// Returns the range in m.
+    pub(crate) fn length(self, scenario: &FlockConfig) -> f64 {
         match self {
-            Self::PredatorRange => distance <= scenario.predator_range,
-            Self::Length(range) => distance <= range,
+            Self::PredatorRange => scenario.predator_range,
+            Self::Length(range) => range,
         }
     }
 }

@@ -75,6 +75,7 @@ impl<S> Table<S> for Row<'_, S> {
 }
 
 /// Maps a length or speed x >= 0 to x / (x + `scale`), in [0, 1).
+#[inline(always)]
 pub(super) fn squash(value: f64, scale: f64) -> f64 {
     if value.is_finite() {
         value / (value + scale)

@@ -37,6 +37,14 @@ macro_rules! on_batch {
 pub(super) use on_batch;
 
 impl Inner {
+    /// Returns the same batch as before its first reset.
+    pub(super) fn without_episodes(&self) -> Self {
+        match self {
+            Self::Plane(batch) => Self::Plane(batch.without_episodes()),
+            Self::Space(batch) => Self::Space(batch.without_episodes()),
+        }
+    }
+
     /// Returns whether each agent was caught, slot after slot.
     pub(super) fn is_caught(&self) -> Result<Vec<bool>, CoreError> {
         on_batch!(self, batch => {

@@ -1,0 +1,80 @@
+"""Whole episodes under networks, played by the core: equal bits on every machine and all threads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from flockesc_env import _core
+from flockesc_env.common.checks import as_threads
+from flockesc_env.episodes.batch import Columns, FlockBatch
+from flockesc_env.episodes.options import EnvOptions, LineOptions
+from flockesc_env.episodes.spaces import RangeActions
+from flockesc_env.policies.network import Architecture, Parameters
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
+
+Report = Callable[[int, int], None]
+
+
+def play_flocks_of_networks(
+    architecture: Architecture,
+    parameters: Parameters,
+    seeds: Sequence[int],
+    scenario: FlockScenario,
+    options: EnvOptions,
+    *,
+    per_agent: bool,
+    num_threads: int | None,
+    progress: Report | None = None,
+) -> Columns:
+    """Play the flock of every seed to its end. Learned predators fly straight on.
+
+    Args:
+        architecture: of all networks.
+        parameters: shape (1, architecture.size), one network for all flocks, or (seeds, architecture.size).
+        seeds: of the flocks.
+        scenario: the flock model's parameters.
+        options: of the environment.
+        per_agent: whether a network sets one range per agent, or one per flock.
+        num_threads: threads over which flocks are spread; ``None``: one per core.
+        progress: called with (finished flocks, all flocks).
+
+    Returns:
+        The outcomes of ``Episodes`` and ``num_actions``, by name, each of shape (seeds,).
+
+    Raises:
+        ArgumentError: if the actions are not normalized ones, an input is not observed, or ``parameters`` has
+            another shape or an entry that is not finite.
+    """
+    batch = FlockBatch(scenario, options, per_agent=per_agent, num_threads=num_threads)
+    return batch.rollout(architecture.to_core(), parameters, seeds, progress)
+
+
+def play_lines_of_networks(
+    architecture: Architecture,
+    parameters: Parameters,
+    seeds: Sequence[int],
+    scenario: LineScenario,
+    options: LineOptions,
+    *,
+    num_threads: int | None,
+    progress: Report | None = None,
+) -> Columns:
+    """Play the line of every seed to its end, as ``play_flocks_of_networks``.
+
+    Returns:
+        The outcomes of ``LineEpisodes`` and ``num_actions``, by name, each of shape (seeds,).
+    """
+    report = None if progress is None else lambda done: progress(done, len(seeds))
+    return _core.rollout_line(
+        scenario.to_json(),
+        options.to_core(),
+        RangeActions(options).core,
+        architecture.to_core(),
+        parameters,
+        np.array(seeds, np.uint64),
+        as_threads(num_threads),
+        report,
+    )

@@ -1,0 +1,100 @@
+//! The layers of a network for a few rows at once: a lane per row, and in every lane the same sums in the same order.
+
+use multiversion::multiversion;
+
+use super::tanh::tanh;
+
+/// Rows that are computed together.
+pub(super) const LANES: usize = 16;
+
+/// One number of each of these rows.
+pub(super) type Lanes = [f64; LANES];
+
+/// Runs the layers of these `shapes` on the inputs in `values`, and leaves the outputs there. `scratch` and `values` are
+/// as long as the widest layer.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(super) fn forward(
+    shapes: &[(usize, usize)],
+    parameters: &[f64],
+    values: &mut [Lanes],
+    scratch: &mut [Lanes],
+) {
+    let mut parameters = parameters;
+    for (layer, &(rows, columns)) in shapes.iter().enumerate() {
+        let (weights, rest) = parameters.split_at(rows * columns);
+        let (biases, rest) = rest.split_at(columns);
+        parameters = rest;
+        let inputs = &values[..rows];
+        for (column, (sum, bias)) in scratch.iter_mut().zip(biases).enumerate() {
+            let mut lanes = [*bias; LANES];
+            for (row, input) in inputs.iter().enumerate() {
+                let weight = weights[row * columns + column];
+                for lane in 0..LANES {
+                    lanes[lane] += input[lane] * weight;
+                }
+            }
+            *sum = lanes;
+        }
+        values[..columns].copy_from_slice(&scratch[..columns]);
+        if layer + 1 < shapes.len() {
+            squash(&mut values[..columns]);
+        }
+    }
+}
+
+/// Replaces every number by its tanh.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(super) fn squash(values: &mut [Lanes]) {
+    for value in values.as_flattened_mut() {
+        *value = tanh(*value);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// The outputs of one row, number by number.
+    fn reference(shapes: &[(usize, usize)], parameters: &[f64], mut values: Vec<f64>) -> Vec<f64> {
+        let mut parameters = parameters.iter();
+        for (layer, &(rows, columns)) in shapes.iter().enumerate() {
+            let weights: Vec<f64> = parameters.by_ref().take(rows * columns).copied().collect();
+            let mut sums: Vec<f64> = parameters.by_ref().take(columns).copied().collect();
+            for (row, value) in values.iter().enumerate() {
+                for (column, sum) in sums.iter_mut().enumerate() {
+                    *sum += value * weights[row * columns + column];
+                }
+            }
+            let is_last = layer + 1 == shapes.len();
+            values = if is_last {
+                sums
+            } else {
+                sums.into_iter().map(libm::tanh).collect()
+            };
+        }
+        values
+    }
+
+    proptest! {
+        #[test]
+        fn every_lane_has_the_bits_of_plain_loops(
+            widths in prop::collection::vec(1..20_usize, 2..5),
+            numbers in prop::collection::vec(-3.0..3.0_f64, 2000),
+        ) {
+            let shapes: Vec<_> = widths.windows(2).map(|pair| (pair[0], pair[1])).collect();
+            let mut numbers = numbers.iter().copied().cycle();
+            let inputs: Vec<Lanes> = (0..20).map(|_| std::array::from_fn(|_| numbers.next().unwrap_or(0.0))).collect();
+            let parameters: Vec<f64> = numbers.take(2000).collect();
+            let (mut values, mut scratch) = (inputs.clone(), inputs.clone());
+            forward(&shapes, &parameters, &mut values, &mut scratch);
+            for lane in 0..LANES {
+                let row = inputs[..widths[0]].iter().map(|input| input[lane]).collect();
+                let expected = reference(&shapes, &parameters, row);
+                let found: Vec<f64> = values[..expected.len()].iter().map(|value| value[lane]).collect();
+                prop_assert_eq!(found, expected);
+            }
+        }
+    }
+}

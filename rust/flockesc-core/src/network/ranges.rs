@@ -1,0 +1,18 @@
+//! The ranges that normalized actions stand for.
+
+/// Maps actions in [-1, 1] linearly onto ranges.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NormalizedRange {
+    /// Range in m of the action -1.
+    pub min_range: f64,
+    /// Range in m of the action 1.
+    pub max_range: f64,
+}
+
+impl NormalizedRange {
+    /// The range in m of an action in [-1, 1].
+    #[must_use]
+    pub fn of(&self, action: f64) -> f64 {
+        self.min_range + (action + 1.0) / 2.0 * (self.max_range - self.min_range)
+    }
+}

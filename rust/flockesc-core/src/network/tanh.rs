@@ -1,0 +1,161 @@
+//! The hyperbolic tangent without branches, so that the compiler computes it in vector registers.
+
+/// ln 2 in two parts, and 1 / ln 2.
+const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
+const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
+const INVERSE_LN2: f64 = std::f64::consts::LOG2_E;
+
+/// Coefficients of expm1's rational function.
+const Q: [f64; 5] = [
+    -3.333_333_333_333_313e-2,
+    1.587_301_587_254_814_6e-3,
+    -7.936_507_578_674_88e-5,
+    4.008_217_827_329_362e-6,
+    -2.010_992_181_836_243_7e-7,
+];
+
+/// 1.5 * 2^52: added to a number of at most 2^51, it leaves the nearest whole number in the low bits.
+const SHIFT: f64 = 6_755_399_441_055_744.0;
+
+/// tanh(x) rounds to 1 from a smaller number on.
+const LARGEST: f64 = 19.5;
+
+/// Bounds of the three ways to compute tanh, and of expm1's reduction by a single ln 2: the smallest numbers whose upper 32
+/// bits exceed those that libm compares with.
+const MIDDLE: f64 = f64::from_bits(0x3fd0_58af << 32);
+const LARGE: f64 = f64::from_bits(0x3fe1_93eb << 32);
+const REDUCED: f64 = f64::from_bits(0x3fd6_2e43 << 32);
+const REDUCED_MORE: f64 = f64::from_bits(0x3ff0_a2b2 << 32);
+
+/// The bits of `libm::tanh(x)`: the same operations, with a selection instead of every branch.
+#[inline(always)]
+pub(super) fn tanh(x: f64) -> f64 {
+    let size = x.abs();
+    let size = if size > LARGEST { LARGEST } else { size };
+    // As arithmetic, because the compiler would compute expm1 twice for a selection.
+    let sign = u64::from(size < MIDDLE) << 63;
+    let turned = |value: f64| f64::from_bits(value.to_bits() ^ sign);
+    let t = expm1(turned(2.0 * size));
+    let numerator = if size >= LARGE { 2.0 } else { turned(t) };
+    let quotient = numerator / (t + 2.0);
+    let value = if size >= LARGE {
+        1.0 - quotient
+    } else {
+        quotient
+    };
+    value.copysign(x)
+}
+
+/// The bits of `libm::expm1(x)` for x from -0.52 to 39.
+#[inline(always)]
+fn expm1(x: f64) -> f64 {
+    let size = x.abs();
+    let sign = if x < 0.0 { -1.0 } else { 1.0 };
+    // x = k ln 2 + reduced + c.
+    let k = if size < REDUCED {
+        0.0
+    } else if size < REDUCED_MORE {
+        sign
+    } else {
+        floor(INVERSE_LN2 * x + 0.5)
+    };
+    let (high, low) = (x - k * LN2_HIGH, k * LN2_LOW);
+    let reduced = high - low;
+    let c = (high - reduced) - low;
+    let half = 0.5 * reduced;
+    let square = reduced * half;
+    let series =
+        1.0 + square * (Q[0] + square * (Q[1] + square * (Q[2] + square * (Q[3] + square * Q[4]))));
+    let t = 3.0 - series * half;
+    let e = square * ((series - t) / (6.0 - reduced * t));
+    let unscaled = reduced - (reduced * e - square);
+    let e = reduced * (e - c) - c - square;
+    let rest = reduced - e;
+    let power = two_to_the(k);
+    let inverse = two_to_the(-k);
+    let once = if reduced < -0.25 {
+        -2.0 * (e - (reduced + 0.5))
+    } else {
+        1.0 + 2.0 * rest
+    };
+    let few = (rest + (1.0 - inverse)) * power;
+    let many = (reduced - (e + inverse) + 1.0) * power;
+    if k == 0.0 {
+        unscaled
+    } else if k == -1.0 {
+        0.5 * rest - 0.5
+    } else if k == 1.0 {
+        once
+    } else if k < 20.0 {
+        few
+    } else {
+        many
+    }
+}
+
+/// The largest whole number up to x, for x from 0 to 2^51. Unlike a cast, these are additions.
+#[inline(always)]
+fn floor(x: f64) -> f64 {
+    let nearest = (x + SHIFT) - SHIFT;
+    if nearest > x { nearest - 1.0 } else { nearest }
+}
+
+/// 2^k for whole numbers k from -1022 to 1023.
+#[inline(always)]
+fn two_to_the(k: f64) -> f64 {
+    f64::from_bits((k + (SHIFT + 1023.0)).to_bits() << 52)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn assert_same(x: f64) {
+        for x in [x, -x] {
+            assert_eq!(tanh(x).to_bits(), libm::tanh(x).to_bits(), "tanh({x:?})");
+        }
+    }
+
+    #[test]
+    fn it_has_the_bits_of_libm_where_the_formula_changes() {
+        let bounds = [
+            0.0,
+            f64::MIN_POSITIVE,
+            2f64.powi(-60),
+            2f64.powi(-54),
+            MIDDLE,
+            REDUCED / 2.0,
+            LARGE,
+            REDUCED_MORE / 2.0,
+            LARGEST,
+            20.0,
+            22.0,
+            710.0,
+            f64::MAX,
+        ];
+        for bound in bounds {
+            for step in -1000..1000_i64 {
+                let bits = bound.to_bits() as i64 + step;
+                if bits >= 0 && (bits as u64) < f64::INFINITY.to_bits() {
+                    assert_same(f64::from_bits(bits as u64));
+                }
+            }
+        }
+        assert_same(f64::INFINITY);
+        for k in 0..60 {
+            for step in -200..200 {
+                assert_same(
+                    (f64::from(k) / 2.0 + 0.25) * std::f64::consts::LN_2 + f64::from(step) * 1e-15,
+                );
+                assert_same(f64::from(k) * 0.5 * std::f64::consts::LN_2 + f64::from(step) * 1e-15);
+            }
+        }
+    }
+
+    #[test]
+    fn it_has_the_bits_of_libm_on_a_grid() {
+        for step in 0..1_000_000 {
+            assert_same(f64::from(step) * 2.13e-5);
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! Whole episodes under networks, which the core computes.
+
+use std::sync::Arc;
+
+use flockesc_core::{
+    Architecture, Entry, EpisodeOutcome, LineConfig, LineEpisodeConfig, Networks, line_entries,
+};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::actions::RangeMap;
+use crate::arrays::column;
+use crate::errors::{CoreError, argument_error, option_error};
+use crate::long_call::long_call;
+
+/// Networks of one architecture on observations with these entries; a row of `parameters` for each.
+pub(crate) fn networks(
+    architecture: &str,
+    parameters: &PyReadonlyArray2<'_, f32>,
+    entries: &[Entry],
+    actions: &RangeMap,
+) -> PyResult<Networks> {
+    let architecture = Architecture::from_json(architecture).map_err(argument_error)?;
+    let (count, parameters) = (parameters.shape()[0], parameters.as_slice()?);
+    let ranges = actions.normalized()?;
+    let networks = Networks::new(&architecture, entries, ranges, parameters, count);
+    Ok(networks.map_err(CoreError::from)?)
+}
+
+/// A column of every outcome, an entry per flock.
+pub(crate) fn outcome_columns<'py>(
+    py: Python<'py>,
+    outcomes: &[EpisodeOutcome],
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item(
+        "min_mean_distance",
+        column(py, outcomes, |flock| flock.metrics.min_mean_distance),
+    )?;
+    dict.set_item(
+        "min_min_distance",
+        column(py, outcomes, |flock| flock.metrics.min_min_distance),
+    )?;
+    dict.set_item(
+        "fraction_surviving",
+        column(py, outcomes, |flock| flock.metrics.fraction_surviving),
+    )?;
+    dict.set_item(
+        "num_components",
+        column(py, outcomes, |flock| flock.num_components as i64),
+    )?;
+    dict.set_item(
+        "mean_return",
+        column(py, outcomes, |flock| flock.mean_return),
+    )?;
+    dict.set_item(
+        "num_actions",
+        column(py, outcomes, |flock| flock.num_actions as i64),
+    )?;
+    Ok(dict)
+}
+
+/// Ranges that a network sets for successive observations of one episode: rows of these `entries` (name, lower and upper
+/// bound).
+#[pyfunction]
+pub(crate) fn network_ranges<'py>(
+    py: Python<'py>,
+    architecture: &str,
+    parameters: PyReadonlyArray2<'py, f32>,
+    entries: Vec<(String, f32, f32)>,
+    actions: &Bound<'py, RangeMap>,
+    observations: Vec<PyReadonlyArray2<'py, f32>>,
+) -> PyResult<Vec<Bound<'py, PyArray1<f64>>>> {
+    let entries = entries.into_iter();
+    let entries: Vec<_> = entries
+        .map(|(name, low, high)| Entry { name, low, high })
+        .collect();
+    let networks = networks(architecture, &parameters, &entries, actions.get())?;
+    let observations = observations
+        .iter()
+        .map(|rows| Ok(rows.as_slice()?.to_vec()));
+    let ranges = networks.ranges(&observations.collect::<PyResult<Vec<_>>>()?);
+    Ok(ranges
+        .into_iter()
+        .map(|ranges| ranges.into_pyarray(py))
+        .collect())
+}
+
+/// Episodes of lines under one network for all seeds or one for each; a column of every outcome.
+#[pyfunction]
+#[pyo3(signature = (scenario, options, actions, architecture, parameters, seeds, num_threads, report))]
+#[expect(clippy::too_many_arguments, reason = "what episodes are made from")]
+pub(crate) fn rollout_line<'py>(
+    py: Python<'py>,
+    scenario: &str,
+    options: &str,
+    actions: &Bound<'py, RangeMap>,
+    architecture: &str,
+    parameters: PyReadonlyArray2<'py, f32>,
+    seeds: PyReadonlyArray1<'py, u64>,
+    num_threads: Option<usize>,
+    report: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let scenario = Arc::new(LineConfig::from_json(scenario).map_err(CoreError::from)?);
+    let options = LineEpisodeConfig::from_json(options).map_err(option_error)?;
+    let entries = line_entries(scenario.num_agents);
+    let networks = networks(architecture, &parameters, &entries, actions.get())?;
+    let seeds = seeds.as_slice()?.to_vec();
+    let outcomes = long_call(py, report, move |progress| {
+        flockesc_core::rollout_line(
+            &scenario,
+            &options,
+            &networks,
+            &seeds,
+            num_threads,
+            progress,
+        )
+    })?;
+    let dict = PyDict::new(py);
+    dict.set_item(
+        "escape_distance",
+        column(py, &outcomes, |line| line.escape_distance),
+    )?;
+    dict.set_item(
+        "num_components",
+        column(py, &outcomes, |line| line.num_components as i64),
+    )?;
+    dict.set_item("steps", column(py, &outcomes, |line| line.steps as i64))?;
+    dict.set_item("converged", column(py, &outcomes, |line| line.converged))?;
+    dict.set_item(
+        "num_actions",
+        column(py, &outcomes, |line| line.num_actions as i64),
+    )?;
+    Ok(dict)
+}

@@ -1,0 +1,233 @@
+"""Networks in the core: the actions of the NumPy path, outcomes of one bit pattern, refusals by name."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from masked_cpu import LEVELS, run_masked
+from network_outcomes import ARCHITECTURES, SEEDS, cases, hashes, policy_of
+
+from flockesc_env import (
+    Architecture,
+    FlockEscapeEnv,
+    FlockScenario,
+    LineEscapeEnv,
+    LineScenario,
+    NetworkPolicy,
+    PolicySpec,
+    _core,
+    parallel_env,
+    rollout,
+)
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.policies.network_rollout import play_flocks_of_networks
+
+GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "network_outcomes.json").read_text())
+
+SPECS: dict[str, PolicySpec] = {
+    f"{view.__name__}, {dimension}D": view(FlockScenario(num_agents=5, dimension=dimension)).policy_spec
+    for view in (parallel_env, FlockEscapeEnv)
+    for dimension in (2, 3)
+}
+SPECS["line"] = LineEscapeEnv(LineScenario(num_agents=5)).policy_spec
+
+
+@st.composite
+def networks(draw: st.DrawFn) -> tuple[PolicySpec, NetworkPolicy, int]:
+    """Return a policy, what it plays on, and a seed of observations."""
+    spec = draw(st.sampled_from(list(SPECS.values())))
+    names = draw(st.lists(st.sampled_from(spec.layout.names), min_size=1, unique=True))
+    architecture = Architecture(
+        tuple(names),
+        tuple(draw(st.lists(st.integers(1, 70), max_size=3))),
+        draw(st.integers(0, 3)),
+        spec.per_agent and draw(st.booleans()),
+        draw(st.sampled_from(["clip", "tanh"])),
+    )
+    seed = draw(st.integers(0, 2**32 - 1))
+    scale = draw(st.sampled_from([0.1, 1.0, 100.0]))
+    numbers = np.random.default_rng(seed).normal(0, scale, architecture.size)
+    return spec, NetworkPolicy(architecture, numbers), seed
+
+
+@settings(max_examples=25)
+@given(networks())
+def test_it_acts_as_the_network_in_numpy(case: tuple[PolicySpec, NetworkPolicy, int]) -> None:
+    spec, policy, seed = case
+    layout, rng = spec.layout, np.random.default_rng(seed)
+    shape = (int(rng.integers(1, 40)), len(layout.names))
+    observations = [rng.uniform(layout.low, layout.high, shape).astype(np.float32) for _ in range(4)]
+    for name in layout.names:
+        if name.startswith("predator"):
+            for rows in observations:
+                rows[::3, layout.index(name)] = 0
+    entries = [(name, -1.0, 1.0) for name in layout.names]
+    parameters = policy.parameters[np.newaxis]
+    found = _core.network_ranges(
+        policy.architecture.to_core(), parameters, entries, spec.actions.core, observations
+    )
+    for rows, ranges in zip(observations, found, strict=True):
+        expected = spec.actions.to_ranges(policy.act(rows, spec), len(rows))
+        # Actions are in [-1, 1].
+        np.testing.assert_allclose(ranges, expected, rtol=0, atol=1e-6 * spec.actions.max_range / 2)
+
+
+class InNumPy:
+    """The same network, step by step."""
+
+    def __init__(self, policy: NetworkPolicy) -> None:
+        self.policy, self.reset, self.act = policy, policy.reset, policy.act
+
+
+@pytest.mark.parametrize("name", list(cases()))
+def test_episodes_are_those_of_the_network_in_numpy(name: str) -> None:
+    scenario, architecture, options = cases()[name]
+    policy = policy_of(architecture)
+    found, expected = (rollout(scenario, each, SEEDS, **options) for each in (policy, InNumPy(policy)))
+    for field, values in vars(expected).items():
+        np.testing.assert_allclose(getattr(found, field), values, rtol=1e-9, atol=1e-9, err_msg=field)
+
+
+@pytest.mark.parametrize("num_threads", [1, 2, 4])
+def test_outcomes_are_what_they_were(num_threads: int) -> None:
+    assert hashes(num_threads) == GOLDEN
+
+
+PLAY = """
+import json
+from network_outcomes import hashes
+from numpy._core._multiarray_umath import __cpu_features__ as features
+print(json.dumps([features["AVX2"], features["AVX512F"], hashes(2)]))
+"""
+
+
+@LEVELS
+def test_outcomes_are_the_same_on_lesser_processors(level: int, has_avx2: bool, tmp_path: Path) -> None:
+    assert run_masked(PLAY, level, tmp_path) == [has_avx2, False, GOLDEN]
+
+
+def test_a_flock_plays_alike_in_any_place_and_under_its_own_network() -> None:
+    scenario, architecture, options = cases()["agents, mirror and memory"]
+    assert isinstance(scenario, FlockScenario)
+    options = {name: value for name, value in options.items() if name != "per_agent"}
+    numbers = np.random.default_rng(1).normal(size=(4, architecture.size)).astype(np.float32)
+    order = [2, 0, 3, 1]
+
+    def played(parameters: np.ndarray, seeds: list[int], num_threads: int) -> dict[str, np.ndarray]:
+        return play_flocks_of_networks(
+            architecture,
+            parameters,
+            seeds,
+            scenario,
+            EnvOptions(**options),
+            per_agent=True,
+            num_threads=num_threads,
+        )
+
+    together = played(numbers, [7, 8, 9, 10], 2)
+    turned = played(numbers[order], [7 + k for k in order], 3)
+    for name, column in together.items():
+        np.testing.assert_array_equal(turned[name], column[order])
+        for k in range(4):
+            assert played(numbers[k : k + 1], [7 + k], 1)[name] == column[k]
+    assert len(set(together["min_mean_distance"])) == 4
+    assert (together["num_actions"] == -(-scenario.num_steps // options["steps_per_action"])).all()
+
+
+def test_it_reports_its_progress() -> None:
+    calls: list[tuple[int, int]] = []
+    scenario, architecture, options = cases()["flock"]
+    rollout(scenario, policy_of(architecture), range(5), progress=lambda *call: calls.append(call), **options)
+    assert calls[-1] == (5, 5)
+    assert calls == sorted(calls)
+
+
+SMALL = FlockScenario(num_agents=4, num_steps=2)
+ONE = Architecture(("time",), ())
+
+
+@pytest.mark.parametrize(
+    ("architecture", "parameters", "options", "message"),
+    [
+        (ONE, np.zeros((1, 3)), {}, "parameters: expected 2 numbers per network, got 3"),
+        (ONE, np.zeros((2, 2)), {}, "parameters: expected one network, or one for each of 3 seeds, got 2"),
+        (ONE, np.zeros((0, 2)), {}, "parameters: expected one network, or one for each of 3 seeds, got 0"),
+        (ONE, [[0, 0], [0, np.nan], [0, 0]], {}, r"parameters\[1, 1\]: expected a finite number, got NaN"),
+        (ONE, [[np.inf, 0]], {}, r"parameters\[0, 0\]: expected a finite number, got inf"),
+        (ONE, np.zeros((1, 2)), {"action_mode": "range"}, "action_mode: expected 'normalized', got 'range'"),
+        (ONE, np.zeros((1, 2)), {"action_mode": "discrete"}, "action_mode: expected 'normalized', got 'disc"),
+        (
+            Architecture(("tide",), ()),
+            np.zeros((1, 2)),
+            {},
+            "observation: expected an entry 'tide', got only",
+        ),
+        (
+            Architecture(("time",), (), mirror=True),
+            np.zeros((1, 2)),
+            {},
+            "observation: expected an entry 'predator_direction_left', got only",
+        ),
+        (Architecture(("time",), (2**62,)), np.zeros((1, 2)), {}, r"hidden\[0\]: expected an integer from 1"),
+    ],
+)
+def test_bad_networks_are_refused_by_name(
+    architecture: Architecture, parameters: Any, options: dict[str, Any], message: str
+) -> None:
+    numbers = np.array(parameters, np.float32)
+    env_options = EnvOptions(**options)
+    with pytest.raises(ArgumentError, match=message):
+        play_flocks_of_networks(
+            architecture, numbers, [0, 1, 2], SMALL, env_options, per_agent=False, num_threads=1
+        )
+
+
+def test_a_subclass_that_acts_otherwise_is_asked_step_by_step() -> None:
+    class Listening(NetworkPolicy):
+        def act(self, observations: Any, spec: PolicySpec) -> Any:
+            return np.ones((len(observations), 1), np.float32)
+
+    scenario, architecture, options = cases()["flock"]
+    own = rollout(scenario, Listening(architecture, policy_of(architecture).parameters), SEEDS, **options)
+    network = rollout(scenario, policy_of(architecture), SEEDS, **options)
+    assert (own.num_components <= network.num_components).all()
+    assert (own.min_mean_distance != network.min_mean_distance).any()
+
+
+CTRL_C = """
+import os, signal, threading
+from flockesc_env import Architecture, FlockScenario, LineScenario, NetworkPolicy, rollout
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits none
+policy = NetworkPolicy(Architecture(("time",), ()), [0.0, -0.9])
+endless = FlockScenario(num_steps=10**9, num_agents=20)
+for threads in (1, 2):
+    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+    try:
+        rollout(endless, policy, range(100), num_threads=threads)
+    except KeyboardInterrupt:
+        print("interrupted", flush=True)
+print(rollout(endless.replace(num_steps=5), policy, range(3)).seeds.tolist(), flush=True)
+"""
+
+
+def test_ctrl_c_stops_it() -> None:
+    child = subprocess.run(  # noqa: S603
+        [sys.executable, "-c", CTRL_C], capture_output=True, text=True, timeout=60, check=True
+    )
+    assert child.stdout.splitlines() == ["interrupted"] * 2 + ["[0, 1, 2]"]
+
+
+def test_the_golden_cases_differ() -> None:
+    assert len(set(GOLDEN.values())) == len(GOLDEN) == len(cases())
+    assert {architecture.squash for _, architecture, _ in cases().values()} == {"clip", "tanh"}
+    assert set(ARCHITECTURES) <= {name for case in cases() for name in ARCHITECTURES if name in case}

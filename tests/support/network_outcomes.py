@@ -1,0 +1,80 @@
+"""Outcomes of networks in the core as hashes of their raw bytes.
+
+``python tests/support/network_outcomes.py > tests/golden/network_outcomes.json`` rewrites them after a change
+of results that is intended.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+from golden_episodes import CHASED, RANDOM
+from option_table import small_flock
+
+from flockesc_env import Architecture, FlockScenario, LineScenario, NetworkPolicy, rollout
+
+SEEDS = range(6)
+SHARED = ("last_range", "polarization", "mean_distance", "heading_away", "spread")
+OWN = ("predator_distance", "heard_velocity_left", "last_range", "predator_direction_left", "neighbor_count")
+ARCHITECTURES = {
+    "agents": Architecture(OWN, (8,)),
+    "agents, mirror and memory": Architecture(OWN, (5, 3), memory=2, mirror=True, squash="tanh"),
+    "agents, wide": Architecture(OWN, (64, 64), mirror=True),
+    "agents, linear": Architecture(OWN, ()),
+    "flock": Architecture(SHARED, (6,)),
+    "flock, memory": Architecture(("time",), (4,), memory=1, squash="tanh"),
+}
+
+Case = tuple[FlockScenario | LineScenario, Architecture, dict[str, Any]]
+
+
+def policy_of(architecture: Architecture) -> NetworkPolicy:
+    """Return a network that listens far and near; its parameters are exact on every machine."""
+    numbers = (37 * np.arange(architecture.size) + 11) % 61
+    return NetworkPolicy(architecture, (numbers - 30) / 32)
+
+
+def cases() -> dict[str, Case]:
+    """Return scenario, architecture and options of every case by name."""
+    paper = FlockScenario(num_agents=70, num_steps=120)
+    seen = {"max_range": 20.0, "predator_sensing_range": None}
+    found: dict[str, Case] = {
+        name: (paper, architecture, {**seen, "per_agent": name.startswith("agents"), "steps_per_action": 4})
+        for name, architecture in ARCHITECTURES.items()
+    }
+    for dimension in (2, 3):
+        small = small_flock(dimension, num_steps=40, **RANDOM)
+        options = {"per_agent": True, "reward": "individual_distance_change", "steps_per_action": 3}
+        found[f"capture, {dimension}D"] = (small, ARCHITECTURES["agents, mirror and memory"], options)
+        chased = small_flock(dimension, num_steps=40, **CHASED)
+        found[f"shared range, {dimension}D"] = (chased, ARCHITECTURES["flock"], {"min_range": 2.0})
+        learned = chased.with_learned_predators()
+        found[f"learned predators, {dimension}D"] = (learned, ARCHITECTURES["flock, memory"], {})
+    line = Architecture(("time", "escape_distance", "offset_0", "offset_9"), (8,), memory=1)
+    found["line"] = (LineScenario(num_agents=10), line, {"steps_per_action": 2})
+    return found
+
+
+def outcome_hash(case: Case, num_threads: int) -> str:
+    """Return the hash of all outcomes of a case."""
+    scenario, architecture, options = case
+    played = rollout(scenario, policy_of(architecture), SEEDS, num_threads=num_threads, **options)
+    digest = hashlib.sha256()
+    for field in fields(played):
+        digest.update(field.name.encode() + getattr(played, field.name).tobytes())
+    return digest.hexdigest()
+
+
+def hashes(num_threads: int) -> dict[str, str]:
+    """Return the hashes of all cases."""
+    return {name: outcome_hash(case, num_threads) for name, case in cases().items()}
+
+
+if __name__ == "__main__":
+    json.dump(hashes(1), sys.stdout, indent=4)
+    print()
