@@ -75,6 +75,10 @@ class RecordError(InputError):
     """A file is damaged or does not contain what the call reads."""
 
 
+class JobError(FlockescError, RuntimeError):
+    """Jobs failed, or their results were lost. The results of all other jobs are kept."""
+
+
 class EpisodeError(FlockescError, RuntimeError):
     """A call came at the wrong moment, for example during another call of the same environment."""
 

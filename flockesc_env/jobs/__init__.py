@@ -1,6 +1,8 @@
-"""Long work cut into jobs, and a cache of their results."""
+"""Long work cut into jobs, the cache of their results, and where jobs run."""
 
+from flockesc_env.common.errors import JobError
 from flockesc_env.jobs.cache import Cache
 from flockesc_env.jobs.job import Arrays, Job
+from flockesc_env.jobs.driver import BACKENDS, Backend, find_backend, run, run_jobs
 
-__all__ = ["Arrays", "Cache", "Job"]
+__all__ = ["BACKENDS", "Arrays", "Backend", "Cache", "Job", "JobError", "find_backend", "run", "run_jobs"]

@@ -1,0 +1,81 @@
+"""The back end ``processes``: worker processes of this machine. The driver writes the results."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing import get_context, parent_process
+
+from flockesc_env.jobs.cache import Cache
+from flockesc_env.jobs.job import Job, Outcome, Outcomes
+
+ATTEMPTS = 4
+"""A job whose worker process died so often has failed."""
+
+
+def processes(jobs: Sequence[Job], cache: Cache, workers: int | None = None) -> Outcomes:
+    """Run jobs in worker processes; None: one per core.
+
+    When a worker dies, its pool ends with it. The jobs that may have run then are tried again, after all
+    others and at last one at a time, so that a job that kills its process fails alone.
+    """
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    workers = workers or cores
+    missing = {job.key: job for job in jobs}
+    deaths = dict.fromkeys(missing, 0)
+    while missing:
+        queue = sorted(missing, key=deaths.__getitem__)
+        width = min(1 if deaths[queue[0]] > 1 else workers, len(queue))
+        with _pool(width) as pool:
+            futures = {}
+            try:
+                for key in queue:
+                    futures[pool.submit(Job.attempt, missing[key])] = key
+            except BrokenProcessPool:
+                pass
+            for future in as_completed(futures):
+                error = future.exception()
+                if isinstance(error, BrokenProcessPool):
+                    continue
+                job = missing.pop(futures[future])
+                found = future.result() if error is None else repr(error)
+                yield Outcome(job, cache.keep(job, found), min(width, len(missing)))
+        for key in [key for key in queue if key in missing][:width]:  # jobs start in their order
+            deaths[key] += 1
+            if deaths[key] == ATTEMPTS:
+                yield Outcome(missing.pop(key), f"its worker process died {ATTEMPTS} times", len(missing))
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Yield a pool with one thread per worker; on exit, workers that still run are killed."""
+    threads = os.environ.get("OMP_NUM_THREADS")
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), _start_worker)
+    os.environ["OMP_NUM_THREADS"] = "1"  # of BLAS and torch; workers inherit it
+    try:
+        yield pool
+    finally:
+        os.environ.pop("OMP_NUM_THREADS")
+        if threads is not None:
+            os.environ["OMP_NUM_THREADS"] = threads
+        for process in list((pool._processes or {}).values()):
+            process.kill()
+        pool.shutdown(cancel_futures=True)
+
+
+def _start_worker() -> None:
+    """Leave Ctrl-C to the driver, and end with it even if it is killed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_driver, daemon=True).start()
+
+
+def _end_with_driver() -> None:
+    driver = parent_process()
+    assert driver is not None  # noqa: S101, workers are children
+    driver.join()
+    os._exit(1)
