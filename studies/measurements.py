@@ -46,6 +46,13 @@ def measure(
         JobError: if jobs failed.
     """
     jobs = {name: measurement.jobs() for name, measurement in measurements.items()}
-    every = [job for of_one in jobs.values() for job in of_one]
-    results = iter(run(every, cache, backend, title="Measuring", progress=progress))
-    return {name: joined([next(results) for _ in of_one]) for name, of_one in jobs.items()}
+    return run_groups(jobs, cache, backend, title="Measuring", progress=progress)
+
+
+def run_groups(
+    jobs: Mapping[str, list[Job]], cache: Cache, backend: Backend, *, title: str, progress: bool = False
+) -> dict[str, Arrays]:
+    """Run the jobs of all groups; the jobs of a group differ in their seeds, and their results are joined."""
+    every = [job for group in jobs.values() for job in group]
+    results = iter(run(every, cache, backend, title=title, progress=progress))
+    return {name: joined([next(results) for _ in group]) for name, group in jobs.items()}

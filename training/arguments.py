@@ -64,7 +64,8 @@ class TuneArgs:
         flocks: tuning flocks on which a trial is judged.
         output: folder of the study (``<run>.journal``) and its table (``<run>.csv``).
         runs: folder of the trials' training runs.
-        jobs: trials at a time, each on one core.
+        storage: URL of a database that Optuna knows, for workers without a shared disk; default: the journal.
+        backend: where trials run: serial, processes[:N], ray[:ADDRESS] or slurm[:KEY=VALUE,..].
     """
 
     run: Positional[str]
@@ -73,4 +74,5 @@ class TuneArgs:
     flocks: int = 200
     output: Path = Path("results/learned/tuning")
     runs: Path = Path("runs/tuning")
-    jobs: int = 2
+    storage: str | None = None
+    backend: str = "processes"

@@ -17,7 +17,7 @@ class Exit(IntEnum):
 
 MEANINGS = {
     Exit.DONE: "done",
-    Exit.FAILED: "a check failed: a replay differs from its record",
+    Exit.FAILED: "jobs failed, or a replay differs from its record",
     Exit.REFUSED: "an option, a file or a missing extra was refused; stderr says which",
     Exit.INTERRUPTED: "interrupted (Ctrl-C); what was finished is kept",
     Exit.UNREAD: "the reader of the output has gone (broken pipe)",

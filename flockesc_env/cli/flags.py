@@ -43,6 +43,14 @@ Progress = Annotated[bool, switch("show the progress bar even if stderr is not a
 Threads = Annotated[
     int | None, *optional("threads of the engine; results do not depend on it", "one per core")
 ]
+Backend = Annotated[
+    str,
+    arg(
+        help="where jobs run: serial, processes[:N], ray[:ADDRESS] or slurm[:KEY=VALUE,..] (docs/cluster.md);"
+        " results do not depend on it",
+        metavar="BACKEND",
+    ),
+]
 Seeds = Annotated[
     range,
     PrimitiveConstructorSpec(

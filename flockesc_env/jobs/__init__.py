@@ -2,7 +2,7 @@
 
 from flockesc_env.common.errors import JobError
 from flockesc_env.jobs.cache import Cache
-from flockesc_env.jobs.job import Arrays, Job
 from flockesc_env.jobs.driver import BACKENDS, Backend, find_backend, run, run_jobs
+from flockesc_env.jobs.job import Arrays, Job
 
 __all__ = ["BACKENDS", "Arrays", "Backend", "Cache", "Job", "JobError", "find_backend", "run", "run_jobs"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from pathlib import Path
 
@@ -65,4 +64,4 @@ class Cache:
                 raise JobError(f"result of a finished job: expected {self.path(job)}, got no such file")
             time.sleep(0.1)
             if self.folder.is_dir():
-                os.listdir(self.folder)  # asks a network file system for new names
+                list(self.folder.iterdir())  # asks a network file system for new names

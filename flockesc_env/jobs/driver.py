@@ -120,7 +120,7 @@ def run_jobs(
         progress: whether to show a progress bar even if stderr is not a terminal.
 
     Raises:
-        ArgumentError: for an unknown back end, a function without an importable name or arguments of other types.
+        ArgumentError: for an unknown back end, a function that cannot be imported or other arguments.
         JobError: if calls fail, with their arguments and tracebacks; the results of all others are kept.
         KeyboardInterrupt: on Ctrl-C; finished results are kept.
 
@@ -138,7 +138,9 @@ def _module(function: Callable[..., Any]) -> str:
     if module == "__main__":
         module = Path(getattr(sys.modules["__main__"], "__file__", "<none>")).stem
     if not (module + function.__qualname__).replace(".", "").isidentifier():
-        raise ArgumentError("function", "a function of a module that other processes can import", shown(function))
+        raise ArgumentError(
+            "function", "a function of a module that other processes can import", shown(function)
+        )
     return module
 
 

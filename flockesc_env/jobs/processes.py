@@ -33,11 +33,15 @@ def processes(jobs: Sequence[Job], cache: Cache, workers: int | None = None) -> 
         width = min(1 if deaths[queue[0]] > 1 else workers, len(queue))
         with _pool(width) as pool:
             futures = {}
+            # Workers inherit the mask: Ctrl-C reaches the driver alone.
+            unblocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
             try:
                 for key in queue:
                     futures[pool.submit(Job.attempt, missing[key])] = key
             except BrokenProcessPool:
                 pass
+            finally:
+                signal.pthread_sigmask(signal.SIG_SETMASK, unblocked)
             for future in as_completed(futures):
                 error = future.exception()
                 if isinstance(error, BrokenProcessPool):
@@ -69,8 +73,7 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 
 
 def _start_worker() -> None:
-    """Leave Ctrl-C to the driver, and end with it even if it is killed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Let the worker end with the driver, even if that is killed."""
     threading.Thread(target=_end_with_driver, daemon=True).start()
 
 

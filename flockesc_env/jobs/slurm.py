@@ -18,6 +18,8 @@ CHUNK_SECONDS = 600.0
 MAX_CHUNKS = 1_000
 """SLURM's default ``MaxArraySize`` is 1,001."""
 POLL_SECONDS = 1.0
+ATTEMPTS = 4
+"""An array task that ends without a result, because it was killed, is submitted so often."""
 
 
 @dataclass(frozen=True)
@@ -59,16 +61,22 @@ def slurm(jobs: Sequence[Job], cache: Cache, cluster: str = "slurm", **options: 
         )
     except (AssertionError, NameError, RuntimeError, ValueError) as error:
         raise ArgumentError("backend", "a cluster and options that submitit knows", error) from None
-    chunks = chunked(jobs)
-    tasks = dict(zip(executor.map_array(Chunk(cache), chunks), chunks, strict=True))
+    run, chunks = Chunk(cache), chunked(jobs)
+    tasks = {task: (chunk, 1) for task, chunk in zip(executor.map_array(run, chunks), chunks, strict=True)}
     try:
         while tasks:
             for task in [task for task in tasks if task.done()]:
-                chunk, failure = tasks.pop(task), task.exception()
+                (chunk, attempt), failure = tasks.pop(task), task.exception()
                 errors = {} if failure else task.result()
+                lost = [job for job in chunk if job not in cache] if failure else []
+                if lost and attempt < ATTEMPTS:  # the first may have killed the process: last in the next try
+                    tasks[executor.submit(run, [*lost[1:], lost[0]])] = lost, attempt + 1
+                else:
+                    errors |= {job.key: str(failure) for job in lost}
+                    lost = []
                 for job in chunk:
-                    lost = str(failure) if failure and job not in cache else None
-                    yield Outcome(job, errors.get(job.key, lost), len(tasks))
+                    if job not in lost:
+                        yield Outcome(job, errors.get(job.key), len(tasks))
             time.sleep(POLL_SECONDS)
     finally:
         for task in tasks:

@@ -35,9 +35,9 @@ def seed_jobs(
     function: str, scenario: FlockScenario | LineScenario, ranges: tuple[float, ...], seeds: range
 ) -> list[Job]:
     """Return the jobs of a function of scenario, ranges and seeds: some seconds each."""
-    is_flock = isinstance(scenario, FlockScenario)
-    size = 50 if is_flock else 1_000
-    run = scenario.num_steps * scenario.num_agents * _AGENT_STEP if is_flock else _LINE
+    size, run = 1_000, _LINE
+    if isinstance(scenario, FlockScenario):
+        size, run = 50, scenario.num_steps * scenario.num_agents * _AGENT_STEP
     chunks = [seeds[start : start + size] for start in range(0, len(seeds), size)]
     return [Job(function, (scenario, ranges, chunk), run * len(ranges) * len(chunk)) for chunk in chunks]
 
