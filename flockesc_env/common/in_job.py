@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -22,3 +23,16 @@ def in_job() -> Iterator[None]:
         yield
     finally:
         _IN_JOB.reset(token)
+
+
+@contextmanager
+def one_thread_each() -> Iterator[None]:
+    """Let processes that start in the block have one thread of BLAS and torch."""
+    before = os.environ.get("OMP_NUM_THREADS")
+    os.environ["OMP_NUM_THREADS"] = "1"
+    try:
+        yield
+    finally:
+        os.environ.pop("OMP_NUM_THREADS")
+        if before is not None:
+            os.environ["OMP_NUM_THREADS"] = before

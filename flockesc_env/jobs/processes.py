@@ -11,6 +11,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 
+from flockesc_env.common.in_job import one_thread_each
 from flockesc_env.jobs.cache import Cache
 from flockesc_env.jobs.job import Job, Outcome, Outcomes
 
@@ -57,16 +58,12 @@ def processes(jobs: Sequence[Job], cache: Cache, workers: int | None = None) -> 
 
 @contextmanager
 def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Yield a pool with one thread per worker; on exit, workers that still run are killed."""
-    threads = os.environ.get("OMP_NUM_THREADS")
+    """Yield a pool; on exit, workers that still run are killed."""
     pool = ProcessPoolExecutor(workers, get_context("spawn"), _start_worker)
-    os.environ["OMP_NUM_THREADS"] = "1"  # of BLAS and torch; workers inherit it
     try:
-        yield pool
+        with one_thread_each():
+            yield pool
     finally:
-        os.environ.pop("OMP_NUM_THREADS")
-        if threads is not None:
-            os.environ["OMP_NUM_THREADS"] = threads
         for process in list((pool._processes or {}).values()):
             process.kill()
         pool.shutdown(cancel_futures=True)

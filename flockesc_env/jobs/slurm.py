@@ -10,6 +10,7 @@ import submitit
 from submitit.helpers import DelayedSubmission
 
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.in_job import one_thread_each
 from flockesc_env.jobs.cache import Cache
 from flockesc_env.jobs.job import Job, Outcome, Outcomes
 
@@ -57,12 +58,13 @@ def slurm(jobs: Sequence[Job], cache: Cache, cluster: str = "slurm", **options: 
         executor.update_parameters(
             timeout_min=values["time"],
             **{f"slurm_{name}": value for name, value in values.items()},
-            **{f"{cluster}_setup": ["export OMP_NUM_THREADS=1"]},
         )
     except (AssertionError, NameError, RuntimeError, ValueError) as error:
         raise ArgumentError("backend", "a cluster and options that submitit knows", error) from None
     run, chunks = Chunk(cache), chunked(jobs)
-    tasks = {task: (chunk, 1) for task, chunk in zip(executor.map_array(run, chunks), chunks, strict=True)}
+    with one_thread_each():
+        submitted = executor.map_array(run, chunks)
+    tasks = {task: (chunk, 1) for task, chunk in zip(submitted, chunks, strict=True)}
     try:
         while tasks:
             for task in [task for task in tasks if task.done()]:
@@ -70,7 +72,8 @@ def slurm(jobs: Sequence[Job], cache: Cache, cluster: str = "slurm", **options: 
                 errors = {} if failure else task.result()
                 lost = [job for job in chunk if job not in cache] if failure else []
                 if lost and attempt < ATTEMPTS:  # the first may have killed the process: last in the next try
-                    tasks[executor.submit(run, [*lost[1:], lost[0]])] = lost, attempt + 1
+                    with one_thread_each():
+                        tasks[executor.submit(run, [*lost[1:], lost[0]])] = lost, attempt + 1
                 else:
                     errors |= {job.key: str(failure) for job in lost}
                     lost = []

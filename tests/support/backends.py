@@ -36,9 +36,9 @@ def interrupted_after(count: int) -> Backend:
 
 
 def note_call(number: int) -> int:
-    """Leave a file for a call; return how many there are for this number."""
+    """Leave a file that names a call and its process; return how many there are for this number."""
     folder = Path(os.environ[CALLS])
-    (folder / f"{number}-{os.urandom(4).hex()}").touch()
+    (folder / f"{number}-{os.getpid()}-{os.urandom(4).hex()}").touch()
     return len(list(folder.glob(f"{number}-*")))
 
 
@@ -46,6 +46,13 @@ def square(number: int) -> Arrays:
     """Return a square after a moment."""
     note_call(number)
     time.sleep(0.02)
+    return {"square": np.array(number**2)}
+
+
+def slow_square(number: int) -> Arrays:
+    """Return a square after a second, in which signals are handled."""
+    note_call(number)
+    time.sleep(1.0)
     return {"square": np.array(number**2)}
 
 
