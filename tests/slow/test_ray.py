@@ -50,13 +50,15 @@ def cluster(folder_of_calls: Path) -> Iterator[Any]:
         patch.setenv(CALLS, str(folder_of_calls))
         patch.setenv("PYTHONPATH", os.pathsep.join([str(SUPPORT), str(package)]))
         patch.setenv("RAY_USAGE_STATS_ENABLED", "0")
-        patch.setenv("RAY_raylet_start_wait_time_s", "300")  # tests share the cores
-        made = cluster_utils.Cluster(initialize_head=True, head_node_args={"num_cpus": 0, **STORE})
-        for _ in range(2):
-            made.add_node(num_cpus=1, **STORE)
-        made.wait_for_nodes(120)
-        yield made
-        made.shutdown()
+        made = cluster_utils.Cluster()
+        try:
+            made.add_node(num_cpus=0, include_dashboard=False, **STORE)
+            for _ in range(2):
+                made.add_node(num_cpus=1, **STORE)
+            made.wait_for_nodes(120)
+            yield made
+        finally:
+            made.shutdown()
 
 
 @pytest.fixture(autouse=True)
@@ -93,14 +95,14 @@ def test_results_are_the_same_bytes(cluster: Any, tmp_path: Path) -> None:
 
 
 def test_a_node_dies(cluster: Any, tmp_path: Path, noted: Path) -> None:
-    jobs = jobs_of("square", 60)
+    jobs = jobs_of("slow_square", 12)
     [node, _] = cluster.worker_nodes
     kill = partial(cluster.remove_node, node, allow_graceful=False)
-    run(jobs, Cache(tmp_path / "cache"), disturbed(20, kill))
+    run(jobs, Cache(tmp_path / "cache"), disturbed(3, kill))
     cluster.add_node(num_cpus=1, **STORE)
     again = calls(noted) - len(jobs)
     print("jobs done again after a node died:", again)
-    assert again <= 20
+    assert again <= 2  # what ran on the node
     assert contents(tmp_path / "cache") == serial_bytes(jobs, tmp_path / "serial")
 
 
