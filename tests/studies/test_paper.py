@@ -197,7 +197,7 @@ def test_a_paper_that_cannot_be_made_is_named(
 
 
 def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
-    with pytest.raises(KeyboardInterrupt, match="2 of 26 jobs are finished"):
+    with pytest.raises(KeyboardInterrupt, match="2 of 27 jobs are finished"):
         reproduce(tmp_path, Trials(flocks=4, lines=40), interrupted_after(2))
     assert len(list((tmp_path / "cache").glob("*.npz"))) == 2
 
