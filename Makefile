@@ -54,7 +54,8 @@ robustness: build ## the best fixed range in every flock preset (about 35 minute
 test: lint test-rust test-python ## what must pass before a change lands
 
 .PHONY: test-all
-test-all: test ## the tests that take minutes, too: long runs, forks, interrupts, lifecycles, corrupted documents
+test-all: test ## the tests that take minutes, too: long runs, forks, interrupts, lifecycles, corrupted documents, Ray
+	$(INSTALL) --extra ray
 	$(PYTEST) tests/slow
 
 .PHONY: lint

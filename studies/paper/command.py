@@ -38,7 +38,7 @@ def run(
 
     Writes paper.html (self-contained), paper.md, figures (PNG, SVG), results.json.
 
-    Takes about six minutes on two cores; when interrupted, run it again to go on.
+    Takes about six minutes on two cores; interrupted, run it again to continue.
 
     Example: python -m studies paper --output runs/paper
     """

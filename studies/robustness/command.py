@@ -44,7 +44,7 @@ def run(
 
     Writes robustness.md, robustness.png and robustness.svg, results.json.
 
-    About 35 minutes on two cores; interrupted, run it again to go on.
+    About 35 minutes on two cores; interrupted, run it again to continue.
 
     Example: python -m studies robustness --num-flocks 50 --presets paper-flock pursuit
     """

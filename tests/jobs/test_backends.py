@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -221,3 +222,16 @@ def test_what_no_other_process_can_run_is_refused(
 ) -> None:
     with pytest.raises(ArgumentError, match=named):
         run_jobs(function, arguments, cache=tmp_path)
+
+
+def test_the_example_of_the_page_runs(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "cluster.md").read_text("utf-8")
+    [example] = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "scan.py").write_text(example)
+    ran = [
+        subprocess.run([sys.executable, "scan.py"], cwd=tmp_path, capture_output=True, text=True, check=True)
+        for _ in range(2)
+    ]
+    assert ran[0].stdout.count("\n") == 4
+    assert ran[0].stdout == ran[1].stdout
+    assert len(contents(tmp_path / "runs" / "scan")) == 4
