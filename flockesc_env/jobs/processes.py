@@ -16,7 +16,12 @@ from flockesc_env.jobs.cache import Cache
 from flockesc_env.jobs.job import Job, Outcome, Outcomes
 
 ATTEMPTS = 4
-"""A job whose worker process died so often has failed."""
+"""A job whose worker process died so often has failed; so have all if so many pools finish none."""
+
+_DIED = (
+    f"its worker process died {ATTEMPTS} times: out of memory? A script that runs jobs needs"
+    ' `if __name__ == "__main__":`'
+)
 
 
 def processes(jobs: Sequence[Job], cache: Cache, workers: int | None = None) -> Outcomes:
@@ -29,7 +34,9 @@ def processes(jobs: Sequence[Job], cache: Cache, workers: int | None = None) -> 
     workers = workers or cores
     missing = {job.key: job for job in jobs}
     deaths = dict.fromkeys(missing, 0)
+    in_vain = 0  # pools in a row that finished no job
     while missing:
+        before = len(missing)
         queue = sorted(missing, key=deaths.__getitem__)
         width = min(1 if deaths[queue[0]] > 1 else workers, len(queue))
         with _pool(width) as pool:
@@ -50,10 +57,13 @@ def processes(jobs: Sequence[Job], cache: Cache, workers: int | None = None) -> 
                 job = missing.pop(futures[future])
                 found = future.result() if error is None else repr(error)
                 yield Outcome(job, cache.keep(job, found), min(width, len(missing)))
-        for key in [key for key in queue if key in missing][:width]:  # jobs start in their order
+        in_vain = in_vain + 1 if len(missing) == before else 0
+        left = [key for key in queue if key in missing]
+        for key in left[:width]:  # jobs start in their order
             deaths[key] += 1
-            if deaths[key] == ATTEMPTS:
-                yield Outcome(missing.pop(key), f"its worker process died {ATTEMPTS} times", len(missing))
+        for key in left:
+            if deaths[key] == ATTEMPTS or in_vain == ATTEMPTS:
+                yield Outcome(missing.pop(key), _DIED, len(missing))
 
 
 @contextmanager
