@@ -136,7 +136,8 @@ def _module(function: Callable[..., Any]) -> str:
     """Return the module of a function; a script counts as the module of its name."""
     module: str = function.__module__
     if module == "__main__":
-        module = Path(getattr(sys.modules["__main__"], "__file__", "<none>")).stem
+        main = sys.modules[module]
+        module = main.__spec__.name if main.__spec__ else Path(getattr(main, "__file__", "<none>")).stem
     if not (module + function.__qualname__).replace(".", "").isidentifier():
         raise ArgumentError(
             "function", "a function of a module that other processes can import", shown(function)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property
 from importlib import import_module
 from importlib.util import find_spec
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -79,7 +80,7 @@ class Job:
             expected, found = self.engine[:12], engine_hash()[:12]
             raise JobError(f"engine: expected build {expected}, got {found} on {socket.gethostname()}")
         module, _, name = self.function.partition(":")
-        function: Callable[..., Arrays] = getattr(import_module(module), name)
+        function: Callable[..., Arrays] = attrgetter(name)(import_module(module))
         with in_job():
             results = {name: np.asarray(value) for name, value in function(*self.arguments).items()}
         for name, array in results.items():

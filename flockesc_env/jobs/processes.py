@@ -54,7 +54,7 @@ def processes(jobs: Sequence[Job], cache: Cache, workers: int | None = None) -> 
                 error = future.exception()
                 if isinstance(error, BrokenProcessPool):
                     continue
-                job = missing.pop(futures[future])
+                job = missing.pop(futures.pop(future))  # results take memory
                 found = future.result() if error is None else repr(error)
                 yield Outcome(job, cache.keep(job, found), min(width, len(missing)))
         in_vain = in_vain + 1 if len(missing) == before else 0
