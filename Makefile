@@ -54,7 +54,8 @@ robustness: build ## find the best fixed range of every flock preset (about 35 m
 test: lint test-rust test-python ## run linters and all tests except the slow ones
 
 .PHONY: test-all
-test-all: test ## run all tests, including slow ones: long runs, forks, interrupts, lifecycles, corrupted documents
+test-all: test ## run all tests, including slow ones: long runs, forks, interrupts, lifecycles, corrupted documents, Ray
+	$(INSTALL) --extra ray
 	$(PYTEST) tests/slow
 
 # Stubtest reads the stubs alone: with the imports it takes half a minute more, and it overwrites mypy's cache.

@@ -1,37 +1,13 @@
-"""Measurements of fixed ranges on many seeds, cut into jobs."""
+"""Measurements of fixed ranges on many seeds."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
-from flockesc_env import FlockScenario, LineScenario, LineSweepResult, sweep
-from flockesc_env.jobs import Arrays, Cache, Job
-from flockesc_env.models.sweep import Progress
-
-OBJECTIVES = "studies.measurements:objectives"
-
-
-def objectives(scenario: FlockScenario | LineScenario, ranges: tuple[float, ...], seeds: range) -> Arrays:
-    """Return the objectives and the final components of every run, shape (ranges, seeds)."""
-    result = sweep(scenario, ranges, seeds)
-    shared = {"num_components": result.num_components}
-    if isinstance(result, LineSweepResult):
-        return shared | {"escape_distance": result.escape_distance, "converged": result.converged}
-    return shared | {
-        "min_mean_distance": result.min_mean_distance,
-        "min_min_distance": result.min_min_distance,
-    }
-
-
-def measure_job(
-    function: str, scenario: FlockScenario | LineScenario, ranges: tuple[float, ...], seeds: range
-) -> Job:
-    """Return the job of some runs; its size is about that of as many runs of a line."""
-    steps = scenario.num_steps if isinstance(scenario, FlockScenario) else 1
-    return Job(function, (scenario, ranges, seeds), len(ranges) * len(seeds) * steps)
+from flockesc_env import FlockScenario, LineScenario
+from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
+from flockesc_env.jobs.sweeps import joined, seed_jobs
 
 
 @dataclass(frozen=True)
@@ -51,34 +27,32 @@ class Measurement:
     num_seeds: int
 
     def jobs(self) -> list[Job]:
-        """Cut the measurement into jobs of at most some seconds."""
-        size = 50 if isinstance(self.scenario, FlockScenario) else 1_000
-        starts = range(0, self.num_seeds, size)
-        chunks = [range(start, min(start + size, self.num_seeds)) for start in starts]
-        return [measure_job(self.function, self.scenario, self.ranges, chunk) for chunk in chunks]
+        """Cut the measurement into jobs of some seconds."""
+        return seed_jobs(self.function, self.scenario, self.ranges, range(self.num_seeds))
 
 
-def total_size(measurements: Mapping[str, Measurement]) -> int:
-    """Return the size of all jobs together."""
-    return sum(job.size for measurement in measurements.values() for job in measurement.jobs())
-
-
-def measure(measurements: Mapping[str, Measurement], cache: Cache, progress: Progress) -> dict[str, Arrays]:
-    """Do all jobs that the cache lacks, and return the results of every measurement.
+def measure(
+    measurements: Mapping[str, Measurement], cache: Cache, backend: Backend, *, progress: bool = False
+) -> dict[str, Arrays]:
+    """Run all jobs that the cache lacks, and return the results of every measurement.
 
     Args:
         measurements: by name.
         cache: keeps the results of jobs; a job in it is not computed again.
-        progress: called with the size of the finished jobs and of all jobs.
+        backend: where jobs run.
+        progress: whether to show the progress bar even if stderr is not a terminal.
+
+    Raises:
+        JobError: if jobs failed.
     """
-    total, finished = total_size(measurements), 0
-    results = {}
-    for name, measurement in measurements.items():
-        parts = []
-        for job in measurement.jobs():
-            progress(finished, total)
-            parts.append(cache.get(job))
-            finished += job.size
-        results[name] = {key: np.concatenate([part[key] for part in parts], axis=1) for key in parts[0]}
-    progress(finished, total)
-    return results
+    jobs = {name: measurement.jobs() for name, measurement in measurements.items()}
+    return run_groups(jobs, cache, backend, title="Measuring", progress=progress)
+
+
+def run_groups(
+    jobs: Mapping[str, list[Job]], cache: Cache, backend: Backend, *, title: str, progress: bool = False
+) -> dict[str, Arrays]:
+    """Run the jobs of all groups; the jobs of a group differ in their seeds, and their results are joined."""
+    every = [job for group in jobs.values() for job in group]
+    results = iter(run(every, cache, backend, title=title, progress=progress))
+    return {name: joined([next(results) for _ in group]) for name, group in jobs.items()}

@@ -53,8 +53,9 @@ def main() -> int:
             prog="python -m training",
             description="Train range policies and compare them with the grid search over fixed ranges.",
         )
-    except KeyboardInterrupt:
-        print("training: interrupted; run the same command again to continue", file=sys.stderr)
+    except KeyboardInterrupt as stop:
+        kept = [str(argument) for argument in stop.args] or ["run the same command again to continue"]
+        print(": ".join(["training: interrupted", *kept]), file=sys.stderr)
         return 130
     except ModuleNotFoundError as error:
         command = 'pip install "flockesc-env[train]"'

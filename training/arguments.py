@@ -67,7 +67,8 @@ class TuneArgs:
         flocks: number of tuning flocks on which a trial is evaluated.
         output: folder for the Optuna study (``<run>.journal``) and its table (``<run>.csv``).
         runs: folder for the training runs of the trials.
-        jobs: number of trials that run at the same time, each on one core.
+        storage: URL of a database for the Optuna study, for workers without a shared disk.
+        backend: where trials run: serial, processes[:N], ray[:ADDRESS] or slurm[:KEY=VALUE,..].
     """
 
     run: Positional[str]
@@ -76,4 +77,5 @@ class TuneArgs:
     flocks: int = 200
     output: Path = Path("results/learned/tuning")
     runs: Path = Path("runs/tuning")
-    jobs: int = 2
+    storage: str | None = None
+    backend: str = "processes"

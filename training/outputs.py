@@ -96,5 +96,5 @@ def finish(args: Args, policy: Stored, measured: Measured) -> Path:
     entry = NamedPolicy(args.run.name, policy, per_agent=per_agent, options=options, scenario=args.model)
     # The policy comes last: its file marks the run as finished.
     save_policy(entry, args.run / POLICY_FILE)
-    (args.run / CHECKPOINT).unlink()
+    (args.run / CHECKPOINT).unlink(missing_ok=True)  # another driver may do the same run
     return args.run / POLICY_FILE

@@ -5,17 +5,22 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
+import numpy as np
 import optuna
-from optuna.storages import JournalStorage
+from optuna.storages import JournalStorage, RDBStorage
 from optuna.storages.journal import JournalFileBackend
 
 from flockesc_env.common.checks import as_choice
+from flockesc_env.jobs import Arrays, Cache, Job, find_backend
+from flockesc_env.jobs import run as run_all
 from training import seeds
 from training.arguments import TuneArgs
-from training.config import POLICY_FILE, Args, PPOArgs, SearchArgs, TQCArgs, train_presets
+from training.config import Args, PPOArgs, SearchArgs, TQCArgs, train_presets
 from training.evaluation import objective
 from training.policies import named_policy
-from training.processes import train_apart
+from training.runs import RUN_SECONDS, run
+
+_NUMBER = "job"
 
 _NAMES = {
     *("max_range", "steps_per_action", "hidden", "memory", "population", "step_size"),
@@ -28,38 +33,86 @@ def tune(args: TuneArgs) -> optuna.Study:
     """Start or continue the Optuna study of a preset, and return it; the first trial is the preset itself.
 
     Raises:
-        ValueError: if the preset is unknown.
+        ValueError: if the preset or the back end is unknown.
+        JobError: if trials failed; a second call tries them again.
     """
     known = train_presets()
-    preset = known[as_choice(args.run, "run", known)]
+    as_choice(args.run, "run", known)
+    backend = find_backend(args.backend)
     args.output.mkdir(parents=True, exist_ok=True)
-    study = optuna.create_study(
-        storage=JournalStorage(JournalFileBackend(str(args.output / f"{args.run}.journal"))),
-        sampler=optuna.samplers.TPESampler(seed=0),
-        study_name=args.run,
-        direction="maximize",
-        load_if_exists=True,
-    )
-    finished = len(study.get_trials(states=[optuna.trial.TrialState.COMPLETE]))
-    if not finished:
-        study.enqueue_trial(_as_trial(preset))
-    study.optimize(
-        lambda trial: _value(trial, preset, args), max(args.trials - finished, 0), n_jobs=args.jobs
-    )
+    study = _study(args)
+    jobs = [Job("training.tune:trial", (args, number), RUN_SECONDS) for number in range(args.trials)]
+    run_all(jobs, Trials(args), backend, title=f"Trials of {args.run}")
     study.trials_dataframe().to_csv(args.output / f"{args.run}.csv", index=False)
     return study
 
 
-def _value(trial: optuna.Trial, preset: Args, args: TuneArgs) -> float:
+def trial(args: TuneArgs, number: int) -> Arrays:
+    """Run one trial of a study and return its number; the first trial is the preset itself."""
+    preset = train_presets()[args.run]
+    study = _study(args, number)
+    if number == 0:
+        study.enqueue_trial(_as_trial(preset))
+    study.optimize(lambda trial: _value(trial, preset, args, number), n_trials=1)
+    return {"number": np.array(number)}
+
+
+class Trials(Cache):
+    """An Optuna study as a cache: a job is finished if a completed trial has its number."""
+
+    def __init__(self, args: TuneArgs) -> None:
+        super().__init__(args.output)
+        self.args = args
+
+    def __contains__(self, job: Job) -> bool:
+        return any(
+            trial.user_attrs.get(_NUMBER) == job.arguments[1] for trial in completed(_study(self.args))
+        )
+
+    def put(self, job: Job, results: Arrays) -> None:
+        """Do nothing: the worker has reported to the study."""
+
+    def get(self, job: Job) -> Arrays:
+        """Return the number of the trial."""
+        self._wait(job)
+        return {"number": np.array(job.arguments[1])}
+
+
+def completed(study: optuna.Study) -> list[optuna.trial.FrozenTrial]:
+    """Return the trials that have a value."""
+    return study.get_trials(deepcopy=False, states=[optuna.trial.TrialState.COMPLETE])
+
+
+def _study(args: TuneArgs, number: int = 0) -> optuna.Study:
+    """Open or create the study; the number of the job seeds the sampler."""
+    return optuna.create_study(
+        storage=(
+            RDBStorage(args.storage, heartbeat_interval=60)
+            if args.storage
+            else JournalStorage(JournalFileBackend(str(args.output / f"{args.run}.journal")))
+        ),
+        sampler=optuna.samplers.TPESampler(seed=number),
+        study_name=args.run,
+        direction="maximize",
+        load_if_exists=True,
+    )
+
+
+def _value(trial: optuna.Trial, preset: Args, args: TuneArgs, number: int) -> float:
     """Train with the hyperparameters of a trial and return the mean objective on tuning flocks."""
-    folder = args.runs / f"{args.run}-{trial.number}"
+    trial.set_user_attr(_NUMBER, number)
     length = "generations" if isinstance(preset, SearchArgs) else "num_episodes"
     shorter = {length: max(round(args.share * getattr(preset, length)), 1)}
-    short = dataclasses.replace(
-        preset, **suggest(trial, preset), **shorter, run=folder, seed=seeds.TUNING_RUN
-    )
-    if not (folder / POLICY_FILE).is_file():
-        train_apart(args.run, short)
+    folder = args.runs / f"{args.run}-{trial.number}"
+    changes = {
+        **suggest(trial, preset),
+        **shorter,
+        "run": folder,
+        "seed": seeds.TUNING_RUN,
+        "progress": False,
+    }
+    short = dataclasses.replace(preset, **changes)
+    run(short)
     policy = named_policy(str(folder)).policy
     return float(objective(short, policy, seeds.first_seeds(seeds.TUNING, args.flocks)).mean())
 

@@ -15,7 +15,7 @@ import tyro
 from flockesc_env._core import __version__
 from flockesc_env.cli.exits import MEANINGS, Exit
 from flockesc_env.cli.output import flush, note, prepare_streams, show
-from flockesc_env.common.errors import FlockescError
+from flockesc_env.common.errors import FlockescError, JobError
 
 
 @dataclass(frozen=True)
@@ -57,11 +57,14 @@ class Application:
         prepare_streams()
         try:
             return self._run(list(sys.argv[1:] if argv is None else argv))
-        except KeyboardInterrupt:
-            note("interrupted")
+        except KeyboardInterrupt as stop:
+            note(": ".join(["interrupted", *map(str, stop.args)]))
             return Exit.INTERRUPTED
         except BrokenPipeError:
             return Exit.UNREAD
+        except JobError as error:
+            note(f"error: {error}")
+            return Exit.FAILED
         except FlockescError as error:
             note(f"error: {error}")
         except OSError as error:

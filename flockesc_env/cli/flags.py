@@ -51,6 +51,14 @@ def _range(words: list[str]) -> range:
 Json = Annotated[bool, switch("print the result as a JSON document on stdout")]
 Progress = Annotated[bool, switch("show a progress bar even if stderr is not a terminal")]
 Threads = Annotated[int | None, *optional("number of threads; results do not depend on it", "one per core")]
+Backend = Annotated[
+    str,
+    arg(
+        help="where jobs run: serial, processes[:N], ray[:ADDRESS] or slurm[:KEY=VALUE,..] (docs/cluster.md);"
+        " results do not depend on it",
+        metavar="BACKEND",
+    ),
+]
 Seeds = Annotated[
     range,
     PrimitiveConstructorSpec(

@@ -21,6 +21,9 @@ from flockesc_env.common.extras import MissingExtraError, require
 from flockesc_env.common.files import atomic_write
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.episodes.options import GRID_SIZE, EnvOptions, LineOptions
+from flockesc_env.jobs import Backend, Cache, find_backend
+from flockesc_env.jobs import run as run_all
+from flockesc_env.jobs.sweeps import OUTCOMES, joined, outcome_names, seed_jobs
 from flockesc_env.models import records
 from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 from flockesc_env.scenario.flock import FlockScenario
@@ -68,6 +71,18 @@ def run(
         *optional("file (.parquet, .csv) for a table with one row per run; needs the analysis extra", "none"),
     ] = None,
     num_threads: Threads = None,
+    backend: Annotated[
+        str | None,
+        *optional(
+            "where jobs run: serial, processes[:N], ray[:ADDRESS] or slurm[:KEY=VALUE,..] (docs/cluster.md);"
+            " results do not depend on it",
+            "threads of this process",
+            metavar="BACKEND",
+        ),
+    ] = None,
+    cache: Annotated[
+        Path, arg(help="folder of finished jobs, with --backend; a second call continues there")
+    ] = Path("runs/sweep"),
     progress: Progress = False,
     json: Json = False,
 ) -> Exit:
@@ -86,7 +101,13 @@ def run(
     ranges = _ranges(chosen, interaction_ranges, max_range, grid_size)
     objective_ = _objective(chosen, objective)
     _check_seeds(seeds)
-    parts = _in_chunks(chosen, ranges, seeds, as_threads(num_threads), progress)
+    threads = as_threads(num_threads)
+    if backend is None:
+        parts = _in_chunks(chosen, ranges, seeds, threads, progress)
+    elif threads is None:
+        parts = [_by_jobs(chosen, ranges, seeds, find_backend(backend), Cache(cache), progress)]
+    else:
+        raise ArgumentError("num_threads", "no number with --backend, whose jobs take one thread", threads)
     finished = sum(part.seeds.size for part in parts)
     code = Exit.DONE
     if finished < len(seeds):
@@ -185,13 +206,21 @@ def _in_chunks(
     return parts
 
 
+def _by_jobs(
+    scenario: Scenario, ranges: FloatArray, seeds: range, backend: Backend, cache: Cache, always: bool
+) -> SweepResult:
+    """Return the sweep, run by a back end."""
+    jobs = seed_jobs(OUTCOMES, scenario, tuple(ranges.tolist()), seeds)
+    values = joined(run_all(jobs, cache, backend, title="Sweep", progress=always))
+    model = FlockSweepResult if isinstance(scenario, FlockScenario) else LineSweepResult
+    return model(scenario, ranges, np.array(seeds, np.uint64), **values)
+
+
 def _joined(parts: list[SweepResult]) -> SweepResult:
     """Join the results of chunks of seeds along the axis of seeds."""
-    of_seeds = [
-        f.name for f in dataclasses.fields(parts[0]) if f.name not in {"scenario", "interaction_ranges"}
-    ]
     columns: dict[str, Any] = {
-        name: np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in of_seeds
+        name: np.concatenate([getattr(part, name) for part in parts], axis=-1)
+        for name in ("seeds", *outcome_names(parts[0]))
     }
     return dataclasses.replace(parts[0], **columns)
 

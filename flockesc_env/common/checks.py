@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.errors import ArgumentError, InputError, shown, shown_name
+from flockesc_env.common.in_job import is_in_job
 
 FloatArray = NDArray[np.float64]
 
@@ -70,8 +71,10 @@ def as_count(
 
 
 def as_threads(value: Any) -> int | None:
-    """Return ``num_threads``: an int of at least 1, or ``None``."""
-    return None if value is None else as_count(value, "num_threads")
+    """Return ``num_threads``, an int of at least 1 or ``None``; inside a job, ``None`` becomes 1."""
+    if value is None:
+        return 1 if is_in_job() else None
+    return as_count(value, "num_threads")
 
 
 def as_bytes(value: Any, field: str) -> bytes:

@@ -78,6 +78,10 @@ class RecordError(InputError):
     """A file is damaged, or is not of the expected kind."""
 
 
+class JobError(FlockescError, RuntimeError):
+    """Jobs failed, or their results were lost. The results of all other jobs are kept."""
+
+
 class EpisodeError(FlockescError, RuntimeError):
     """A method was called at the wrong time, for example during another call of the same environment."""
 

@@ -8,6 +8,8 @@ from contextlib import contextmanager
 
 from tqdm import tqdm
 
+from flockesc_env.common.in_job import is_in_job
+
 
 @contextmanager
 def progress_bar(title: str, total: int, *, always: bool = False) -> Iterator[Callable[[int, int], None]]:
@@ -18,7 +20,8 @@ def progress_bar(title: str, total: int, *, always: bool = False) -> Iterator[Ca
         total: number of steps.
         always: whether to show it even if stderr is not a terminal.
     """
-    hidden = False if always else None  # None: tqdm hides it without a terminal
+    # None: tqdm hides it without a terminal.
+    hidden = True if is_in_job() else False if always else None
     with tqdm(total=total, desc=title, file=sys.stderr, disable=hidden) as bar:
         yield lambda done, _: bar.update(done - bar.n)
         bar.update(total - bar.n)  # the last callback may report less than the total

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cache
+import socket
+import traceback
+from collections.abc import Callable, Generator
+from dataclasses import dataclass, field
+from functools import cache, cached_property
 from importlib import import_module
 from importlib.util import find_spec
+from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flockesc_env.common.errors import ArgumentError, JobError, shown
+from flockesc_env.common.in_job import in_job
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
@@ -22,54 +28,108 @@ Arrays = dict[str, NDArray[Any]]
 """Results of a job: arrays by name."""
 
 
-@dataclass(frozen=True)
-class Job:
-    """A function call whose result does not depend on the process that runs it.
-
-    Attributes:
-        function: the function as ``module:name``; it returns ``Arrays``.
-        arguments: positional arguments: scenarios, ``range`` objects, numbers, strings, and tuples of these.
-        size: estimated duration, in a unit that all jobs of a list share.
-    """
-
-    function: str
-    arguments: tuple[Any, ...]
-    size: int = 1
-
-    def key(self) -> str:
-        """Return a hash of the function's name, the arguments and the compiled core."""
-        parts = {
-            "function": self.function,
-            "arguments": [_plain(argument) for argument in self.arguments],
-            "core": _core_hash(),
-        }
-        return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
-
-    def run(self) -> Arrays:
-        """Call the function and return its results."""
-        module, _, name = self.function.partition(":")
-        function: Callable[..., Arrays] = getattr(import_module(module), name)
-        return function(*self.arguments)
-
-
-def _plain(argument: Any) -> Any:
-    """Convert an argument to JSON types; different arguments give different values."""
-    if isinstance(argument, FlockScenario | LineScenario):
-        return {"model": type(argument).__name__, "scenario": json.loads(argument.to_json())}
-    if isinstance(argument, range):
-        return {"range": [argument.start, argument.stop, argument.step]}
-    if isinstance(argument, tuple):
-        return [_plain(entry) for entry in argument]
-    if isinstance(argument, np.generic):
-        return argument.item()
-    return argument
-
-
 @cache
-def _core_hash() -> str:
+def engine_hash() -> str:
     """Return a hash of the compiled core; results of different builds may differ in their last bits."""
     core = find_spec("flockesc_env._core")
     assert core is not None  # noqa: S101, the package does not import without it
     assert core.origin is not None  # noqa: S101, it is a file
     with Path(core.origin).open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+@dataclass(frozen=True)
+class Job:
+    """A call that can be computed alone, in any process on any machine.
+
+    Attributes:
+        function: the function as ``module:name``; it returns arrays by name.
+        arguments: scenarios, other dataclasses, ranges of integers, numbers, strings, bytes, paths, and
+            tuples, lists and dicts of these.
+        seconds: estimated time on one core. It sets the order of jobs, the size of chunks on SLURM and the
+            time left that is shown; results do not depend on it.
+        engine: hash of the compiled core. A worker with another core refuses the job.
+    """
+
+    function: str
+    arguments: tuple[Any, ...]
+    seconds: float = 1.0
+    engine: str = field(default_factory=engine_hash)
+
+    @cached_property
+    def key(self) -> str:
+        """A hash of everything that the results depend on, the compiled core included.
+
+        Raises:
+            ArgumentError: if an argument has another type than those that ``Job`` names.
+        """
+        arguments = [_plain(argument) for argument in self.arguments]
+        parts = {"function": self.function, "arguments": arguments, "core": self.engine}
+        try:
+            return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+        except TypeError as error:
+            raise ArgumentError("arguments", "plain data", f"{shown(self.arguments)} ({error})") from None
+
+    def run(self) -> Arrays:
+        """Call the function, with one thread per call of the engine.
+
+        Raises:
+            JobError: if this process has another compiled core than the one that made the job.
+        """
+        if self.engine != engine_hash():
+            expected, found = self.engine[:12], engine_hash()[:12]
+            raise JobError(f"engine: expected build {expected}, got {found} on {socket.gethostname()}")
+        module, _, name = self.function.partition(":")
+        function: Callable[..., Arrays] = attrgetter(name)(import_module(module))
+        with in_job():
+            results = {name: np.asarray(value) for name, value in function(*self.arguments).items()}
+        for name, array in results.items():
+            if array.dtype.hasobject:
+                raise TypeError(f"{name}: expected an array of numbers or strings, got Python objects")
+        return results
+
+    def attempt(self) -> Arrays | str:
+        """Return the results, or the traceback if the function raises."""
+        try:
+            return self.run()
+        except Exception:  # whatever it raises belongs to this job alone
+            return traceback.format_exc()
+
+
+class Outcome(NamedTuple):
+    """One job of a back end has ended.
+
+    Attributes:
+        job: the job.
+        error: traceback or reason of a failure; None if the result is in the cache.
+        running: number of jobs that run now.
+    """
+
+    job: Job
+    error: str | None
+    running: int
+
+
+Outcomes = Generator[Outcome, None, None]
+
+
+def _plain(argument: Any) -> Any:
+    """Return an argument as JSON has it; values of different types stay different."""
+    if isinstance(argument, FlockScenario | LineScenario):
+        return {"model": type(argument).__name__, "scenario": json.loads(argument.to_json())}
+    if dataclasses.is_dataclass(argument) and not isinstance(argument, type):
+        fields = {f.name: _plain(getattr(argument, f.name)) for f in dataclasses.fields(argument)}
+        return {"dataclass": type(argument).__name__, "fields": fields}
+    if isinstance(argument, range):
+        return {"range": [argument.start, argument.stop, argument.step]}
+    if isinstance(argument, tuple | list):
+        return [_plain(entry) for entry in argument]
+    if isinstance(argument, dict):
+        return {"dict": [[_plain(key), _plain(value)] for key, value in argument.items()]}
+    if isinstance(argument, bytes):
+        return {"sha256": hashlib.sha256(argument).hexdigest()}
+    if isinstance(argument, Path):
+        return {"path": str(argument)}
+    if isinstance(argument, np.generic):
+        return argument.item()
+    return argument

@@ -8,6 +8,7 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.flags import Backend
 from flockesc_env.cli.output import note, show
 from flockesc_env.common.extras import require
 
@@ -33,18 +34,18 @@ def run(
     ] = (),
     held_out_flocks: Annotated[int, arg(help="flocks that results are reported on")] = 1000,
     tuning_flocks: Annotated[int, arg(help="other flocks, which choose the best fixed range")] = 1000,
-    jobs: Annotated[int, arg(help="training runs at a time, each on one core")] = 2,
+    backend: Backend = "processes",
 ) -> Exit:
     """Train and evaluate all learners of one setting: one row of docs/results.md.
 
-    Interrupted, run it again to go on.
+    Interrupted, run it again to continue.
 
     Example: python -m studies learned shared
     """
     require("train", _MODULES)
     from studies.learned.study import StudyArgs, study
 
-    args = StudyArgs(setting, output, runs, learners, held_out_flocks, tuning_flocks, jobs)
+    args = StudyArgs(setting, output, runs, learners, held_out_flocks, tuning_flocks, backend)
     note(f"saved: {study(args)}; now run python -m studies learned-page")
     return Exit.DONE
 

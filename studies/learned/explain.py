@@ -23,8 +23,10 @@ from flockesc_env import (
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.spaces import ObservationLayout
-from flockesc_env.jobs import Cache
-from studies.measurements import OBJECTIVES, measure_job
+from flockesc_env.jobs import Backend, Cache
+from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
+from flockesc_env.jobs.sweeps import seed_jobs
+from studies.measurements import run_groups
 from training import seeds
 from training.config import Setting
 from training.evaluation import OUTCOMES, outcome
@@ -136,7 +138,13 @@ def ablation(entry: NamedPolicy, setting: Setting, flocks: int) -> pl.DataFrame:
 
 
 def transfer(
-    entry: NamedPolicy, setting: Setting, home: float, flocks: int, grid: tuple[float, ...], cache: Cache
+    entry: NamedPolicy,
+    setting: Setting,
+    home: float,
+    flocks: int,
+    grid: tuple[float, ...],
+    cache: Cache,
+    backend: Backend,
 ) -> pl.DataFrame:
     """Measure the policy and fixed ranges in scenarios that it was not trained in.
 
@@ -147,14 +155,22 @@ def transfer(
         flocks: held-out flocks per scenario; fewer for the largest flock.
         grid: ranges among which the best of each scenario is chosen, on as many tuning flocks.
         cache: of the grid searches.
+        backend: where the grid searches run.
     """
     frames = []
     names = dict(_worlds())
+    counts = {
+        name: flocks if world.num_agents <= 1_000 else max(flocks // 40, 2) for name, world in names.items()
+    }
+    tuning = {
+        name: seed_jobs(SWEEP, world, grid, seeds.first_seeds(seeds.TUNING, counts[name]))
+        for name, world in names.items()
+    }
+    fixed = run_groups(tuning, cache, backend, title="Fixed ranges in other scenarios")
     with progress_bar("Other scenarios", len(names)) as report:
         for done, (world, scenario) in enumerate(names.items(), start=1):
-            count = flocks if scenario.num_agents <= 1_000 else max(flocks // 40, 2)
-            held_out = seeds.first_seeds(seeds.HELD_OUT, count)
-            own = _best(scenario, grid, seeds.first_seeds(seeds.TUNING, count), setting, cache)
+            held_out = seeds.first_seeds(seeds.HELD_OUT, counts[world])
+            own = grid[int(fixed[world][OUTCOMES[setting.objective]].mean(axis=1).argmax())]
             options = {"max_range": max(grid)}
             policies = {
                 "learned": entry,
@@ -180,10 +196,3 @@ def _worlds() -> Iterator[tuple[str, FlockScenario]]:
         scenario = preset(name)
         assert isinstance(scenario, FlockScenario)  # noqa: S101, all of them are flocks
         yield name, scenario
-
-
-def _best(
-    scenario: FlockScenario, grid: tuple[float, ...], flocks: range, setting: Setting, cache: Cache
-) -> float:
-    values = cache.get(measure_job(OBJECTIVES, scenario, grid, flocks))[OUTCOMES[setting.objective]]
-    return grid[int(values.mean(axis=1).argmax())]

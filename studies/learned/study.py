@@ -8,21 +8,21 @@ import os
 import platform
 import shlex
 import shutil
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 
-from flockesc_env import ArgumentError, FlockScenario, NamedPolicy, built_in
-from flockesc_env.common.progress import progress_bar
+from flockesc_env import ArgumentError, FlockScenario
 from flockesc_env.common.stats import FloatArray, mean
-from flockesc_env.jobs import Cache
+from flockesc_env.jobs import Backend, Cache, find_backend, run
+from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
+from flockesc_env.jobs.sweeps import joined, seed_jobs
 from studies.learned import explain
+from studies.learned.held_out import play_job
 from studies.learned.listening import LISTENING_FILE, measure_listening
 from studies.learned.results import EPISODES_FILE
-from studies.measurements import OBJECTIVES, measure_job
 from training import seeds
 from training.config import (
     CURVE_FILE,
@@ -34,10 +34,10 @@ from training.config import (
     RunRecord,
     presets,
 )
-from training.evaluation import OUTCOMES, play
+from training.evaluation import OUTCOMES
 from training.outputs import write_table
 from training.policies import named_policy
-from training.processes import train_apart
+from training.runs import RunFolders, run_job
 from training.versions import versions
 
 FLOCK_GRID = (*range(0, 21, 2), 25, 30, 40, 50, 75, 100, 150)
@@ -66,7 +66,7 @@ class StudyArgs:
         learners: some of the preset's learners; none: all that have training seeds.
         held_out_flocks: flocks that results are reported on.
         tuning_flocks: other flocks, on which the best fixed range is chosen.
-        jobs: training runs at a time, each on one core.
+        backend: where jobs run, as ``find_backend`` takes it.
     """
 
     setting: str
@@ -75,7 +75,7 @@ class StudyArgs:
     learners: tuple[str, ...] = ()
     held_out_flocks: int = 1000
     tuning_flocks: int = 1000
-    jobs: int = 2
+    backend: str = "processes"
 
 
 def study(args: StudyArgs) -> Path:
@@ -83,35 +83,34 @@ def study(args: StudyArgs) -> Path:
 
     Raises:
         ArgumentError: for an unknown setting or learner, or an argument out of bounds.
-        RuntimeError: if a training run fails; finished runs stay.
+        JobError: if training runs fail; finished runs stay.
     """
-    preset = _preset(args)
+    preset, backend = _preset(args), find_backend(args.backend)
     held_out = seeds.first_seeds(seeds.HELD_OUT, args.held_out_flocks)
     tuning = seeds.first_seeds(seeds.TUNING, args.tuning_flocks)
-    runs = _train(args, preset)
+    runs = _train(args, preset, backend)
     folder = args.output / args.setting
     (folder / "policies").mkdir(parents=True, exist_ok=True)
 
     cache = Cache(args.runs / "fixed")
-    best = _choose(preset, _fixed("Fixed ranges on tuning flocks", preset, tuning, cache))
-    fixed = _fixed("Fixed ranges on held-out flocks", preset, held_out, cache)
+    best = _choose(preset, _fixed("Fixed ranges on tuning flocks", preset, tuning, cache, backend))
+    fixed = _fixed("Fixed ranges on held-out flocks", preset, held_out, cache, backend)
     rows = [
         _rows("best fixed range", None, held_out, fixed[_grid(preset).index(best)]),
         _rows("hindsight oracle", None, held_out, fixed.max(axis=0)),
     ]
-    entries: list[tuple[str, int | None, NamedPolicy]]
-    entries = [(entry.name, None, entry) for entry in _rules(preset)]
-    entries += [(name, seed, named_policy(str(run))) for name, seed, run in runs]
-    with progress_bar("Policies on held-out flocks", len(entries)) as report:
-        for done, (name, seed, entry) in enumerate(entries, start=1):
-            values = play(entry, preset.setting, held_out)
-            rows.append(_rows(name, seed, held_out, values))
-            report(done, len(entries))
+    policies: list[tuple[str, int | None, str | bytes]]
+    policies = [(name, None, name) for name in _rules(preset)]
+    policies += [(name, seed, (folder / POLICY_FILE).read_bytes()) for name, seed, folder in runs]
+    jobs = [play_job(policy, preset.setting, held_out) for _, _, policy in policies]
+    results = run(jobs, cache, backend, title="Policies on held-out flocks")
+    for (name, seed, _), result in zip(policies, results, strict=True):
+        rows.append(_rows(name, seed, held_out, result["objective"]))
     made = pl.concat(rows)
     write_table(pl.concat([made, _submitted(made, args.setting, folder)]), folder / EPISODES_FILE)
     write_table(_grid_frame(preset, fixed), folder / "grid.parquet")
     _collect(runs, folder)
-    explained = _explain(args, preset, runs, best, cache, folder)
+    explained = _explain(args, preset, runs, best, cache, backend, folder)
     _describe(args, preset, best, explained, folder)
     return folder
 
@@ -132,7 +131,7 @@ def _preset(args: StudyArgs) -> Preset:
     return dataclasses.replace(preset, learners=reported)
 
 
-def _train(args: StudyArgs, preset: Preset) -> list[TrainingRun]:
+def _train(args: StudyArgs, preset: Preset, backend: Backend) -> list[TrainingRun]:
     """Do all training runs that are not finished; return learner, training seed and folder of each.
 
     Raises:
@@ -143,19 +142,12 @@ def _train(args: StudyArgs, preset: Preset) -> list[TrainingRun]:
         for name, learner in preset.learners.items()
         for seed in range(learner.seeds)
     ]
-    missing = [run for run in runs if not (run[2] / POLICY_FILE).is_file()]
-    for run in runs:
-        if run not in missing and not _is_of(preset, run):
-            raise ArgumentError("runs", f"the preset's arguments in {run[2]}", "others; remove it")
-    with (
-        progress_bar(f"Training runs of {args.setting}", len(missing)) as report,
-        ThreadPoolExecutor(args.jobs) as workers,
-    ):
-        finished = workers.map(
-            lambda run: train_apart(f"{args.setting}-{run[0]}", _args(preset, run)), missing
-        )
-        for done, _ in enumerate(finished, start=1):
-            report(done, len(missing))
+    for training_run in runs:
+        folder = training_run[2]
+        if (folder / POLICY_FILE).is_file() and not _is_of(preset, training_run):
+            raise ArgumentError("runs", f"the preset's arguments in {folder}", "others; remove it")
+    jobs = [run_job(_args(preset, training_run)) for training_run in runs]
+    run(jobs, RunFolders(args.runs), backend, title=f"Training runs of {args.setting}")
     return runs
 
 
@@ -173,30 +165,23 @@ def _grid(preset: Preset) -> tuple[float, ...]:
     return LINE_GRID if preset.setting.is_line else tuple(float(rho) for rho in FLOCK_GRID)
 
 
-def _fixed(title: str, preset: Preset, flocks: range, cache: Cache) -> FloatArray:
+def _fixed(title: str, preset: Preset, flocks: range, cache: Cache, backend: Backend) -> FloatArray:
     """Return the objective under every fixed range, shape (ranges, flocks)."""
     column = "escape_distance" if preset.setting.is_line else OUTCOMES[preset.setting.objective]
-    parts = []
-    with progress_bar(title, len(flocks)) as report:
-        for start in range(0, len(flocks), 50):
-            chunk = flocks[start : start + 50]
-            parts.append(
-                cache.get(measure_job(OBJECTIVES, preset.setting.model, _grid(preset), chunk))[column]
-            )
-            report(start + len(chunk), len(flocks))
-    return np.concatenate(parts, axis=1)
+    jobs = seed_jobs(SWEEP, preset.setting.model, _grid(preset), flocks)
+    return joined(run(jobs, cache, backend, title=title))[column]
 
 
 def _choose(preset: Preset, values: FloatArray) -> float:
     return _grid(preset)[int(values.mean(axis=1).argmax())]
 
 
-def _rules(preset: Preset) -> Iterator[NamedPolicy]:
-    """Yield the built-in rules that see what the setting shows."""
+def _rules(preset: Preset) -> tuple[str, ...]:
+    """Return the names of the built-in rules that see what the setting shows."""
     setting = preset.setting
     if setting.per_agent and isinstance(setting.model, FlockScenario):
-        for name in VISIBLE_RULES if setting.predator_visible else LOCAL_RULES:
-            yield built_in(name)
+        return VISIBLE_RULES if setting.predator_visible else LOCAL_RULES
+    return ()
 
 
 def _rows(name: str, seed: int | None, flocks: range, values: FloatArray) -> pl.DataFrame:
@@ -237,17 +222,18 @@ def _explain(
     runs: Sequence[TrainingRun],
     best: float,
     cache: Cache,
+    backend: Backend,
     folder: Path,
 ) -> dict[str, object]:
     """Look into the run of the explained learner that was best on tuning flocks."""
     candidates = [run for run in runs if run[0] == preset.explained]
     if not candidates:
         return {}
-    name, seed, run = max(candidates, key=lambda run: _best_point(run[2]))
-    entry = named_policy(str(run))
+    name, seed, best_run = max(candidates, key=lambda candidate: _best_point(candidate[2]))
+    entry = named_policy(str(best_run))
     few = min(args.held_out_flocks, EXPLAINED_FLOCKS)
     write_table(explain.ablation(entry, preset.setting, few), folder / "ablation.parquet")
-    worlds = explain.transfer(entry, preset.setting, best, few, _grid(preset), cache)
+    worlds = explain.transfer(entry, preset.setting, best, few, _grid(preset), cache, backend)
     write_table(worlds, folder / "transfer.parquet")
     measure_listening(entry, folder / LISTENING_FILE)
     return {"explained": name, "explained_seed": seed}
@@ -260,12 +246,12 @@ def _best_point(run: Path) -> float:
 def _collect(runs: Sequence[TrainingRun], folder: Path) -> None:
     """Copy the policies, and put what the runs measured into one file each."""
     outputs, curves = [], []
-    for name, seed, run in runs:
-        shutil.copy(run / POLICY_FILE, folder / "policies" / f"{name}-{seed}.npz")
+    for name, seed, source in runs:
+        shutil.copy(source / POLICY_FILE, folder / "policies" / f"{name}-{seed}.npz")
         origin = {"learner": name, "training_seed": seed}
-        outputs.append({**origin, **json.loads((run / RUN_FILE).read_text())})
+        outputs.append({**origin, **json.loads((source / RUN_FILE).read_text())})
         curves.append(
-            pl.read_parquet(run / CURVE_FILE).select(
+            pl.read_parquet(source / CURVE_FILE).select(
                 pl.lit(name).alias("learner"), pl.lit(seed).alias("training_seed"), pl.all()
             )
         )

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import arg
 
 from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.flags import Json, Progress, optional
+from flockesc_env.cli.flags import Backend, Json, Progress, optional
 from flockesc_env.cli.output import check_output, note, show, show_json
 from flockesc_env.common.extras import require
-from flockesc_env.common.progress import progress_bar
-from studies.measurements import total_size
-from studies.paper.plan import BATCH, Trials, measurements
+from flockesc_env.jobs import find_backend
+from studies.paper.plan import BATCH, Trials
 
 if TYPE_CHECKING:
     from studies.paper.page import PaperResults
@@ -31,6 +30,7 @@ def run(
     page: Annotated[
         Path | None, *optional("file of the Markdown page", "paper.md in the output folder")
     ] = None,
+    backend: Backend = "processes",
     progress: Progress = False,
     json: Json = False,
 ) -> Exit:
@@ -38,23 +38,17 @@ def run(
 
     Writes paper.html (self-contained), paper.md, figures (PNG, SVG), results.json.
 
-    Takes about six minutes on two cores; when interrupted, run it again to go on.
+    Takes about six minutes on two cores; interrupted, run it again to continue.
 
     Example: python -m studies paper --output runs/paper
     """
     trials = Trials(flocks=flocks, lines=lines)
+    runs_on = find_backend(backend)
     check_output(page, [".md"], field="page")
     require("analysis", ["matplotlib", "scipy", "jinja2", "markdown"])
     from studies.paper.reproduction import reproduce  # heavy, and of an extra
 
-    with progress_bar("Measuring", total_size(measurements(trials)), always=progress) as report:
-
-        def show_progress(done: int, total: int) -> None:
-            report(done, total)
-            if done == total:
-                note("measured; statistics and figures take another minute")
-
-        results = reproduce(output, trials, page=page, progress=show_progress)
+    results = reproduce(output, trials, runs_on, page=page, progress=progress)
     note(f"saved: {output / 'paper.html'}")
     if json:
         show_json({"command": "paper", "output": str(output), **json_.loads(results.to_json())})

@@ -141,6 +141,5 @@ def _points(axes: Axes, estimates: list[stats.Estimate]) -> None:
 
 
 def _result(grid: Arrays) -> FlockSweepResult:
-    shape = grid["num_components"].shape
-    seeds = np.arange(shape[1], dtype=np.uint64)
-    return FlockSweepResult(FLOCK, _GRID, seeds, fraction_surviving=np.ones(shape), **grid)
+    seeds = np.arange(grid["num_components"].shape[1], dtype=np.uint64)
+    return FlockSweepResult(FLOCK, _GRID, seeds, **grid)

@@ -7,11 +7,12 @@ from typing import Final
 
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.jobs.sweeps import OUTCOMES
 from flockesc_env.scenario.approach import approach
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import EscapeForce, LineScenario
 from flockesc_env.scenario.predators import ConstantVelocity
-from studies.measurements import OBJECTIVES, Measurement
+from studies.measurements import Measurement
 from studies.paper.jobs import CONSENSUS, CURVES
 
 FLOCK: Final = FlockScenario()
@@ -83,7 +84,7 @@ def threshold(rho: float) -> LineScenario:
 def measurements(trials: Trials) -> dict[str, Measurement]:
     """Return all measurements by name."""
     plan = {
-        f"grid {force}": Measurement(OBJECTIVES, LINE.replace(escape_force=force), LINE_GRID, trials.lines)
+        f"grid {force}": Measurement(OUTCOMES, LINE.replace(escape_force=force), LINE_GRID, trials.lines)
         for force in FORCES
     }
     plan["free line"] = Measurement(CONSENSUS, FREE_LINE, FREE_RANGES, trials.lines)
@@ -92,11 +93,11 @@ def measurements(trials: Trials) -> dict[str, Measurement]:
         plan[f"threshold {rho}"] = Measurement(CONSENSUS, threshold(rho), (rho,), trials.lines)
     for place in PREDATOR_POSITIONS:
         plan[f"predator at {place}"] = Measurement(
-            OBJECTIVES, LINE.replace(predator_position=place), LINE_GRID, trials.lines
+            OUTCOMES, LINE.replace(predator_position=place), LINE_GRID, trials.lines
         )
     plan["curves"] = Measurement(CURVES, FLOCK, SHOWN_FLOCK_RANGES, trials.flocks)
-    plan["grid flock"] = Measurement(OBJECTIVES, FLOCK, FLOCK_GRID, trials.flocks)
-    plan["literal flock"] = Measurement(OBJECTIVES, LITERAL_FLOCK, LITERAL_RANGES, trials.flocks)
+    plan["grid flock"] = Measurement(OUTCOMES, FLOCK, FLOCK_GRID, trials.flocks)
+    plan["literal flock"] = Measurement(OUTCOMES, LITERAL_FLOCK, LITERAL_RANGES, trials.flocks)
     for offset in OFFSETS:
-        plan[f"aimed {offset:g}"] = Measurement(OBJECTIVES, aimed(offset), AIMED_GRID, trials.flocks)
+        plan[f"aimed {offset:g}"] = Measurement(OUTCOMES, aimed(offset), AIMED_GRID, trials.flocks)
     return plan

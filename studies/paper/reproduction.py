@@ -5,8 +5,8 @@ from __future__ import annotations
 from importlib.metadata import version
 from pathlib import Path
 
-from flockesc_env.jobs import Arrays, Cache
-from flockesc_env.models.sweep import Progress
+from flockesc_env.cli.output import note
+from flockesc_env.jobs import Arrays, Backend, Cache
 from studies import style
 from studies.measurements import measure
 from studies.pages import write_text
@@ -23,10 +23,11 @@ _PACKAGES = ("flockesc-env", "numpy", "scipy")
 def reproduce(
     output: Path,
     trials: Trials,
+    backend: Backend,
     *,
     cache: Path | None = None,
     page: Path | None = None,
-    progress: Progress,
+    progress: bool = False,
 ) -> PaperResults:
     """Measure all claims; write the results, the figures and the page.
 
@@ -35,13 +36,17 @@ def reproduce(
     Args:
         output: folder of ``results.json``, the figures (PNG and SVG) and ``paper.html``.
         trials: how many flocks and lines.
-        cache: folder of finished chunks; default: ``cache`` in ``output``.
+        backend: where the measurements run.
+        cache: folder of finished jobs; default: ``cache`` in ``output``.
         page: where the Markdown page goes; default: ``paper.md`` in ``output``.
-        progress: called with the size of what is finished and of the whole (``total_size``); statistics
-            and figures come after that, within a minute.
+        progress: whether to show the progress bar even if stderr is not a terminal.
+
+    Raises:
+        JobError: if measurements failed.
     """
     output.mkdir(parents=True, exist_ok=True)
-    measured = measure(measurements(trials), Cache(cache or output / "cache"), progress)
+    measured = measure(measurements(trials), Cache(cache or output / "cache"), backend, progress=progress)
+    note("measured; statistics and figures take another minute")
     line = realizations.line_seed(measured["free line"])
     flock = realizations.flock_seed(measured["curves"], measured["grid flock"])
     claims = (

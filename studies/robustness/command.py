@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import arg
 
 from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.flags import Json, Progress, optional
+from flockesc_env.cli.flags import Backend, Json, Progress, optional
 from flockesc_env.cli.output import check_output, note, show, show_json, table
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import require
-from flockesc_env.common.progress import progress_bar
-from studies.measurements import total_size
-from studies.robustness.plan import LEAST_FLOCKS, attacked_presets, measurements
+from flockesc_env.jobs import find_backend
+from studies.robustness.plan import LEAST_FLOCKS, attacked_presets
 
 if TYPE_CHECKING:
     from studies.robustness.page import RobustnessResults
@@ -37,6 +36,7 @@ def run(
     page: Annotated[
         Path | None, *optional("file of the Markdown page", "robustness.md in the output folder")
     ] = None,
+    backend: Backend = "processes",
     progress: Progress = False,
     json: Json = False,
 ) -> Exit:
@@ -44,25 +44,19 @@ def run(
 
     Writes robustness.md, robustness.png and robustness.svg, results.json.
 
-    About 35 minutes on two cores; interrupted, run it again to go on.
+    About 35 minutes on two cores; interrupted, run it again to continue.
 
     Example: python -m studies robustness --num-flocks 50 --presets paper-flock pursuit
     """
     if as_count(num_flocks, "num_flocks") < LEAST_FLOCKS:
         raise ArgumentError("num_flocks", f"at least {LEAST_FLOCKS}", num_flocks)
-    plan = measurements(attacked_presets(presets), num_flocks)
+    attacked_presets(presets)  # refuses unknown ones before heavy imports
+    runs_on = find_backend(backend)
     check_output(page, [".md"], field="page")
     require("analysis", ["matplotlib", "scipy", "jinja2", "markdown"])
     from studies.robustness.survey import survey  # heavy, and of an extra
 
-    with progress_bar("Measuring", total_size(plan), always=progress) as report:
-
-        def show_progress(done: int, total: int) -> None:
-            report(done, total)
-            if done == total:
-                note("measured; statistics take some seconds more per preset")
-
-        results = survey(output, num_flocks, presets=presets, page=page, progress=show_progress)
+    results = survey(output, num_flocks, runs_on, presets=presets, page=page, progress=progress)
     note(f"saved: {page or output / 'robustness.md'}")
     if json:
         show_json({"command": "robustness", "output": str(output), "results": json_.loads(results.to_json())})

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from typing import Final
 
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.jobs.sweeps import OUTCOMES
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.predators import Learned
 from flockesc_env.scenario.presets import PRESETS
-from studies.measurements import OBJECTIVES, Measurement
+from studies.measurements import Measurement
 
 LEAST_FLOCKS: Final = 2
 """Flocks in each half, without which there is no interval."""
@@ -75,6 +76,6 @@ def _is_attacked(scenario: FlockScenario) -> bool:
 def measurements(scenarios: Mapping[str, FlockScenario], num_flocks: int) -> dict[str, Measurement]:
     """Return the measurements: seeds 0 to ``2 num_flocks - 1`` of every preset under every action."""
     return {
-        name: Measurement(OBJECTIVES, scenario, grid_of(scenario).actions, 2 * num_flocks)
+        name: Measurement(OUTCOMES, scenario, grid_of(scenario).actions, 2 * num_flocks)
         for name, scenario in scenarios.items()
     }

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from flockesc_env.jobs import Arrays, Cache
+from flockesc_env.cli.output import note
+from flockesc_env.jobs import Arrays, Backend, Cache
 from flockesc_env.models import records
-from flockesc_env.models.sweep import Progress
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import PRESETS
 from studies import style
@@ -24,11 +24,12 @@ from studies.robustness.questions import question_of
 def survey(
     output: Path,
     num_flocks: int,
+    backend: Backend,
     *,
     presets: Sequence[str] | None = None,
     cache: Path | None = None,
     page: Path | None = None,
-    progress: Progress,
+    progress: bool = False,
 ) -> RobustnessResults:
     """Measure all presets; write the results, the figure and the page.
 
@@ -37,17 +38,21 @@ def survey(
     Args:
         output: folder of ``results.json`` and the figure (PNG and SVG).
         num_flocks: flocks in each half, at least 2.
+        backend: where the measurements run.
         presets: which presets; ``None``: all flock presets that have predators.
-        cache: folder of finished chunks; default: ``cache`` in ``output``.
+        cache: folder of finished jobs; default: ``cache`` in ``output``.
         page: where the Markdown page goes; default: ``robustness.md`` in ``output``.
-        progress: called with the size of what is finished and of the whole (``total_size``).
+        progress: whether to show the progress bar even if stderr is not a terminal.
 
     Raises:
         ArgumentError: for a preset that is not a flock or has no predator.
+        JobError: if measurements failed.
     """
     scenarios = attacked_presets(presets)
     output.mkdir(parents=True, exist_ok=True)
-    measured = measure(measurements(scenarios, num_flocks), Cache(cache or output / "cache"), progress)
+    plan, kept = measurements(scenarios, num_flocks), Cache(cache or output / "cache")
+    measured = measure(plan, kept, backend, progress=progress)
+    note("measured; statistics take some seconds per preset")
     rows = tuple(_preset(name, scenario, measured[name]) for name, scenario in scenarios.items())
     chosen = "" if presets is None else f" --presets {' '.join(presets)}"
     results = RobustnessResults(

@@ -28,6 +28,8 @@ HEAVY = (
     "jinja2",
     "tqdm",
     "tyro",
+    "ray",
+    "submitit",
 )
 ROOMS = (
     "_core",

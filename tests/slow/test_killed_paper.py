@@ -1,4 +1,4 @@
-"""A killed reproduction of the paper goes on from its finished chunks and ends with the same bytes."""
+"""A killed reproduction of the paper continues from its finished jobs and ends with the same bytes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,12 @@ import sys
 from pathlib import Path
 from studies.paper.plan import Trials
 from studies.paper.reproduction import reproduce
-reproduce(Path(sys.argv[1]), Trials(flocks=4, lines=40), progress=lambda *_: print("chunk", flush=True))
+from flockesc_env.jobs.serial import serial
+def told(jobs, cache):
+    for outcome in serial(jobs, cache):
+        print("job", flush=True)
+        yield outcome
+reproduce(Path(sys.argv[1]), Trials(flocks=4, lines=40), told)
 """
 
 

@@ -16,8 +16,8 @@ from studies.learned.study import StudyArgs
 COMMANDS = [
     (
         "study.study",
-        ["learned", "shared", "--learners", "search", "tqc", "--held-out-flocks", "7", "--jobs", "1"],
-        (StudyArgs("shared", learners=("search", "tqc"), held_out_flocks=7, jobs=1),),
+        ["learned", "shared", "--learners", "search", "tqc", "--held-out-flocks", "7", "--backend", "serial"],
+        (StudyArgs("shared", learners=("search", "tqc"), held_out_flocks=7, backend="serial"),),
     ),
     ("page.write_page", ["learned-page", "--results", "a"], (Path("a"), Path("docs/results.md"))),
     (

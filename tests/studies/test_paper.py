@@ -10,14 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import reference
+from backends import interrupted_after
 from cli_runs import Ran
 
 from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
 from flockesc_env.cli.exits import Exit
 from flockesc_env.common.stats import Estimate
-from flockesc_env.jobs import Cache, Job
+from flockesc_env.jobs import Cache, Job, find_backend, run
+from flockesc_env.jobs.sweeps import OUTCOMES
 from studies.__main__ import STUDIES
-from studies.measurements import OBJECTIVES, measure_job
 from studies.paper import command, jobs
 from studies.paper.claims import Verdict, is_clear, judge
 from studies.paper.equations import EQUATIONS
@@ -127,21 +128,21 @@ def test_every_measurement_has_the_requested_number_of_trials() -> None:
 
 
 def test_a_job_is_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    job = measure_job(OBJECTIVES, SMALL, (0.0, 10.0), range(2, 5))
-    first = Cache(tmp_path).get(job)
+    job = Job(OUTCOMES, (SMALL, (0.0, 10.0), range(2, 5)))
+    [first] = run([job], Cache(tmp_path), find_backend("serial"))
     monkeypatch.setattr(Job, "run", lambda _: pytest.fail("computed again"))
-    again = Cache(tmp_path).get(job)
+    [again] = run([job], Cache(tmp_path), find_backend("serial"))
     assert first.keys() == again.keys()
     for name, values in first.items():
         np.testing.assert_array_equal(again[name], values)
     others = [
-        measure_job(jobs.CURVES, SMALL, (0.0, 10.0), range(2, 5)),
-        measure_job(OBJECTIVES, SMALL.replace(mass=0.2), (0.0, 10.0), range(2, 5)),
-        measure_job(OBJECTIVES, SMALL, (0.0, 10.5), range(2, 5)),
-        measure_job(OBJECTIVES, SMALL, (0.0, 10.0), range(2, 6)),
-        measure_job(OBJECTIVES, LineScenario(), (0.0, 10.0), range(2, 5)),
+        Job(jobs.CURVES, (SMALL, (0.0, 10.0), range(2, 5))),
+        Job(OUTCOMES, (SMALL.replace(mass=0.2), (0.0, 10.0), range(2, 5))),
+        Job(OUTCOMES, (SMALL, (0.0, 10.5), range(2, 5))),
+        Job(OUTCOMES, (SMALL, (0.0, 10.0), range(2, 6))),
+        Job(OUTCOMES, (LineScenario(), (0.0, 10.0), range(2, 5))),
     ]
-    assert len({job.key(), *(other.key() for other in others)}) == 1 + len(others)
+    assert len({job.key, *(other.key for other in others)}) == 1 + len(others)
 
 
 def test_curves_above_both_others_dominate() -> None:
@@ -225,15 +226,8 @@ def test_bad_input_of_the_command_is_named(
 
 
 def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
-    calls = []
-
-    def progress(done: int, total: int) -> None:
-        calls.append(done)
-        if len(calls) == 3:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        reproduce(tmp_path, Trials(flocks=4, lines=40), progress=progress)
+    with pytest.raises(KeyboardInterrupt, match="2 of 27 jobs are finished"):
+        reproduce(tmp_path, Trials(flocks=4, lines=40), interrupted_after(2))
     assert len(list((tmp_path / "cache").glob("*.npz"))) == 2
 
 

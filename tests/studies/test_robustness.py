@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from backends import interrupted_after
 from cli_runs import Ran
 
 from flockesc_env import (
@@ -148,7 +149,17 @@ def test_answers_follow_the_rule() -> None:
 
 def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "robustness"
-    flags = ("--num-flocks", "2", "--presets", "paper-flock", "pursuit", "--output", str(output))
+    flags = (
+        "--num-flocks",
+        "2",
+        "--presets",
+        "paper-flock",
+        "pursuit",
+        "--output",
+        str(output),
+        "--backend",
+        "serial",
+    )
     ran = Ran(capsys, "robustness", *flags, "--json", run=STUDIES.main)
     assert ran.code == Exit.DONE, ran.err
     text = (output / RESULTS_FILE).read_text()
@@ -185,12 +196,8 @@ def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 
 def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
-    def progress(done: int, total: int) -> None:
-        if done:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        survey(tmp_path, 2, presets=["paper-flock", "pursuit"], progress=progress)
+    with pytest.raises(KeyboardInterrupt, match="1 of 2 jobs are finished"):
+        survey(tmp_path, 2, interrupted_after(1), presets=["paper-flock", "pursuit"])
     assert len(list((tmp_path / "cache").glob("*.npz"))) == 1
     assert not (tmp_path / RESULTS_FILE).exists()
 

@@ -18,7 +18,7 @@ from training.config import RunRecord, SearchArgs, train_presets
 from training.evaluation import objective
 from training.policies import named_policy
 from training.seeds import HELD_OUT, TRAINING, TUNING, TUNING_RUN, training_seeds
-from training.tune import _as_trial, suggest, tune
+from training.tune import _as_trial, completed, suggest, tune
 
 
 @pytest.fixture
@@ -29,12 +29,8 @@ def spy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Spy:
 
 
 def tune_args(folder: Path, **changes: Any) -> TuneArgs:
-    few = {"run": "tiny-search", "trials": 2, "flocks": 5, "jobs": 1}
+    few = {"run": "tiny-search", "trials": 2, "flocks": 5, "backend": "serial"}
     return TuneArgs(**{**few, "output": folder / "tuning", "runs": folder / "runs", **changes})
-
-
-def completed(study: optuna.Study) -> list[optuna.trial.FrozenTrial]:
-    return study.get_trials(states=[optuna.trial.TrialState.COMPLETE])
 
 
 @pytest.mark.parametrize("name", train_presets())
@@ -76,10 +72,10 @@ def test_a_study_continues(tmp_path: Path, spy: Spy) -> None:
     spy.forget()
     again = tune(tune_args(tmp_path))
     assert [(trial.params, trial.value) for trial in again.trials] == first
-    assert (spy.commands, spy.elsewhere) == ([], set())
+    assert (spy.trained, spy.elsewhere) == ([], set())
 
     more = tune(tune_args(tmp_path, trials=3))
-    assert len(spy.commands) == 1
+    assert len(spy.trained) == 1
     assert [(trial.params, trial.value) for trial in more.trials[:2]] == first
     table = pl.read_csv(tmp_path / "tuning" / "tiny-search.csv")
     np.testing.assert_allclose(table["value"].to_numpy(), [trial.value for trial in more.trials])
@@ -99,8 +95,9 @@ def test_a_preset_whose_trial_was_killed_is_tried_again(
         with pytest.raises(RuntimeError, match="killed"):
             tune(tune_args(tmp_path))
     study = tune(tune_args(tmp_path))
-    assert len(completed(study)) == 2
-    assert completed(study)[0].params.items() <= _as_trial(train_presets()["tiny-search"]).items()
+    first, second = sorted(completed(study), key=lambda trial: trial.user_attrs["job"])
+    assert first.params.items() <= _as_trial(train_presets()["tiny-search"]).items()
+    assert second.params != first.params
 
 
 def test_unknown_learners_are_named(tmp_path: Path, spy: Spy) -> None:

@@ -1,26 +1,22 @@
-"""A setting so small that all of its study takes seconds, and training runs in this process."""
+"""A setting so small that all of its study takes seconds, and a spy on its training runs."""
 
 from __future__ import annotations
 
-import runpy
-import subprocess
-import sys
 from collections.abc import Callable
-from contextlib import redirect_stderr
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-import training
+import training.train
 from flockesc_env import FlockScenario
 from flockesc_env.jobs import Job
-from studies.learned import explain
-from training import evaluation, processes
+from flockesc_env.jobs.sweeps import OUTCOMES
+from studies.learned import explain, held_out
+from training import evaluation
+from training.config import Args
 
 TINY = FlockScenario(num_agents=8, num_steps=16, initial_side=20.0)
-COMMANDS = Path(training.__file__).parent / "__main__.py"
 
 PRESET = """
 title = "eight agents"
@@ -70,55 +66,51 @@ def write_preset(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class Spy:
-    """Runs commands in this process, one at a time, and notes the seeds of all flocks.
+    """Notes training runs, jobs and the seeds of all flocks in this process.
 
     Attributes:
-        commands: that were run.
-        training: seeds of the flocks that were played while one ran.
+        trained: arguments of the training runs.
+        training: seeds of the flocks that were played during one.
         elsewhere: seeds of all others.
-        jobs: fixed ranges that were computed.
+        jobs: all jobs except for training runs.
     """
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.commands: list[list[str]] = []
+        self.trained: list[Args] = []
         self.training: set[int] = set()
         self.elsewhere: set[int] = set()
         self.jobs: list[Job] = []
         self._is_training = False
-        self._patch = monkeypatch
-        monkeypatch.setattr(processes.subprocess, "run", self.run)
-        for module in (evaluation, explain):
+        self._train = training.train.train
+        monkeypatch.setattr(training.train, "train", self.train)
+        for module in (evaluation, explain, held_out):
             monkeypatch.setattr(module, "rollout", self._noting(module.rollout))
         job_run = Job.run
 
         def run_job(job: Job) -> Any:
-            self.jobs.append(job)
-            self._note(job.arguments[2])
+            if not job.function.startswith("training."):
+                self.jobs.append(job)
+            if job.function == OUTCOMES:
+                self._note(job.arguments[2])
             return job_run(job)
 
         monkeypatch.setattr(Job, "run", run_job)
 
     def forget(self) -> None:
-        """Begin anew."""
-        self.commands.clear()
+        """Forget everything."""
+        self.trained.clear()
         self.training.clear()
         self.elsewhere.clear()
         self.jobs.clear()
 
-    def run(self, command: list[str], **_: Any) -> subprocess.CompletedProcess[str]:
-        """Run ``python -m training ..``, as ``subprocess.run`` does."""
-        assert command[:3] == [sys.executable, "-m", "training"]
-        self.commands.append(command)
+    def train(self, args: Args) -> Path:
+        """Train, as ``training.train.train`` does."""
+        self.trained.append(args)
         self._is_training = True
         try:
-            with self._patch.context() as patch, redirect_stderr(StringIO()) as told:
-                patch.setattr(sys, "argv", [str(COMMANDS), *command[3:]])
-                runpy.run_path(str(COMMANDS), run_name="__main__")
-        except SystemExit as stop:
-            return subprocess.CompletedProcess(command, int(stop.code or 0), "", told.getvalue())
+            return self._train(args)
         finally:
             self._is_training = False
-        return subprocess.CompletedProcess(command, 0, "", "")
 
     def _noting(self, rollout: Callable[..., Any]) -> Callable[..., Any]:
         def noted(*args: Any, **options: Any) -> Any:

@@ -325,3 +325,19 @@ def test_replay_notes_other_versions(
     ran = Ran(capsys, "replay", tmp_path / "old.npz")
     assert ran.code == Exit.DONE
     assert "recorded with numpy 0.9; now python" in ran.err
+
+
+@pytest.mark.parametrize("model", [[], ["--scenario", "paper-line"]])
+def test_a_sweep_of_jobs_is_the_librarys(
+    model: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    flags = ["sweep", *model, "--interaction-ranges", "0", "0.2", "--seeds", "3:70", "--json"]
+    flags += ["--set", "num_agents=12"]
+    jobs = ["--backend", "serial", "--cache", str(tmp_path / "cache")]
+    first, again = (Ran(capsys, *flags, *jobs) for _ in range(2))
+    assert first.code == Exit.DONE, first.err
+    assert first.json() == again.json() == Ran(capsys, *flags).json()
+    assert list((tmp_path / "cache").glob("*.npz"))
+    refused = Ran(capsys, *flags, *jobs, "--num-threads", 2)
+    assert refused.code == Exit.REFUSED
+    assert "num_threads" in refused.err

@@ -1,0 +1,155 @@
+"""Run jobs by a back end, with one progress bar."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from flockesc_env.common.checks import as_path
+from flockesc_env.common.errors import ArgumentError, JobError, shown
+from flockesc_env.common.extras import require
+from flockesc_env.jobs.cache import Cache
+from flockesc_env.jobs.job import Arrays, Job, Outcome, Outcomes
+from flockesc_env.jobs.processes import processes
+from flockesc_env.jobs.serial import serial
+
+Backend = Callable[[Sequence[Job], Cache], Outcomes]
+"""Runs jobs; yields an outcome for each of them, in any order, once its results are in the cache."""
+
+BACKENDS = "serial, processes[:N], ray[:ADDRESS] or slurm[:KEY=VALUE,..]"
+_SHOWN_FAILURES = 5
+
+
+def find_backend(spec: str) -> Backend:
+    """Return the back end that a text such as ``"processes:4"`` names.
+
+    Raises:
+        ArgumentError: if there is none.
+        MissingExtraError: if a library is not installed.
+    """
+    name, _, rest = spec.partition(":")
+    if spec == "serial":
+        return serial
+    if name == "processes" and (not rest or (rest.isdecimal() and int(rest) > 0)):
+        return partial(processes, workers=int(rest) if rest else None)
+    if name == "ray":
+        require("ray", ["ray"])
+        from flockesc_env.jobs.ray import ray_tasks  # heavy, and of an extra
+
+        return partial(ray_tasks, address=rest or None)
+    pairs = [pair.partition("=") for pair in rest.split(",")] if rest else []
+    if name == "slurm" and all(key and value for key, _, value in pairs):
+        require("slurm", ["submitit"])
+        from flockesc_env.jobs.slurm import slurm
+
+        options = {key: int(value) if value.isdecimal() else value for key, _, value in pairs}
+        return partial(slurm, **options)  # type: ignore[arg-type]  # submitit checks them
+    raise ArgumentError("backend", f"one of {BACKENDS}", shown(spec))
+
+
+def run(
+    jobs: Sequence[Job], cache: Cache, backend: Backend, *, title: str = "Jobs", progress: bool = False
+) -> list[Arrays]:
+    """Run the jobs that the cache lacks, the longest first; return the results of all, in their order.
+
+    Args:
+        jobs: the jobs.
+        cache: keeps the results; a job in it is not computed again.
+        backend: where jobs run.
+        title: text before the progress bar.
+        progress: whether to show the bar even if stderr is not a terminal.
+
+    Raises:
+        JobError: if jobs failed, after all others have ended.
+        KeyboardInterrupt: saying how many results are kept.
+    """
+    missing = {job.key: job for job in jobs if job not in cache}
+    queue = sorted(missing.values(), key=lambda job: -job.seconds)
+    failures = list[Outcome]()
+    finished = 0
+    hidden = not queue or (False if progress else None)  # None: tqdm hides it without a terminal
+    form = "{desc}: {percentage:3.0f}% {bar}{postfix} [{elapsed}, {remaining} left]"
+    total = sum(job.seconds for job in queue)
+    with tqdm(total=total, desc=title, file=sys.stderr, disable=hidden, bar_format=form) as bar:
+        bar.set_postfix_str(f"{len(queue)} jobs")
+        try:
+            with closing(backend(queue, cache)) as outcomes:
+                for outcome in outcomes:
+                    failures += [outcome] if outcome.error is not None else []
+                    finished += outcome.error is None
+                    bar.set_postfix_str(
+                        f"{finished} finished, {outcome.running} running, {len(failures)} failed",
+                        refresh=False,
+                    )
+                    bar.update(outcome.job.seconds)
+        except KeyboardInterrupt:
+            kept = f"{finished} of {len(queue)} jobs are finished and kept in {cache.folder}"
+            raise KeyboardInterrupt(f"{kept}; run the same again to continue") from None
+    if failures:
+        raise JobError(_report(failures, len(queue), cache))
+    return [cache.get(job) for job in jobs]
+
+
+def run_jobs(
+    function: Callable[..., Any],
+    arguments: Iterable[tuple[Any, ...]],
+    *,
+    cache: str | Path,
+    backend: str = "processes",
+    seconds: float = 1.0,
+    progress: bool = False,
+) -> list[Arrays]:
+    """Call a pure function with many tuples of arguments; return its results in their order.
+
+    The function runs in other processes, maybe on other machines: it is a function of a module that they can
+    import, takes plain data and returns arrays by name. A result is kept under a hash of the function's name,
+    its arguments and the compiled core. Use another folder after you change the function.
+
+    Args:
+        function: returns a dict of arrays or numbers.
+        arguments: a tuple for each call; ``Job.arguments`` names the types.
+        cache: folder of the results; calls with results in it are not repeated.
+        backend: "serial", "processes[:N]", "ray[:ADDRESS]" or "slurm:KEY=VALUE,..".
+        seconds: estimated time of one call.
+        progress: whether to show a progress bar even if stderr is not a terminal.
+
+    Raises:
+        ArgumentError: for an unknown back end, a function that cannot be imported or other arguments.
+        JobError: if calls fail, with their arguments and tracebacks; the results of all others are kept.
+        KeyboardInterrupt: on Ctrl-C; finished results are kept.
+
+    Example:
+        >>> run_jobs(my_module.measure, [(0.5, range(10)), (1.0, range(10))], cache="runs/mine")
+    """
+    name = f"{_module(function)}:{function.__qualname__}"
+    jobs = [Job(name, tuple(call), seconds) for call in arguments]
+    return run(jobs, Cache(as_path(cache)), find_backend(backend), progress=progress)
+
+
+def _module(function: Callable[..., Any]) -> str:
+    """Return the module of a function; a script counts as the module of its name."""
+    module: str = function.__module__
+    if module == "__main__":
+        main = sys.modules[module]
+        module = main.__spec__.name if main.__spec__ else Path(getattr(main, "__file__", "<none>")).stem
+    if not (module + function.__qualname__).replace(".", "").isidentifier():
+        raise ArgumentError(
+            "function", "a function of a module that other processes can import", shown(function)
+        )
+    return module
+
+
+def _report(failures: Sequence[Outcome], total: int, cache: Cache) -> str:
+    """Name failed jobs with their arguments and errors."""
+    lines = [f"{len(failures)} of {total} jobs failed; the results of all others are kept in {cache.folder}"]
+    for job, error, _ in failures[:_SHOWN_FAILURES]:
+        lines += [f"{job.function}{shown(job.arguments)}:", str(error).rstrip()]
+    if len(failures) > _SHOWN_FAILURES:
+        lines.append(f".. and {len(failures) - _SHOWN_FAILURES} more")
+    return "\n".join(lines)

@@ -1,0 +1,91 @@
+"""The back end ``processes``: worker processes of this machine. The driver writes the results."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing import get_context, parent_process
+
+from flockesc_env.common.in_job import one_thread_each
+from flockesc_env.jobs.cache import Cache
+from flockesc_env.jobs.job import Job, Outcome, Outcomes
+
+ATTEMPTS = 4
+"""A job whose worker process died so often has failed; so have all if so many pools finish none."""
+
+_DIED = (
+    f"its worker process died {ATTEMPTS} times: out of memory? A script that runs jobs needs"
+    ' `if __name__ == "__main__":`'
+)
+
+
+def processes(jobs: Sequence[Job], cache: Cache, workers: int | None = None) -> Outcomes:
+    """Run jobs in worker processes; None: one per core.
+
+    When a worker dies, its pool ends with it. The jobs that may have run then are tried again, after all
+    others and at last one at a time, so that a job that kills its process fails alone.
+    """
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    workers = workers or cores
+    missing = {job.key: job for job in jobs}
+    deaths = dict.fromkeys(missing, 0)
+    in_vain = 0  # pools in a row that finished no job
+    while missing:
+        before = len(missing)
+        queue = sorted(missing, key=deaths.__getitem__)
+        width = min(1 if deaths[queue[0]] > 1 else workers, len(queue))
+        with _pool(width) as pool:
+            futures = {}
+            # Workers inherit the mask: Ctrl-C reaches the driver alone.
+            unblocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+            try:
+                for key in queue:
+                    futures[pool.submit(Job.attempt, missing[key])] = key
+            except BrokenProcessPool:
+                pass
+            finally:
+                signal.pthread_sigmask(signal.SIG_SETMASK, unblocked)
+            for future in as_completed(futures):
+                error = future.exception()
+                if isinstance(error, BrokenProcessPool):
+                    continue
+                job = missing.pop(futures.pop(future))  # results take memory
+                found = future.result() if error is None else repr(error)
+                yield Outcome(job, cache.keep(job, found), min(width, len(missing)))
+        in_vain = in_vain + 1 if len(missing) == before else 0
+        left = [key for key in queue if key in missing]
+        for key in left[:width]:  # jobs start in their order
+            deaths[key] += 1
+        for key in left:
+            if deaths[key] == ATTEMPTS or in_vain == ATTEMPTS:
+                yield Outcome(missing.pop(key), _DIED, len(missing))
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Yield a pool; on exit, workers that still run are killed."""
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), _start_worker)
+    try:
+        with one_thread_each():
+            yield pool
+    finally:
+        for process in list((pool._processes or {}).values()):
+            process.kill()
+        pool.shutdown(cancel_futures=True)
+
+
+def _start_worker() -> None:
+    """Let the worker end with the driver, even if that is killed."""
+    threading.Thread(target=_end_with_driver, daemon=True).start()
+
+
+def _end_with_driver() -> None:
+    driver = parent_process()
+    assert driver is not None  # noqa: S101, workers are children
+    driver.join()
+    os._exit(1)

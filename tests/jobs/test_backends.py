@@ -1,0 +1,248 @@
+"""Every back end gives the same bytes, whatever dies; a second call does what is missing."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from backends import CALLS, SQUARE, calls, contents, square, sweep_jobs
+
+import flockesc_env
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.jobs import Cache, Job, JobError, cache, find_backend, run, run_jobs
+
+SUPPORT = Path(__file__).parents[1] / "support"
+NUMBERS = [(number,) for number in range(12)]
+needs_submitit = pytest.mark.skipif(
+    not find_spec("submitit"), reason="submitit is not installed (extra slurm)"
+)
+BACKENDS = ["serial", "processes:2", pytest.param("slurm:cluster=local", marks=needs_submitit)]
+
+
+@pytest.fixture(autouse=True)
+def noted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Note calls in a folder, and let processes that submitit starts import this package and helpers."""
+    folder = tmp_path / "calls"
+    folder.mkdir()
+    monkeypatch.setenv(CALLS, str(folder))
+    if find_spec("submitit"):  # which waits so long for the result of a process that was killed
+        monkeypatch.setattr("submitit.core.core.Job._results_timeout_s", 0.1)
+    package = Path(flockesc_env.__file__).parents[1]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(SUPPORT), str(package)]))
+    return folder
+
+
+def jobs_of(name: str, count: int = 12) -> list[Job]:
+    return [Job(f"backends:{name}", (number,)) for number in range(count)]
+
+
+def squares(results: list[dict[str, Any]]) -> list[int]:
+    return [int(result["square"]) for result in results]
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_results_are_the_same_bytes_in_the_order_of_the_jobs(backend: str, tmp_path: Path) -> None:
+    jobs = sweep_jobs()
+    direct = [job.run() for job in jobs]
+    found = run(jobs, Cache(tmp_path / "cache"), find_backend(backend))
+    for one, other in zip(direct, found, strict=True):
+        assert one.keys() == other.keys()
+        assert all(one[name].tobytes() == other[name].tobytes() for name in one)
+    run(jobs, Cache(tmp_path / "serial"), find_backend("serial"))
+    assert contents(tmp_path / "cache") == contents(tmp_path / "serial")
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_failed_job_is_named_and_the_others_finish(backend: str, tmp_path: Path, noted: Path) -> None:
+    with pytest.raises(
+        JobError, match=r"(?s)2 of 4 jobs failed.*backends:fails\(1,\).*Zero.*odd 1"
+    ) as caught:
+        run(jobs_of("fails", 4), Cache(tmp_path / "cache"), find_backend(backend))
+    assert "odd 3" in str(caught.value)
+    assert len(contents(tmp_path / "cache")) == 2
+    with pytest.raises(JobError, match="2 of 2 jobs failed"):
+        run(jobs_of("fails", 4), Cache(tmp_path / "cache"), find_backend(backend))
+    assert calls(noted) == 6
+
+
+@pytest.mark.parametrize("backend", BACKENDS[1:])
+def test_a_worker_dies(backend: str, tmp_path: Path, noted: Path) -> None:
+    found = run(jobs_of("dies_once"), Cache(tmp_path / "cache"), find_backend(backend))
+    assert squares(found) == [number**2 for (number,) in NUMBERS]
+    print("jobs done again after a worker died:", calls(noted) - 12)
+    assert calls(noted) - 12 <= 2  # the job itself, and what ran beside it
+
+
+@pytest.mark.parametrize("backend", BACKENDS[1:])
+def test_a_job_that_always_kills_its_worker_fails_alone(backend: str, tmp_path: Path) -> None:
+    with pytest.raises(JobError, match=r"1 of 6 jobs failed[^:]*\nbackends:dies\(1,\)"):
+        run(jobs_of("dies", 6), Cache(tmp_path / "cache"), find_backend(backend))
+    assert len(contents(tmp_path / "cache")) == 5
+
+
+def test_workers_that_cannot_start_are_not_started_for_ever(tmp_path: Path) -> None:
+    (tmp_path / "script.py").write_text(SCRIPT.replace('if __name__ == "__main__":', "if True:"))
+    command = [sys.executable, str(tmp_path / "script.py"), str(tmp_path / "cache"), "processes:2", "99"]
+    ran = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
+    assert ran.returncode == 1
+    assert "99 of 99 jobs failed" in ran.stderr
+    assert 'needs `if __name__ == "__main__":`' in ran.stderr
+
+
+SCRIPT = """
+import sys
+from pathlib import Path
+from backends import square
+from flockesc_env.jobs import run_jobs
+if __name__ == "__main__":
+    run_jobs(square, [(n,) for n in range(int(sys.argv[3]))], cache=sys.argv[1], backend=sys.argv[2])
+    print("done")
+"""
+
+
+def started(tmp_path: Path, backend: str, count: int) -> subprocess.Popen[str]:
+    """Start a driver in a process group of its own, as a terminal does."""
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT)
+    command = [sys.executable, str(script), str(tmp_path / "cache"), backend, str(count)]
+    return subprocess.Popen(  # noqa: S603
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+
+
+def wait_for(folder: Path, count: int) -> None:
+    while len(contents(folder)) < count:
+        time.sleep(0.001)
+
+
+@pytest.mark.parametrize("backend", ["serial", "processes:2"])
+def test_the_driver_is_killed(backend: str, tmp_path: Path, noted: Path) -> None:
+    count = 60
+    driver = started(tmp_path, backend, count)
+    wait_for(tmp_path / "cache", int(np.random.default_rng(0).integers(1, 20)))
+    driver.kill()
+    driver.communicate(timeout=60)  # ends once the workers have closed its pipes: they end with the driver
+    kept = len(contents(tmp_path / "cache"))
+    assert 0 < kept < count
+    found = run_jobs(square, [(n,) for n in range(count)], cache=tmp_path / "cache", backend=backend)
+    assert squares(found) == [n**2 for n in range(count)]
+    print("jobs done again after the driver was killed:", calls(noted) - count)
+    assert calls(noted) - count <= 6  # jobs that ran, and results that were on their way to the driver
+    run_jobs(square, [(n,) for n in range(count)], cache=tmp_path / "again", backend="serial")
+    assert contents(tmp_path / "cache") == contents(tmp_path / "again")
+
+
+@pytest.mark.parametrize("backend", ["serial", "processes:2"])
+def test_ctrl_c_keeps_what_is_finished_and_says_how_to_continue(backend: str, tmp_path: Path) -> None:
+    driver = started(tmp_path, backend, 200)
+    wait_for(tmp_path / "cache", 5)
+    os.killpg(driver.pid, signal.SIGINT)
+    out, err = driver.communicate(timeout=60)
+    kept = len(contents(tmp_path / "cache"))
+    assert out == ""
+    assert f"KeyboardInterrupt: {kept} of 200 jobs are finished" in err
+    assert "run the same again to continue" in err
+    assert err.count("Traceback") == 1  # the driver's; workers end silently
+
+
+def test_two_drivers_share_a_cache(tmp_path: Path) -> None:
+    drivers = [started(tmp_path, "serial", 60) for _ in range(2)]
+    for driver in drivers:
+        assert driver.communicate(timeout=60)[0] == "done\n"
+    assert len(contents(tmp_path / "cache")) == 60
+    assert len(list((tmp_path / "cache").iterdir())) == 60  # nothing unfinished is left
+    run_jobs(square, [(n,) for n in range(60)], cache=tmp_path / "alone", backend="serial")
+    assert contents(tmp_path / "cache") == contents(tmp_path / "alone")
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_another_engine_is_refused_by_name(backend: str, tmp_path: Path) -> None:
+    job = Job(SQUARE, (3,), engine="0123456789abcdef")
+    with pytest.raises(JobError, match="engine: expected build 0123456789ab, got"):
+        run([job], Cache(tmp_path), find_backend(backend))
+
+
+@pytest.mark.parametrize("backend", ["processes:1", BACKENDS[2]])
+def test_workers_take_one_thread(backend: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    [found] = run([Job("backends:threads", ())], Cache(tmp_path), find_backend(backend))
+    assert (int(found["engine"]), int(found["blas"])) == (1, 1)
+    assert os.environ["OMP_NUM_THREADS"] == "7"
+
+
+def test_a_late_result_is_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    job, results = Job(SQUARE, (3,)), {"square": np.array(9)}
+    threading.Timer(0.3, Cache(tmp_path / "late").put, (job, results)).start()
+    assert int(Cache(tmp_path / "late").get(job)["square"]) == 9
+    monkeypatch.setattr(cache, "GRACE_SECONDS", 0.2)
+    with pytest.raises(JobError, match="result of a finished job"):
+        Cache(tmp_path / "never").get(job)
+
+
+def test_longest_jobs_run_first_and_equal_jobs_once(tmp_path: Path, noted: Path) -> None:
+    order = []
+
+    def backend(jobs: Any, kept: Cache) -> Any:
+        order.extend(job.arguments[0] for job in jobs)
+        yield from find_backend("serial")(jobs, kept)
+
+    jobs = [Job(SQUARE, (number,), seconds) for number, seconds in ((1, 1.0), (2, 5.0), (3, 1.0), (2, 5.0))]
+    assert squares(run(jobs, Cache(tmp_path / "cache"), backend)) == [1, 4, 9, 4]
+    assert order == [2, 1, 3]
+    assert calls(noted) == 3
+
+
+def test_progress_counts_jobs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(JobError):
+        run(jobs_of("fails", 4), Cache(tmp_path), find_backend("serial"), title="Odd", progress=True)
+    last = capsys.readouterr().err.split("\r")[-1]
+    assert "Odd: 100%" in last
+    assert "2 finished, 1 running, 2 failed" in last
+    assert "left" in last
+
+
+@pytest.mark.parametrize(
+    "spec",
+    ["", "nowhere", "serial:2", "processes:0", "processes:x", "ray2", "slurm:partition"],
+)
+def test_unknown_back_ends_are_refused(spec: str) -> None:
+    with pytest.raises(ArgumentError, match="backend: expected one of serial, processes"):
+        find_backend(spec)
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments", "named"),
+    [
+        (lambda number: {}, [(1,)], "function"),
+        (square, [(object(),)], "arguments"),
+        (square, [({1, 2},)], "arguments"),
+    ],
+)
+def test_what_no_other_process_can_run_is_refused(
+    function: Any, arguments: Any, named: str, tmp_path: Path
+) -> None:
+    with pytest.raises(ArgumentError, match=named):
+        run_jobs(function, arguments, cache=tmp_path)
+
+
+def test_the_example_of_the_page_runs(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "cluster.md").read_text("utf-8")
+    [example] = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "scan.py").write_text(example)
+    ran = [
+        subprocess.run([sys.executable, "scan.py"], cwd=tmp_path, capture_output=True, text=True, check=True)
+        for _ in range(2)
+    ]
+    assert ran[0].stdout.count("\n") == 4
+    assert ran[0].stdout == ran[1].stdout
+    assert len(contents(tmp_path / "runs" / "scan")) == 4

@@ -1,0 +1,105 @@
+"""Back ends and functions of jobs for tests."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from flockesc_env import FlockScenario
+from flockesc_env.common.checks import as_threads
+from flockesc_env.jobs import Arrays, Backend, Cache, Job
+from flockesc_env.jobs.job import Outcomes
+from flockesc_env.jobs.serial import serial
+from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
+
+CALLS = "CALLS_OF_JOBS"
+"""Environment variable: a folder in which every call leaves a file."""
+SMALL = FlockScenario(num_agents=12, num_steps=9)
+SQUARE = "backends:square"
+
+
+def interrupted_after(count: int) -> Backend:
+    """Return the back end ``serial`` with Ctrl-C after some jobs."""
+
+    def backend(jobs: Sequence[Job], cache: Cache) -> Outcomes:
+        outcomes = serial(jobs, cache)
+        for _ in range(count):
+            yield next(outcomes)
+        raise KeyboardInterrupt
+
+    return backend
+
+
+def note_call(number: int) -> int:
+    """Leave a file that names a call and its process; return how many there are for this number."""
+    folder = Path(os.environ[CALLS])
+    (folder / f"{number}-{os.getpid()}-{os.urandom(4).hex()}").touch()
+    return len(list(folder.glob(f"{number}-*")))
+
+
+def square(number: int) -> Arrays:
+    """Return a square after a moment."""
+    note_call(number)
+    time.sleep(0.02)
+    return {"square": np.array(number**2)}
+
+
+def slow_square(number: int) -> Arrays:
+    """Return a square after a second, in which signals are handled."""
+    note_call(number)
+    time.sleep(1.0)
+    return {"square": np.array(number**2)}
+
+
+def dies_once(number: int) -> Arrays:
+    """Return a square; the first call for the number 5 kills its process."""
+    if note_call(number) == 1 and number == 5:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return {"square": np.array(number**2)}
+
+
+def dies(number: int) -> Arrays:
+    """Return a square; calls for the number 1 kill their process."""
+    note_call(number)
+    if number == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return {"square": np.array(number**2)}
+
+
+def fails(number: int) -> Arrays:
+    """Return a square; the odd ones fail."""
+    note_call(number)
+    if number % 2:
+        raise ZeroDivisionError(f"odd {number}")
+    return {"square": np.array(number**2)}
+
+
+def threads() -> Arrays:
+    """Return the threads that a call of the engine takes here, and those of BLAS and torch."""
+    return {"engine": np.array(as_threads(None)), "blas": np.array(int(os.environ["OMP_NUM_THREADS"]))}
+
+
+def large(number: int) -> Arrays:
+    """Return two megabytes."""
+    return {"noise": np.random.default_rng(number).random(250_000)}
+
+
+def sweep_jobs() -> list[Job]:
+    """Return the jobs of a small sweep."""
+    ranges = (0.0, 10.0, 100.0)
+    return [job for first in range(6) for job in seed_jobs(OUTCOMES, SMALL, ranges, range(first, first + 5))]
+
+
+def calls(folder: Path) -> int:
+    """Return how many calls left a file."""
+    return len(list(folder.iterdir()))
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return the results in a cache."""
+    return {path.name: path.read_bytes() for path in sorted(folder.glob("*.npz"))}
