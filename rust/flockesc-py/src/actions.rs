@@ -13,8 +13,8 @@ use crate::arrays::shaped;
 use crate::errors::{CoreError, action_error};
 use map::{Map, entry, index, number};
 
-/// Maps actions to interaction ranges. Arrays of float32 or float64 are read directly, or of int64 with a
-/// grid. Other array-likes are converted by NumPy first.
+/// Maps actions to interaction ranges. Arrays of float32 or float64 are read directly, or of int64
+/// with a grid. Other array-likes are converted by NumPy first.
 #[pyclass(frozen, module = "flockesc_env._core")]
 #[derive(Clone)]
 pub(crate) struct RangeMap(Arc<Map>);
@@ -43,8 +43,8 @@ impl RangeMap {
         )
     }
 
-    /// Returns the ranges of `count` stacked actions. `label(index)` returns the name of an action for
-    /// errors.
+    /// Returns the ranges of `count` stacked actions. `label(index)` returns the name of an action
+    /// for errors.
     #[pyo3(signature = (actions, count, label=None))]
     fn to_ranges<'py>(
         &self,
@@ -76,8 +76,8 @@ impl RangeMap {
         Ok(range)
     }
 
-    /// Stacks the actions of `agents` in an array. `actions` is a mapping with exactly these agents as keys.
-    /// `known` has the names of all agents.
+    /// Stacks the actions of `agents` in an array. `actions` is a mapping with exactly these agents
+    /// as keys. `known` has the names of all agents.
     fn stack<'py>(
         &self,
         actions: &Bound<'py, PyAny>,
@@ -98,7 +98,7 @@ impl RangeMap {
     /// Returns the map from normalized actions to ranges.
     ///
     /// # Errors
-    /// `ArgumentError` naming `action_mode` if actions are not normalized.
+    /// `ArgumentError` on `action_mode` if it is not `"normalized"`.
     pub(crate) fn normalized(&self) -> Result<NormalizedRange, CoreError> {
         let map = &self.0;
         if map.is_normalized && map.grid.is_none() {
@@ -112,7 +112,8 @@ impl RangeMap {
         Err(Error::argument("action_mode", "'normalized'", given).into())
     }
 
-    /// Returns the ranges of `count` stacked actions, with NaN for actions outside of the action space.
+    /// Returns the ranges of `count` stacked actions, with NaN for actions outside of the action
+    /// space.
     pub(crate) fn ranges(&self, actions: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<f64>> {
         let map = &self.0;
         if let Some(ranges) = map.direct(actions, count) {

@@ -66,8 +66,9 @@ impl FlockBatch {
         })
     }
 
-    /// Starts new episodes in `slots`. A seed starts a new schedule, and `None` continues the slot's
-    /// schedule. `episode` is the number of the episode in the schedule, and `None` is the next one.
+    /// Starts new episodes in `slots`. A seed starts a new schedule, and `None` continues the
+    /// slot's schedule. `episode` is the number of the episode in the schedule, and `None` is the
+    /// next one.
     #[pyo3(signature = (slots, seeds, *, initial_positions=None, initial_velocities=None, predator_positions=None, predator_velocities=None, episode=None))]
     #[expect(clippy::too_many_arguments, reason = "options of a reset")]
     fn reset<'py>(
@@ -109,11 +110,13 @@ impl FlockBatch {
         ))
     }
 
-    /// Steps all flocks with stacked actions. `label(index)` returns the name of an action for errors.
+    /// Steps all flocks with stacked actions. `label(index)` returns the name of an action for
+    /// errors.
     ///
-    /// `at_end` determines what happens to a slot whose episode has ended: "refuse" raises an error,
-    /// "restart" starts the next episode, and "stay" changes nothing. The slot's action is ignored, as are
-    /// actions of caught agents. Observations and rewards are written to the arrays `out`, if they are given.
+    /// `at_end` determines what happens to a slot whose episode has ended: "refuse" raises an
+    /// error, "restart" starts the next episode, and "stay" changes nothing. The slot's action is
+    /// ignored, as are actions of caught agents. Observations and rewards are written to the arrays
+    /// `out`, if they are given.
     #[pyo3(signature = (actions, label=None, at_end="refuse", out=None, predator_actions=None))]
     fn step<'py>(
         slf: &Bound<'py, Self>,
@@ -140,8 +143,8 @@ impl FlockBatch {
 
     /// Plays the flock of every seed to its end, under one network for all seeds or one per seed.
     ///
-    /// Returns a column per outcome. The flocks of the batch stay as they are. `report` is called with the
-    /// number of finished flocks.
+    /// Returns one array per outcome. The flocks of the batch stay unchanged. `report` is called
+    /// with the number of finished flocks.
     #[pyo3(signature = (architecture, parameters, seeds, report=None))]
     fn rollout<'py>(
         slf: &Bound<'py, Self>,
@@ -177,8 +180,8 @@ impl FlockBatch {
         shaped(py, observations, [rows, this.row_length])
     }
 
-    /// Returns the observations of the learned predators of `slots`, slot after slot and one row per
-    /// predator.
+    /// Returns the observations of the learned predators of `slots`, slot after slot and one row
+    /// per predator.
     fn observe_predators<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
@@ -205,7 +208,8 @@ impl FlockBatch {
         metric_columns(py, &metrics)
     }
 
-    /// Returns the number of connected components of every slot under the ranges of its last action.
+    /// Returns the number of connected components of every slot under the ranges of its last
+    /// action.
     fn num_components<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
@@ -240,8 +244,8 @@ impl FlockBatch {
         })
     }
 
-    /// Returns the team's reward of every flock in the last step, or the mean of individual rewards over its
-    /// agents.
+    /// Returns the team's reward of every flock in the last step, or the mean of individual rewards
+    /// over its agents.
     fn team_rewards<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyArray1<f64>>, CoreError> {
         let inner = &try_borrow(slf)?.inner;
         Ok(on_batch!(inner, batch => batch.team_rewards()).into_pyarray(slf.py()))
@@ -276,7 +280,8 @@ impl FlockBatch {
         this.inner.save(py, &slots)
     }
 
-    /// Restores `slots` from a snapshot of as many slots, or of one. A rejected snapshot changes nothing.
+    /// Restores `slots` from a snapshot of as many slots, or of one. A rejected snapshot changes
+    /// nothing.
     fn set_state(
         slf: &Bound<'_, Self>,
         py: Python<'_>,

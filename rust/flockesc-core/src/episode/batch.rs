@@ -1,5 +1,5 @@
-//! `Batch`: many flocks of one scenario, stepped together on several threads. Results depend neither on the
-//! number of threads nor on a flock's slot.
+//! `Batch`: many flocks of one scenario, stepped together on several threads. Results depend
+//! neither on the number of threads nor on a flock's slot.
 
 mod reset;
 mod state;
@@ -56,12 +56,13 @@ pub struct Batch<const D: usize> {
 }
 
 impl<const D: usize> Batch<D> {
-    /// Creates a batch of `num_flocks` empty slots for a scenario of dimension D. `num_threads` of `None` is
-    /// one thread per core.
+    /// Creates a batch of `num_flocks` empty slots for a scenario of dimension D. `num_threads` of
+    /// `None` is one thread per core.
     ///
     /// # Errors
-    /// [`Error::Config`] if the scenario or `config` is out of bounds, or if the scenario has no predator or
-    /// another dimension; [`Error::Argument`] if `num_flocks` is 0 or `num_threads` is out of bounds.
+    /// [`Error::Config`] if the scenario or `config` is out of bounds, or if the scenario has no
+    /// predator or another dimension; [`Error::Argument`] if `num_flocks` is 0 or `num_threads` is
+    /// out of bounds.
     pub fn new(
         scenario: FlockConfig,
         config: EpisodeConfig,
@@ -134,8 +135,8 @@ impl<const D: usize> Batch<D> {
         self.scenario.num_learned()
     }
 
-    /// Restarts the seed schedules of all slots: slot i from [`episode_seed`]`(seed, i + 1)`. Running
-    /// episodes continue. Without this call slot i follows the schedule of seed i.
+    /// Restarts the seed schedules of all slots: slot i from [`episode_seed`]`(seed, i + 1)`.
+    /// Running episodes continue. Without this call slot i follows the schedule of seed i.
     pub fn seed(&mut self, seed: u64) {
         for (index, slot) in (1..).zip(&mut self.slots) {
             slot.seed(episode_seed(seed, index));
@@ -185,8 +186,9 @@ impl<const D: usize> Batch<D> {
         Ok(self.slots[slot].episode_seed())
     }
 
-    /// Returns the team's reward of every slot in the last step. With individual rewards it is their mean
-    /// over all agents, caught agents included. It is 0 for a slot that was not stepped since its reset.
+    /// Returns the team's reward of every slot in the last step. With individual rewards it is
+    /// their mean over all agents, caught agents included. It is 0 for a slot that was not stepped
+    /// since its reset.
     #[must_use]
     pub fn team_rewards(&self) -> Vec<f64> {
         self.slots.iter().map(Slot::team_reward).collect()
@@ -203,8 +205,8 @@ impl<const D: usize> Batch<D> {
     /// Writes the observations of `slots`, slot after slot.
     ///
     /// # Errors
-    /// [`Error::Episode`] if a slot was never reset; [`Error::Argument`] if `observations` has the wrong
-    /// length.
+    /// [`Error::Episode`] if a slot was never reset; [`Error::Argument`] if `observations` has the
+    /// wrong length.
     pub fn observe(&self, slots: &[usize], observations: &mut [f32]) -> Result<()> {
         let size = self.rows() * self.row_length;
         check_length("observations", observations.len(), slots.len() * size)?;
@@ -216,7 +218,8 @@ impl<const D: usize> Batch<D> {
         Ok(())
     }
 
-    /// Writes the observations of the learned predators of `slots`, slot after slot and one row per predator.
+    /// Writes the observations of the learned predators of `slots`, slot after slot and one row per
+    /// predator.
     ///
     /// # Errors
     /// As [`Self::observe`].
@@ -242,7 +245,8 @@ impl<const D: usize> Batch<D> {
         self.map(Metrics::of)
     }
 
-    /// Returns the number of connected components of every slot under the ranges of its last action.
+    /// Returns the number of connected components of every slot under the ranges of its last
+    /// action.
     ///
     /// # Errors
     /// [`Error::Episode`] if a slot was never reset.
@@ -260,8 +264,8 @@ impl<const D: usize> Batch<D> {
         slots.map(|slot| self.episode(slot)).collect()
     }
 
-    /// Returns the threads for work on `flocks` flocks. One small flock, or a batch of one thread, needs no
-    /// pool.
+    /// Returns the threads for work on `flocks` flocks. One small flock, or a batch of one thread,
+    /// needs no pool.
     pub(super) fn pool(&self, flocks: usize) -> Result<Pool> {
         let is_large = agents::is_large(self.scenario.num_agents);
         if self.num_threads == Some(1) || (flocks <= 1 && !is_large) {

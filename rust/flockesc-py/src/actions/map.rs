@@ -21,8 +21,8 @@ pub(super) struct Map {
 }
 
 impl Map {
-    /// Returns the ranges of `count` actions, or `None` if `actions` is not an array that can be read
-    /// directly.
+    /// Returns the ranges of `count` actions, or `None` if `actions` is not an array that can be
+    /// read directly.
     pub(super) fn direct(&self, actions: &Bound<'_, PyAny>, count: usize) -> Option<Vec<f64>> {
         if let Some(grid) = &self.grid {
             let array = actions.cast::<PyArray1<i64>>().ok()?.try_readonly().ok()?;
@@ -203,8 +203,8 @@ impl Map {
     /// Returns the range of a continuous action, or NaN if it is outside of the action space.
     pub(super) fn of_number(&self, value: f64) -> f64 {
         let (low, high) = self.bounds();
-        // The bounds of the space are float32. They must be accepted even if they are outside of the float64
-        // bounds.
+        // The bounds of the space are float32. They must be accepted even if they are outside of
+        // the float64 bounds.
         let (least, most) = (f64::from(low as f32), f64::from(high as f32));
         if !(low.min(least)..=high.max(most)).contains(&value) {
             return f64::NAN;

@@ -18,15 +18,16 @@ pub enum AtEnd {
 }
 
 impl<const D: usize> Batch<D> {
-    /// Applies one action to every slot and writes rewards and observations. Learned predators fly straight
-    /// on.
+    /// Applies one action to every slot and writes rewards and observations. Learned predators fly
+    /// straight on.
     ///
-    /// `ranges` in m and `rewards` have `rows()` entries per flock, `observations` has `row_length()` entries
-    /// per range.
+    /// `ranges` in m and `rewards` have `rows()` entries per flock, `observations` has
+    /// `row_length()` entries per range.
     ///
     /// # Errors
-    /// [`Error::Episode`] if a slot was never reset or its episode has ended; [`Error::Argument`] if a range
-    /// is negative or not finite, or if an array has the wrong length. The batch is then unchanged.
+    /// [`Error::Episode`] if a slot was never reset or its episode has ended; [`Error::Argument`]
+    /// if a range is negative or not finite, or if an array has the wrong length. The batch is then
+    /// unchanged.
     pub fn step(
         &mut self,
         ranges: &[f64],
@@ -48,12 +49,12 @@ impl<const D: usize> Batch<D> {
 
     /// Steps as [`Self::step`] does and returns `measure(episode)` of every slot.
     ///
-    /// `predator_actions` are the actions of the learned predators: flock after flock, D entries in [-1, 1]
-    /// for each predator. If they are empty, learned predators fly straight on.
+    /// `predator_actions` are the actions of the learned predators: flock after flock, D entries in
+    /// [-1, 1] for each predator. If they are empty, learned predators fly straight on.
     ///
     /// # Errors
-    /// As [`Self::step`]; [`Error::Interrupted`] if `progress` was cancelled. All episodes are then unusable
-    /// until a reset.
+    /// As [`Self::step`]; [`Error::Interrupted`] if `progress` was cancelled. All episodes are then
+    /// unusable until a reset.
     #[doc(hidden)]
     pub fn step_measured<T: Send>(
         &mut self,
