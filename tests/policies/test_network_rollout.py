@@ -197,6 +197,7 @@ def test_a_subclass_that_overrides_act_is_played_step_by_step() -> None:
             return np.ones((len(observations), 1), np.float32)
 
     scenario, architecture, options = cases()["flock"]
+    assert isinstance(scenario, FlockScenario)
     policy = policy_of(architecture)
     overridden = rollout(scenario, LargestRange(architecture, policy.parameters), SEEDS, **options)
     network = rollout(scenario, policy, SEEDS, **options)
