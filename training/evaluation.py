@@ -66,28 +66,28 @@ def objective(
 def play_networks(
     setting: Setting, architecture: Architecture, vectors: FloatArray, seeds: Sequence[int]
 ) -> tuple[FloatArray, int]:
-    """Let networks that were made for a setting play the same flocks, on one thread.
+    """Run networks on the same flocks of a setting, on one thread.
 
     Args:
         setting: the scenario, the options and the objective.
-        architecture: of all networks.
-        vectors: their parameters, shape (networks, size).
-        seeds: of the flocks.
+        architecture: inputs and layers of the networks.
+        vectors: parameters of the networks, shape (networks, size).
+        seeds: seeds of the flocks.
 
     Returns:
-        The objective in m, shape (networks, seeds), and the number of actions, one per agent or per flock.
+        The objective in m, shape (networks, seeds), and the number of actions, per agent or per flock.
     """
     model = setting.model
     options: Any = setting.env_options()
     parameters = np.repeat(vectors.astype(np.float32), len(seeds), axis=0)
-    played = architecture, parameters, list(seeds) * len(vectors)
+    arguments = architecture, parameters, list(seeds) * len(vectors)
     if isinstance(model, LineScenario):
-        columns = play_lines_of_networks(*played, model, line_options(options), num_threads=1)
+        columns = play_lines_of_networks(*arguments, model, line_options(options), num_threads=1)
         values, rows = columns["escape_distance"], 1
     else:
         flock_options = env_options(model, options)
         columns = play_flocks_of_networks(
-            *played, model, flock_options, per_agent=setting.per_agent, num_threads=1
+            *arguments, model, flock_options, per_agent=setting.per_agent, num_threads=1
         )
         values = columns[OUTCOMES[setting.objective]]
         rows = model.num_agents if setting.per_agent else 1

@@ -30,10 +30,10 @@ class Family(Protocol):
         ...
 
     def play(self, setting: Setting, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
-        """Let the policies of vectors, shape (k, size), play the same flocks.
+        """Run the policies with the parameters ``vectors``, shape (k, size), on the same flocks.
 
         Returns:
-            The objective in m, shape (k, seeds), and the number of actions, one per agent or one per flock.
+            The objective in m, shape (k, seeds), and the number of actions, per agent or per flock.
         """
         ...
 
@@ -54,7 +54,7 @@ class Networks:
         return NetworkPolicy(self.architecture, vector)
 
     def play(self, setting: Setting, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
-        """Play in the core."""
+        """Run the networks in the core; see ``Family.play``."""
         return play_networks(setting, self.architecture, vectors, seeds)
 
 
@@ -79,7 +79,7 @@ class Witnesses:
         )
 
     def play(self, setting: Setting, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
-        """Play all flocks of all rules together, step by step."""
+        """Run all rules together, step by step; see ``Family.play``."""
         population = Population([self.policy(vector) for vector in vectors])
         flocks = list(seeds) * len(vectors)
         values = objective(setting, population, flocks, batch_size=len(flocks))

@@ -200,7 +200,7 @@ def round_steps(args: SB3Args) -> int:
 
 
 def network(args: SB3Args, layers: Iterable[nn.Module], **architecture: Any) -> NetworkPolicy:
-    """Return the policy of a torch network with linear layers and tanh between them."""
+    """Return the ``NetworkPolicy`` of a torch network with linear layers and tanh between them."""
     linear = [layer for layer in layers if isinstance(layer, nn.Linear)]
     with torch.no_grad():
         parts = [part.numpy().ravel() for layer in linear for part in (layer.weight.T, layer.bias)]

@@ -39,7 +39,7 @@ class SearchState:
 
 
 def search(args: SearchArgs) -> Path:
-    """Search, or continue an unfinished search, and return the path of the policy file.
+    """Run a search, or continue an unfinished one, and return the path of the policy file.
 
     Raises:
         FileExistsError: if the folder holds a finished run, or a run with other arguments.
@@ -70,8 +70,7 @@ def _generation(state: SearchState, args: SearchArgs, family: Family) -> None:
     flocks = training_seeds(args.seed, measured.episodes // args.population, round(args.flocks * growth))
     values, num_actions = family.play(args, vectors, flocks)
     fitness = values.mean(axis=1)
-    # cmaes minimizes.
-    optimizer.tell(list(zip(vectors, -fitness, strict=True)))
+    optimizer.tell(list(zip(vectors, -fitness, strict=True)))  # cmaes minimizes
     # A checkpoint stores one triangle of the covariance matrix. The copy does the same, so that interrupted
     # and uninterrupted runs give the same numbers.
     state.optimizer = deepcopy(optimizer)

@@ -1,4 +1,7 @@
-"""``NetworkPolicy``: small neural networks as policies, step by step in NumPy, whole episodes in the core."""
+"""``NetworkPolicy``: small neural networks as policies.
+
+``NetworkPolicy.act`` computes in NumPy. ``rollout`` plays whole episodes in the core.
+"""
 
 from __future__ import annotations
 
@@ -73,7 +76,7 @@ class Architecture:
         return sum((rows + 1) * columns for rows, columns in self.shapes)
 
     def to_core(self) -> str:
-        """Return the JSON document that the core takes."""
+        """Return the JSON document for the core."""
         return json.dumps(asdict(self))
 
 

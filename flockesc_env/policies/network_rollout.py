@@ -1,4 +1,7 @@
-"""Whole episodes under networks, played by the core: equal bits on every machine and all threads."""
+"""Rollouts of networks in the core.
+
+Results do not depend on the machine or on the number of threads.
+"""
 
 from __future__ import annotations
 
@@ -29,24 +32,25 @@ def play_flocks_of_networks(
     num_threads: int | None,
     progress: Report | None = None,
 ) -> Columns:
-    """Play the flock of every seed to its end. Learned predators fly straight on.
+    """Play the flock of every seed to the end of its episode. ``Learned`` predators fly straight on.
 
     Args:
-        architecture: of all networks.
-        parameters: shape (1, architecture.size), one network for all flocks, or (seeds, architecture.size).
-        seeds: of the flocks.
+        architecture: inputs and layers of the networks.
+        parameters: weights and biases, shape (1, architecture.size) for one network on all flocks, or
+            (seeds, architecture.size) for one network per flock.
+        seeds: seeds of the flocks.
         scenario: the flock model's parameters.
-        options: of the environment.
-        per_agent: whether a network sets one range per agent, or one per flock.
-        num_threads: threads over which flocks are spread; ``None``: one per core.
-        progress: called with (finished flocks, all flocks).
+        options: options of the environment.
+        per_agent: True: networks set one range per agent. False: one per flock.
+        num_threads: number of threads; ``None``: one per core.
+        progress: called with (finished flocks, all flocks). ``None``: no calls.
 
     Returns:
-        The outcomes of ``Episodes`` and ``num_actions``, by name, each of shape (seeds,).
+        The outcomes in ``Episodes`` and the number of actions, ``num_actions``, each of shape (seeds,).
 
     Raises:
-        ArgumentError: if the actions are not normalized ones, an input is not observed, or ``parameters`` has
-            another shape or an entry that is not finite.
+        ArgumentError: if the action mode is not ``"normalized"``, an input is not in the observation, or
+            ``parameters`` has the wrong shape or an entry that is not finite.
     """
     batch = FlockBatch(scenario, options, per_agent=per_agent, num_threads=num_threads)
     return batch.rollout(architecture.to_core(), parameters, seeds, progress)
@@ -62,10 +66,10 @@ def play_lines_of_networks(
     num_threads: int | None,
     progress: Report | None = None,
 ) -> Columns:
-    """Play the line of every seed to its end, as ``play_flocks_of_networks``.
+    """Play the line of every seed to the end of its episode; see ``play_flocks_of_networks``.
 
     Returns:
-        The outcomes of ``LineEpisodes`` and ``num_actions``, by name, each of shape (seeds,).
+        The outcomes in ``LineEpisodes`` and the number of actions, ``num_actions``, each of shape (seeds,).
     """
     report = None if progress is None else lambda done: progress(done, len(seeds))
     return _core.rollout_line(

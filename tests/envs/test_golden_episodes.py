@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from golden_episodes import SEED, cases, hashed, hashes
-from masked_cpu import LEVELS, run_masked
+from masked_cpu import each_level, run_masked
 from option_table import small_flock
 
 from flockesc_env import FlockEscapeEnv, FlockVectorEnv, parallel_env
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "golden_episodes.json").read_text())
 
-PLAY = """
+PRINT_HASHES = """
 import json
 from golden_episodes import hashes
 from numpy._core._multiarray_umath import __cpu_features__ as features
@@ -32,9 +32,9 @@ def test_episodes_equal_the_golden_ones(num_threads: int) -> None:
     assert hashes(num_threads) == GOLDEN
 
 
-@LEVELS
+@each_level
 def test_episodes_are_the_same_on_lower_x86_levels(level: int, has_avx2: bool, tmp_path: Path) -> None:
-    assert run_masked(PLAY, level, tmp_path) == [has_avx2, False, GOLDEN]
+    assert run_masked(PRINT_HASHES, level, tmp_path) == [has_avx2, False, GOLDEN]
 
 
 def test_another_seed_is_another_episode() -> None:

@@ -1,4 +1,4 @@
-"""Networks in the core: the actions of the NumPy path, outcomes of one bit pattern, refusals by name."""
+"""Networks in the core: equality with NumPy, bitwise reproducible outcomes, and errors."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from masked_cpu import LEVELS, run_masked
+from masked_cpu import each_level, run_masked
 from network_outcomes import ARCHITECTURES, SEEDS, cases, hashes, policy_of
 
 from flockesc_env import (
@@ -43,7 +43,7 @@ SPECS["line"] = LineEscapeEnv(LineScenario(num_agents=5)).policy_spec
 
 @st.composite
 def networks(draw: st.DrawFn) -> tuple[PolicySpec, NetworkPolicy, int]:
-    """Return a policy, what it plays on, and a seed of observations."""
+    """Return a policy spec, a policy for it, and a seed for observations."""
     spec = draw(st.sampled_from(list(SPECS.values())))
     names = draw(st.lists(st.sampled_from(spec.layout.names), min_size=1, unique=True))
     architecture = Architecture(
@@ -61,7 +61,7 @@ def networks(draw: st.DrawFn) -> tuple[PolicySpec, NetworkPolicy, int]:
 
 @settings(max_examples=25)
 @given(networks())
-def test_it_acts_as_the_network_in_numpy(case: tuple[PolicySpec, NetworkPolicy, int]) -> None:
+def test_actions_equal_those_in_numpy(case: tuple[PolicySpec, NetworkPolicy, int]) -> None:
     spec, policy, seed = case
     layout, rng = spec.layout, np.random.default_rng(seed)
     shape = (int(rng.integers(1, 40)), len(layout.names))
@@ -77,32 +77,32 @@ def test_it_acts_as_the_network_in_numpy(case: tuple[PolicySpec, NetworkPolicy, 
     )
     for rows, ranges in zip(observations, found, strict=True):
         expected = spec.actions.to_ranges(policy.act(rows, spec), len(rows))
-        # Actions are in [-1, 1].
+        # The tolerance is 1e-6 in actions. Their interval [-1, 1] maps to ranges up to max_range.
         np.testing.assert_allclose(ranges, expected, rtol=0, atol=1e-6 * spec.actions.max_range / 2)
 
 
-class InNumPy:
-    """The same network, step by step."""
+class StepByStep:
+    """A network that ``rollout`` does not play in the core, because it is not a ``NetworkPolicy``."""
 
     def __init__(self, policy: NetworkPolicy) -> None:
         self.policy, self.reset, self.act = policy, policy.reset, policy.act
 
 
 @pytest.mark.parametrize("name", list(cases()))
-def test_episodes_are_those_of_the_network_in_numpy(name: str) -> None:
+def test_episodes_equal_those_in_numpy(name: str) -> None:
     scenario, architecture, options = cases()[name]
     policy = policy_of(architecture)
-    found, expected = (rollout(scenario, each, SEEDS, **options) for each in (policy, InNumPy(policy)))
+    found, expected = (rollout(scenario, each, SEEDS, **options) for each in (policy, StepByStep(policy)))
     for field, values in vars(expected).items():
         np.testing.assert_allclose(getattr(found, field), values, rtol=1e-9, atol=1e-9, err_msg=field)
 
 
 @pytest.mark.parametrize("num_threads", [1, 2, 4])
-def test_outcomes_are_what_they_were(num_threads: int) -> None:
+def test_outcomes_equal_the_golden_data(num_threads: int) -> None:
     assert hashes(num_threads) == GOLDEN
 
 
-PLAY = """
+PRINT_HASHES = """
 import json
 from network_outcomes import hashes
 from numpy._core._multiarray_umath import __cpu_features__ as features
@@ -110,19 +110,19 @@ print(json.dumps([features["AVX2"], features["AVX512F"], hashes(2)]))
 """
 
 
-@LEVELS
-def test_outcomes_are_the_same_on_lesser_processors(level: int, has_avx2: bool, tmp_path: Path) -> None:
-    assert run_masked(PLAY, level, tmp_path) == [has_avx2, False, GOLDEN]
+@each_level
+def test_outcomes_are_the_same_on_lower_x86_levels(level: int, has_avx2: bool, tmp_path: Path) -> None:
+    assert run_masked(PRINT_HASHES, level, tmp_path) == [has_avx2, False, GOLDEN]
 
 
-def test_a_flock_plays_alike_in_any_place_and_under_its_own_network() -> None:
+def test_an_outcome_depends_only_on_the_seed_and_the_network() -> None:
     scenario, architecture, options = cases()["agents, mirror and memory"]
     assert isinstance(scenario, FlockScenario)
     options = {name: value for name, value in options.items() if name != "per_agent"}
     numbers = np.random.default_rng(1).normal(size=(4, architecture.size)).astype(np.float32)
     order = [2, 0, 3, 1]
 
-    def played(parameters: np.ndarray, seeds: list[int], num_threads: int) -> dict[str, np.ndarray]:
+    def outcomes(parameters: np.ndarray, seeds: list[int], num_threads: int) -> dict[str, np.ndarray]:
         return play_flocks_of_networks(
             architecture,
             parameters,
@@ -133,17 +133,17 @@ def test_a_flock_plays_alike_in_any_place_and_under_its_own_network() -> None:
             num_threads=num_threads,
         )
 
-    together = played(numbers, [7, 8, 9, 10], 2)
-    turned = played(numbers[order], [7 + k for k in order], 3)
+    together = outcomes(numbers, [7, 8, 9, 10], 2)
+    permuted = outcomes(numbers[order], [7 + k for k in order], 3)
     for name, column in together.items():
-        np.testing.assert_array_equal(turned[name], column[order])
+        np.testing.assert_array_equal(permuted[name], column[order])
         for k in range(4):
-            assert played(numbers[k : k + 1], [7 + k], 1)[name] == column[k]
+            assert outcomes(numbers[k : k + 1], [7 + k], 1)[name] == column[k]
     assert len(set(together["min_mean_distance"])) == 4
     assert (together["num_actions"] == -(-scenario.num_steps // options["steps_per_action"])).all()
 
 
-def test_it_reports_its_progress() -> None:
+def test_progress_is_reported() -> None:
     calls: list[tuple[int, int]] = []
     scenario, architecture, options = cases()["flock"]
     rollout(scenario, policy_of(architecture), range(5), progress=lambda *call: calls.append(call), **options)
@@ -180,7 +180,7 @@ ONE = Architecture(("time",), ())
         (Architecture(("time",), (2**62,)), np.zeros((1, 2)), {}, r"hidden\[0\]: expected an integer from 1"),
     ],
 )
-def test_bad_networks_are_refused_by_name(
+def test_bad_networks_raise_errors(
     architecture: Architecture, parameters: Any, options: dict[str, Any], message: str
 ) -> None:
     numbers = np.array(parameters, np.float32)
@@ -191,23 +191,25 @@ def test_bad_networks_are_refused_by_name(
         )
 
 
-def test_a_subclass_that_acts_otherwise_is_asked_step_by_step() -> None:
-    class Listening(NetworkPolicy):
+def test_a_subclass_that_overrides_act_is_played_step_by_step() -> None:
+    class LargestRange(NetworkPolicy):
         def act(self, observations: Any, spec: PolicySpec) -> Any:
             return np.ones((len(observations), 1), np.float32)
 
     scenario, architecture, options = cases()["flock"]
-    own = rollout(scenario, Listening(architecture, policy_of(architecture).parameters), SEEDS, **options)
-    network = rollout(scenario, policy_of(architecture), SEEDS, **options)
-    assert (own.num_components <= network.num_components).all()
-    assert (own.min_mean_distance != network.min_mean_distance).any()
+    assert isinstance(scenario, FlockScenario)
+    policy = policy_of(architecture)
+    overridden = rollout(scenario, LargestRange(architecture, policy.parameters), SEEDS, **options)
+    network = rollout(scenario, policy, SEEDS, **options)
+    assert (overridden.num_components <= network.num_components).all()
+    assert (overridden.min_mean_distance != network.min_mean_distance).any()
 
 
 CTRL_C = """
 import os, signal, threading
 from flockesc_env import Architecture, FlockScenario, LineScenario, NetworkPolicy, rollout
 
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits none
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job ignores SIGINT
 policy = NetworkPolicy(Architecture(("time",), ()), [0.0, -0.9])
 endless = FlockScenario(num_steps=10**9, num_agents=20)
 for threads in (1, 2):
@@ -220,14 +222,14 @@ print(rollout(endless.replace(num_steps=5), policy, range(3)).seeds.tolist(), fl
 """
 
 
-def test_ctrl_c_stops_it() -> None:
+def test_ctrl_c_stops_a_rollout() -> None:
     child = subprocess.run(  # noqa: S603
         [sys.executable, "-c", CTRL_C], capture_output=True, text=True, timeout=60, check=True
     )
     assert child.stdout.splitlines() == ["interrupted"] * 2 + ["[0, 1, 2]"]
 
 
-def test_the_golden_cases_differ() -> None:
+def test_all_golden_cases_differ() -> None:
     assert len(set(GOLDEN.values())) == len(GOLDEN) == len(cases())
     assert {architecture.squash for _, architecture, _ in cases().values()} == {"clip", "tanh"}
     assert set(ARCHITECTURES) <= {name for case in cases() for name in ARCHITECTURES if name in case}

@@ -1,4 +1,4 @@
-"""Children that see a lesser processor: CPUID is hidden from them (``masked_cpuid.c``)."""
+"""Child processes from which newer instruction sets of the processor are hidden (``masked_cpuid.c``)."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from typing import Any
 import pytest
 
 SUPPORT = Path(__file__).parent
-UNAVAILABLE = 77  # masked_cpuid.c
+UNAVAILABLE = 77  # exit status of masked_cpuid.c if CPUID cannot be intercepted
 
 
-def LEVELS(test: Any) -> Any:  # noqa: N802, a mark
-    """Run a test of (level, has_avx2): level 2 of x86-64 is below AVX2, 3 has it."""
+def each_level(test: Any) -> Any:
+    """Decorate a test of (level, has_avx2). Level 2 of x86-64 is without AVX2, level 3 is with it."""
     test = pytest.mark.parametrize(("level", "has_avx2"), [(2, False), (3, True)])(test)
     is_linux = sys.platform == "linux" and platform.machine() == "x86_64"
-    return pytest.mark.skipif(not is_linux, reason="CPUID is hidden by a trick of Linux")(test)
+    return pytest.mark.skipif(not is_linux, reason="only Linux on x86-64 can intercept CPUID")(test)
 
 
 def run_masked(script: str, level: int, folder: Path) -> Any:
-    """Run a script that prints JSON; what this processor has beyond ``level`` is hidden from it."""
+    """Run a script that prints JSON, and return the result. Instruction sets above ``level`` are hidden."""
     compiler, library = shutil.which("cc"), folder / "masked_cpuid.so"
-    assert compiler, "Rust needs a C compiler, too"
+    assert compiler, "no C compiler found"
     source = str(SUPPORT / "masked_cpuid.c")
     subprocess.run([compiler, "-shared", "-fPIC", "-Werror", "-o", library, source], check=True)  # noqa: S603
     path = os.pathsep.join([str(SUPPORT), *sys.path])
     masked = {**os.environ, "LD_PRELOAD": str(library), "X86_64_LEVEL": str(level), "PYTHONPATH": path}
     child = subprocess.run([sys.executable, "-c", script], env=masked, capture_output=True, text=True)  # noqa: S603
     if child.returncode == UNAVAILABLE:
-        pytest.skip("this processor cannot make CPUID fault")
+        pytest.skip("this processor cannot intercept CPUID")
     assert child.returncode == 0, child.stderr
     return json.loads(child.stdout)

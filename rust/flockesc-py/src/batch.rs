@@ -1,38 +1,21 @@
 //! `FlockBatch`: Python class of a batch of flocks in two or three dimensions.
 
 mod inner;
+mod step;
 
-use flockesc_core::bindings::AtEnd;
-use flockesc_core::{Batch, EpisodeConfig, Error, FlockConfig, InitialState, predator_entries};
-use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn,
-};
-use pyo3::intern;
+use flockesc_core::{Batch, EpisodeConfig, FlockConfig, InitialState, predator_entries};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
 
 use crate::actions::RangeMap;
-use crate::arrays::{column, flat, overwrite, shaped};
+use crate::arrays::{column, flat, shaped};
 use crate::errors::{CoreError, option_error, try_borrow, try_borrow_mut};
-use crate::info::{self, Measured, columns, metric_columns, numbers};
+use crate::info::{self, Measured, columns, metric_columns};
 use crate::long_call::long_call;
 use crate::rollout::{networks, outcome_columns};
 use inner::{Inner, on_batch};
-
-/// Observations, rewards, end flags of the episodes, ranges in m, metrics.
-type Step<'py> = (
-    Bound<'py, PyAny>,
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyArray1<bool>>,
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyDict>,
-);
-
-/// Observation, reward, end flag of the episode, `info`.
-type StepOne<'py> = (Bound<'py, PyArray1<f32>>, f64, bool, Bound<'py, PyDict>);
-
-/// Output arrays for observations and rewards.
-type Out<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f64>>);
+use step::{Out, Step, StepOne};
 
 #[pyclass(module = "flockesc_env._core")]
 #[derive(Clone)]
@@ -83,8 +66,9 @@ impl FlockBatch {
         })
     }
 
-    /// Starts new episodes in `slots`. A seed starts a new schedule, and `None` continues the slot's
-    /// schedule. `episode` is the number of the episode in the schedule, and `None` is the next one.
+    /// Starts new episodes in `slots`. A seed starts a new schedule, and `None` continues the
+    /// slot's schedule. `episode` is the number of the episode in the schedule, and `None` is the
+    /// next one.
     #[pyo3(signature = (slots, seeds, *, initial_positions=None, initial_velocities=None, predator_positions=None, predator_velocities=None, episode=None))]
     #[expect(clippy::too_many_arguments, reason = "options of a reset")]
     fn reset<'py>(
@@ -126,11 +110,13 @@ impl FlockBatch {
         ))
     }
 
-    /// Steps all flocks with stacked actions. `label(index)` returns the name of an action for errors.
+    /// Steps all flocks with stacked actions. `label(index)` returns the name of an action for
+    /// errors.
     ///
-    /// `at_end` determines what happens to a slot whose episode has ended: "refuse" raises an error,
-    /// "restart" starts the next episode, and "stay" changes nothing. The slot's action is ignored, as are
-    /// actions of caught agents. Observations and rewards are written to the arrays `out`, if they are given.
+    /// `at_end` determines what happens to a slot whose episode has ended: "refuse" raises an
+    /// error, "restart" starts the next episode, and "stay" changes nothing. The slot's action is
+    /// ignored, as are actions of caught agents. Observations and rewards are written to the arrays
+    /// `out`, if they are given.
     #[pyo3(signature = (actions, label=None, at_end="refuse", out=None, predator_actions=None))]
     fn step<'py>(
         slf: &Bound<'py, Self>,
@@ -141,53 +127,7 @@ impl FlockBatch {
         out: Option<Out<'py>>,
         predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
     ) -> PyResult<Step<'py>> {
-        let at_end = parsed(at_end)?;
-        let (map, rows) = {
-            let this = try_borrow(slf)?;
-            (this.actions.clone(), this.num_flocks * this.rows)
-        };
-        let mut ranges = map.ranges(actions, rows)?; // may call Python, so no borrow is held
-        let is_ignored = try_borrow(slf)?.inner.is_ignored(at_end)?;
-        for (range, is_ignored) in ranges.iter_mut().zip(is_ignored) {
-            if is_ignored {
-                *range = 0.0;
-            }
-        }
-        map.check(&ranges, actions, label)?;
-        let this = &mut *try_borrow_mut(slf)?;
-        let predator_actions = flat(predator_actions)?.unwrap_or_default();
-        let (mut observations, mut rewards) = match out {
-            Some(_) if !this.scratch.1.is_empty() => std::mem::take(&mut this.scratch),
-            _ => (vec![0.0; rows * this.row_length], vec![0.0; rows]),
-        };
-        let out_of_core = (&mut rewards, &mut observations);
-        let counts = this.count_components;
-        let measured = this.inner.advance(
-            py,
-            (&ranges, &predator_actions),
-            at_end,
-            out_of_core,
-            counts,
-        )?;
-        let (observations, rewards) = match out {
-            Some((kept_observations, kept_rewards)) => {
-                overwrite(&kept_observations, &observations)?;
-                overwrite(&kept_rewards, &rewards)?;
-                this.scratch = (observations, rewards);
-                (kept_observations.into_any(), kept_rewards)
-            }
-            None => (
-                shaped(py, observations, [rows, this.row_length])?,
-                rewards.into_pyarray(py),
-            ),
-        };
-        Ok((
-            observations,
-            rewards,
-            this.inner.ended()?.into_pyarray(py),
-            ranges.into_pyarray(py),
-            columns(py, &measured)?,
-        ))
+        step::step(slf, py, actions, label, at_end, out, predator_actions)
     }
 
     /// Steps a batch of one flock with one shared range, as `step` does.
@@ -198,31 +138,13 @@ impl FlockBatch {
         action: &Bound<'py, PyAny>,
         predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
     ) -> PyResult<StepOne<'py>> {
-        let map = try_borrow(slf)?.actions.clone();
-        let range = map.to_range(action)?; // may call Python, so no borrow is held
-        let this = &mut *try_borrow_mut(slf)?;
-        let predator_actions = flat(predator_actions)?.unwrap_or_default();
-        let mut reward = vec![0.0];
-        let mut observation = vec![0.0; this.row_length];
-        let out_of_core = (&mut reward, &mut observation);
-        let counts = this.count_components;
-        let action = (&[range][..], &predator_actions[..]);
-        let measured = this
-            .inner
-            .advance(py, action, AtEnd::Refuse, out_of_core, counts)?;
-        let info = match measured.first() {
-            Some(measured) => numbers(py, measured)?,
-            None => PyDict::new(py),
-        };
-        info.set_item(intern!(py, "interaction_range"), range)?;
-        let ended = this.inner.has_ended(0)?;
-        Ok((observation.into_pyarray(py), reward[0], ended, info))
+        step::step_one(slf, py, action, predator_actions)
     }
 
     /// Plays the flock of every seed to its end, under one network for all seeds or one per seed.
     ///
-    /// Returns a column per outcome. The flocks of the batch stay as they are. `report` is called with the
-    /// number of finished flocks.
+    /// Returns one array per outcome. The flocks of the batch stay unchanged. `report` is called
+    /// with the number of finished flocks.
     #[pyo3(signature = (architecture, parameters, seeds, report=None))]
     fn rollout<'py>(
         slf: &Bound<'py, Self>,
@@ -258,8 +180,8 @@ impl FlockBatch {
         shaped(py, observations, [rows, this.row_length])
     }
 
-    /// Returns the observations of the learned predators of `slots`, slot after slot and one row per
-    /// predator.
+    /// Returns the observations of the learned predators of `slots`, slot after slot and one row
+    /// per predator.
     fn observe_predators<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
@@ -286,7 +208,8 @@ impl FlockBatch {
         metric_columns(py, &metrics)
     }
 
-    /// Returns the number of connected components of every slot under the ranges of its last action.
+    /// Returns the number of connected components of every slot under the ranges of its last
+    /// action.
     fn num_components<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
@@ -321,8 +244,8 @@ impl FlockBatch {
         })
     }
 
-    /// Returns the team's reward of every flock in the last step, or the mean of individual rewards over its
-    /// agents.
+    /// Returns the team's reward of every flock in the last step, or the mean of individual rewards
+    /// over its agents.
     fn team_rewards<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyArray1<f64>>, CoreError> {
         let inner = &try_borrow(slf)?.inner;
         Ok(on_batch!(inner, batch => batch.team_rewards()).into_pyarray(slf.py()))
@@ -357,7 +280,8 @@ impl FlockBatch {
         this.inner.save(py, &slots)
     }
 
-    /// Restores `slots` from a snapshot of as many slots, or of one. A rejected snapshot changes nothing.
+    /// Restores `slots` from a snapshot of as many slots, or of one. A rejected snapshot changes
+    /// nothing.
     fn set_state(
         slf: &Bound<'_, Self>,
         py: Python<'_>,
@@ -399,14 +323,5 @@ impl FlockBatch {
     /// Returns an independent copy.
     fn __deepcopy__(slf: &Bound<'_, Self>, _memo: &Bound<'_, PyAny>) -> Result<Self, CoreError> {
         Ok(try_borrow(slf)?.clone())
-    }
-}
-
-fn parsed(at_end: &str) -> Result<AtEnd, CoreError> {
-    match at_end {
-        "refuse" => Ok(AtEnd::Refuse),
-        "restart" => Ok(AtEnd::Restart),
-        "stay" => Ok(AtEnd::Stay),
-        other => Err(Error::argument("at_end", "refuse, restart or stay", other).into()),
     }
 }

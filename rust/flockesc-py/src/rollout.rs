@@ -1,4 +1,4 @@
-//! Whole episodes under networks, which the core computes.
+//! Rollouts: whole episodes under networks, for Python.
 
 use std::sync::Arc;
 
@@ -14,7 +14,11 @@ use crate::arrays::column;
 use crate::errors::{CoreError, argument_error, option_error};
 use crate::long_call::long_call;
 
-/// Networks of one architecture on observations with these entries; a row of `parameters` for each.
+/// Creates networks of one architecture, one per row of `parameters`. `entries` are the entries of
+/// an observation row.
+///
+/// # Errors
+/// `ArgumentError` naming the argument that is wrong.
 pub(crate) fn networks(
     architecture: &str,
     parameters: &PyReadonlyArray2<'_, f32>,
@@ -28,7 +32,7 @@ pub(crate) fn networks(
     Ok(networks.map_err(CoreError::from)?)
 }
 
-/// A column of every outcome, an entry per flock.
+/// Returns one array per outcome, with one entry per flock.
 pub(crate) fn outcome_columns<'py>(
     py: Python<'py>,
     outcomes: &[EpisodeOutcome],
@@ -61,8 +65,8 @@ pub(crate) fn outcome_columns<'py>(
     Ok(dict)
 }
 
-/// Ranges that a network sets for successive observations of one episode: rows of these `entries` (name, lower and upper
-/// bound).
+/// Returns the ranges in m that a network sets for successive observations of one episode.
+/// `entries` are the name, lower bound and upper bound of every entry of a row.
 #[pyfunction]
 pub(crate) fn network_ranges<'py>(
     py: Python<'py>,
@@ -87,10 +91,13 @@ pub(crate) fn network_ranges<'py>(
         .collect())
 }
 
-/// Episodes of lines under one network for all seeds or one for each; a column of every outcome.
+/// Plays the line of every seed to the end of its episode, under one network for all seeds or one
+/// per seed.
+///
+/// Returns one array per outcome. `report` is called with the number of finished lines.
 #[pyfunction]
 #[pyo3(signature = (scenario, options, actions, architecture, parameters, seeds, num_threads, report))]
-#[expect(clippy::too_many_arguments, reason = "what episodes are made from")]
+#[expect(clippy::too_many_arguments, reason = "arguments of a rollout")]
 pub(crate) fn rollout_line<'py>(
     py: Python<'py>,
     scenario: &str,

@@ -1,14 +1,16 @@
-//! `Batch`: many flocks of one scenario, stepped together on several threads. Results depend neither on the
-//! number of threads nor on a flock's slot.
+//! `Batch`: many flocks of one scenario, stepped together on several threads. Results depend
+//! neither on the number of threads nor on a flock's slot.
 
 mod reset;
 mod state;
+mod step;
 #[cfg(test)]
 mod tests;
 
 use std::sync::Arc;
 
 pub use reset::Reset;
+pub use step::AtEnd;
 
 use super::options::EpisodeConfig;
 use super::slot::Slot;
@@ -17,22 +19,11 @@ use crate::agents;
 use crate::base::entry::Entry;
 use crate::base::error::{Error, Result};
 use crate::base::rng::episode_seed;
-use crate::flock::{FlockConfig, InitialState, check_predator_actions, check_ranges};
+use crate::flock::FlockConfig;
 use crate::observation;
-use crate::parallel::{self, Pool, Progress, dispatch};
+use crate::parallel::{self, Pool, dispatch};
 use crate::reward::Term;
 use crate::snapshot::Fingerprint;
-
-/// How a step treats a slot whose episode has ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum AtEnd {
-    /// The step returns an error.
-    Refuse,
-    /// The slot starts its next episode instead of a step, with a reward of 0.
-    Restart,
-    /// The slot stays unchanged, with a reward of 0.
-    Stay,
-}
 
 /// A batch of episodes of one scenario. Each flock has a slot.
 ///
@@ -65,12 +56,13 @@ pub struct Batch<const D: usize> {
 }
 
 impl<const D: usize> Batch<D> {
-    /// Creates a batch of `num_flocks` empty slots for a scenario of dimension D. `num_threads` of `None` is
-    /// one thread per core.
+    /// Creates a batch of `num_flocks` empty slots for a scenario of dimension D. `num_threads` of
+    /// `None` is one thread per core.
     ///
     /// # Errors
-    /// [`Error::Config`] if the scenario or `config` is out of bounds, or if the scenario has no predator or
-    /// another dimension; [`Error::Argument`] if `num_flocks` is 0 or `num_threads` is out of bounds.
+    /// [`Error::Config`] if the scenario or `config` is out of bounds, or if the scenario has no
+    /// predator or another dimension; [`Error::Argument`] if `num_flocks` is 0 or `num_threads` is
+    /// out of bounds.
     pub fn new(
         scenario: FlockConfig,
         config: EpisodeConfig,
@@ -143,8 +135,8 @@ impl<const D: usize> Batch<D> {
         self.scenario.num_learned()
     }
 
-    /// Restarts the seed schedules of all slots: slot i from [`episode_seed`]`(seed, i + 1)`. Running
-    /// episodes continue. Without this call slot i follows the schedule of seed i.
+    /// Restarts the seed schedules of all slots: slot i from [`episode_seed`]`(seed, i + 1)`.
+    /// Running episodes continue. Without this call slot i follows the schedule of seed i.
     pub fn seed(&mut self, seed: u64) {
         for (index, slot) in (1..).zip(&mut self.slots) {
             slot.seed(episode_seed(seed, index));
@@ -194,85 +186,9 @@ impl<const D: usize> Batch<D> {
         Ok(self.slots[slot].episode_seed())
     }
 
-    /// Applies one action to every slot and writes rewards and observations. Learned predators fly straight
-    /// on.
-    ///
-    /// `ranges` in m and `rewards` have `rows()` entries per flock, `observations` has `row_length()` entries
-    /// per range.
-    ///
-    /// # Errors
-    /// [`Error::Episode`] if a slot was never reset or its episode has ended; [`Error::Argument`] if a range
-    /// is negative or not finite, or if an array has the wrong length. The batch is then unchanged.
-    pub fn step(
-        &mut self,
-        ranges: &[f64],
-        rewards: &mut [f64],
-        observations: &mut [f32],
-    ) -> Result<()> {
-        let progress = Progress::default();
-        let action = (ranges, &[][..]);
-        self.step_measured(
-            action,
-            AtEnd::Refuse,
-            rewards,
-            observations,
-            &progress,
-            |_| (),
-        )
-        .map(drop)
-    }
-
-    /// Steps as [`Self::step`] does and returns `measure(episode)` of every slot.
-    ///
-    /// `predator_actions` are the actions of the learned predators: flock after flock, D entries in [-1, 1]
-    /// for each predator. If they are empty, learned predators fly straight on.
-    ///
-    /// # Errors
-    /// As [`Self::step`]; [`Error::Interrupted`] if `progress` was cancelled. All episodes are then unusable
-    /// until a reset.
-    #[doc(hidden)]
-    pub fn step_measured<T: Send>(
-        &mut self,
-        (ranges, predator_actions): (&[f64], &[f64]),
-        at_end: AtEnd,
-        rewards: &mut [f64],
-        observations: &mut [f32],
-        progress: &Progress,
-        measure: impl Fn(&Episode<D>) -> T + Send + Sync,
-    ) -> Result<Vec<T>> {
-        self.check_step(ranges, at_end, rewards.len(), observations.len())?;
-        let num_entries = self.num_flocks() * self.num_learned() * self.scenario.dimension;
-        check_predator_actions(predator_actions, num_entries)?;
-        let entries_per_flock = predator_actions.len() / self.num_flocks();
-        let rows = self.rows();
-        let size = rows * self.row_length;
-        let pool = self.pool(self.num_flocks())?;
-        let (scenario, config) = (&self.scenario, &self.config);
-        let work = self
-            .slots
-            .iter_mut()
-            .enumerate()
-            .zip(ranges.chunks_exact(rows))
-            .zip(rewards.chunks_exact_mut(rows))
-            .zip(observations.chunks_exact_mut(size));
-        let measured = dispatch(pool, work, |((((index, slot), ranges), rewards), out)| {
-            let first = index * entries_per_flock;
-            let predator_actions = &predator_actions[first..first + entries_per_flock];
-            let has_advanced = slot.advance(ranges, predator_actions, rewards, progress)?;
-            if !has_advanced && at_end == AtEnd::Restart {
-                slot.start(scenario, config, &InitialState::default());
-            }
-            Ok(slot.episode().map(|episode| {
-                episode.observe(out);
-                measure(episode)
-            }))
-        });
-        let measured: Result<Vec<Option<T>>> = measured.into_iter().collect();
-        Ok(measured?.into_iter().flatten().collect())
-    }
-
-    /// Returns the team's reward of every slot in the last step. With individual rewards it is their mean
-    /// over all agents, caught agents included. It is 0 for a slot that was not stepped since its reset.
+    /// Returns the team's reward of every slot in the last step. With individual rewards it is
+    /// their mean over all agents, caught agents included. It is 0 for a slot that was not stepped
+    /// since its reset.
     #[must_use]
     pub fn team_rewards(&self) -> Vec<f64> {
         self.slots.iter().map(Slot::team_reward).collect()
@@ -289,8 +205,8 @@ impl<const D: usize> Batch<D> {
     /// Writes the observations of `slots`, slot after slot.
     ///
     /// # Errors
-    /// [`Error::Episode`] if a slot was never reset; [`Error::Argument`] if `observations` has the wrong
-    /// length.
+    /// [`Error::Episode`] if a slot was never reset; [`Error::Argument`] if `observations` has the
+    /// wrong length.
     pub fn observe(&self, slots: &[usize], observations: &mut [f32]) -> Result<()> {
         let size = self.rows() * self.row_length;
         check_length("observations", observations.len(), slots.len() * size)?;
@@ -302,7 +218,8 @@ impl<const D: usize> Batch<D> {
         Ok(())
     }
 
-    /// Writes the observations of the learned predators of `slots`, slot after slot and one row per predator.
+    /// Writes the observations of the learned predators of `slots`, slot after slot and one row per
+    /// predator.
     ///
     /// # Errors
     /// As [`Self::observe`].
@@ -328,7 +245,8 @@ impl<const D: usize> Batch<D> {
         self.map(Metrics::of)
     }
 
-    /// Returns the number of connected components of every slot under the ranges of its last action.
+    /// Returns the number of connected components of every slot under the ranges of its last
+    /// action.
     ///
     /// # Errors
     /// [`Error::Episode`] if a slot was never reset.
@@ -346,8 +264,8 @@ impl<const D: usize> Batch<D> {
         slots.map(|slot| self.episode(slot)).collect()
     }
 
-    /// Returns the threads for work on `flocks` flocks. One small flock, or a batch of one thread, needs no
-    /// pool.
+    /// Returns the threads for work on `flocks` flocks. One small flock, or a batch of one thread,
+    /// needs no pool.
     pub(super) fn pool(&self, flocks: usize) -> Result<Pool> {
         let is_large = agents::is_large(self.scenario.num_agents);
         if self.num_threads == Some(1) || (flocks <= 1 && !is_large) {
@@ -359,31 +277,6 @@ impl<const D: usize> Batch<D> {
         } else {
             Pool::WithCaller(pool)
         })
-    }
-
-    fn check_step(
-        &self,
-        ranges: &[f64],
-        at_end: AtEnd,
-        rewards: usize,
-        observations: usize,
-    ) -> Result<()> {
-        let rows = self.num_flocks() * self.rows();
-        check_length("interaction_range", ranges.len(), rows)?;
-        check_length("rewards", rewards, rows)?;
-        check_length("observations", observations, rows * self.row_length)?;
-        for slot in 0..self.num_flocks() {
-            let Some(episode) = self.slots[slot].episode() else {
-                let message = format!("step() called before reset(): flock {slot} has no episode");
-                return Err(Error::episode(message));
-            };
-            if episode.has_ended() && at_end == AtEnd::Refuse {
-                let message =
-                    format!("step() called after the end of flock {slot}'s episode; call reset()");
-                return Err(Error::episode(message));
-            }
-        }
-        check_ranges("interaction_range", ranges)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Whole episodes under networks.
+//! Rollouts: whole episodes under networks.
 
 use std::sync::Arc;
 
@@ -7,36 +7,43 @@ use super::{Batch, Episode, Metrics, rows};
 use crate::base::error::Result;
 use crate::base::rng::episode_seed;
 use crate::flock::{FlockConfig, InitialState};
-use crate::network::{Networks, Player};
+use crate::network::{EpisodeNetwork, Networks};
 use crate::observation::View;
 use crate::parallel::{Progress, dispatch};
 use crate::reward::exact_sum;
 
-/// What an episode came to.
+/// The outcome of an episode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EpisodeOutcome {
-    /// Metrics at the end.
+    /// Metrics at the end of the episode.
     pub metrics: Metrics,
-    /// Connected components at the end, under the ranges of the last action.
+    /// Number of connected components at the end, under the ranges of the last action.
     pub num_components: usize,
-    /// Sum of the rewards, averaged over agents; caught agents get no reward.
+    /// Sum of the rewards, averaged over all agents. Caught agents get no reward.
     pub mean_return: f64,
-    /// Actions of the episode.
+    /// Number of actions.
     pub num_actions: usize,
 }
 
 impl<const D: usize> Batch<D> {
-    /// Plays the first episode of the schedule of every seed to its end, under one network for all or under one for each.
-    /// The slots stay as they are. `progress` counts episodes.
+    /// Plays the first episode in the schedule of every seed to its end, and returns the outcomes.
+    /// There is one network for all episodes, or one per episode. The slots stay unchanged.
+    /// `progress` counts episodes.
     ///
     /// ```
-    /// use flockesc_core::{Architecture, Batch, EpisodeConfig, FlockConfig, Networks, NormalizedRange, Progress};
+    /// use flockesc_core::{
+    ///     Architecture, Batch, EpisodeConfig, FlockConfig, Networks, NormalizedRange, Progress,
+    /// };
     ///
     /// let scenario = FlockConfig { num_agents: 20, num_steps: 30, ..FlockConfig::default() };
     /// let batch = Batch::<2>::new(scenario, EpisodeConfig::default(), 1, None)?;
-    /// let architecture = Architecture { inputs: vec!["time".to_owned()], hidden: vec![], ..Architecture::default() };
+    /// let architecture = Architecture {
+    ///     inputs: vec!["time".to_owned()],
+    ///     hidden: vec![],
+    ///     ..Architecture::default()
+    /// };
     /// let ranges = NormalizedRange { min_range: 0.0, max_range: 100.0 };
-    /// // The range grows with the time from 0 m to 100 m.
+    /// // The range grows from 0 m to 100 m during the episode.
     /// let networks = Networks::new(&architecture, &batch.entries(), ranges, &[2.0, -1.0], 1)?;
     /// let outcomes = batch.rollout(&networks, &[0, 1], &Progress::default())?;
     /// assert!(outcomes[0].metrics.min_mean_distance > 0.0);
@@ -44,7 +51,8 @@ impl<const D: usize> Batch<D> {
     /// ```
     ///
     /// # Errors
-    /// [`crate::Error::Argument`] for another number of networks; [`crate::Error::Interrupted`] if `progress` was cancelled.
+    /// [`crate::Error::Argument`] if the number of networks is neither 1 nor the number of seeds;
+    /// [`crate::Error::Interrupted`] if `progress` was cancelled.
     pub fn rollout(
         &self,
         networks: &Networks,
@@ -60,7 +68,7 @@ impl<const D: usize> Batch<D> {
                 scenario,
                 config,
                 *seed,
-                networks.player(index, rows),
+                networks.for_episode(index, rows),
                 progress,
             );
             progress.advance();
@@ -70,27 +78,28 @@ impl<const D: usize> Batch<D> {
     }
 }
 
+/// Plays the first episode in the schedule of `seed` to its end.
 fn play<const D: usize>(
     scenario: &Arc<FlockConfig>,
     config: &Arc<EpisodeConfig>,
     seed: u64,
-    mut player: Player<'_>,
+    mut network: EpisodeNetwork<'_>,
     progress: &Progress,
 ) -> Result<EpisodeOutcome> {
     progress.check()?;
     let start = InitialState::seeded(episode_seed(seed, 0));
     let mut episode = Episode::<D>::new(scenario.clone(), config.clone(), &start);
     let rows = rows(config, scenario);
-    let mut observations = vec![0.0; rows * player.row_length()];
+    let mut observations = vec![0.0; rows * network.row_length()];
     let (mut ranges, mut rewards) = (vec![0.0; rows], vec![0.0; rows]);
     let (mut mean_return, mut num_actions) = (0.0, 0);
     while !episode.has_ended() {
         episode.observe(&mut observations);
-        player.act(&observations, &mut ranges);
-        let mut rewarded = rows;
+        network.act(&observations, &mut ranges);
+        let mut num_rewarded = rows;
         if config.view == View::Agent {
             let caught = episode.world().caught();
-            rewarded -= caught.len();
+            num_rewarded -= caught.len();
             caught.for_each(|agent| ranges[agent] = 0.0);
         }
         episode.hold(&ranges, &[], &mut rewards, progress)?;
@@ -100,7 +109,7 @@ fn play<const D: usize>(
         mean_return += if config.reward.is_individual() {
             exact_sum(&rewards) / rows as f64
         } else {
-            episode.team_reward() * (rewarded as f64 / rows as f64)
+            episode.team_reward() * (num_rewarded as f64 / rows as f64)
         };
         num_actions += 1;
     }

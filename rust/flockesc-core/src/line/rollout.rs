@@ -1,33 +1,35 @@
-//! Whole episodes of lines under networks.
+//! Rollouts of lines: whole episodes under networks.
 
 use std::sync::Arc;
 
 use super::episode::{LineEpisode, LineEpisodeConfig};
 use crate::base::error::Result;
 use crate::line::scenario::LineConfig;
-use crate::network::{Networks, Player};
+use crate::network::{EpisodeNetwork, Networks};
 use crate::parallel::{self, Pool, Progress, dispatch};
 
-/// What an episode of a line came to.
+/// The outcome of an episode of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LineEpisodeOutcome {
-    /// d at the end.
+    /// Escape distance d at the end of the episode.
     pub escape_distance: f64,
-    /// Connected components at the end, under the range of the last action.
+    /// Number of connected components at the end, under the range of the last action.
     pub num_components: usize,
-    /// Steps of the model.
+    /// Number of model steps.
     pub steps: usize,
     /// Whether the line reached a steady state.
     pub converged: bool,
-    /// Actions of the episode.
+    /// Number of actions.
     pub num_actions: usize,
 }
 
-/// Plays the line of every seed to its end, under one network for all or under one for each. `progress` counts lines.
+/// Plays the line of every seed to the end of its episode, and returns the outcomes. There is one
+/// network for all lines, or one per line. `progress` counts lines.
 ///
 /// # Errors
-/// [`crate::Error::Config`] if the scenario has no predator; [`crate::Error::Argument`] for another number of networks or a
-/// bad number of threads; [`crate::Error::Interrupted`] if `progress` was cancelled.
+/// [`crate::Error::Config`] if the scenario has no predator; [`crate::Error::Argument`] if the
+/// number of networks is neither 1 nor the number of seeds, or if `num_threads` is out of bounds;
+/// [`crate::Error::Interrupted`] if `progress` was cancelled.
 pub fn rollout_line(
     scenario: &Arc<LineConfig>,
     config: &LineEpisodeConfig,
@@ -44,21 +46,22 @@ pub fn rollout_line(
     let outcomes = dispatch(pool, seeds.iter().enumerate(), |(index, seed)| {
         progress.check()?;
         let episode = LineEpisode::new(scenario.clone(), config.clone(), *seed, None)?;
-        let outcome = play(episode, networks.player(index, 1), progress);
+        let outcome = play(episode, networks.for_episode(index, 1), progress);
         progress.advance();
         outcome
     });
     outcomes.into_iter().collect()
 }
 
+/// Plays an episode to its end.
 fn play(
     mut episode: LineEpisode,
-    mut player: Player<'_>,
+    mut network: EpisodeNetwork<'_>,
     progress: &Progress,
 ) -> Result<LineEpisodeOutcome> {
     let (mut range, mut num_actions) = ([0.0], 0);
     while !episode.has_ended() {
-        player.act(&episode.observation(), &mut range);
+        network.act(&episode.observation(), &mut range);
         episode.advance(range[0], progress)?;
         num_actions += 1;
     }

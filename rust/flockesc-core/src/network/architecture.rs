@@ -1,4 +1,4 @@
-//! The shape of a network, and the document that it comes from.
+//! `Architecture`: the inputs and layers of a network, parsed from a document.
 
 use std::iter::once;
 
@@ -8,7 +8,8 @@ use crate::base::check::{MAX_AGENTS, within};
 use crate::base::document::parse;
 use crate::base::error::{Error, Result};
 
-/// What a network sees and how it is built: tanh layers, then a linear one whose first output is the action.
+/// Inputs and layers of a network: tanh layers, then a linear layer. Its first output is the
+/// action, the others are the memory.
 ///
 /// ```
 /// use flockesc_core::Architecture;
@@ -21,30 +22,31 @@ use crate::base::error::{Error, Result};
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Architecture {
-    /// Names of the observation entries that it sees.
+    /// Names of the observation entries that are inputs, at least one.
     pub inputs: Vec<String>,
     /// Width of every hidden layer, at least 1.
     pub hidden: Vec<usize>,
-    /// Numbers that it writes after every action and reads before the next; 0 where an episode begins.
+    /// Number of recurrent values. The network outputs them with every action and receives them as
+    /// inputs for the next. They are 0 at the start of an episode.
     pub memory: usize,
-    /// Whether agents see the world reflected such that the predator is on their left.
+    /// Whether observations of agents are reflected such that the predator is on the left.
     pub mirror: bool,
-    /// How the action is brought into [-1, 1].
+    /// The function that maps the action to [-1, 1].
     pub squash: Squash,
 }
 
-/// How an action is brought into [-1, 1].
+/// A function that maps an action to [-1, 1].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Squash {
-    /// Clamped.
+    /// Clamps the action.
     Clip,
-    /// By tanh.
+    /// Computes the tanh of the action.
     Tanh,
 }
 
 impl Default for Architecture {
-    /// One hidden layer of 8.
+    /// Returns an architecture without inputs, with one hidden layer of width 8.
     fn default() -> Self {
         Self {
             inputs: Vec::new(),
@@ -57,10 +59,10 @@ impl Default for Architecture {
 }
 
 impl Architecture {
-    /// Parses and checks a document.
+    /// Parses and checks a JSON document.
     ///
     /// # Errors
-    /// [`Error::Config`] naming the field that is unknown, of a wrong type or out of bounds.
+    /// [`Error::Config`] if a field is unknown, has the wrong type or is out of bounds.
     pub fn from_json(document: &str) -> Result<Self> {
         let architecture: Self = parse(document)?;
         architecture.check()?;
@@ -70,7 +72,7 @@ impl Architecture {
     /// Checks every field.
     ///
     /// # Errors
-    /// [`Error::Config`] naming the field that is out of bounds.
+    /// [`Error::Config`] if a field is out of bounds.
     pub fn check(&self) -> Result<()> {
         if self.inputs.is_empty() {
             return Err(Error::config("inputs", "at least one name", "none"));
@@ -81,7 +83,8 @@ impl Architecture {
         within("memory", self.memory, 0, MAX_AGENTS)
     }
 
-    /// Numbers of parameters: per layer the weights, row by row (a row per input), then the biases.
+    /// Returns the number of parameters. Every layer has its weights, one row per input, and then
+    /// its biases.
     #[must_use]
     pub fn size(&self) -> usize {
         let sizes = self.shapes().into_iter();
@@ -89,7 +92,7 @@ impl Architecture {
         sizes.fold(0, usize::saturating_add)
     }
 
-    /// Inputs and outputs of every layer.
+    /// Returns the numbers of inputs and outputs of every layer.
     pub(super) fn shapes(&self) -> Vec<(usize, usize)> {
         let widths: Vec<usize> = once(self.inputs.len() + self.memory)
             .chain(self.hidden.iter().copied())

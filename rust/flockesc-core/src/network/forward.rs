@@ -1,17 +1,18 @@
-//! The layers of a network for a few rows at once: a lane per row, and in every lane the same sums in the same order.
+//! `forward`: the layers of a network, for [`LANES`] rows together. Every row has a lane, and the
+//! order of the additions is the same in every lane.
 
 use multiversion::multiversion;
 
 use super::tanh::tanh;
 
-/// Rows that are computed together.
+/// Number of rows that are computed together.
 pub(super) const LANES: usize = 16;
 
-/// One number of each of these rows.
+/// One number per row.
 pub(super) type Lanes = [f64; LANES];
 
-/// Runs the layers of these `shapes` on the inputs in `values`, and leaves the outputs there. `scratch` and `values` are
-/// as long as the widest layer.
+/// Replaces the inputs in `values` by the outputs of the layers. `shapes` has the numbers of inputs
+/// and outputs of every layer. `values` and `scratch` are at least as long as the widest layer.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(super) fn forward(
     shapes: &[(usize, usize)],
@@ -42,7 +43,7 @@ pub(super) fn forward(
     }
 }
 
-/// Replaces every number by its tanh.
+/// Replaces every value by its tanh.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(super) fn squash(values: &mut [Lanes]) {
     for value in values.as_flattened_mut() {
@@ -56,7 +57,7 @@ mod tests {
 
     use super::*;
 
-    /// The outputs of one row, number by number.
+    /// Returns the outputs for one row, computed by plain loops.
     fn reference(shapes: &[(usize, usize)], parameters: &[f64], mut values: Vec<f64>) -> Vec<f64> {
         let mut parameters = parameters.iter();
         for (layer, &(rows, columns)) in shapes.iter().enumerate() {
@@ -79,20 +80,22 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_lane_has_the_bits_of_plain_loops(
+        fn every_lane_is_bitwise_equal_to_plain_loops(
             widths in prop::collection::vec(1..20_usize, 2..5),
             numbers in prop::collection::vec(-3.0..3.0_f64, 2000),
         ) {
             let shapes: Vec<_> = widths.windows(2).map(|pair| (pair[0], pair[1])).collect();
             let mut numbers = numbers.iter().copied().cycle();
-            let inputs: Vec<Lanes> = (0..20).map(|_| std::array::from_fn(|_| numbers.next().unwrap_or(0.0))).collect();
+            let mut row = || std::array::from_fn(|_| numbers.next().unwrap_or(0.0));
+            let inputs: Vec<Lanes> = (0..20).map(|_| row()).collect();
             let parameters: Vec<f64> = numbers.take(2000).collect();
             let (mut values, mut scratch) = (inputs.clone(), inputs.clone());
             forward(&shapes, &parameters, &mut values, &mut scratch);
             for lane in 0..LANES {
                 let row = inputs[..widths[0]].iter().map(|input| input[lane]).collect();
                 let expected = reference(&shapes, &parameters, row);
-                let found: Vec<f64> = values[..expected.len()].iter().map(|value| value[lane]).collect();
+                let found = values[..expected.len()].iter().map(|value| value[lane]);
+                let found: Vec<f64> = found.collect();
                 prop_assert_eq!(found, expected);
             }
         }

@@ -1,5 +1,7 @@
-//! Small networks as policies: from observation rows to ranges, a lane per row. Every row's sums run in one fixed
-//! order, so actions do not depend on the instruction set.
+//! Small neural networks as policies: they compute ranges from observation rows.
+//!
+//! Several rows are computed together, one per SIMD lane. The order of the additions is the same in
+//! every lane and on every instruction set. Actions are therefore the same on all machines.
 
 mod architecture;
 mod forward;
@@ -8,6 +10,6 @@ mod ranges;
 mod tanh;
 
 pub use architecture::{Architecture, Squash};
+pub(crate) use networks::EpisodeNetwork;
 pub use networks::Networks;
-pub(crate) use networks::Player;
 pub use ranges::NormalizedRange;

@@ -1,4 +1,4 @@
-//! Networks of one architecture on the rows of one observation, and what they remember between actions.
+//! `Networks`: networks of one architecture, and their memory during an episode.
 
 use super::architecture::{Architecture, Squash};
 use super::forward::{LANES, Lanes, forward, squash};
@@ -6,32 +6,36 @@ use super::ranges::NormalizedRange;
 use crate::base::entry::Entry;
 use crate::base::error::{Error, Result};
 
-/// Entry whose sign says on which side an agent has the predator, and the one that does so where that is 0.
-const SIDES: [&str; 2] = ["predator_direction_left", "heard_velocity_left"];
+/// Entries whose sign determines whether a row is reflected. The second entry counts if the first
+/// is 0.
+const MIRROR_ENTRIES: [&str; 2] = ["predator_direction_left", "heard_velocity_left"];
 
-/// Networks of one architecture: one that plays all episodes, or one per episode.
+/// Networks of one architecture: one network for all episodes, or one per episode.
 #[derive(Debug, Clone)]
 pub struct Networks {
     shapes: Vec<(usize, usize)>,
     squash: Squash,
     memory: usize,
     ranges: NormalizedRange,
-    /// Column of every input in a row, and whether it points to the left.
+    /// For every input its column in an observation row, and whether reflection changes its sign.
     inputs: Vec<(usize, bool)>,
-    /// Columns of [`SIDES`], for rows that are reflected.
-    sides: Option<[usize; 2]>,
+    /// Columns of [`MIRROR_ENTRIES`], if rows are reflected.
+    mirror_columns: Option<[usize; 2]>,
     row_length: usize,
-    /// Network after network.
+    /// Parameters of all networks, network after network.
     parameters: Vec<f64>,
+    /// Number of parameters per network.
     size: usize,
 }
 
 impl Networks {
-    /// `count` networks on observations with these `entries`. `parameters` has [`Architecture::size`] numbers for each.
+    /// Creates `count` networks. `entries` are the entries of an observation row. `parameters` has
+    /// [`Architecture::size`] numbers per network.
     ///
     /// # Errors
-    /// [`Error::Config`] if the architecture is out of bounds; [`Error::Argument`] if `parameters` has another length or an
-    /// entry that is not finite, or if an input is not observed.
+    /// [`Error::Config`] if a field of the architecture is out of bounds; [`Error::Argument`] if
+    /// `parameters` has the wrong length or an entry that is not finite, or if an input is not one
+    /// of `entries`.
     pub fn new(
         architecture: &Architecture,
         entries: &[Entry],
@@ -58,8 +62,11 @@ impl Networks {
             ))
         });
         let inputs = inputs.collect::<Result<_>>()?;
-        let sides = match architecture.mirror {
-            true => Some([column(entries, SIDES[0])?, column(entries, SIDES[1])?]),
+        let mirror_columns = match architecture.mirror {
+            true => Some([
+                column(entries, MIRROR_ENTRIES[0])?,
+                column(entries, MIRROR_ENTRIES[1])?,
+            ]),
             false => None,
         };
         Ok(Self {
@@ -68,28 +75,29 @@ impl Networks {
             memory: architecture.memory,
             ranges,
             inputs,
-            sides,
+            mirror_columns,
             row_length: entries.len(),
             parameters: parameters.iter().copied().map(f64::from).collect(),
             size,
         })
     }
 
-    /// The ranges in m that the first network sets for successive observations of one episode, each of as many rows.
+    /// Returns the ranges in m that the first network sets for successive observations of one
+    /// episode. All observations have the same number of rows.
     #[doc(hidden)]
     #[must_use]
     pub fn ranges(&self, observations: &[Vec<f32>]) -> Vec<Vec<f64>> {
         let lengths = observations.iter().map(Vec::len);
         let rows = lengths.min().unwrap_or_default() / self.row_length;
-        let mut player = self.player(0, rows);
+        let mut network = self.for_episode(0, rows);
         let mut ranges = vec![vec![0.0; rows]; observations.len()];
-        for (seen, ranges) in observations.iter().zip(&mut ranges) {
-            player.act(seen, ranges);
+        for (rows, ranges) in observations.iter().zip(&mut ranges) {
+            network.act(rows, ranges);
         }
         ranges
     }
 
-    /// Checks that there is one network for all of so many episodes, or one for each.
+    /// Checks that there is one network, or one per episode.
     pub(crate) fn check_count(&self, episodes: usize) -> Result<()> {
         let count = self.parameters.len() / self.size;
         if count == 1 || count == episodes {
@@ -99,15 +107,16 @@ impl Networks {
         Err(Error::argument("parameters", expected, count))
     }
 
-    /// The network of an episode with so many rows, before its first action.
-    pub(crate) fn player(&self, episode: usize, rows: usize) -> Player<'_> {
+    /// Returns the network of an episode, before its first action. `rows` is the number of
+    /// observation rows.
+    pub(crate) fn for_episode(&self, episode: usize, rows: usize) -> EpisodeNetwork<'_> {
         let widths = self
             .shapes
             .iter()
             .map(|(inputs, outputs)| *inputs.max(outputs));
         let width = widths.max().unwrap_or_default();
         let first = episode * self.size % self.parameters.len();
-        Player {
+        EpisodeNetwork {
             networks: self,
             parameters: &self.parameters[first..first + self.size],
             memory: vec![[0.0; LANES]; rows.div_ceil(LANES) * self.memory],
@@ -117,7 +126,7 @@ impl Networks {
     }
 }
 
-/// The place of an entry in a row.
+/// Returns the column of the entry `name` in a row.
 fn column(entries: &[Entry], name: &str) -> Result<usize> {
     let at = entries.iter().position(|entry| entry.name == name);
     at.ok_or_else(|| {
@@ -127,24 +136,24 @@ fn column(entries: &[Entry], name: &str) -> Result<usize> {
     })
 }
 
-/// One network in one episode.
+/// One network and its memory in one episode.
 #[derive(Debug)]
-pub(crate) struct Player<'a> {
+pub(crate) struct EpisodeNetwork<'a> {
     networks: &'a Networks,
     parameters: &'a [f64],
-    /// What every row remembers, [`LANES`] rows after the other.
+    /// Memory of all rows, in blocks of [`LANES`] rows.
     memory: Vec<Lanes>,
     values: Vec<Lanes>,
     scratch: Vec<Lanes>,
 }
 
-impl Player<'_> {
-    /// Entries per observation row.
+impl EpisodeNetwork<'_> {
+    /// Returns the number of entries of an observation row.
     pub(crate) fn row_length(&self) -> usize {
         self.networks.row_length
     }
 
-    /// Writes the range in m of every observation row.
+    /// Writes the range in m of every observation row, and updates the memory.
     pub(crate) fn act(&mut self, observations: &[f32], ranges: &mut [f64]) {
         let Networks {
             shapes,
@@ -157,7 +166,7 @@ impl Player<'_> {
             .zip(ranges.chunks_mut(LANES));
         for (block, (rows, ranges)) in blocks.enumerate() {
             let inputs = self.networks.inputs.len();
-            self.read(rows);
+            self.read_inputs(rows);
             let remembered = block * memory..(block + 1) * memory;
             self.values[inputs..inputs + memory].copy_from_slice(&self.memory[remembered.clone()]);
             forward(shapes, self.parameters, &mut self.values, &mut self.scratch);
@@ -175,31 +184,31 @@ impl Player<'_> {
         }
     }
 
-    /// Reads the inputs of some rows, a lane for each.
-    fn read(&mut self, rows: &[f32]) {
+    /// Copies the inputs of at most [`LANES`] rows to `values`, one lane per row.
+    fn read_inputs(&mut self, rows: &[f32]) {
         let Networks {
             inputs,
-            sides,
+            mirror_columns,
             row_length,
             ..
         } = self.networks;
-        // Bits of the sign that entries to the left change.
-        let mut turned = [0; LANES];
-        if let Some([predator, heard]) = sides {
-            for (row, turned) in rows.chunks_exact(*row_length).zip(&mut turned) {
+        // Bit masks that negate the entries to the left.
+        let mut sign_flips = [0; LANES];
+        if let Some([predator, heard]) = mirror_columns {
+            for (row, sign_flip) in rows.chunks_exact(*row_length).zip(&mut sign_flips) {
                 let side = if row[*predator] == 0.0 {
                     row[*heard]
                 } else {
                     row[*predator]
                 };
-                *turned = u64::from(side < 0.0) << 63;
+                *sign_flip = u64::from(side < 0.0) << 63;
             }
         }
         for (value, (column, is_left)) in self.values.iter_mut().zip(inputs) {
-            let turned = if *is_left { turned } else { [0; LANES] };
+            let sign_flips = if *is_left { sign_flips } else { [0; LANES] };
             let entries = rows.chunks_exact(*row_length).map(|row| row[*column]);
-            for ((value, entry), turned) in value.iter_mut().zip(entries).zip(turned) {
-                *value = f64::from_bits(f64::from(entry).to_bits() ^ turned);
+            for ((value, entry), sign_flip) in value.iter_mut().zip(entries).zip(sign_flips) {
+                *value = f64::from_bits(f64::from(entry).to_bits() ^ sign_flip);
             }
         }
     }

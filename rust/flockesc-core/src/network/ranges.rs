@@ -1,6 +1,6 @@
-//! The ranges that normalized actions stand for.
+//! `NormalizedRange`: the map from normalized actions to ranges.
 
-/// Maps actions in [-1, 1] linearly onto ranges.
+/// A linear map from actions in [-1, 1] to ranges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NormalizedRange {
     /// Range in m of the action -1.
@@ -10,7 +10,7 @@ pub struct NormalizedRange {
 }
 
 impl NormalizedRange {
-    /// The range in m of an action in [-1, 1].
+    /// Returns the range in m of an action in [-1, 1].
     #[must_use]
     pub fn of(&self, action: f64) -> f64 {
         self.min_range + (action + 1.0) / 2.0 * (self.max_range - self.min_range)

@@ -1,11 +1,11 @@
-//! The hyperbolic tangent without branches, so that the compiler computes it in vector registers.
+//! The hyperbolic tangent without branches. The compiler can therefore vectorize it.
 
-/// ln 2 in two parts, and 1 / ln 2.
+/// ln 2 as a sum of two numbers, and 1 / ln 2.
 const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
 const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 const INVERSE_LN2: f64 = std::f64::consts::LOG2_E;
 
-/// Coefficients of expm1's rational function.
+/// Coefficients of the rational function in `expm1`.
 const Q: [f64; 5] = [
     -3.333_333_333_333_313e-2,
     1.587_301_587_254_814_6e-3,
@@ -14,29 +14,37 @@ const Q: [f64; 5] = [
     -2.010_992_181_836_243_7e-7,
 ];
 
-/// 1.5 * 2^52: added to a number of at most 2^51, it leaves the nearest whole number in the low bits.
+/// 1.5 * 2^52. The sum of it and a number x with |x| <= 2^51 has the integer nearest to x in its
+/// low bits.
 const SHIFT: f64 = 6_755_399_441_055_744.0;
 
-/// tanh(x) rounds to 1 from a smaller number on.
-const LARGEST: f64 = 19.5;
+/// tanh(x) rounds to 1 for all x >= 19.5.
+const SATURATED: f64 = 19.5;
 
-/// Bounds of the three ways to compute tanh, and of expm1's reduction by a single ln 2: the smallest numbers whose upper 32
-/// bits exceed those that libm compares with.
+/// Bounds of the three formulas for tanh (`MIDDLE`, `LARGE`), and of the two reductions in `expm1`.
+/// libm compares the upper 32 bits of x with constants; these are the smallest numbers beyond those
+/// constants.
 const MIDDLE: f64 = f64::from_bits(0x3fd0_58af << 32);
 const LARGE: f64 = f64::from_bits(0x3fe1_93eb << 32);
 const REDUCED: f64 = f64::from_bits(0x3fd6_2e43 << 32);
 const REDUCED_MORE: f64 = f64::from_bits(0x3ff0_a2b2 << 32);
 
-/// The bits of `libm::tanh(x)`: the same operations, with a selection instead of every branch.
+/// Returns the bits of `libm::tanh(x)`. The operations are the same, with selections instead of
+/// branches.
 #[inline(always)]
 pub(super) fn tanh(x: f64) -> f64 {
     let size = x.abs();
-    let size = if size > LARGEST { LARGEST } else { size };
-    // As arithmetic, because the compiler would compute expm1 twice for a selection.
+    let size = if size > SATURATED { SATURATED } else { size };
+    // The sign is changed by arithmetic, because the compiler would compute expm1 twice for a
+    // selection.
     let sign = u64::from(size < MIDDLE) << 63;
-    let turned = |value: f64| f64::from_bits(value.to_bits() ^ sign);
-    let t = expm1(turned(2.0 * size));
-    let numerator = if size >= LARGE { 2.0 } else { turned(t) };
+    let negated_if_small = |value: f64| f64::from_bits(value.to_bits() ^ sign);
+    let t = expm1(negated_if_small(2.0 * size));
+    let numerator = if size >= LARGE {
+        2.0
+    } else {
+        negated_if_small(t)
+    };
     let quotient = numerator / (t + 2.0);
     let value = if size >= LARGE {
         1.0 - quotient
@@ -46,7 +54,7 @@ pub(super) fn tanh(x: f64) -> f64 {
     value.copysign(x)
 }
 
-/// The bits of `libm::expm1(x)` for x from -0.52 to 39.
+/// Returns the bits of `libm::expm1(x)` for x from -0.52 to 39.
 #[inline(always)]
 fn expm1(x: f64) -> f64 {
     let size = x.abs();
@@ -68,39 +76,40 @@ fn expm1(x: f64) -> f64 {
         1.0 + square * (Q[0] + square * (Q[1] + square * (Q[2] + square * (Q[3] + square * Q[4]))));
     let t = 3.0 - series * half;
     let e = square * ((series - t) / (6.0 - reduced * t));
-    let unscaled = reduced - (reduced * e - square);
+    let for_zero = reduced - (reduced * e - square);
     let e = reduced * (e - c) - c - square;
     let rest = reduced - e;
     let power = two_to_the(k);
     let inverse = two_to_the(-k);
-    let once = if reduced < -0.25 {
+    let for_one = if reduced < -0.25 {
         -2.0 * (e - (reduced + 0.5))
     } else {
         1.0 + 2.0 * rest
     };
-    let few = (rest + (1.0 - inverse)) * power;
-    let many = (reduced - (e + inverse) + 1.0) * power;
+    let below_twenty = (rest + (1.0 - inverse)) * power;
+    let from_twenty = (reduced - (e + inverse) + 1.0) * power;
     if k == 0.0 {
-        unscaled
+        for_zero
     } else if k == -1.0 {
         0.5 * rest - 0.5
     } else if k == 1.0 {
-        once
+        for_one
     } else if k < 20.0 {
-        few
+        below_twenty
     } else {
-        many
+        from_twenty
     }
 }
 
-/// The largest whole number up to x, for x from 0 to 2^51. Unlike a cast, these are additions.
+/// Returns the largest integer <= x, for x from 0 to 2^51. Additions vectorize; a cast does not on
+/// all targets.
 #[inline(always)]
 fn floor(x: f64) -> f64 {
     let nearest = (x + SHIFT) - SHIFT;
     if nearest > x { nearest - 1.0 } else { nearest }
 }
 
-/// 2^k for whole numbers k from -1022 to 1023.
+/// Returns 2^k for integers k from -1022 to 1023.
 #[inline(always)]
 fn two_to_the(k: f64) -> f64 {
     f64::from_bits((k + (SHIFT + 1023.0)).to_bits() << 52)
@@ -110,6 +119,7 @@ fn two_to_the(k: f64) -> f64 {
 mod tests {
     use super::*;
 
+    /// Asserts that the bits are those of libm for x and -x.
     fn assert_same(x: f64) {
         for x in [x, -x] {
             assert_eq!(tanh(x).to_bits(), libm::tanh(x).to_bits(), "tanh({x:?})");
@@ -117,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn it_has_the_bits_of_libm_where_the_formula_changes() {
+    fn it_is_bitwise_equal_to_libm_where_the_formula_changes() {
         let bounds = [
             0.0,
             f64::MIN_POSITIVE,
@@ -127,7 +137,7 @@ mod tests {
             REDUCED / 2.0,
             LARGE,
             REDUCED_MORE / 2.0,
-            LARGEST,
+            SATURATED,
             20.0,
             22.0,
             710.0,
@@ -153,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn it_has_the_bits_of_libm_on_a_grid() {
+    fn it_is_bitwise_equal_to_libm_on_a_grid() {
         for step in 0..1_000_000 {
             assert_same(f64::from(step) * 2.13e-5);
         }

@@ -13,7 +13,7 @@ use crate::flock::HALF_COUNT;
 use crate::neighbor::NeighborSums;
 use crate::predator::Predator;
 
-/// Values that are the same for all agents of a flock.
+/// The values that are the same for all agents of a flock.
 struct Common {
     time: f64,
     running_minimum: f64,
@@ -21,7 +21,7 @@ struct Common {
     max_range: f64,
     /// Distance in m up to which a predator is sensed.
     sensing_length: f64,
-    /// Scales of speeds in m/s and lengths in m.
+    /// Scale of speeds in m/s.
     speed: f64,
     /// Scale of lengths in m.
     length: f64,
@@ -29,16 +29,17 @@ struct Common {
     unit: Scale,
 }
 
-/// What one agent sees, on the scales of its row.
-pub(super) struct Seen<'a, const D: usize> {
+/// The values of one agent's observation, scaled as in its row. Vectors are in the agent's body
+/// frame.
+pub(super) struct Features<'a, const D: usize> {
     common: &'a Common,
     last_range: f64,
     speed: f64,
     /// Number of neighbors in the last step, the agent itself excluded.
     neighbor_count: f64,
-    /// Their mean velocity and its own, in the agent's frame as all vectors.
+    /// Mean velocity of the neighbors and the agent itself.
     heard_velocity: [f64; D],
-    /// 1 if the nearest predator is sensed. Without, the rest is 0.
+    /// 1 if the agent senses the nearest predator, otherwise 0. The values below are then 0, too.
     predator_sensed: f64,
     predator_distance: f64,
     predator_direction: [f64; D],
@@ -47,35 +48,46 @@ pub(super) struct Seen<'a, const D: usize> {
 
 /// Adds the entries of a row to `table`.
 #[inline(always)]
-pub(super) fn table<'a, const D: usize>(table: &mut impl Table<Seen<'a, D>>) {
-    table.number("time", 0.0, |seen| seen.common.time);
-    table.number("running_minimum", 0.0, |seen| seen.common.running_minimum);
-    table.number("last_range", 0.0, |seen| seen.last_range);
-    table.number("speed", 0.0, |seen| seen.speed);
-    table.number("neighbor_count", 0.0, |seen| seen.neighbor_count);
-    table.vector("heard_velocity", |seen| seen.heard_velocity);
-    table.number("predator_sensed", 0.0, |seen| seen.predator_sensed);
-    table.number("predator_distance", 0.0, |seen| seen.predator_distance);
-    table.vector("predator_direction", |seen| seen.predator_direction);
-    table.vector("predator_velocity", |seen| seen.predator_velocity);
+pub(super) fn table<'a, const D: usize>(table: &mut impl Table<Features<'a, D>>) {
+    table.number("time", 0.0, |features| features.common.time);
+    table.number("running_minimum", 0.0, |features| {
+        features.common.running_minimum
+    });
+    table.number("last_range", 0.0, |features| features.last_range);
+    table.number("speed", 0.0, |features| features.speed);
+    table.number("neighbor_count", 0.0, |features| features.neighbor_count);
+    table.vector("heard_velocity", |features| features.heard_velocity);
+    table.number("predator_sensed", 0.0, |features| features.predator_sensed);
+    table.number("predator_distance", 0.0, |features| {
+        features.predator_distance
+    });
+    table.vector("predator_direction", |features| features.predator_direction);
+    table.vector("predator_velocity", |features| features.predator_velocity);
 }
 
-/// What the agents of one group see, a lane for each: vectors along the world's axes, before and after they are scaled.
-/// Empty lanes hold anything.
+/// Columns of values of the agents of one group, one lane per agent. Vectors are along the axes of
+/// the world. Values in empty lanes are unspecified.
 struct Columns<const D: usize> {
-    /// ||v_i|| in m/s and on its scale, and the heading where it is not 0.
+    /// ||v_i|| in m/s.
     norm: Column<f64>,
+    /// ||v_i||, scaled to [0, 1).
     speed: Column<f64>,
+    /// v_i / ||v_i||. Unspecified if v_i is 0.
     heading: [Column<f64>; D],
     neighbor_count: Column<f64>,
+    /// Mean velocity of the neighbors and the agent itself in m/s.
     heard: [Column<f64>; D],
+    /// `heard`, scaled to a norm below 1.
     heard_scaled: [Column<f64>; D],
+    /// 1 if the agent senses the nearest predator, otherwise 0.
     sensed: Column<f64>,
+    /// Distance to the nearest predator, scaled to [0, 1).
     distance: Column<f64>,
-    /// Unit vector toward the predator.
-    sight: [Column<f64>; D],
-    /// The predator's velocity relative to the agent's.
+    /// Unit vector toward the nearest predator.
+    predator_direction: [Column<f64>; D],
+    /// Velocity of the nearest predator relative to the agent in m/s.
     approach: [Column<f64>; D],
+    /// `approach`, scaled to a norm below 1.
     approach_scaled: [Column<f64>; D],
 }
 
@@ -89,27 +101,31 @@ impl<const D: usize> Columns<D> {
         heard_scaled: [[0.0; GROUP]; D],
         sensed: [0.0; GROUP],
         distance: [0.0; GROUP],
-        sight: [[0.0; GROUP]; D],
+        predator_direction: [[0.0; GROUP]; D],
         approach: [[0.0; GROUP]; D],
         approach_scaled: [[0.0; GROUP]; D],
     };
 
-    /// The row of the agent in a lane.
-    fn seen<'a>(
+    /// Returns the features of the agent in a lane.
+    fn features<'a>(
         &self,
         lane: usize,
         velocity: &SVector<f64, D>,
         last_range: f64,
         common: &'a Common,
-    ) -> Seen<'a, D> {
+    ) -> Features<'a, D> {
         let at = |columns: &[Column<f64>; D]| SVector::from_fn(|axis, _| columns[axis][lane]);
-        let cues = [at(&self.sight), at(&self.heard), at(&self.approach)];
+        let cues = [
+            at(&self.predator_direction),
+            at(&self.heard),
+            at(&self.approach),
+        ];
         let frame = if self.norm[lane] > SHORTEST {
             Frame::along(at(&self.heading), &cues)
         } else {
             Frame::new(velocity, &cues)
         };
-        Seen {
+        Features {
             common,
             last_range,
             speed: self.speed[lane],
@@ -123,9 +139,9 @@ impl<const D: usize> Columns<D> {
     }
 }
 
-/// Fills the columns of one group, whose sums over neighbors are `heard`.
+/// Computes the columns of one group. `heard` are the sums over its agents' neighbors.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn look<const D: usize>(
+fn compute_columns<const D: usize>(
     group: &Group<D>,
     heard: &NeighborSums<D>,
     predators: &[Predator<D>],
@@ -142,9 +158,9 @@ fn look<const D: usize>(
             distance[lane] = if is_nearer { length } else { distance[lane] };
             for axis in 0..D {
                 let approach = predator.velocity[axis] - group.velocity[axis][lane];
-                let (sight, before) =
-                    (&mut columns.sight[axis][lane], columns.approach[axis][lane]);
-                *sight = if is_nearer { offset[axis] } else { *sight };
+                let direction = &mut columns.predator_direction[axis][lane];
+                let before = columns.approach[axis][lane];
+                *direction = if is_nearer { offset[axis] } else { *direction };
                 columns.approach[axis][lane] = if is_nearer { approach } else { before };
             }
         }
@@ -152,7 +168,7 @@ fn look<const D: usize>(
     for lane in 0..GROUP {
         let length = distance[lane];
         let is_sensed = length < f64::INFINITY && length <= common.sensing_length;
-        let is_seen = is_sensed && length > SHORTEST;
+        let has_direction = is_sensed && length > SHORTEST;
         columns.sensed[lane] = if is_sensed { 1.0 } else { 0.0 };
         columns.distance[lane] = if is_sensed {
             squash(length, common.length)
@@ -160,8 +176,13 @@ fn look<const D: usize>(
             0.0
         };
         for axis in 0..D {
-            let (sight, approach) = (columns.sight[axis][lane], columns.approach[axis][lane]);
-            columns.sight[axis][lane] = if is_seen { sight / length } else { 0.0 };
+            let direction = &mut columns.predator_direction[axis][lane];
+            let approach = columns.approach[axis][lane];
+            *direction = if has_direction {
+                *direction / length
+            } else {
+                0.0
+            };
             columns.approach[axis][lane] = if is_sensed { approach } else { 0.0 };
         }
     }
@@ -185,7 +206,7 @@ fn look<const D: usize>(
     );
 }
 
-/// Velocities w as w / (||w|| + speed).
+/// Scales every velocity w to w / (||w|| + `speed`).
 #[inline(always)]
 fn scale<const D: usize>(velocities: &[Column<f64>; D], speed: f64, out: &mut [Column<f64>; D]) {
     for lane in 0..GROUP {
@@ -197,7 +218,7 @@ fn scale<const D: usize>(velocities: &[Column<f64>; D], speed: f64, out: &mut [C
     }
 }
 
-/// Writes n rows; rows of caught agents are 0.
+/// Writes one row per agent. Rows of caught agents are 0.
 pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
     let world = scene.world;
     let common = Common {
@@ -220,14 +241,14 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
         .iter()
         .zip(world.neighborhood().sums());
     for (index, (group, heard)) in groups.enumerate() {
-        look(group, heard, world.predators(), &common, &mut columns);
+        compute_columns(group, heard, world.predators(), &common, &mut columns);
         for (lane, agent) in world.agents().ids_of(index).iter().enumerate() {
             let agent = *agent as usize;
             let velocity = SVector::from_fn(|axis, _| group.velocity[axis][lane]);
             let last_range = scene.ranges[agent] / common.max_range;
-            let seen = columns.seen(lane, &velocity, last_range, &common);
+            let features = columns.features(lane, &velocity, last_range, &common);
             let row = &mut out[agent * length..(agent + 1) * length];
-            table(&mut Row::new(&seen, row));
+            table(&mut Row::new(&features, row));
         }
     }
 }

@@ -1,5 +1,5 @@
-//! Observation of the whole flock: one row of scalars that are invariant under rotations, translations and
-//! permutations of the agents.
+//! Observation of the whole flock: one row of scalars that are invariant under rotations,
+//! translations and permutations of the agents.
 
 use nalgebra::SVector;
 

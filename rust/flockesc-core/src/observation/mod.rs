@@ -1,4 +1,5 @@
-//! Observations of flocks, agents and predators. Every entry is bounded and documented in docs/model.md.
+//! Observations of flocks, agents and predators. Every entry is bounded and documented in
+//! docs/model.md.
 //!
 //! All entries are invariant under translations and rotations of the world.
 

@@ -1,11 +1,11 @@
-//! The input of observations.
+//! `Scene`: the state of an episode that observations are computed from.
 
 use super::SensingRange;
 use super::table::squash;
 use crate::flock::{FlockConfig, Summary, World};
 use crate::reward::Objective;
 
-/// The state of an episode that observations are computed from.
+/// The input of observations.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scene<'a, const D: usize> {
     pub(crate) world: &'a World<D>,
@@ -17,7 +17,7 @@ pub(crate) struct Scene<'a, const D: usize> {
     pub(crate) ranges: &'a [f64],
     /// Largest range of an action in m.
     pub(crate) max_range: f64,
-    /// Distance up to which agents sense predators; `None` is any distance.
+    /// Distance up to which agents sense predators. `None` is an infinite distance.
     pub(crate) sensing_range: Option<SensingRange>,
     /// Number of steps so far.
     pub(crate) step: usize,

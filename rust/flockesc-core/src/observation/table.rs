@@ -5,8 +5,8 @@ use crate::base::entry::Entry;
 /// Suffixes of a vector's coordinates.
 const AXES: [&str; 3] = ["ahead", "left", "up"];
 
-/// A visitor of the entries of a row, which collects their names and bounds or computes their values from an
-/// `S`.
+/// A visitor of the entries of a row. It collects their names and bounds, or computes their values
+/// from the features `S`.
 pub(super) trait Table<S> {
     /// Adds a number from `low` to 1.
     fn number(&mut self, name: &str, low: f32, value: impl Fn(&S) -> f64);

@@ -18,8 +18,8 @@ pub(super) enum Inner {
     Space(Batch<3>),
 }
 
-/// Smallest number of model steps per action for which the flocks are copied before a step. The copy costs
-/// about as much as one or two model steps.
+/// Smallest number of model steps per action for which the flocks are copied before a step. The
+/// copy costs about as much as one or two model steps.
 const MIN_STEPS_TO_COPY: usize = 100;
 
 /// Time that an interrupted step may take to finish, so that its episodes remain usable.
@@ -59,8 +59,8 @@ impl Inner {
         })
     }
 
-    /// Returns whether the action of each row is ignored. Ignored rows are those of caught agents and, unless
-    /// `at_end` is `Refuse`, of slots whose episode has ended.
+    /// Returns whether the action of each row is ignored. Ignored rows are those of caught agents
+    /// and, unless `at_end` is `Refuse`, of slots whose episode has ended.
     pub(super) fn is_ignored(&self, at_end: AtEnd) -> Result<Vec<bool>, CoreError> {
         let (flocks, rows) = on_batch!(self, batch => (batch.num_flocks(), batch.rows()));
         let mut ignored = if rows > 1 {
@@ -125,9 +125,9 @@ impl Inner {
 
     /// Steps all flocks.
     ///
-    /// A long step can be interrupted. If an action has at least [`MIN_STEPS_TO_COPY`] model steps, the
-    /// interrupted step is rolled back. Otherwise it is completed if that takes less than [`GRACE`], or else
-    /// all slots must be reset.
+    /// A long step can be interrupted. If an action has at least [`MIN_STEPS_TO_COPY`] model steps,
+    /// the interrupted step is rolled back. Otherwise it is completed if that takes less than
+    /// [`GRACE`], or else all slots must be reset.
     pub(super) fn advance(
         &mut self,
         py: Python<'_>,

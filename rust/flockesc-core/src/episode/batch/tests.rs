@@ -1,5 +1,7 @@
 use super::*;
+use crate::flock::InitialState;
 use crate::observation::View;
+use crate::parallel::Progress;
 use crate::predator::{ConstantVelocity, PredatorConfig};
 use crate::reward::Reward;
 

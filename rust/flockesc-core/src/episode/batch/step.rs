@@ -1,0 +1,123 @@
+//! Steps of a batch.
+
+use super::{Batch, check_length};
+use crate::base::error::{Error, Result};
+use crate::episode::Episode;
+use crate::flock::{InitialState, check_predator_actions, check_ranges};
+use crate::parallel::{Progress, dispatch};
+
+/// How a step treats a slot whose episode has ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AtEnd {
+    /// The step returns an error.
+    Refuse,
+    /// The slot starts its next episode instead of a step, with a reward of 0.
+    Restart,
+    /// The slot stays unchanged, with a reward of 0.
+    Stay,
+}
+
+impl<const D: usize> Batch<D> {
+    /// Applies one action to every slot and writes rewards and observations. Learned predators fly
+    /// straight on.
+    ///
+    /// `ranges` in m and `rewards` have `rows()` entries per flock, `observations` has
+    /// `row_length()` entries per range.
+    ///
+    /// # Errors
+    /// [`Error::Episode`] if a slot was never reset or its episode has ended; [`Error::Argument`]
+    /// if a range is negative or not finite, or if an array has the wrong length. The batch is then
+    /// unchanged.
+    pub fn step(
+        &mut self,
+        ranges: &[f64],
+        rewards: &mut [f64],
+        observations: &mut [f32],
+    ) -> Result<()> {
+        let progress = Progress::default();
+        let action = (ranges, &[][..]);
+        self.step_measured(
+            action,
+            AtEnd::Refuse,
+            rewards,
+            observations,
+            &progress,
+            |_| (),
+        )
+        .map(drop)
+    }
+
+    /// Steps as [`Self::step`] does and returns `measure(episode)` of every slot.
+    ///
+    /// `predator_actions` are the actions of the learned predators: flock after flock, D entries in
+    /// [-1, 1] for each predator. If they are empty, learned predators fly straight on.
+    ///
+    /// # Errors
+    /// As [`Self::step`]; [`Error::Interrupted`] if `progress` was cancelled. All episodes are then
+    /// unusable until a reset.
+    #[doc(hidden)]
+    pub fn step_measured<T: Send>(
+        &mut self,
+        (ranges, predator_actions): (&[f64], &[f64]),
+        at_end: AtEnd,
+        rewards: &mut [f64],
+        observations: &mut [f32],
+        progress: &Progress,
+        measure: impl Fn(&Episode<D>) -> T + Send + Sync,
+    ) -> Result<Vec<T>> {
+        self.check_step(ranges, at_end, rewards.len(), observations.len())?;
+        let num_entries = self.num_flocks() * self.num_learned() * self.scenario.dimension;
+        check_predator_actions(predator_actions, num_entries)?;
+        let entries_per_flock = predator_actions.len() / self.num_flocks();
+        let rows = self.rows();
+        let size = rows * self.row_length;
+        let pool = self.pool(self.num_flocks())?;
+        let (scenario, config) = (&self.scenario, &self.config);
+        let work = self
+            .slots
+            .iter_mut()
+            .enumerate()
+            .zip(ranges.chunks_exact(rows))
+            .zip(rewards.chunks_exact_mut(rows))
+            .zip(observations.chunks_exact_mut(size));
+        let measured = dispatch(pool, work, |((((index, slot), ranges), rewards), out)| {
+            let first = index * entries_per_flock;
+            let predator_actions = &predator_actions[first..first + entries_per_flock];
+            let has_advanced = slot.advance(ranges, predator_actions, rewards, progress)?;
+            if !has_advanced && at_end == AtEnd::Restart {
+                slot.start(scenario, config, &InitialState::default());
+            }
+            Ok(slot.episode().map(|episode| {
+                episode.observe(out);
+                measure(episode)
+            }))
+        });
+        let measured: Result<Vec<Option<T>>> = measured.into_iter().collect();
+        Ok(measured?.into_iter().flatten().collect())
+    }
+
+    fn check_step(
+        &self,
+        ranges: &[f64],
+        at_end: AtEnd,
+        rewards: usize,
+        observations: usize,
+    ) -> Result<()> {
+        let rows = self.num_flocks() * self.rows();
+        check_length("interaction_range", ranges.len(), rows)?;
+        check_length("rewards", rewards, rows)?;
+        check_length("observations", observations, rows * self.row_length)?;
+        for slot in 0..self.num_flocks() {
+            let Some(episode) = self.slots[slot].episode() else {
+                let message = format!("step() called before reset(): flock {slot} has no episode");
+                return Err(Error::episode(message));
+            };
+            if episode.has_ended() && at_end == AtEnd::Refuse {
+                let message =
+                    format!("step() called after the end of flock {slot}'s episode; call reset()");
+                return Err(Error::episode(message));
+            }
+        }
+        check_ranges("interaction_range", ranges)
+    }
+}

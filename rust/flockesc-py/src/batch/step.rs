@@ -1,0 +1,124 @@
+//! Steps of a batch.
+
+use flockesc_core::Error;
+use flockesc_core::bindings::AtEnd;
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn};
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::FlockBatch;
+use crate::arrays::{flat, overwrite, shaped};
+use crate::errors::{CoreError, try_borrow, try_borrow_mut};
+use crate::info::{columns, numbers};
+
+/// Observations, rewards, end flags of the episodes, ranges in m, metrics.
+pub(super) type Step<'py> = (
+    Bound<'py, PyAny>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<bool>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyDict>,
+);
+
+/// Observation, reward, end flag of the episode, `info`.
+pub(super) type StepOne<'py> = (Bound<'py, PyArray1<f32>>, f64, bool, Bound<'py, PyDict>);
+
+/// Output arrays for observations and rewards.
+pub(super) type Out<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f64>>);
+
+/// Steps all flocks; see [`FlockBatch::step`].
+pub(super) fn step<'py>(
+    slf: &Bound<'py, FlockBatch>,
+    py: Python<'py>,
+    actions: &Bound<'py, PyAny>,
+    label: Option<&Bound<'py, PyAny>>,
+    at_end: &str,
+    out: Option<Out<'py>>,
+    predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+) -> PyResult<Step<'py>> {
+    let at_end = parsed(at_end)?;
+    let (map, rows) = {
+        let this = try_borrow(slf)?;
+        (this.actions.clone(), this.num_flocks * this.rows)
+    };
+    let mut ranges = map.ranges(actions, rows)?; // may call Python, so no borrow is held
+    let is_ignored = try_borrow(slf)?.inner.is_ignored(at_end)?;
+    for (range, is_ignored) in ranges.iter_mut().zip(is_ignored) {
+        if is_ignored {
+            *range = 0.0;
+        }
+    }
+    map.check(&ranges, actions, label)?;
+    let this = &mut *try_borrow_mut(slf)?;
+    let predator_actions = flat(predator_actions)?.unwrap_or_default();
+    let (mut observations, mut rewards) = match out {
+        Some(_) if !this.scratch.1.is_empty() => std::mem::take(&mut this.scratch),
+        _ => (vec![0.0; rows * this.row_length], vec![0.0; rows]),
+    };
+    let out_of_core = (&mut rewards, &mut observations);
+    let counts = this.count_components;
+    let measured = this.inner.advance(
+        py,
+        (&ranges, &predator_actions),
+        at_end,
+        out_of_core,
+        counts,
+    )?;
+    let (observations, rewards) = match out {
+        Some((kept_observations, kept_rewards)) => {
+            overwrite(&kept_observations, &observations)?;
+            overwrite(&kept_rewards, &rewards)?;
+            this.scratch = (observations, rewards);
+            (kept_observations.into_any(), kept_rewards)
+        }
+        None => (
+            shaped(py, observations, [rows, this.row_length])?,
+            rewards.into_pyarray(py),
+        ),
+    };
+    Ok((
+        observations,
+        rewards,
+        this.inner.ended()?.into_pyarray(py),
+        ranges.into_pyarray(py),
+        columns(py, &measured)?,
+    ))
+}
+
+/// Steps a batch of one flock; see [`FlockBatch::step_one`].
+pub(super) fn step_one<'py>(
+    slf: &Bound<'py, FlockBatch>,
+    py: Python<'py>,
+    action: &Bound<'py, PyAny>,
+    predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+) -> PyResult<StepOne<'py>> {
+    let map = try_borrow(slf)?.actions.clone();
+    let range = map.to_range(action)?; // may call Python, so no borrow is held
+    let this = &mut *try_borrow_mut(slf)?;
+    let predator_actions = flat(predator_actions)?.unwrap_or_default();
+    let mut reward = vec![0.0];
+    let mut observation = vec![0.0; this.row_length];
+    let out_of_core = (&mut reward, &mut observation);
+    let counts = this.count_components;
+    let action = (&[range][..], &predator_actions[..]);
+    let measured = this
+        .inner
+        .advance(py, action, AtEnd::Refuse, out_of_core, counts)?;
+    let info = match measured.first() {
+        Some(measured) => numbers(py, measured)?,
+        None => PyDict::new(py),
+    };
+    info.set_item(intern!(py, "interaction_range"), range)?;
+    let ended = this.inner.has_ended(0)?;
+    Ok((observation.into_pyarray(py), reward[0], ended, info))
+}
+
+fn parsed(at_end: &str) -> Result<AtEnd, CoreError> {
+    match at_end {
+        "refuse" => Ok(AtEnd::Refuse),
+        "restart" => Ok(AtEnd::Restart),
+        "stay" => Ok(AtEnd::Stay),
+        other => Err(Error::argument("at_end", "refuse, restart or stay", other).into()),
+    }
+}
