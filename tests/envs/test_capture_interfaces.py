@@ -36,7 +36,7 @@ from flockesc_env.policies.rollout import record
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 # PettingZoo's suites pass options={"options": 1}.
-pytestmark = pytest.mark.filterwarnings("ignore:reset ignores the unknown options:UserWarning")
+pytestmark = pytest.mark.filterwarnings("ignore:reset\\(\\) ignores unknown options:UserWarning")
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 

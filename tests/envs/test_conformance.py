@@ -31,7 +31,7 @@ LINE_ID = "flockesc_env:flockesc/LineEscape-v0"
 Options = dict[str, Any]
 
 # PettingZoo's suites pass options={"options": 1}.
-pytestmark = pytest.mark.filterwarnings("ignore:reset ignores the unknown options:UserWarning")
+pytestmark = pytest.mark.filterwarnings("ignore:reset\\(\\) ignores unknown options:UserWarning")
 
 flock_options = every_option(FLOCK, 2, dimension=DIMENSIONS)
 agent_options = every_option(AGENTS, 2, dimension=DIMENSIONS)

@@ -34,7 +34,7 @@ PURSUIT_ID = "flockesc_env:flockesc/FlockPursuit-v0"
 TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))
 
 # PettingZoo's suites pass options={"options": 1}.
-pytestmark = pytest.mark.filterwarnings("ignore:reset ignores the unknown options:UserWarning")
+pytestmark = pytest.mark.filterwarnings("ignore:reset\\(\\) ignores unknown options:UserWarning")
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 modes = pytest.mark.parametrize("mode", ACTION_MODES)
