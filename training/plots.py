@@ -170,7 +170,7 @@ def _snapshot(axes: Axes, trajectory: Trajectory, step: int, top: float) -> Any:
     )
     axes.set_aspect("equal")
     axes.set_title(
-        f"{trajectory.times[step]:.0f} s, mean distance {trajectory.mean_distance[step]:.0f} m", fontsize=9
+        f"{trajectory.times[step]:.0f} s: {trajectory.mean_distance[step]:.0f} m away", fontsize=9
     )
     return arrows
 

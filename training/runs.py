@@ -12,7 +12,7 @@ from flockesc_env.jobs import Arrays, Cache, Job
 from training.config import CONFIG_FILE, CURVE_FILE, POLICY_FILE, RUN_FILE, Args
 
 RUN_SECONDS = 600.0
-"""Estimated time of a run: a chunk of its own on SLURM."""
+"""Estimated time of a run: one chunk on SLURM."""
 
 
 def run_job(args: Args) -> Job:

@@ -92,7 +92,7 @@ class Job:
         """Return the results, or the traceback if the function raises."""
         try:
             return self.run()
-        except Exception:  # whatever it raises belongs to this job alone
+        except Exception:  # any error concerns this job alone
             return traceback.format_exc()
 
 

@@ -161,7 +161,7 @@ def _panels(count: int) -> tuple[Figure, list[Axes]]:
 
 
 def _label_end(axes: Axes, x: float, y: float, name: str) -> None:
-    """Write a policy's title at the end of its curve, on the side where there is room."""
+    """Write a policy's title at the end of its curve, on the side with more room."""
     side = "left" if axes.transData.transform((x, y))[0] < axes.bbox.x0 + axes.bbox.width / 2 else "right"
     below = name == "schedule"  # its curve runs below another one
     axes.annotate(

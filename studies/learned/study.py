@@ -195,7 +195,7 @@ def _submitted(made: pl.DataFrame, setting: str, folder: Path) -> pl.DataFrame:
     if not (folder / EPISODES_FILE).is_file():
         return made.clear()
     own = {*made["contender"], *presets()[setting].learners}
-    # What was trained here has a training seed, whatever it was called then.
+    # Policies trained here have a training seed, under any name.
     others = pl.read_parquet(folder / EPISODES_FILE).filter(
         ~pl.col("contender").is_in(own), pl.col("training_seed").is_null()
     )

@@ -64,7 +64,7 @@ def refused(field: str, label: str) -> Iterator[None]:
     assert (label, found) == (label, field)
 
 
-# What is wrong with one action, whatever the bounds of the space.
+# Actions that every space rejects, with any bounds.
 BAD_BOX = {
     "nan": np.array([np.nan], np.float32),
     "inf": np.array([np.inf], np.float32),

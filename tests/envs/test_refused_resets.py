@@ -91,7 +91,7 @@ def playing_twins(interface: str) -> tuple[Any, Any]:
 @pytest.mark.parametrize("interface", MAKERS)
 @pytest.mark.parametrize("seed", [None, 17])
 def test_episode_goes_on_and_seeds_to_come_stay(interface: str, seed: int | None) -> None:
-    """SB3's ``seed`` is a call of its own and stays in force; elsewhere it is part of the refused call."""
+    """SB3's ``seed`` is a separate call and stays in force; elsewhere it is part of the refused call."""
     env, twin = playing_twins(interface)
     for name, value, field in cases(interface):
         assert refuse(env, {name: value}, seed) == field

@@ -1,4 +1,4 @@
-"""What an episode pays in sum, through every interface."""
+"""Returns of episodes: sums of every reward, through every interface."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ TWO_WAVES = (
     ConstantVelocity((-20.0, 35.0), (150.0, 0.0)),
     ConstantVelocity((180.0, 15.0), (-180.0, 0.0)),
 )
-"""Predators of which the first passes by, and the second gets nearer later."""
+"""Two predators: the first passes by, and the second comes nearer later."""
 
 
 def falls(curve: np.ndarray) -> np.ndarray:

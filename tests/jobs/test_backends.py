@@ -1,4 +1,4 @@
-"""Every back end gives the same bytes, whatever dies; a second call does what is missing."""
+"""Every back end gives the same bytes after any process dies; a second call runs the missing jobs."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ if __name__ == "__main__":
 
 
 def started(tmp_path: Path, backend: str, count: int) -> subprocess.Popen[str]:
-    """Start a driver in a process group of its own, as a terminal does."""
+    """Start a driver in its own process group, as a terminal does."""
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)
     command = [sys.executable, str(script), str(tmp_path / "cache"), backend, str(count)]

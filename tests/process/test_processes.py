@@ -122,7 +122,7 @@ def test_a_child_can_step_a_vector_environment_after_its_parent(method: str) -> 
 
 @pytest.mark.parametrize("busy", ["stepping", "starting pools", "sweeping"])
 def test_fork_while_another_thread_is_busy(busy: str) -> None:
-    """The child steps with its parent's results, whatever locks the other thread held."""
+    """The child steps with its parent's results, although another thread held locks."""
     found = forked_while(busy, count=24)
     assert (found["children"], found["hung"], found["wrong"]) == (24, 0, 0)
 

@@ -75,7 +75,7 @@ def test_aggregates_of_known_episodes() -> None:
     assert found.difference.mean == pytest.approx(2.0)
     assert (found.lowest, found.highest) == pytest.approx((-1.0, 6.0))
     assert found.improvement.mean == pytest.approx(2 / 3)
-    # Twelve episodes: -1 0 1 | 1 2 2 3 3 4... of which the middle six count.
+    # Twelve episodes: -1 0 1 | 1 2 2 3 3 4... the middle six count.
     assert found.iqm.mean == pytest.approx(np.sort([1, 2, 3, 4, -1, 0, 1, 2, 6, 7, 8, 9])[3:9].mean())
     assert aggregate(baseline[None], baseline).improvement.mean == pytest.approx(0.5)
     assert aggregate(baseline[None], baseline).difference == Estimate(0.0, 0.0, 0.0)

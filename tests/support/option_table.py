@@ -45,7 +45,7 @@ def covering(strength: int = 3, **values: Iterable[Any]) -> list[dict[str, Any]]
 
 
 def every_pair(**values: Iterable[Any]) -> pytest.MarkDecorator:
-    """Return a mark that runs a test over arguments of which every two values of two names meet."""
+    """Return a mark that runs a test over rows that contain every pair of values of two arguments."""
     rows = [tuple(row.values()) for row in covering(2, **values)]
     return pytest.mark.parametrize(tuple(values), rows)
 

@@ -26,7 +26,7 @@ ROWS = FUNCTIONS | CONSTRUCTORS | METHODS | SCENARIOS | POLICIES | RESULTS
 rows = pytest.mark.parametrize("row", ROWS.values(), ids=ROWS)
 MODULES: dict[str, ModuleType] = {"sb3": sb3, "stats": stats, "video": video, "watch": watch}
 
-# What is called by this package alone, with what it has made.
+# Classes that only this package constructs.
 MADE_HERE = {
     *("Trajectory", "LineTrajectory", "SweepResult", "FlockSweepResult", "LineSweepResult"),
     *("Episodes", "LineEpisodes", "RecordedRun", "stats.Estimate", "PolicySpec", "PredatorPolicySpec"),

@@ -81,7 +81,7 @@ def figures(page: Path, head: str) -> Iterator[tuple[str, list[float]]]:
 
 
 def microseconds(section: str) -> dict[tuple[str, float], float]:
-    """Return the committed time per step of one flock by contender and range (0 where there is none)."""
+    """Return the committed time per step of one flock by contender and range (0 if there is none)."""
     records = json.loads((ROOT / "results" / "benchmarks" / "benchmarks.json").read_text())["records"]
     return {
         (record["contender"], record["case"].get("rho", 0)): 1e6

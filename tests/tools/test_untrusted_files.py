@@ -28,7 +28,7 @@ MUTATIONS = 300
 """Number of mutations per kind of file."""
 
 MEMORY = 2**24
-"""Most bytes that reading a small file may allocate, whatever sizes it declares."""
+"""Most bytes that reading a small file may allocate, even if it declares huge sizes."""
 
 ROOT = Path(__file__).parents[2]
 SCENARIO = small_flock()
