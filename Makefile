@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 UV := $(BIN)/uv
 INSTALL := $(UV) pip install --quiet --constraint constraints.txt --requirement pyproject.toml
 # -rs lists the reasons of skipped tests, for example how to install a browser.
-PYTEST := $(BIN)/python -m pytest --numprocesses auto -rs
+PYTEST := $(BIN)/python -m pytest --numprocesses auto -rfEs
 DEMO := runs/demo
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)

@@ -85,6 +85,8 @@ class Spy:
         monkeypatch.setattr(training.train, "train", self.train)
         for module in (evaluation, explain, held_out):
             monkeypatch.setattr(module, "rollout", self._noting(module.rollout))
+        for name in ("play_flocks_of_networks", "play_lines_of_networks"):
+            monkeypatch.setattr(evaluation, name, self._noting(getattr(evaluation, name)))
         job_run = Job.run
 
         def run_job(job: Job) -> Any:
