@@ -6,7 +6,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 UV := $(BIN)/uv
 INSTALL := $(UV) pip install --quiet --constraint constraints.txt --requirement pyproject.toml
-# -rs lists the reasons of skipped tests, for example how to install a browser.
+# -rfEs lists failed tests, and the reasons of skipped ones, for example how to install a browser.
 PYTEST := $(BIN)/python -m pytest --numprocesses auto -rfEs
 DEMO := runs/demo
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
