@@ -1,17 +1,15 @@
-"""The back end ``slurm``: what is asked of SLURM, and that an interrupted array task continues."""
+"""The back end ``slurm``: what is asked of SLURM; tests/slow/test_slurm.py interrupts its tasks."""
 
 from __future__ import annotations
 
 import os
 import re
-import signal
-import threading
 import time
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from backends import CALLS, calls, contents
+from backends import CALLS, contents
 
 import flockesc_env
 from flockesc_env.common.errors import ArgumentError
@@ -34,25 +32,6 @@ def noted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     support, package = Path(__file__).parents[1] / "support", Path(flockesc_env.__file__).parents[1]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(support), str(package)]))
     return folder
-
-
-def test_an_interrupted_task_is_requeued_and_continues(tmp_path: Path, noted: Path) -> None:
-    """A time limit and a preemption reach the process of a task as this signal."""
-
-    def interrupt() -> None:
-        while len(contents(tmp_path / "cache")) < 2:
-            time.sleep(0.01)
-        [task, *_] = {int(path.name.split("-")[1]) for path in noted.iterdir()}
-        os.kill(task, signal.SIGUSR2)
-
-    threading.Thread(target=interrupt).start()
-    jobs = [Job("backends:slow_square", (number,)) for number in range(6)]
-    run(jobs, Cache(tmp_path / "cache"), find_backend("slurm:cluster=local"))
-    log = "".join(path.read_text() for path in (tmp_path / "cache" / "slurm").glob("*_log.out"))
-    assert "Requeued job" in log
-    assert calls(noted) - len(jobs) == 1  # the one that was interrupted
-    run(jobs, Cache(tmp_path / "serial"), find_backend("serial"))
-    assert contents(tmp_path / "cache") == contents(tmp_path / "serial")
 
 
 def test_what_slurm_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,4 +7,4 @@ from lifecycles import growth, left_behind
 
 
 def test_environments_leave_nothing_behind() -> None:
-    assert not left_behind(growth(ADAPTERS, 60, 60))
+    assert not left_behind(growth(ADAPTERS, 40, 40))

@@ -6,6 +6,6 @@ import pytest
 from killed_runs import check_killed_run
 
 
-@pytest.mark.parametrize("learner", ["per-agent PPO", "TQC"])
+@pytest.mark.parametrize("learner", ["per-agent PPO", "shared PPO", "TQC"])
 def test_a_killed_run_ends_like_one_left_alone(learner: str, tmp_path: Path) -> None:
     check_killed_run(learner, tmp_path)

@@ -14,9 +14,8 @@ from training.outputs import CHECKPOINT
 
 
 # tests/slow/test_killed_runs.py checks the other learners.
-@pytest.mark.parametrize("learner", ["shared PPO", "search"])
-def test_a_killed_run_ends_like_one_left_alone(learner: str, tmp_path: Path) -> None:
-    check_killed_run(learner, tmp_path)
+def test_a_killed_search_ends_like_one_left_alone(tmp_path: Path) -> None:
+    check_killed_run("search", tmp_path)
 
 
 def test_an_unfinished_run_is_not_continued_with_other_arguments(tmp_path: Path) -> None:
