@@ -169,9 +169,7 @@ def _snapshot(axes: Axes, trajectory: Trajectory, step: int, top: float) -> Any:
         *positions.T, *velocities.T, colors, cmap=RANGES, clim=(0, top), scale=220, width=0.009, headwidth=4
     )
     axes.set_aspect("equal")
-    axes.set_title(
-        f"{trajectory.times[step]:.0f} s: {trajectory.mean_distance[step]:.0f} m away", fontsize=9
-    )
+    axes.set_title(f"{trajectory.times[step]:.0f} s: {trajectory.mean_distance[step]:.0f} m away", fontsize=9)
     return arrows
 
 
