@@ -15,9 +15,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from backends import CALLS, SQUARE, calls, contents, square, sweep_jobs
+from backends import SQUARE, calls, contents, note_calls, square, sweep_jobs
 
-import flockesc_env
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.jobs import Cache, Job, JobError, cache, find_backend, run, run_jobs
 
@@ -31,15 +30,7 @@ BACKENDS = ["serial", "processes:2", pytest.param("slurm:cluster=local", marks=n
 
 @pytest.fixture(autouse=True)
 def noted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Note calls in a folder, and let processes that submitit starts import this package and helpers."""
-    folder = tmp_path / "calls"
-    folder.mkdir()
-    monkeypatch.setenv(CALLS, str(folder))
-    if find_spec("submitit"):  # which waits so long for the result of a process that was killed
-        monkeypatch.setattr("submitit.core.core.Job._results_timeout_s", 0.1)
-    package = Path(flockesc_env.__file__).parents[1]
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(SUPPORT), str(package)]))
-    return folder
+    return note_calls(tmp_path, monkeypatch)
 
 
 def jobs_of(name: str, count: int = 12) -> list[Job]:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import re
 import time
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from backends import CALLS, contents
+from backends import contents, note_calls
 
-import flockesc_env
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.jobs import Cache, Job, find_backend, run
 
@@ -26,12 +24,7 @@ JOBS = [Job("backends:square", (number,)) for number in range(30)]
 
 @pytest.fixture(autouse=True)
 def noted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    folder = tmp_path / "calls"
-    folder.mkdir()
-    monkeypatch.setenv(CALLS, str(folder))
-    support, package = Path(__file__).parents[1] / "support", Path(flockesc_env.__file__).parents[1]
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(support), str(package)]))
-    return folder
+    return note_calls(tmp_path, monkeypatch)
 
 
 def test_what_slurm_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

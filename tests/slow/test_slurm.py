@@ -9,21 +9,15 @@ import time
 from pathlib import Path
 
 import pytest
-from backends import CALLS, calls, contents
+from backends import calls, contents, note_calls
 
-import flockesc_env
 from flockesc_env.common.errors import JobError
 from flockesc_env.jobs import Cache, Job, find_backend, run
 
 
 @pytest.fixture(autouse=True)
 def noted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    folder = tmp_path / "calls"
-    folder.mkdir()
-    monkeypatch.setenv(CALLS, str(folder))
-    support, package = Path(__file__).parents[1] / "support", Path(flockesc_env.__file__).parents[1]
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(support), str(package)]))
-    return folder
+    return note_calls(tmp_path, monkeypatch)
 
 
 def test_an_interrupted_task_is_requeued_and_continues(tmp_path: Path, noted: Path) -> None:

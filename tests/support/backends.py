@@ -6,10 +6,13 @@ import os
 import signal
 import time
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+import flockesc_env
 from flockesc_env import FlockScenario
 from flockesc_env.common.checks import as_threads
 from flockesc_env.jobs import Arrays, Backend, Cache, Job
@@ -21,6 +24,18 @@ CALLS = "CALLS_OF_JOBS"
 """Environment variable: a folder in which every call leaves a file."""
 SMALL = FlockScenario(num_agents=12, num_steps=9)
 SQUARE = "backends:square"
+
+
+def note_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Note calls in a folder, and let processes that submitit starts import this package and helpers."""
+    folder = tmp_path / "calls"
+    folder.mkdir()
+    monkeypatch.setenv(CALLS, str(folder))
+    if find_spec("submitit"):  # its wait for the result of a killed process
+        monkeypatch.setattr("submitit.core.core.Job._results_timeout_s", 0.1)
+    support, package = Path(__file__).parent, Path(flockesc_env.__file__).parents[1]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(support), str(package)]))
+    return folder
 
 
 def interrupted_after(count: int) -> Backend:

@@ -1,4 +1,4 @@
-"""Comparison of two outcomes bit for bit."""
+"""Comparison of two outcomes bit for bit, and the outcomes of episodes."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+
+from flockesc_env import Episodes
 
 
 def same(first: Any, second: Any, *, after: Callable[[Any], Any] = lambda outcome: outcome) -> None:
@@ -29,3 +31,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, float | np.floating):
         return type(value), value.hex() if isinstance(value, float) else value.tobytes()
     return value
+
+
+def outcome(episodes: Episodes) -> np.ndarray:
+    """Return the outcomes of every episode, shape (3, episodes)."""
+    return np.stack([episodes.min_mean_distance, episodes.min_min_distance, episodes.num_components])

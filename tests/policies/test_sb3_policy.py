@@ -1,0 +1,133 @@
+"""``SB3Policy``: states of recurrent models start with every episode, and models must fit the environment."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from option_table import small_flock
+from same import outcome
+from sb3_contrib import RecurrentPPO
+from stable_baselines3 import PPO
+
+from flockesc_env import (
+    FlockVectorEnv,
+    Learned,
+    LineScenario,
+    record,
+    rollout,
+)
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.policies import (
+    FixedRange,
+    SB3Policy,
+    ScheduledRange,
+    bind,
+)
+from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+
+SCENARIO = small_flock(num_agents=7, num_steps=12, predator_range=60.0)
+SEEDS = [3, 4]
+T, N = SCENARIO.num_steps, SCENARIO.num_agents
+
+
+class Mood:
+    """A recurrent model with SB3's interface whose range grows with each action of an episode."""
+
+    def predict(
+        self, observations: np.ndarray, state: Any, episode_start: np.ndarray, deterministic: bool
+    ) -> tuple[np.ndarray, Any]:
+        before = np.zeros(len(observations), np.float32) if state is None else state[0]
+        now = np.where(episode_start, 0, before) + np.float32(0.125)
+        return now[:, np.newaxis] - 1, (now,)
+
+
+def mood(steps: int) -> np.ndarray:
+    """Return the ranges in m that ``Mood`` sets in the first steps of an episode, at most 16."""
+    return 100 * np.arange(1, steps + 1) / 16
+
+
+def test_the_state_of_a_recurrent_model_is_kept_and_starts_with_every_episode() -> None:
+    policy = SB3Policy(Mood())
+    for seeds in ([1, 2, 3], [4]):  # different rows than before
+        assert outcome(rollout(SCENARIO, policy, seeds)).tolist() == (
+            outcome(rollout(SCENARIO, ScheduledRange(mood(T)), seeds)).tolist()
+        )
+    assert record(SCENARIO, policy, 1).interaction_ranges[:, 0].tolist() == mood(T).tolist()
+    line = LineScenario(num_agents=8, max_steps=5)
+    runs = [rollout(line, each, [1, 2]) for each in (policy, ScheduledRange(mood(5) / 100))]
+    assert runs[0].escape_distance.tolist() == runs[1].escape_distance.tolist()
+
+
+def test_the_state_of_a_row_starts_with_its_episode() -> None:
+    """One flock of a vector environment is reset during the episode of the other."""
+    env = FlockVectorEnv(2, SCENARIO)
+    act = bind(SB3Policy(Mood()), env)
+    observations, _ = env.reset(seed=0)
+    ranges = []
+    for step in range(8):
+        if step == 5:
+            observations, _ = env.reset(options={"reset_mask": np.array([False, True])})
+        observations, *_, info = env.step(act(observations))
+        ranges.append(info["interaction_range"])
+    expected = [mood(8), np.concatenate([mood(5), mood(3)])]
+    np.testing.assert_array_equal(np.transpose(ranges), expected)
+
+
+def test_a_recurrent_model_of_sb3_plays_like_its_own_loop() -> None:
+    env = AgentVecEnv(2, SCENARIO)
+    model = RecurrentPPO("MlpLstmPolicy", env, n_steps=8, batch_size=14, device="cpu", seed=0)
+    expected = np.zeros((2, T, N))
+    env.seed(SEEDS[0])
+    rows, state, starts = env.reset(), None, np.ones(2 * N, bool)
+    for step in range(T):
+        actions, state = model.predict(rows, state, starts, deterministic=True)
+        rows, _, starts, infos = env.step(actions)
+        expected[:, step] = np.reshape([info["interaction_range"] for info in infos], (2, N))
+    policy = SB3Policy(model)
+    for seed, ranges in zip(SEEDS, expected, strict=True):
+        run = record(SCENARIO, policy, seed, per_agent=True)
+        np.testing.assert_allclose(run.interaction_ranges, ranges, rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [({"per_agent": True}, "model.observation_space"), ({"action_mode": "range"}, "model.action_space")],
+)
+def test_a_model_of_another_environment_is_refused(options: dict[str, Any], field: str) -> None:
+    policy = SB3Policy(PPO("MlpPolicy", FlockVecEnv(1, SCENARIO), n_steps=8, batch_size=8, device="cpu"))
+    assert len(rollout(SCENARIO, policy, [1]).seeds) == 1
+    with pytest.raises(ArgumentError) as caught:
+        rollout(SCENARIO, policy, [1], **options)
+    assert caught.value.field == field
+
+
+class Moody(Mood):
+    """A recurrent model of a predator that accelerates to the left, more with each action of an episode."""
+
+    def predict(self, *args: Any, **kwargs: Any) -> tuple[np.ndarray, Any]:
+        actions, state = super().predict(*args, **kwargs)
+        return np.concatenate([0 * actions, actions], axis=1), state
+
+
+def test_predator_policies_with_memory_start_again_with_every_episode() -> None:
+    scenario = SCENARIO.replace(predators=(Learned(), Learned()))
+    run = record(scenario, FixedRange(9.0), 3, predator_policy=SB3Policy(Moody()))
+    np.testing.assert_array_equal(run.predator_actions[:, 1, 1], mood(T) / 50 - 1)
+    batches = [
+        rollout(scenario, FixedRange(9.0), range(4), batch_size=size, predator_policy=SB3Policy(Moody()))
+        for size in (3, 1)
+    ]
+    np.testing.assert_array_equal(outcome(batches[0]), outcome(batches[1]))
+    envs = [FlockVecEnv(2, scenario, predator_policy=SB3Policy(Moody())) for _ in range(2)]
+    for env in envs:  # the second episodes; one environment was reset during the episodes of others
+        env.seed(5)
+        env.reset()
+    for _ in range(4):
+        envs[0].step(np.zeros((2, 1), np.float32))
+    for env in envs:
+        env.seed(7)
+        env.reset()
+    twins = [[env.step(np.zeros((2, 1), np.float32))[0] for _ in range(T + 3)] for env in envs]
+    np.testing.assert_array_equal(twins[0], twins[1])

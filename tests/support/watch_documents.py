@@ -1,0 +1,76 @@
+"""Runs for watch pages, and checks of the documents that the pages hold."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import zlib
+from typing import Any
+
+import numpy as np
+
+from flockesc_env import (
+    ConstantVelocity,
+    FlockScenario,
+    PurePursuit,
+    Trajectory,
+    record,
+    simulate,
+)
+from flockesc_env.models.graph import component_labels
+from flockesc_env.policies import StubbornLeaders
+
+FLOCK = FlockScenario(num_agents=12, num_steps=9)
+TWO = (ConstantVelocity(), PurePursuit((90.0, 90.0, 0.0), (-12.0, 0.0, 0.0)))
+
+RUNS = {
+    "one range": lambda: simulate(FLOCK, 10.0, seed=3),
+    "schedule": lambda: simulate(FLOCK, schedule=np.linspace(0, 30, 9)[:, None], seed=2**64 - 1),
+    "range per agent": lambda: record(FLOCK, StubbornLeaders(), 5, per_agent=True),
+    "in space, two predators": lambda: simulate(FLOCK.replace(dimension=3, predators=TWO), 20.0, seed=1),
+    "no predator": lambda: simulate(FLOCK.replace(predators=()), 20.0, seed=1),
+    "given start": lambda: simulate(
+        FLOCK, 10.0, initial_positions=np.eye(12)[:, :2], initial_velocities=np.zeros((12, 2))
+    ),
+    "more agents than 16 bits": lambda: simulate(FLOCK.replace(num_agents=70_000, num_steps=1), 0.0, seed=1),
+}
+
+
+def document_in(page: str) -> Any:
+    (text,) = re.findall(r'<script type="application/json" id="document">(.*?)</script>', page)
+    assert not set(text) & set("<>&")  # nothing that an HTML parser interprets
+    return json.loads(text)
+
+
+def numbers(column: dict[str, Any]) -> np.ndarray:
+    raw = zlib.decompress(base64.b64decode(column["data"], validate=True))
+    return np.frombuffer(raw, np.dtype(column["dtype"]).newbyteorder("<")).reshape(column["shape"])
+
+
+def assert_shows(shown: Any, run: Trajectory) -> None:
+    columns = {name: numbers(column) for name, column in shown["columns"].items()}
+    in_force = np.concatenate([run.interaction_ranges, run.interaction_ranges[-1:]])
+    expected = {
+        "times": run.times,
+        "positions": run.positions,
+        "predators": run.predator_positions,
+        "meanDistance": run.mean_distance,
+        "minDistance": run.min_distance,
+        "lowestMean": [run.mean_distance[: t + 1].min() for t in range(len(run.times))],
+        "ranges": in_force,
+    }
+    for name, values in expected.items():
+        np.testing.assert_array_equal(columns[name], np.asarray(values, np.float32), err_msg=name)
+    np.testing.assert_array_equal(columns["numComponents"], run.num_components)
+    per_agent = np.broadcast_to(in_force, run.positions.shape[:2])
+    for t, positions in enumerate(run.positions):
+        np.testing.assert_array_equal(columns["labels"][t], component_labels(None, positions, per_agent[t]))
+        assert len(np.unique(columns["labels"][t])) == run.num_components[t]
+    speed = np.linalg.norm(run.velocities, axis=-1, keepdims=True)
+    units = np.where(speed > 0, run.velocities / np.where(speed > 0, speed, 1), 0)
+    np.testing.assert_allclose(columns["headings"] / 127, units, rtol=0, atol=0.5 / 127 + 1e-12)
+    assert (columns["lowRange"] <= columns["meanRange"]).all()
+    assert (columns["meanRange"] <= columns["highRange"]).all()
+    assert shown["seed"] == (None if run.is_start_given else str(run.seed))
+    assert FlockScenario.from_json(json.dumps(shown["scenario"])) == run.scenario
