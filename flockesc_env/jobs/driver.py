@@ -90,7 +90,8 @@ def run(
                     bar.update(outcome.job.seconds)
         except KeyboardInterrupt:
             # Ctrl-C may come between a result and its count.
-            kept = f"{sum(job in cache for job in queue)} of {len(queue)} jobs are finished and kept in {cache.folder}"
+            finished = sum(job in cache for job in queue)
+            kept = f"{finished} of {len(queue)} jobs are finished and kept in {cache.folder}"
             raise KeyboardInterrupt(f"{kept}; run the same again to continue") from None
     if failures:
         raise JobError(_report(failures, len(queue), cache))
