@@ -102,16 +102,18 @@ class FlockBatch:
         self.num_flocks = as_count(num_flocks, "num_flocks", most=MAX_FLOCKS)
         self.rows = scenario.num_agents if per_agent else 1
         threads = as_threads(num_threads)
+        document = options.to_core(per_agent=per_agent)
         self.policy_spec = PolicySpec(
             actions=RangeActions(options),
-            layout=ObservationLayout.of(_core.observation_entries(per_agent, scenario.dimension)),
+            layout=ObservationLayout.of(_core.observation_entries(document, scenario.dimension)),
             per_agent=per_agent,
             num_agents=scenario.num_agents,
             num_steps=scenario.num_steps,
+            profile_ranges=tuple(options.profile_ranges or ()),
         )
         self._core = _core.FlockBatch(
             scenario.to_json(),
-            options.to_core(per_agent=per_agent),
+            document,
             self.policy_spec.actions.core,
             self.num_flocks,
             threads,

@@ -30,8 +30,15 @@ IndividualReward = Literal[
 Reward = Literal[TeamReward, IndividualReward]
 LineReward = Literal["change", "terminal"]
 SensingRange = float | Literal["predator_range"] | None
+ExtraEntries = Literal["escape_direction", "closest_approach"]
 
 _LARGEST_ACTION = float(np.finfo(np.float32).max)
+
+PROFILE_RANGES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
+"""Candidate ranges in m that suit the paper's flock, for the option ``profile_ranges``."""
+
+MAX_CANDIDATES = 64
+"""Largest number of candidate ranges."""
 
 GRID_SIZE = 21
 """Number of ranges in the default grid of ``action_mode="discrete"``."""
@@ -110,6 +117,12 @@ class EnvOptions(ActionOptions):
             ``"predator_range"``: the scenario's predator range; ``None``: any distance.
         count_components: whether ``info`` contains ``num_components``. The count costs a graph search per
             action.
+        profile_ranges: candidate ranges, in ascending order and up to ``max_range``, for example
+            ``PROFILE_RANGES``. The observation then shows what would be heard under each of them
+            (docs/model.md, "Profile"). ``None``: no profile.
+        extra_entries: optional entries of the observation. ``"escape_direction"``: the direction away from
+            the place of the predator at its closest approach to the flock. ``"closest_approach"``: distance
+            and time of the closest approach of the predator.
 
     Raises:
         OptionError: if an option is out of bounds.
@@ -119,6 +132,8 @@ class EnvOptions(ActionOptions):
     reward: Reward = "running_minimum"
     predator_sensing_range: SensingRange = "predator_range"
     count_components: bool = False
+    profile_ranges: Sequence[float] | None = None
+    extra_entries: Sequence[ExtraEntries] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -130,6 +145,10 @@ class EnvOptions(ActionOptions):
             object.__setattr__(self, "predator_sensing_range", sensing)
         counts = as_flag(self.count_components, "count_components", OptionError)
         object.__setattr__(self, "count_components", counts)
+        if self.profile_ranges is not None:
+            ranges = as_profile_ranges(self.profile_ranges, self.max_range)
+            object.__setattr__(self, "profile_ranges", ranges)
+        object.__setattr__(self, "extra_entries", _as_extra_entries(self.extra_entries))
 
     def to_core(self, *, per_agent: bool) -> str:
         """Return the options as JSON, for the compiled core."""
@@ -141,6 +160,8 @@ class EnvOptions(ActionOptions):
                 "max_range": self.max_range,
                 "predator_sensing_range": self.predator_sensing_range,
                 "steps_per_action": self.steps_per_action,
+                "profile_ranges": self.profile_ranges or (),
+                "extra_entries": self.extra_entries,
             }
         )
 
@@ -172,6 +193,31 @@ class LineOptions(ActionOptions):
         )
 
 
+def as_profile_ranges(given: Any, max_range: float) -> tuple[float, ...]:
+    """Return candidate ranges after validation.
+
+    Raises:
+        OptionError: if they are not 1 to ``MAX_CANDIDATES`` ascending ranges from 0 to ``max_range``.
+    """
+    ranges = as_floats(given, "profile_ranges", error=OptionError)
+    is_list = ranges.ndim == 1 and 1 <= ranges.size <= MAX_CANDIDATES
+    if not is_list or ranges[0] < 0 or ranges[-1] > max_range or (np.diff(ranges) <= 0).any():
+        expected = f"1 to {MAX_CANDIDATES} ascending ranges from 0 to max_range = {max_range}"
+        raise OptionError("profile_ranges", expected, shown(given))
+    return tuple(ranges.tolist())
+
+
+def _as_extra_entries(given: Any) -> tuple[ExtraEntries, ...]:
+    names = get_args(ExtraEntries)
+    if isinstance(given, str) or not isinstance(given, Sequence):
+        raise OptionError("extra_entries", f"a list of {', '.join(names)}", shown(given))
+    for index, name in enumerate(given):
+        as_choice(name, f"extra_entries[{index}]", names, OptionError)
+        if name in given[:index]:
+            raise OptionError(f"extra_entries[{index}]", "different entries", shown(given))
+    return tuple(given)
+
+
 class ActionOptionsDict(TypedDict, total=False):
     """``ActionOptions`` as keyword arguments."""
 
@@ -189,6 +235,8 @@ class EnvOptionsDict(ActionOptionsDict, total=False):
     reward: Reward
     predator_sensing_range: SensingRange
     count_components: bool
+    profile_ranges: Sequence[float] | None
+    extra_entries: Sequence[ExtraEntries]
 
 
 class LineOptionsDict(ActionOptionsDict, total=False):

@@ -153,6 +153,7 @@ class PolicySpec:
         per_agent: True: one row and one action per agent. False: one per flock.
         num_agents: number of agents per flock. Rows are ordered by flock, then by agent.
         num_steps: number of model steps of an episode.
+        profile_ranges: candidate ranges of the observation; empty without a profile.
     """
 
     actions: RangeActions
@@ -160,6 +161,7 @@ class PolicySpec:
     per_agent: bool
     num_agents: int
     num_steps: int
+    profile_ranges: tuple[float, ...] = ()
 
 
 def line_policy_spec(scenario: LineScenario, options: LineOptions) -> PolicySpec:

@@ -3,7 +3,7 @@
 use crate::flock::{Distribution, InitialHeadings, InitialPositions, Motion};
 use crate::line::{EscapeForce, LineReward};
 use crate::neighbor::NeighborRule;
-use crate::observation::View;
+use crate::observation::{ExtraEntries, View};
 use crate::predator::{PredatorConfig, Target};
 use crate::reward::{Objective, Reward};
 
@@ -24,6 +24,7 @@ pub fn kinds() -> &'static [(&'static str, &'static [&'static str])] {
         ("initial_headings", InitialHeadings::KINDS),
         ("distributions", Distribution::KINDS),
         ("views", View::KINDS),
+        ("extra_entries", ExtraEntries::KINDS),
         ("objectives", Objective::KINDS),
         ("rewards", Reward::KINDS),
         ("escape_forces", EscapeForce::KINDS),

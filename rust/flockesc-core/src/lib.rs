@@ -20,7 +20,7 @@ mod snapshot;
 mod sweep;
 
 pub use agents::PerAgent;
-pub use base::check::{MAX_AGENTS, MAX_STEPS};
+pub use base::check::{MAX_AGENTS, MAX_CANDIDATES, MAX_STEPS};
 pub use base::entry::Entry;
 pub use base::error::{Error, Result};
 pub use base::rng::episode_seed;
@@ -39,7 +39,7 @@ pub use line::{
 };
 pub use neighbor::{Metric, NeighborRule, Ranges, Topological, Voronoi};
 pub use network::{Architecture, Networks, NormalizedRange, Squash};
-pub use observation::{SensingRange, View, entries, predator_entries};
+pub use observation::{ExtraEntries, SensingRange, View, predator_entries};
 pub use parallel::Progress;
 pub use predator::{
     ConstantVelocity, Encircle, Herd, Intercept, Learned, Predator, PredatorConfig, PurePursuit,

@@ -1,7 +1,9 @@
 //! Python functions for seeds of episodes, and names and bounds of observation entries.
 
-use flockesc_core::{Entry, View, entries, predator_entries};
+use flockesc_core::{Entry, EpisodeConfig, predator_entries};
 use pyo3::prelude::*;
+
+use crate::errors::option_error;
 
 /// Returns the seed of the `episode`-th episode after an episode with seed `seed`.
 #[pyfunction]
@@ -10,10 +12,16 @@ pub(crate) fn episode_seed(seed: u64, episode: u64) -> u64 {
 }
 
 /// Returns the name, lower and upper bound of every entry of an observation row.
+///
+/// # Errors
+/// `OptionError` naming the option that is wrong.
 #[pyfunction]
-pub(crate) fn observation_entries(per_agent: bool, dimension: usize) -> Vec<(String, f32, f32)> {
-    let view = if per_agent { View::Agent } else { View::Flock };
-    bounds(entries(view, dimension))
+pub(crate) fn observation_entries(
+    options: &str,
+    dimension: usize,
+) -> PyResult<Vec<(String, f32, f32)>> {
+    let options = EpisodeConfig::from_json(options).map_err(option_error)?;
+    Ok(bounds(options.entries(dimension)))
 }
 
 /// Returns the name, lower and upper bound of every entry of a learned predator's row.

@@ -8,6 +8,9 @@ pub const MAX_AGENTS: usize = 10_000_000;
 /// Largest number of steps of a scenario.
 pub const MAX_STEPS: usize = 1_000_000_000;
 
+/// Largest number of candidate ranges of an observation.
+pub const MAX_CANDIDATES: usize = 64;
+
 /// Largest magnitude of a parameter. With such parameters, coordinates stay below 1e119 m for [`MAX_STEPS`]
 /// steps, and their squares are finite.
 pub(crate) const MAX_MAGNITUDE: f64 = 1e20;
@@ -97,6 +100,20 @@ pub(crate) fn vector(field: &str, entries: &[f64], dimension: usize) -> Result<(
 pub(crate) fn within(field: &str, value: usize, low: usize, high: usize) -> Result<()> {
     let expected = format!("an integer from {low} to {high}");
     check(field, value, &expected, (low..=high).contains(&value))
+}
+
+/// Checks candidate ranges: at most [`MAX_CANDIDATES`], in ascending order, from 0 to `max_range`.
+pub(crate) fn profile_ranges(field: &str, ranges: &[f64], max_range: f64) -> Result<()> {
+    if ranges.len() > MAX_CANDIDATES {
+        let expected = format!("at most {MAX_CANDIDATES} ranges");
+        return Err(Error::config(field, expected, ranges.len()));
+    }
+    let mut least = 0.0;
+    for (k, range) in ranges.iter().enumerate() {
+        within_bounds(&format!("{field}[{k}]"), *range, least, max_range)?;
+        least = range.next_up();
+    }
+    Ok(())
 }
 
 /// Formats a number in its shortest form.

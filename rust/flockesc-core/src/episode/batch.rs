@@ -71,6 +71,7 @@ impl<const D: usize> Batch<D> {
     ) -> Result<Self> {
         scenario.check()?;
         config.check()?;
+        config.check_scenario(&scenario)?;
         if scenario.dimension != D {
             return Err(Error::config(
                 "dimension",
@@ -90,7 +91,7 @@ impl<const D: usize> Batch<D> {
         }
         Ok(Self {
             fingerprint: Fingerprint::of(&(&scenario, &config)),
-            row_length: observation::entries(config.view, scenario.dimension).len(),
+            row_length: config.entries(D).len(),
             work_per_flock: work_per_flock(&scenario, &config),
             scenario: Arc::new(scenario),
             config: Arc::new(config),
@@ -120,7 +121,7 @@ impl<const D: usize> Batch<D> {
     /// Returns the entries of an observation row.
     #[must_use]
     pub fn entries(&self) -> Vec<Entry> {
-        observation::entries(self.config.view, D)
+        self.config.entries(D)
     }
 
     /// Returns the dimension D.

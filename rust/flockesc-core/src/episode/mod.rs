@@ -197,6 +197,7 @@ impl<const D: usize> Episode<D> {
             ranges: &self.ranges,
             max_range: self.config.max_range,
             sensing_range: self.config.predator_sensing_range,
+            extras: self.config.extras(),
             step: self.step,
         }
     }

@@ -2,10 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::base::check::{MAX_STEPS, not_negative, positive, within};
+use crate::base::check::{MAX_STEPS, not_negative, positive, profile_ranges, within};
 use crate::base::document::parse;
+use crate::base::entry::Entry;
 use crate::base::error::{Error, Result};
-use crate::observation::{SensingRange, View};
+use crate::flock::FlockConfig;
+use crate::observation::{self, ExtraEntries, Extras, SensingRange, View};
 use crate::reward::{Objective, Reward};
 
 /// Options of an episode: reward, observation and action (docs/model.md). Every field has a default in
@@ -34,6 +36,13 @@ pub struct EpisodeConfig {
     pub predator_sensing_range: Option<SensingRange>,
     /// Number of model steps per action, at least 1.
     pub steps_per_action: usize,
+    /// Candidate ranges in m, in ascending order, at most [`crate::MAX_CANDIDATES`]. The observation shows what the
+    /// agents would hear under each of them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub profile_ranges: Vec<f64>,
+    /// Optional entries of the observation.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub extra_entries: Vec<ExtraEntries>,
 }
 
 impl Default for EpisodeConfig {
@@ -46,6 +55,8 @@ impl Default for EpisodeConfig {
             max_range: 100.0,
             predator_sensing_range: Some(SensingRange::PredatorRange),
             steps_per_action: 1,
+            profile_ranges: Vec::new(),
+            extra_entries: Vec::new(),
         }
     }
 }
@@ -71,11 +82,49 @@ impl EpisodeConfig {
             not_negative("predator_sensing_range", range)?;
         }
         within("steps_per_action", self.steps_per_action, 1, MAX_STEPS)?;
+        profile_ranges("profile_ranges", &self.profile_ranges, self.max_range)?;
+        for (index, kind) in self.extra_entries.iter().enumerate() {
+            if self.extra_entries[..index].contains(kind) {
+                let field = format!("extra_entries[{index}]");
+                return Err(Error::config(field, "different entries", "one twice"));
+            }
+        }
         if self.reward.is_individual() && self.view == View::Flock {
             let team = Reward::team_kinds().join(", ");
             let expected = format!("one of {team} with the view of the whole flock");
             return Err(Error::config("reward", expected, "an individual reward"));
         }
         Ok(())
+    }
+
+    /// Checks that the scenario defines the optional entries of the observation.
+    pub(super) fn check_scenario(&self, scenario: &FlockConfig) -> Result<()> {
+        if self.profile_ranges.is_empty() {
+            return Ok(());
+        }
+        if scenario.frozen_graph {
+            let expected = "none with a frozen graph, whose neighbors do not depend on the range";
+            return Err(Error::config("profile_ranges", expected, "some"));
+        }
+        if self.view == View::Flock && scenario.motion.needs_pairs() {
+            let expected =
+                "none with one range for the flock and forces between pairs of neighbors";
+            return Err(Error::config("profile_ranges", expected, "some"));
+        }
+        Ok(())
+    }
+
+    /// Returns the entries of an observation row, in order, for dimension 2 or 3.
+    #[must_use]
+    pub fn entries(&self, dimension: usize) -> Vec<Entry> {
+        observation::entries(self.view, self.extras(), dimension)
+    }
+
+    /// Returns the optional entries of the observation.
+    pub(super) fn extras(&self) -> Extras<'_> {
+        Extras {
+            ranges: &self.profile_ranges,
+            entries: &self.extra_entries,
+        }
     }
 }

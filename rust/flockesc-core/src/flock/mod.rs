@@ -1,15 +1,18 @@
 //! The flock model (paper, Section V): agents align with their neighbors and flee from predators.
 
+mod approach;
 mod initial;
 mod initial_state;
 mod metrics;
 mod motion;
+mod preview;
 mod randomization;
 mod scenario;
 mod simulate;
 mod summary;
 mod world;
 
+pub(crate) use approach::{Drift, Straight, approaches};
 pub use initial::{
     AlignedHeadings, Clusters, Disc, Gaussian, GivenHeadings, GivenPositions, InitialHeadings,
     InitialPositions, RandomHeadings, Ring, Segment, Square,
@@ -17,6 +20,7 @@ pub use initial::{
 pub use initial_state::InitialState;
 pub use metrics::PredatorDistance;
 pub use motion::{Inertial, Motion, Reynolds, Vicsek};
+pub(crate) use preview::{Forecast, Preview};
 pub use randomization::{Choice, Distribution, LogUniform, Uniform};
 pub use scenario::FlockConfig;
 pub use simulate::{Schedule, Trajectory, simulate_flock};

@@ -35,6 +35,14 @@ pub(crate) struct Summary<const D: usize> {
     pub(crate) fraction_in_range: f64,
 }
 
+/// Averages over the headings of all agents, as in [`Summary`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Headings {
+    pub(crate) polarization: f64,
+    pub(crate) heading_away: f64,
+    pub(crate) neighbor_count: f64,
+}
+
 /// Scale of the number of neighbors: the scaled number is one half for eight neighbors.
 pub(crate) const HALF_COUNT: f64 = 8.0;
 
@@ -124,6 +132,36 @@ impl<const D: usize> Summary<D> {
                 scales.share.value(sums.heading_away_in_range) / sums.in_range as f64
             },
             fraction_in_range: sums.in_range as f64 / n,
+        }
+    }
+}
+
+impl Headings {
+    /// Computes the averages over `num_agents` >= 1 agents with these sums over neighbors. `largest_speed` is
+    /// theirs in m/s, and `predators` are the positions in m.
+    pub(super) fn of<const D: usize>(
+        (groups, sums): (&[Group<D>], &[NeighborSums<D>]),
+        predators: &[[f64; D]],
+        (num_agents, largest_speed): (usize, f64),
+    ) -> Self {
+        let scales = Scales {
+            speed: Scale::for_registers(largest_speed, num_agents),
+            share: Scale::for_registers(1.0, num_agents),
+        };
+        let flock = Flock {
+            groups,
+            sums,
+            predators,
+            unit: scales.speed,
+            speed: largest_speed,
+            predator_range: 0.0,
+        };
+        let sums = add_up(&flock, &scales);
+        let share = |sum: i64| scales.share.value(sum) / num_agents as f64;
+        Self {
+            polarization: squared_norm(&sums.heading.map(share)).sqrt().min(1.0),
+            heading_away: share(sums.heading_away),
+            neighbor_count: share(sums.neighbor_count),
         }
     }
 }

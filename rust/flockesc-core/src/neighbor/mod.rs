@@ -3,6 +3,7 @@
 mod engine;
 mod neighborhood;
 mod options;
+mod profile;
 mod ranges;
 mod rules;
 #[cfg(test)]
@@ -13,5 +14,6 @@ pub(crate) use engine::pairs::Pairs;
 pub(crate) use engine::sums::NeighborSums;
 pub(crate) use neighborhood::{Neighborhood, NeighborhoodState};
 pub(crate) use options::NeighborOptions;
+pub(crate) use profile::Profile;
 pub use ranges::Ranges;
 pub use rules::{Metric, NeighborRule, Topological, Voronoi};

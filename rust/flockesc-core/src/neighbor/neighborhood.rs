@@ -185,6 +185,16 @@ impl<const D: usize> Neighborhood<D> {
         }
     }
 
+    /// Computes the reaches and lists under `ranges` at the current positions.
+    pub(in crate::neighbor) fn links_at(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> Links {
+        self.current_links(&self.options, agents, ranges)
+    }
+
+    /// Returns the options and the tree of the agents, for searches under other ranges.
+    pub(in crate::neighbor) fn search(&self) -> (&NeighborOptions, &Tree<D>) {
+        (&self.options, &self.tree)
+    }
+
     /// Computes reaches and lists at the current positions.
     fn current_links(
         &self,

@@ -4,6 +4,7 @@ use multiversion::multiversion;
 use nalgebra::SVector;
 
 use super::Scene;
+use super::extras::agent::Writer;
 use super::table::{Row, Table, squash};
 use crate::agents::{Column, GROUP, Group};
 use crate::base::exact::Scale;
@@ -106,25 +107,31 @@ impl<const D: usize> Columns<D> {
         approach_scaled: [[0.0; GROUP]; D],
     };
 
-    /// Returns the features of the agent in a lane.
-    fn features<'a>(
-        &self,
-        lane: usize,
-        velocity: &SVector<f64, D>,
-        last_range: f64,
-        common: &'a Common,
-    ) -> Features<'a, D> {
+    /// Returns the body frame of the agent in a lane. `more` are further cues of its roll.
+    fn frame(&self, lane: usize, velocity: &SVector<f64, D>, more: &[SVector<f64, D>]) -> Frame<D> {
         let at = |columns: &[Column<f64>; D]| SVector::from_fn(|axis, _| columns[axis][lane]);
         let cues = [
             at(&self.predator_direction),
             at(&self.heard),
             at(&self.approach),
         ];
-        let frame = if self.norm[lane] > SHORTEST {
-            Frame::along(at(&self.heading), &cues)
+        let cues = cues.into_iter().chain(more.iter().copied());
+        if self.norm[lane] > SHORTEST {
+            Frame::along(at(&self.heading), cues)
         } else {
-            Frame::new(velocity, &cues)
-        };
+            Frame::new(velocity, cues)
+        }
+    }
+
+    /// Returns the features of the agent in a lane.
+    fn features<'a>(
+        &self,
+        lane: usize,
+        frame: &Frame<D>,
+        last_range: f64,
+        common: &'a Common,
+    ) -> Features<'a, D> {
+        let at = |columns: &[Column<f64>; D]| SVector::from_fn(|axis, _| columns[axis][lane]);
         Features {
             common,
             last_range,
@@ -133,7 +140,7 @@ impl<const D: usize> Columns<D> {
             heard_velocity: frame.coordinates(&at(&self.heard_scaled)),
             predator_sensed: self.sensed[lane],
             predator_distance: self.distance[lane],
-            predator_direction: frame.coordinates(&cues[0]),
+            predator_direction: frame.coordinates(&at(&self.predator_direction)),
             predator_velocity: frame.coordinates(&at(&self.approach_scaled)),
         }
     }
@@ -235,6 +242,8 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
         out[agent * length..(agent + 1) * length].fill(0.0);
     }
     let mut columns = Columns::EMPTY;
+    let mut extras = Writer::new(scene);
+    let (mut axes, mut cues) = ([[[0.0; GROUP]; D]; D], Vec::new());
     let groups = world
         .agents()
         .groups
@@ -242,13 +251,39 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
         .zip(world.neighborhood().sums());
     for (index, (group, heard)) in groups.enumerate() {
         compute_columns(group, heard, world.predators(), &common, &mut columns);
-        for (lane, agent) in world.agents().ids_of(index).iter().enumerate() {
+        if let Some(writer) = &mut extras {
+            writer.listen(index);
+        }
+        let ids = world.agents().ids_of(index);
+        for (lane, agent) in ids.iter().enumerate() {
             let agent = *agent as usize;
             let velocity = SVector::from_fn(|axis, _| group.velocity[axis][lane]);
             let last_range = scene.ranges[agent] / common.max_range;
-            let features = columns.features(lane, &velocity, last_range, &common);
+            if let Some(writer) = extras.as_ref().filter(|_| D == 3) {
+                cues.clear();
+                writer.add_cues(lane, &mut cues);
+            }
+            let frame = columns.frame(lane, &velocity, &cues);
+            let features = columns.features(lane, &frame, last_range, &common);
             let row = &mut out[agent * length..(agent + 1) * length];
             table(&mut Row::new(&features, row));
+            if extras.is_some() {
+                for (columns, axis) in axes.iter_mut().zip(frame.axes()) {
+                    for k in 0..D {
+                        columns[k][lane] = axis[k];
+                    }
+                }
+            }
+        }
+        if let Some(writer) = &mut extras {
+            let columns = writer.columns(group, &axes, heard);
+            let first = length - columns.len();
+            for (lane, agent) in ids.iter().enumerate() {
+                let row = &mut out[*agent as usize * length..][first..length];
+                for (entry, column) in row.iter_mut().zip(columns) {
+                    *entry = column[lane];
+                }
+            }
         }
     }
 }

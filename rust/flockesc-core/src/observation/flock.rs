@@ -3,9 +3,9 @@
 
 use nalgebra::SVector;
 
-use super::Scene;
 use super::agent::nearest;
 use super::table::{Row, Table, squash};
+use super::{Scene, extras};
 use crate::base::vector::heading;
 use crate::flock::{PredatorDistance, Summary};
 
@@ -116,5 +116,7 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
             velocity: predator.velocity,
         }),
     };
-    table(&mut Row::new(&features, out));
+    let mut row = Row::new(&features, out);
+    table(&mut row);
+    extras::flock::write(scene, row.rest());
 }

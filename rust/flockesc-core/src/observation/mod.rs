@@ -4,6 +4,8 @@
 //! All entries are invariant under translations and rotations of the world.
 
 mod agent;
+mod columns;
+mod extras;
 mod flock;
 mod predator;
 mod scene;
@@ -12,14 +14,15 @@ mod table;
 mod view;
 
 use crate::base::entry::Entry;
+pub use extras::ExtraEntries;
+pub(crate) use extras::Extras;
 pub(crate) use scene::Scene;
 pub use sensing::SensingRange;
 use table::Entries;
 pub use view::View;
 
 /// Returns the entries of an observation row, in order, for dimension 2 or 3.
-#[must_use]
-pub fn entries(view: View, dimension: usize) -> Vec<Entry> {
+pub(crate) fn entries(view: View, extras: Extras<'_>, dimension: usize) -> Vec<Entry> {
     let mut entries = Entries::default();
     match (view, dimension) {
         (View::Flock, 2) => flock::table::<2>(&mut entries),
@@ -27,7 +30,12 @@ pub fn entries(view: View, dimension: usize) -> Vec<Entry> {
         (View::Agent, 2) => agent::table::<2>(&mut entries),
         (View::Agent, _) => agent::table::<3>(&mut entries),
     }
-    entries.0
+    match (view, dimension) {
+        (View::Flock, _) => extras::flock::table(extras, &mut entries),
+        (View::Agent, 2) => extras::agent::table::<2>(extras, &mut entries),
+        (View::Agent, _) => extras::agent::table::<3>(extras, &mut entries),
+    }
+    entries.entries
 }
 
 /// Returns the entries of a learned predator's row, in order, for dimension 2 or 3.
@@ -38,7 +46,7 @@ pub fn predator_entries(dimension: usize) -> Vec<Entry> {
         2 => predator::table::<2>(&mut entries),
         _ => predator::table::<3>(&mut entries),
     }
-    entries.0
+    entries.entries
 }
 
 impl<const D: usize> Scene<'_, D> {

@@ -1,7 +1,7 @@
 //! `Scene`: the state of an episode that observations are computed from.
 
-use super::SensingRange;
 use super::table::squash;
+use super::{Extras, SensingRange};
 use crate::flock::{FlockConfig, Summary, World};
 use crate::reward::Objective;
 
@@ -19,6 +19,8 @@ pub(crate) struct Scene<'a, const D: usize> {
     pub(crate) max_range: f64,
     /// Distance up to which agents sense predators. `None` is an infinite distance.
     pub(crate) sensing_range: Option<SensingRange>,
+    /// The optional entries.
+    pub(crate) extras: Extras<'a>,
     /// Number of steps so far.
     pub(crate) step: usize,
 }

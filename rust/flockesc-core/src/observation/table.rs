@@ -13,28 +13,39 @@ pub(super) trait Table<S> {
 
     /// Adds the coordinates of a vector of norm at most 1.
     fn vector<const D: usize>(&mut self, name: &str, value: impl Fn(&S) -> [f64; D]);
+
+    /// Begins the entries of the k-th candidate range.
+    fn begin_candidate(&mut self, k: usize);
 }
 
 /// Collects names and bounds.
 #[derive(Debug, Default)]
-pub(super) struct Entries(pub(super) Vec<Entry>);
+pub(super) struct Entries {
+    pub(super) entries: Vec<Entry>,
+    /// What the names begin with.
+    prefix: String,
+}
 
 impl Entries {
-    fn push(&mut self, name: String, low: f32) {
-        let high = 1.0;
-        self.0.push(Entry { name, low, high });
+    fn push(&mut self, name: &str, low: f32) {
+        let (name, high) = (format!("{}{name}", self.prefix), 1.0);
+        self.entries.push(Entry { name, low, high });
     }
 }
 
 impl<S> Table<S> for Entries {
     fn number(&mut self, name: &str, low: f32, _value: impl Fn(&S) -> f64) {
-        self.push(name.to_owned(), low);
+        self.push(name, low);
     }
 
     fn vector<const D: usize>(&mut self, name: &str, _value: impl Fn(&S) -> [f64; D]) {
         for axis in &AXES[..D] {
-            self.push(format!("{name}_{axis}"), -1.0);
+            self.push(&format!("{name}_{axis}"), -1.0);
         }
+    }
+
+    fn begin_candidate(&mut self, k: usize) {
+        self.prefix = format!("profile_{k}_");
     }
 }
 
@@ -49,6 +60,11 @@ impl<'a, S> Row<'a, S> {
     pub(super) fn new(features: &'a S, out: &'a mut [f32]) -> Self {
         let out = out.iter_mut();
         Self { features, out }
+    }
+
+    /// Returns the values that were not written.
+    pub(super) fn rest(self) -> &'a mut [f32] {
+        self.out.into_slice()
     }
 
     /// Writes the next value, clamped to [-1, 1] because rounding may exceed the bounds.
@@ -72,6 +88,9 @@ impl<S> Table<S> for Row<'_, S> {
             self.push(coordinate);
         }
     }
+
+    #[inline(always)]
+    fn begin_candidate(&mut self, _k: usize) {}
 }
 
 /// Maps a length or speed x >= 0 to x / (x + `scale`), in [0, 1).

@@ -21,6 +21,13 @@ pub(crate) struct NeighborSums<const D: usize> {
 }
 
 impl<const D: usize> NeighborSums<D> {
+    /// Sums over no agents.
+    pub(in crate::neighbor) const EMPTY: Self = Self {
+        sum: [[0; GROUP]; D],
+        count: [0; GROUP],
+        norm: [0.0; GROUP],
+    };
+
     /// Creates the sums of agents whose only neighbor is the agent itself.
     pub(in crate::neighbor) fn isolated(agents: &FixedPointAgents<D>) -> Self {
         let norm =

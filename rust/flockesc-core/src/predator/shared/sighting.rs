@@ -76,6 +76,6 @@ impl<const D: usize> Sighting<D> {
             .filter(|_| is_moving)
             .chain(&seen)
             .find_map(unit);
-        Frame::new(&ahead.unwrap_or_else(SVector::zeros), &seen)
+        Frame::new(&ahead.unwrap_or_else(SVector::zeros), seen)
     }
 }

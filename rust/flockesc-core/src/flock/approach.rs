@@ -1,0 +1,248 @@
+//! Closest approaches of predators and agents that keep their velocities. Results do not depend on the order
+//! of the agents.
+
+use multiversion::multiversion;
+
+use crate::agents::{Column, GROUP, Group, centroid, reduce};
+use crate::base::exact::Scale;
+use crate::base::vector::{larger, smaller, squared_norm};
+use crate::predator::Predator;
+
+/// A predator that keeps its velocity.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Straight<const D: usize> {
+    /// r_p in m.
+    pub(crate) position: [f64; D],
+    /// v_p in m/s.
+    pub(crate) velocity: [f64; D],
+}
+
+impl<const D: usize> Straight<D> {
+    /// Returns where the predator is after `time` s.
+    pub(crate) fn after(&self, time: f64) -> [f64; D] {
+        std::array::from_fn(|axis| self.position[axis] + self.velocity[axis] * time)
+    }
+}
+
+impl<const D: usize> From<&Predator<D>> for Straight<D> {
+    fn from(predator: &Predator<D>) -> Self {
+        Self {
+            position: predator.position.into(),
+            velocity: predator.velocity.into(),
+        }
+    }
+}
+
+/// Averages over the agents that determine the closest approach of a predator to the flock.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Drift<const D: usize> {
+    /// c, the mean position in m.
+    centroid: [f64; D],
+    /// Mean velocity in m/s.
+    velocity: [f64; D],
+    /// Mean of (r_i - c) v_i in m^2/s.
+    expansion: f64,
+    /// Mean of ||v_i||^2 in m^2/s^2.
+    squared_speed: f64,
+}
+
+/// Largest magnitudes of coordinates.
+pub(super) struct Extremes<const D: usize> {
+    low: [f64; D],
+    high: [f64; D],
+    /// Largest speed in m/s.
+    pub(super) speed: f64,
+}
+
+impl<const D: usize> Drift<D> {
+    /// Computes the averages over `num_agents` >= 1 agents.
+    pub(crate) fn of(groups: &[Group<D>], num_agents: usize) -> Self {
+        let Extremes { low, high, speed } = extremes(groups);
+        let n = num_agents as f64;
+        let extent: [f64; D] = std::array::from_fn(|axis| high[axis] - low[axis]);
+        let scales = [speed, squared_norm(&extent).sqrt() * speed, speed * speed];
+        let scales = scales.map(|largest| Scale::for_registers(largest, num_agents));
+        let centroid = centroid(groups, (low, high), num_agents);
+        let (velocity, expansion, square) = add_up(groups, &centroid, scales);
+        Self {
+            centroid,
+            velocity: velocity.map(|sum| scales[0].value(sum) / n),
+            expansion: scales[1].value(expansion) / n,
+            squared_speed: scales[2].value(square) / n,
+        }
+    }
+
+    /// Returns the time in s, at least 0, at which the mean squared distance of the agents to a predator is
+    /// smallest.
+    pub(crate) fn time_of_approach(&self, predator: &Straight<D>) -> f64 {
+        let (mut closing, mut squared_speed) = (self.expansion, self.squared_speed);
+        for axis in 0..D {
+            let (own, its) = (self.velocity[axis], predator.velocity[axis]);
+            closing += (self.centroid[axis] - predator.position[axis]) * (own - its);
+            squared_speed += its * (its - 2.0 * own);
+        }
+        time_of_minimum(closing, squared_speed)
+    }
+}
+
+/// Returns the time at least 0 at which ||offset + velocity t|| is smallest. `closing` is the product of both
+/// vectors, and `squared_speed` is that of the velocity with itself.
+#[inline(always)]
+fn time_of_minimum(closing: f64, squared_speed: f64) -> f64 {
+    let time = -closing / squared_speed;
+    // NaN without relative motion, or in lanes without an agent.
+    if time > 0.0 && time < f64::INFINITY {
+        time
+    } else {
+        0.0
+    }
+}
+
+/// Time in s and distance in m of the closest approach of every agent of a group to any predator. The
+/// distance is infinite without a predator.
+#[derive(Debug, Clone)]
+pub(crate) struct Approaches {
+    pub(crate) time: Column<f64>,
+    pub(crate) distance: Column<f64>,
+}
+
+/// Returns the closest approaches of the agents of a group if they had the given velocities in m/s. Predators
+/// farther away than `range` m do not count.
+#[inline(always)]
+pub(crate) fn approaches<const D: usize>(
+    group: &Group<D>,
+    velocity: &[Column<f64>; D],
+    predators: &[Straight<D>],
+    range: f64,
+) -> Approaches {
+    let (mut time, mut distance) = ([0.0; GROUP], [f64::INFINITY; GROUP]);
+    for predator in predators {
+        for lane in 0..GROUP {
+            let offset: [f64; D] =
+                std::array::from_fn(|axis| group.position[axis][lane] - predator.position[axis]);
+            let relative: [f64; D] =
+                std::array::from_fn(|axis| velocity[axis][lane] - predator.velocity[axis]);
+            let closing = (0..D).fold(0.0, |sum, axis| sum + offset[axis] * relative[axis]);
+            let then = time_of_minimum(closing, squared_norm(&relative));
+            let nearest: [f64; D] =
+                std::array::from_fn(|axis| offset[axis] + relative[axis] * then);
+            let length = squared_norm(&nearest).sqrt();
+            let counts = squared_norm(&offset) <= range * range && length < distance[lane];
+            distance[lane] = if counts { length } else { distance[lane] };
+            time[lane] = if counts { then } else { time[lane] };
+        }
+    }
+    Approaches { time, distance }
+}
+
+/// Returns the smallest distance in m of a closest approach of any agent to any predator. It is infinite
+/// without agents or predators.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(crate) fn closest_distance<const D: usize>(
+    groups: &[Group<D>],
+    predators: &[Straight<D>],
+) -> f64 {
+    let mut smallest = [f64::INFINITY; GROUP];
+    for group in groups {
+        let found = approaches(group, &group.velocity, predators, f64::INFINITY);
+        for lane in 0..GROUP {
+            smallest[lane] = smaller(smallest[lane], found.distance[lane]);
+        }
+    }
+    reduce(smallest, smaller)
+}
+
+/// Returns the mean distance in m of the agents to a predator after `time` s with the present velocities.
+pub(crate) fn mean_distance_after<const D: usize>(
+    groups: &[Group<D>],
+    num_agents: usize,
+    predator: &Straight<D>,
+    time: f64,
+) -> f64 {
+    let largest = groups.iter().fold(0.0, |most, group| {
+        distances_after(group, predator, time)
+            .into_iter()
+            .fold(most, larger)
+    });
+    let scale = Scale::for_registers(largest, num_agents);
+    let sum = groups.iter().fold(0, |sum, group| {
+        let distances = distances_after(group, predator, time);
+        let units = distances.map(|distance| {
+            if distance.is_nan() {
+                0
+            } else {
+                scale.quantize(distance)
+            }
+        });
+        sum + reduce(units, |a, b| a + b)
+    });
+    scale.mean(sum, num_agents as i64)
+}
+
+/// Returns the distances in m of a group's agents to a predator after `time` s, NaN in empty lanes.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn distances_after<const D: usize>(
+    group: &Group<D>,
+    predator: &Straight<D>,
+    time: f64,
+) -> Column<f64> {
+    let mut distances = [0.0; GROUP];
+    for lane in 0..GROUP {
+        let offset: [f64; D] = std::array::from_fn(|axis| {
+            let relative = group.velocity[axis][lane] - predator.velocity[axis];
+            group.position[axis][lane] - predator.position[axis] + relative * time
+        });
+        distances[lane] = squared_norm(&offset).sqrt();
+    }
+    distances
+}
+
+/// Returns the bounding box of all agents and the largest speed.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(super) fn extremes<const D: usize>(groups: &[Group<D>]) -> Extremes<D> {
+    let (mut low, mut high) = ([[f64::INFINITY; GROUP]; D], [[f64::NEG_INFINITY; GROUP]; D]);
+    let mut speed = [0.0; GROUP];
+    for group in groups {
+        for lane in 0..GROUP {
+            for axis in 0..D {
+                low[axis][lane] = smaller(low[axis][lane], group.position[axis][lane]);
+                high[axis][lane] = larger(high[axis][lane], group.position[axis][lane]);
+            }
+            if !group.position[0][lane].is_nan() {
+                speed[lane] = larger(speed[lane], group.speed[lane]);
+            }
+        }
+    }
+    Extremes {
+        low: low.map(|column| reduce(column, smaller)),
+        high: high.map(|column| reduce(column, larger)),
+        speed: reduce(speed, larger),
+    }
+}
+
+/// Returns the sums of v_i, of (r_i - c) v_i and of ||v_i||^2 in units of `scales`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn add_up<const D: usize>(
+    groups: &[Group<D>],
+    centroid: &[f64; D],
+    scales: [Scale; 3],
+) -> ([i64; D], i64, i64) {
+    let mut velocity = [[0; GROUP]; D];
+    let (mut expansion, mut square) = ([0; GROUP], [0; GROUP]);
+    for group in groups {
+        for lane in 0..GROUP {
+            let is_agent = -i64::from(!group.position[0][lane].is_nan());
+            let (mut product, mut squared_speed) = (0.0, 0.0);
+            for axis in 0..D {
+                let speed = group.velocity[axis][lane];
+                velocity[axis][lane] += scales[0].quantize(speed) & is_agent;
+                product += (group.position[axis][lane] - centroid[axis]) * speed;
+                squared_speed += speed * speed;
+            }
+            expansion[lane] += scales[1].quantize(product) & is_agent;
+            square[lane] += scales[2].quantize(squared_speed) & is_agent;
+        }
+    }
+    let total = |column: Column<i64>| reduce(column, |a, b| a + b);
+    (velocity.map(total), total(expansion), total(square))
+}

@@ -1,0 +1,125 @@
+//! Optional entries of the flock's observation.
+
+use super::{ExtraEntries, Extras};
+use crate::flock::{Forecast, Preview, Straight};
+use crate::neighbor::Profile;
+use crate::observation::Scene;
+use crate::observation::table::{Row, Table, squash};
+
+/// The values that the entries are computed from.
+pub(in crate::observation) struct Features {
+    now: Forecast,
+    /// The forecasts after one step under every candidate range.
+    candidates: Vec<Forecast>,
+    is_sensed: bool,
+    /// Scale of lengths in m.
+    length: f64,
+    /// Scale of times in s.
+    time: f64,
+}
+
+/// Adds the entries of a row to `table`.
+#[inline(always)]
+pub(in crate::observation) fn table(extras: Extras<'_>, table: &mut impl Table<Features>) {
+    let has_escape = extras.has(ExtraEntries::EscapeDirection);
+    let has_approach = extras.has(ExtraEntries::ClosestApproach);
+    if has_escape {
+        table.number("heading_escape", -1.0, |features| {
+            features.if_sensed(features.now.heading_escape)
+        });
+    }
+    if has_approach {
+        table.number("closest_mean_distance", 0.0, |features| {
+            features.distance(features.now.mean_distance)
+        });
+        table.number("closest_min_distance", 0.0, |features| {
+            features.distance(features.now.min_distance)
+        });
+        table.number("closest_approach_time", 0.0, |features| {
+            features.if_sensed(squash(features.now.time, features.time))
+        });
+    }
+    for k in 0..extras.ranges.len() {
+        table.begin_candidate(k);
+        let after = move |features: &Features| features.candidates[k];
+        table.number("polarization", 0.0, move |features| {
+            after(features).headings.polarization
+        });
+        table.number("neighbor_count", 0.0, move |features| {
+            after(features).headings.neighbor_count
+        });
+        table.number("heading_away", -1.0, move |features| {
+            features.if_sensed(after(features).headings.heading_away)
+        });
+        if has_escape {
+            table.number("heading_escape", -1.0, move |features| {
+                features.if_sensed(after(features).heading_escape)
+            });
+        }
+        if has_approach {
+            table.number("closest_mean_distance", 0.0, move |features| {
+                features.distance(after(features).mean_distance)
+            });
+            table.number("closest_min_distance", 0.0, move |features| {
+                features.distance(after(features).min_distance)
+            });
+        }
+    }
+}
+
+impl Features {
+    /// Returns `value`, or 0 if no agent senses a predator.
+    fn if_sensed(&self, value: f64) -> f64 {
+        if self.is_sensed { value } else { 0.0 }
+    }
+
+    /// Returns a distance to a predator, scaled to [0, 1), or 0 if no agent senses one.
+    fn distance(&self, distance: f64) -> f64 {
+        self.if_sensed(squash(distance, self.length))
+    }
+}
+
+/// Writes one row.
+pub(in crate::observation) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
+    let (world, num_agents) = (scene.world, scene.world.agents().len());
+    if scene.extras.is_empty() || num_agents == 0 {
+        out.fill(0.0);
+        return;
+    }
+    let predators: Vec<Straight<D>> = world.predators().iter().map(Straight::from).collect();
+    let mut preview = Preview::default();
+    for sums in world.neighborhood().sums() {
+        preview.push(world, sums);
+    }
+    let features = Features {
+        now: preview.forecast(num_agents, &predators),
+        candidates: forecasts(scene, predators),
+        is_sensed: scene.is_sensed(world.predator_distance().minimum),
+        length: scene.length(),
+        time: scene.length() / scene.speed(),
+    };
+    table(scene.extras, &mut Row::new(&features, out));
+}
+
+/// Returns the forecasts after one step under every candidate range.
+fn forecasts<const D: usize>(
+    scene: &Scene<'_, D>,
+    mut predators: Vec<Straight<D>>,
+) -> Vec<Forecast> {
+    let (world, ranges) = (scene.world, scene.extras.ranges);
+    for predator in &mut predators {
+        predator.position = predator.after(scene.scenario().time_step);
+    }
+    let mut profile = Profile::new(world.neighborhood(), world.agents(), ranges);
+    let mut previews: Vec<Preview<D>> = ranges.iter().map(|_| Preview::default()).collect();
+    for group in 0..world.agents().groups.len() {
+        for (preview, sums) in previews.iter_mut().zip(profile.of_group(group)) {
+            preview.push(world, sums);
+        }
+    }
+    let forecast = |mut preview: Preview<D>| {
+        preview.advance(world, &predators);
+        preview.forecast(world.agents().len(), &predators)
+    };
+    previews.into_iter().map(forecast).collect()
+}
