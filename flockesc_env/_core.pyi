@@ -91,6 +91,7 @@ class FlockBatch:
         self,
         architecture: str,
         parameters: NDArray[np.float32],
+        candidates: NDArray[np.float64],
         seeds: NDArray[np.uint64],
         report: Callable[[int], None] | None = None,
     ) -> dict[str, NDArray[Any]]: ...
@@ -161,6 +162,7 @@ def network_ranges(
     parameters: NDArray[np.float32],
     entries: list[tuple[str, float, float]],
     actions: RangeMap,
+    candidates: NDArray[np.float64],
     observations: list[NDArray[np.float32]],
 ) -> list[NDArray[np.float64]]: ...
 def rollout_line(

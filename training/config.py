@@ -31,6 +31,8 @@ class Setting:
         objective: minimum over time of the mean (Eq. 12) or of the minimum predator distance (Eq. 13).
         max_range: largest range, in m for a flock.
         steps_per_action: number of model steps per action.
+        profile_ranges: candidate ranges of the observation; empty: no profile.
+        extra_entries: optional entries of the observation.
     """
 
     scenario: str = "paper-flock"
@@ -39,6 +41,8 @@ class Setting:
     objective: Literal["mean", "minimum"] = "mean"
     max_range: float = 20.0
     steps_per_action: int = 4
+    profile_ranges: tuple[float, ...] = ()
+    extra_entries: tuple[str, ...] = ()
 
     @property
     def model(self) -> FlockScenario | LineScenario:
@@ -54,11 +58,15 @@ class Setting:
 
     def env_options(self) -> dict[str, Any]:
         """Return the options of the environment, except the reward."""
-        actions = {"max_range": self.max_range, "steps_per_action": self.steps_per_action}
+        options: dict[str, Any] = {"max_range": self.max_range, "steps_per_action": self.steps_per_action}
+        if self.profile_ranges:
+            options["profile_ranges"] = self.profile_ranges
         if self.is_line:
-            return actions
+            return options
+        if self.extra_entries:
+            options["extra_entries"] = self.extra_entries
         sensing = None if self.predator_visible else "predator_range"
-        return {**actions, "objective": self.objective, "predator_sensing_range": sensing}
+        return {**options, "objective": self.objective, "predator_sensing_range": sensing}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,6 +98,7 @@ class SearchArgs(TrainArgs):
         rule: search for the parameters of the rule ``StubbornWitnesses`` instead of a network.
         inputs: observation entries that the network sees; empty: all. With ``time`` alone the network is an
             open-loop schedule.
+        candidate_inputs: entries of a candidate range that the network sees; it then scores every candidate.
         hidden: widths of the hidden layers.
         memory: number of recurrent values of the network.
         mirror: reflect observations such that the predator is on the left.
@@ -102,6 +111,7 @@ class SearchArgs(TrainArgs):
 
     rule: bool = False
     inputs: tuple[str, ...] = ()
+    candidate_inputs: tuple[str, ...] = ()
     hidden: tuple[int, ...] = (8,)
     memory: int = 0
     mirror: bool = False

@@ -114,5 +114,6 @@ def family_of(args: SearchArgs) -> Family:
     """Return the family of policies of a search."""
     if args.rule:
         return Witnesses(args.max_range)
-    inputs = args.inputs or policy_spec(args).layout.names
-    return Networks(Architecture(inputs, args.hidden, args.memory, args.mirror))
+    inputs = args.inputs if args.inputs or args.candidate_inputs else policy_spec(args).layout.names
+    candidates = args.candidate_inputs
+    return Networks(Architecture(inputs, args.hidden, args.memory, args.mirror, candidate_inputs=candidates))

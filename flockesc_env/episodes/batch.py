@@ -241,11 +241,13 @@ class FlockBatch:
             ``mean_return`` and ``num_actions``, with an entry per seed.
 
         Raises:
-            ArgumentError: if the actions are not normalized ones, an input is not observed, or ``parameters``
+            ArgumentError: if the actions are not normalized and the networks do not score candidate ranges, an
+                input is not observed, or ``parameters``
                 has another shape or an entry that is not finite.
         """
         report = None if progress is None else lambda done: progress(done, len(seeds))
-        return self._core.rollout(architecture, parameters, np.array(seeds, np.uint64), report)
+        candidates = self.policy_spec.candidate_ranges
+        return self._core.rollout(architecture, parameters, candidates, np.array(seeds, np.uint64), report)
 
     def team_rewards(self) -> FloatArray:
         """Return the reward of each flock in the last step, shape (num_flocks,).

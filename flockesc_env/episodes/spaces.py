@@ -163,6 +163,16 @@ class PolicySpec:
     num_steps: int
     profile_ranges: tuple[float, ...] = ()
 
+    @property
+    def candidate_ranges(self) -> FloatArray:
+        """The ranges that the actions of the candidates set, shape (candidates,).
+
+        They differ from ``profile_ranges`` by the rounding of actions to float32, or are the nearest ranges
+        of the grid of discrete actions.
+        """
+        actions = self.actions.from_ranges(np.array(self.profile_ranges))
+        return self.actions.to_ranges(actions, len(self.profile_ranges))
+
 
 def line_policy_spec(scenario: LineScenario, options: LineOptions) -> PolicySpec:
     """Return the policy spec of a line environment with this scenario and these options."""

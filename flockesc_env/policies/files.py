@@ -113,5 +113,5 @@ def _policy(fields: dict[str, Any] | None, parameters: Any) -> Stored:
     """Return a network or, if there is no architecture, a rule."""
     if fields is None:
         return StubbornWitnesses(*parameters)
-    lists = {"inputs": tuple(fields["inputs"]), "hidden": tuple(fields["hidden"])}
+    lists = {name: tuple(fields[name]) for name in ("inputs", "candidate_inputs", "hidden") if name in fields}
     return NetworkPolicy(Architecture(**{**fields, **lists}), parameters)

@@ -42,6 +42,9 @@ class Architecture:
             inputs for the next; they are 0 at the start of an episode.
         mirror: whether observations are reflected such that the predator is on the left; see ``mirrored``.
         squash: function that maps the action to [-1, 1]: ``"clip"`` or ``"tanh"``.
+        candidate_inputs: names of the entries of a candidate range that are inputs, without ``profile_k_``;
+            or ``"range"``, the candidate divided by the largest one. The network then scores every candidate
+            of ``profile_ranges`` and sets the one with the highest score, the shortest among equals.
 
     Raises:
         ArgumentError: if an attribute has the wrong type or is out of bounds.
@@ -52,23 +55,28 @@ class Architecture:
     memory: int = 0
     mirror: bool = False
     squash: Squash = "clip"
+    candidate_inputs: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if not as_instance(self.inputs, "inputs", tuple):
+        for field in ("inputs", "candidate_inputs"):
+            for i, name in enumerate(as_instance(getattr(self, field), field, tuple)):
+                as_text(name, f"{field}[{i}]")
+        if not self.inputs and not self.candidate_inputs:
             raise ArgumentError("inputs", "at least one name", "none")
-        for i, name in enumerate(self.inputs):
-            as_text(name, f"inputs[{i}]")
         widths = enumerate(as_instance(self.hidden, "hidden", tuple))
         hidden = tuple(as_count(width, f"hidden[{i}]") for i, width in widths)
         object.__setattr__(self, "hidden", hidden)
         object.__setattr__(self, "memory", as_count(self.memory, "memory", least=0))
+        if self.memory and self.candidate_inputs:
+            raise ArgumentError("memory", "0 for a network that scores candidate ranges", self.memory)
         object.__setattr__(self, "mirror", as_flag(self.mirror, "mirror"))
         object.__setattr__(self, "squash", as_choice(self.squash, "squash", get_args(Squash)))
 
     @property
     def shapes(self) -> list[tuple[int, int]]:
         """Shape of the weight matrix of every layer, (inputs, outputs)."""
-        return list(pairwise([len(self.inputs) + self.memory, *self.hidden, 1 + self.memory]))
+        inputs = len(self.inputs) + len(self.candidate_inputs) + self.memory
+        return list(pairwise([inputs, *self.hidden, 1 + self.memory]))
 
     @property
     def size(self) -> int:
@@ -81,7 +89,9 @@ class Architecture:
 
 
 class NetworkPolicy(RowMemory):
-    """A neural network that sets ranges; requires ``action_mode="normalized"``.
+    """A neural network that sets ranges.
+
+    It requires ``action_mode="normalized"``, unless it scores candidate ranges.
 
     It computes in float64. Parameters and actions are float32.
 
@@ -106,25 +116,54 @@ class NetworkPolicy(RowMemory):
         """Return one action per observation row; see ``Policy.act``.
 
         Raises:
-            ArgumentError: if the action mode is not ``"normalized"``, an input is not in the observation, or
-                the number of rows changes during an episode and the network has a memory.
+            ArgumentError: if an input is not in the observation, the action mode is not ``"normalized"`` and
+                the network does not score candidate ranges, or the number of rows changes during an episode and the network has a memory.
         """
+        values = self._read(self.architecture.inputs, observations, spec)
+        if self.architecture.candidate_inputs:
+            return self._choose(values, observations, spec)
         if spec.actions.mode != "normalized":
             raise ArgumentError("action_mode", "'normalized'", repr(spec.actions.mode))
-        columns = [spec.layout.index(name) for name in self.architecture.inputs]
-        values: FloatArray = observations[:, columns].astype(np.float64)
-        if self.architecture.mirror:
-            _reflect(values, self.architecture.inputs, _sides(observations, spec.layout))
         if self.architecture.memory:
             values = np.concatenate([values, self._recall(len(observations))], axis=1)
-        for weights, biases in self._layers[:-1]:
-            values = np.tanh(values @ weights + biases)
-        weights, biases = self._layers[-1]
-        values = values @ weights + biases
+        values = self._forward(values)
         self._memory = np.tanh(values[:, 1:])
         action = values[:, :1]
         bounded = np.tanh(action) if self.architecture.squash == "tanh" else action.clip(-1, 1)
         return bounded.astype(np.float32)
+
+    def _read(self, names: Sequence[str], observations: Observations, spec: PolicySpec) -> FloatArray:
+        """Return the values of some entries, shape (k, names)."""
+        columns = [spec.layout.index(name) for name in names]
+        values: FloatArray = observations[:, columns].astype(np.float64)
+        if self.architecture.mirror:
+            _reflect(values, names, _sides(observations, spec.layout))
+        return values
+
+    def _choose(self, own: FloatArray, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+        """Return the actions of the candidate ranges with the highest scores."""
+        candidates = spec.candidate_ranges
+        if not candidates.size:
+            raise ArgumentError("profile_ranges", "candidate ranges for a network that scores them", "none")
+        scores = []
+        for k, candidate in enumerate(candidates):
+            values = np.full((len(own), len(self.architecture.candidate_inputs)), candidate / candidates[-1])
+            names = [
+                (i, name) for i, name in enumerate(self.architecture.candidate_inputs) if name != "range"
+            ]
+            entries = [f"profile_{k}_{name}" for _, name in names]
+            values[:, [i for i, _ in names]] = self._read(entries, observations, spec)
+            scores.append(self._forward(np.concatenate([own, values], axis=1))[:, 0])
+        chosen: NDArray[np.int64] = np.argmax(scores, axis=0)
+        return spec.actions.from_ranges(np.array(spec.profile_ranges)[chosen])
+
+    def _forward(self, values: FloatArray) -> FloatArray:
+        """Return the outputs of the last layer, shape (k, outputs)."""
+        for weights, biases in self._layers[:-1]:
+            values = np.tanh(values @ weights + biases)
+        weights, biases = self._layers[-1]
+        outputs: FloatArray = values @ weights + biases
+        return outputs
 
     def _recall(self, count: int) -> FloatArray:
         begins = self._take_begins(count)

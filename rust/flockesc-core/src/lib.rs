@@ -38,7 +38,7 @@ pub use line::{
     LineTrajectory, line_entries, rollout_line, simulate_line,
 };
 pub use neighbor::{Metric, NeighborRule, Ranges, Topological, Voronoi};
-pub use network::{Architecture, Networks, NormalizedRange, Squash};
+pub use network::{Architecture, NetworkRanges, Networks, NormalizedRange, Squash};
 pub use observation::{ExtraEntries, SensingRange, View, predator_entries};
 pub use parallel::Progress;
 pub use predator::{

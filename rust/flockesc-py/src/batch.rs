@@ -143,14 +143,16 @@ impl FlockBatch {
 
     /// Plays the flock of every seed to its end, under one network for all seeds or one per seed.
     ///
-    /// Returns one array per outcome. The flocks of the batch stay unchanged. `report` is called
-    /// with the number of finished flocks.
-    #[pyo3(signature = (architecture, parameters, seeds, report=None))]
+    /// Returns one array per outcome. The flocks of the batch stay unchanged. `candidates` are the
+    /// ranges that the candidates set, for networks that score them. `report` is called with the
+    /// number of finished flocks.
+    #[pyo3(signature = (architecture, parameters, candidates, seeds, report=None))]
     fn rollout<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
         architecture: &str,
         parameters: PyReadonlyArray2<'py, f32>,
+        candidates: Vec<f64>,
         seeds: PyReadonlyArray1<'py, u64>,
         report: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
@@ -160,7 +162,8 @@ impl FlockBatch {
         };
         let seeds = seeds.as_slice()?.to_vec();
         let outcomes = on_batch!(inner, batch => {
-            let networks = networks(architecture, &parameters, &batch.entries(), &actions)?;
+            let entries = batch.entries();
+            let networks = networks(architecture, &parameters, &entries, &actions, candidates)?;
             long_call(py, report, move |progress| batch.rollout(&networks, &seeds, progress))?
         });
         outcome_columns(py, &outcomes)

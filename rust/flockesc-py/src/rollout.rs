@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use flockesc_core::{
-    Architecture, Entry, EpisodeOutcome, LineConfig, LineEpisodeConfig, Networks, line_entries,
+    Architecture, Entry, EpisodeOutcome, LineConfig, LineEpisodeConfig, NetworkRanges, Networks,
+    line_entries,
 };
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -15,7 +16,7 @@ use crate::errors::{CoreError, argument_error, option_error};
 use crate::long_call::long_call;
 
 /// Creates networks of one architecture, one per row of `parameters`. `entries` are the entries of
-/// an observation row.
+/// an observation row. `candidates` are the ranges that the candidates set, for networks that score them.
 ///
 /// # Errors
 /// `ArgumentError` naming the argument that is wrong.
@@ -24,10 +25,15 @@ pub(crate) fn networks(
     parameters: &PyReadonlyArray2<'_, f32>,
     entries: &[Entry],
     actions: &RangeMap,
+    candidates: Vec<f64>,
 ) -> PyResult<Networks> {
     let architecture = Architecture::from_json(architecture).map_err(argument_error)?;
     let (count, parameters) = (parameters.shape()[0], parameters.as_slice()?);
-    let ranges = actions.normalized()?;
+    let ranges = if architecture.is_scorer() {
+        NetworkRanges::Candidates(candidates)
+    } else {
+        NetworkRanges::Normalized(actions.normalized()?)
+    };
     let networks = Networks::new(&architecture, entries, ranges, parameters, count);
     Ok(networks.map_err(CoreError::from)?)
 }
@@ -74,13 +80,20 @@ pub(crate) fn network_ranges<'py>(
     parameters: PyReadonlyArray2<'py, f32>,
     entries: Vec<(String, f32, f32)>,
     actions: &Bound<'py, RangeMap>,
+    candidates: Vec<f64>,
     observations: Vec<PyReadonlyArray2<'py, f32>>,
 ) -> PyResult<Vec<Bound<'py, PyArray1<f64>>>> {
     let entries = entries.into_iter();
     let entries: Vec<_> = entries
         .map(|(name, low, high)| Entry { name, low, high })
         .collect();
-    let networks = networks(architecture, &parameters, &entries, actions.get())?;
+    let networks = networks(
+        architecture,
+        &parameters,
+        &entries,
+        actions.get(),
+        candidates,
+    )?;
     let observations = observations
         .iter()
         .map(|rows| Ok(rows.as_slice()?.to_vec()));
@@ -112,7 +125,13 @@ pub(crate) fn rollout_line<'py>(
     let scenario = Arc::new(LineConfig::from_json(scenario).map_err(CoreError::from)?);
     let options = LineEpisodeConfig::from_json(options).map_err(option_error)?;
     let entries = line_entries(scenario.num_agents);
-    let networks = networks(architecture, &parameters, &entries, actions.get())?;
+    let networks = networks(
+        architecture,
+        &parameters,
+        &entries,
+        actions.get(),
+        Vec::new(),
+    )?;
     let seeds = seeds.as_slice()?.to_vec();
     let outcomes = long_call(py, report, move |progress| {
         flockesc_core::rollout_line(

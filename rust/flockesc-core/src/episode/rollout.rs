@@ -32,7 +32,8 @@ impl<const D: usize> Batch<D> {
     ///
     /// ```
     /// use flockesc_core::{
-    ///     Architecture, Batch, EpisodeConfig, FlockConfig, Networks, NormalizedRange, Progress,
+    ///     Architecture, Batch, EpisodeConfig, FlockConfig, NetworkRanges, Networks, NormalizedRange,
+    ///     Progress,
     /// };
     ///
     /// let scenario = FlockConfig { num_agents: 20, num_steps: 30, ..FlockConfig::default() };
@@ -42,7 +43,8 @@ impl<const D: usize> Batch<D> {
     ///     hidden: vec![],
     ///     ..Architecture::default()
     /// };
-    /// let ranges = NormalizedRange { min_range: 0.0, max_range: 100.0 };
+    /// let range = NormalizedRange { min_range: 0.0, max_range: 100.0 };
+    /// let ranges = NetworkRanges::Normalized(range);
     /// // The range grows from 0 m to 100 m during the episode.
     /// let networks = Networks::new(&architecture, &batch.entries(), ranges, &[2.0, -1.0], 1)?;
     /// let outcomes = batch.rollout(&networks, &[0, 1], &Progress::default())?;

@@ -22,8 +22,12 @@ use crate::base::error::{Error, Result};
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Architecture {
-    /// Names of the observation entries that are inputs, at least one.
+    /// Names of the observation entries that are inputs.
     pub inputs: Vec<String>,
+    /// Names of the entries of a candidate range that are inputs, without `profile_k_`, or `range`, the
+    /// candidate divided by the largest one. The output is then the score of the candidate, and the action is
+    /// the candidate with the highest score, the shortest among equals.
+    pub candidate_inputs: Vec<String>,
     /// Width of every hidden layer, at least 1.
     pub hidden: Vec<usize>,
     /// Number of recurrent values. The network outputs them with every action and receives them as
@@ -50,6 +54,7 @@ impl Default for Architecture {
     fn default() -> Self {
         Self {
             inputs: Vec::new(),
+            candidate_inputs: Vec::new(),
             hidden: vec![8],
             memory: 0,
             mirror: false,
@@ -74,13 +79,20 @@ impl Architecture {
     /// # Errors
     /// [`Error::Config`] if a field is out of bounds.
     pub fn check(&self) -> Result<()> {
-        if self.inputs.is_empty() {
+        if self.inputs.is_empty() && self.candidate_inputs.is_empty() {
             return Err(Error::config("inputs", "at least one name", "none"));
         }
         for (index, width) in self.hidden.iter().enumerate() {
             within(&format!("hidden[{index}]"), *width, 1, MAX_AGENTS)?;
         }
-        within("memory", self.memory, 0, MAX_AGENTS)
+        let most = if self.is_scorer() { 0 } else { MAX_AGENTS };
+        within("memory", self.memory, 0, most)
+    }
+
+    /// Returns whether the network scores candidate ranges.
+    #[must_use]
+    pub fn is_scorer(&self) -> bool {
+        !self.candidate_inputs.is_empty()
     }
 
     /// Returns the number of parameters. Every layer has its weights, one row per input, and then
@@ -94,10 +106,11 @@ impl Architecture {
 
     /// Returns the numbers of inputs and outputs of every layer.
     pub(super) fn shapes(&self) -> Vec<(usize, usize)> {
-        let widths: Vec<usize> = once(self.inputs.len() + self.memory)
-            .chain(self.hidden.iter().copied())
-            .chain(once(1 + self.memory))
-            .collect();
+        let widths: Vec<usize> =
+            once(self.inputs.len() + self.candidate_inputs.len() + self.memory)
+                .chain(self.hidden.iter().copied())
+                .chain(once(1 + self.memory))
+                .collect();
         widths.windows(2).map(|pair| (pair[0], pair[1])).collect()
     }
 }

@@ -12,4 +12,4 @@ mod tanh;
 pub use architecture::{Architecture, Squash};
 pub(crate) use networks::EpisodeNetwork;
 pub use networks::Networks;
-pub use ranges::NormalizedRange;
+pub use ranges::{NetworkRanges, NormalizedRange};

@@ -2,7 +2,7 @@
 
 use super::architecture::{Architecture, Squash};
 use super::forward::{LANES, Lanes, forward, squash};
-use super::ranges::NormalizedRange;
+use super::ranges::NetworkRanges;
 use crate::base::entry::Entry;
 use crate::base::error::{Error, Result};
 
@@ -16,9 +16,10 @@ pub struct Networks {
     shapes: Vec<(usize, usize)>,
     squash: Squash,
     memory: usize,
-    ranges: NormalizedRange,
-    /// For every input its column in an observation row, and whether reflection changes its sign.
-    inputs: Vec<(usize, bool)>,
+    ranges: NetworkRanges,
+    inputs: Vec<Input>,
+    /// The inputs of every candidate range.
+    candidates: Vec<Vec<Input>>,
     /// Columns of [`MIRROR_ENTRIES`], if rows are reflected.
     mirror_columns: Option<[usize; 2]>,
     row_length: usize,
@@ -26,6 +27,14 @@ pub struct Networks {
     parameters: Vec<f64>,
     /// Number of parameters per network.
     size: usize,
+}
+
+/// An input of a network.
+#[derive(Debug, Clone, Copy)]
+enum Input {
+    /// The column of an observation row, and whether reflection changes its sign.
+    Column(usize, bool),
+    Constant(f64),
 }
 
 impl Networks {
@@ -39,7 +48,7 @@ impl Networks {
     pub fn new(
         architecture: &Architecture,
         entries: &[Entry],
-        ranges: NormalizedRange,
+        ranges: NetworkRanges,
         parameters: &[f32],
         count: usize,
     ) -> Result<Self> {
@@ -54,14 +63,35 @@ impl Networks {
             let field = format!("parameters[{}, {}]", at / size, at % size);
             return Err(Error::argument(field, "a finite number", parameters[at]));
         }
+        let input = |name: &str| {
+            let is_left = architecture.mirror && name.ends_with("_left");
+            Ok(Input::Column(column(entries, name)?, is_left))
+        };
         let names = architecture.inputs.iter();
-        let inputs = names.map(|name| {
-            Ok((
-                column(entries, name)?,
-                architecture.mirror && name.ends_with("_left"),
-            ))
-        });
-        let inputs = inputs.collect::<Result<_>>()?;
+        let inputs = names.map(|name| input(name)).collect::<Result<_>>()?;
+        let candidates = match &ranges {
+            NetworkRanges::Candidates(ranges) if architecture.is_scorer() && !ranges.is_empty() => {
+                let largest = ranges.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+                let names = &architecture.candidate_inputs;
+                let inputs_of = |(k, range): (usize, &f64)| {
+                    let inputs = names.iter().map(|name| match name.as_str() {
+                        "range" => Ok(Input::Constant(range / largest)),
+                        name => input(&format!("profile_{k}_{name}")),
+                    });
+                    inputs.collect::<Result<_>>()
+                };
+                ranges
+                    .iter()
+                    .enumerate()
+                    .map(inputs_of)
+                    .collect::<Result<_>>()?
+            }
+            NetworkRanges::Normalized(_) if !architecture.is_scorer() => Vec::new(),
+            _ => {
+                let expected = "candidate ranges for a network that scores them, and only for it";
+                return Err(Error::argument("profile_ranges", expected, "others"));
+            }
+        };
         let mirror_columns = match architecture.mirror {
             true => Some([
                 column(entries, MIRROR_ENTRIES[0])?,
@@ -75,6 +105,7 @@ impl Networks {
             memory: architecture.memory,
             ranges,
             inputs,
+            candidates,
             mirror_columns,
             row_length: entries.len(),
             parameters: parameters.iter().copied().map(f64::from).collect(),
@@ -122,6 +153,7 @@ impl Networks {
             memory: vec![[0.0; LANES]; rows.div_ceil(LANES) * self.memory],
             values: vec![[0.0; LANES]; width],
             scratch: vec![[0.0; LANES]; width],
+            own: vec![[0.0; LANES]; self.inputs.len()],
         }
     }
 }
@@ -145,6 +177,8 @@ pub(crate) struct EpisodeNetwork<'a> {
     memory: Vec<Lanes>,
     values: Vec<Lanes>,
     scratch: Vec<Lanes>,
+    /// Inputs that are the same for all candidates.
+    own: Vec<Lanes>,
 }
 
 impl EpisodeNetwork<'_> {
@@ -158,6 +192,7 @@ impl EpisodeNetwork<'_> {
         let Networks {
             shapes,
             memory,
+            ranges: map,
             row_length,
             ..
         } = self.networks;
@@ -166,7 +201,16 @@ impl EpisodeNetwork<'_> {
             .zip(ranges.chunks_mut(LANES));
         for (block, (rows, ranges)) in blocks.enumerate() {
             let inputs = self.networks.inputs.len();
-            self.read_inputs(rows);
+            let sign_flips = self.networks.sign_flips(rows);
+            self.networks
+                .read(&self.networks.inputs, rows, &sign_flips, &mut self.values);
+            let map = match map {
+                NetworkRanges::Normalized(map) => map,
+                NetworkRanges::Candidates(candidates) => {
+                    self.choose(candidates, rows, &sign_flips, ranges);
+                    continue;
+                }
+            };
             let remembered = block * memory..(block + 1) * memory;
             self.values[inputs..inputs + memory].copy_from_slice(&self.memory[remembered.clone()]);
             forward(shapes, self.parameters, &mut self.values, &mut self.scratch);
@@ -179,36 +223,74 @@ impl EpisodeNetwork<'_> {
             for (range, action) in ranges.iter_mut().zip(action[0]) {
                 // Actions are float32 in every interface.
                 let action = action.clamp(-1.0, 1.0) as f32;
-                *range = self.networks.ranges.of(f64::from(action));
+                *range = map.of(f64::from(action));
             }
         }
     }
 
-    /// Copies the inputs of at most [`LANES`] rows to `values`, one lane per row.
-    fn read_inputs(&mut self, rows: &[f32]) {
-        let Networks {
-            inputs,
-            mirror_columns,
-            row_length,
-            ..
-        } = self.networks;
-        // Bit masks that negate the entries to the left.
+    /// Writes the candidate range with the highest score for each of at most [`LANES`] rows.
+    fn choose(
+        &mut self,
+        candidates: &[f64],
+        rows: &[f32],
+        sign_flips: &[u64; LANES],
+        ranges: &mut [f64],
+    ) {
+        let networks = self.networks;
+        let inputs = networks.inputs.len();
+        self.own.copy_from_slice(&self.values[..inputs]);
+        let mut highest = [f64::NEG_INFINITY; LANES];
+        for (candidate, columns) in candidates.iter().zip(&networks.candidates) {
+            self.values[..inputs].copy_from_slice(&self.own);
+            networks.read(columns, rows, sign_flips, &mut self.values[inputs..]);
+            let shapes = &networks.shapes;
+            forward(shapes, self.parameters, &mut self.values, &mut self.scratch);
+            let scores = self.values[0];
+            for ((range, score), highest) in ranges.iter_mut().zip(scores).zip(&mut highest) {
+                if score > *highest {
+                    (*range, *highest) = (*candidate, score);
+                }
+            }
+        }
+    }
+}
+
+impl Networks {
+    /// Returns the bit masks that negate the entries to the left, for at most [`LANES`] rows.
+    fn sign_flips(&self, rows: &[f32]) -> [u64; LANES] {
         let mut sign_flips = [0; LANES];
-        if let Some([predator, heard]) = mirror_columns {
-            for (row, sign_flip) in rows.chunks_exact(*row_length).zip(&mut sign_flips) {
-                let side = if row[*predator] == 0.0 {
-                    row[*heard]
+        if let Some([predator, heard]) = self.mirror_columns {
+            for (row, sign_flip) in rows.chunks_exact(self.row_length).zip(&mut sign_flips) {
+                let side = if row[predator] == 0.0 {
+                    row[heard]
                 } else {
-                    row[*predator]
+                    row[predator]
                 };
                 *sign_flip = u64::from(side < 0.0) << 63;
             }
         }
-        for (value, (column, is_left)) in self.values.iter_mut().zip(inputs) {
-            let sign_flips = if *is_left { sign_flips } else { [0; LANES] };
-            let entries = rows.chunks_exact(*row_length).map(|row| row[*column]);
-            for ((value, entry), sign_flip) in value.iter_mut().zip(entries).zip(sign_flips) {
-                *value = f64::from_bits(f64::from(entry).to_bits() ^ sign_flip);
+        sign_flips
+    }
+
+    /// Copies inputs of at most [`LANES`] rows to `values`, one lane per row.
+    fn read(
+        &self,
+        inputs: &[Input],
+        rows: &[f32],
+        sign_flips: &[u64; LANES],
+        values: &mut [Lanes],
+    ) {
+        for (value, input) in values.iter_mut().zip(inputs) {
+            match *input {
+                Input::Constant(number) => *value = [number; LANES],
+                Input::Column(column, is_left) => {
+                    let sign_flips = if is_left { *sign_flips } else { [0; LANES] };
+                    let entries = rows.chunks_exact(self.row_length).map(|row| row[column]);
+                    for ((value, entry), sign_flip) in value.iter_mut().zip(entries).zip(sign_flips)
+                    {
+                        *value = f64::from_bits(f64::from(entry).to_bits() ^ sign_flip);
+                    }
+                }
             }
         }
     }
