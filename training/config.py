@@ -107,6 +107,8 @@ class SearchArgs(TrainArgs):
         final_flocks: number of flocks per network in the last generation; it grows geometrically.
         generations: number of generations.
         step_size: initial standard deviation of the parameters.
+        start: path of a policy file with the same architecture, from whose parameters the search starts. The
+            learning curve begins with this policy, so it is kept unless a better one is found. Empty: zeros.
     """
 
     rule: bool = False
@@ -120,6 +122,7 @@ class SearchArgs(TrainArgs):
     final_flocks: int = 32
     generations: int = 300
     step_size: float = 0.5
+    start: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import Architecture, NetworkPolicy, Policy, StubbornWitnesses
+from flockesc_env import Architecture, NetworkPolicy, Policy, StubbornWitnesses, load_policy
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
@@ -40,9 +40,15 @@ class Family(Protocol):
 
 @dataclass(frozen=True)
 class Networks:
-    """Networks of one architecture."""
+    """Networks of one architecture.
+
+    Attributes:
+        architecture: inputs and layers.
+        start: parameters of the network that the vector 0 stands for; a number stands for all parameters.
+    """
 
     architecture: Architecture
+    start: FloatArray | float = 0.0
 
     @property
     def size(self) -> int:
@@ -50,12 +56,12 @@ class Networks:
         return self.architecture.size
 
     def policy(self, vector: FloatArray) -> NetworkPolicy:
-        """Return the network with the parameters ``vector``."""
-        return NetworkPolicy(self.architecture, vector)
+        """Return the network with the parameters ``start + vector``."""
+        return NetworkPolicy(self.architecture, self.start + vector)
 
     def play(self, setting: Setting, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
         """Run the networks in the core; see ``Family.play``."""
-        return play_networks(setting, self.architecture, vectors, seeds)
+        return play_networks(setting, self.architecture, self.start + vectors, seeds)
 
 
 @dataclass(frozen=True)
@@ -111,9 +117,22 @@ class Population:
 
 
 def family_of(args: SearchArgs) -> Family:
-    """Return the family of policies of a search."""
+    """Return the family of policies of a search.
+
+    Raises:
+        ValueError: if ``args.start`` is the file of another kind of policy, or of another architecture.
+    """
     if args.rule:
+        if args.start:
+            raise ValueError(f"start: expected no file with rule=True, got {args.start!r}")
         return Witnesses(args.max_range)
     inputs = args.inputs if args.inputs or args.candidate_inputs else policy_spec(args).layout.names
     candidates = args.candidate_inputs
-    return Networks(Architecture(inputs, args.hidden, args.memory, args.mirror, candidate_inputs=candidates))
+    architecture = Architecture(inputs, args.hidden, args.memory, args.mirror, candidate_inputs=candidates)
+    if not args.start:
+        return Networks(architecture)
+    stored = load_policy(args.start).policy
+    given = stored.architecture if isinstance(stored, NetworkPolicy) else type(stored).__name__
+    if not isinstance(stored, NetworkPolicy) or given != architecture:
+        raise ValueError(f"start: expected a network with the run's {architecture}, got {given}")
+    return Networks(architecture, stored.parameters.astype(np.float64))

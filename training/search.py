@@ -43,12 +43,15 @@ def search(args: SearchArgs) -> Path:
 
     Raises:
         FileExistsError: if the folder holds a finished run, or a run with other arguments.
+        ValueError: if ``args.start`` has another architecture.
     """
     family = family_of(args)
     begin(args)
     state: SearchState = load_checkpoint(args.run) or SearchState(
         CMA(np.zeros(family.size), args.step_size, population_size=args.population, seed=args.seed)
     )
+    if args.start and not state.measured.curve:
+        _measure(state, args, family)
     with progress_bar(f"Search {args.run.name}", args.generations, always=args.progress) as report:
         while state.generation < args.generations:
             report(state.generation, args.generations)

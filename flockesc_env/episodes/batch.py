@@ -241,9 +241,8 @@ class FlockBatch:
             ``mean_return`` and ``num_actions``, with an entry per seed.
 
         Raises:
-            ArgumentError: if the actions are not normalized and the networks do not score candidate ranges, an
-                input is not observed, or ``parameters``
-                has another shape or an entry that is not finite.
+            ArgumentError: if the actions are not normalized and the networks do not score candidate ranges,
+                an input is not observed, or ``parameters`` has another shape or an entry that is not finite.
         """
         report = None if progress is None else lambda done: progress(done, len(seeds))
         candidates = self.policy_spec.candidate_ranges

@@ -1,18 +1,23 @@
-"""Policies of a generation play as each of them does alone."""
+"""Policies of a generation play as each of them does alone; a search can start from a stored policy."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import polars as pl
 import pytest
 from option_table import small_flock
 from small_runs import small_run
 
-from flockesc_env import Architecture
-from training.config import SearchArgs
+from flockesc_env import Architecture, load_policy
+from training.config import CURVE_FILE, SearchArgs
 from training.evaluation import objective
-from training.families import Family, Networks, Witnesses
+from training.families import Family, Networks, Witnesses, family_of
+from training.outputs import CURVE_FLOCKS
+from training.search import search
+from training.seeds import TUNING, first_seeds
 
 SCENARIO = small_flock(num_agents=6, num_steps=12, initial_side=60.0)
 SEEDS = [4, 5]
@@ -42,3 +47,54 @@ def test_a_generation_plays_as_its_policies_do(family: Family, tmp_path: Path) -
         np.testing.assert_array_equal(together, alone)
     assert len(set(alone.ravel().round(3))) >= 3
     assert num_actions == 6 * SCENARIO.num_agents * SCENARIO.num_steps
+
+
+def search_args(folder: Path, **changes: Any) -> SearchArgs:
+    small = {"per_agent": True, "inputs": INPUTS, "hidden": (3,), "memory": 1, "generations": 2}
+    args = small_run(folder, "search", **{**small, **changes})
+    assert isinstance(args, SearchArgs)
+    return args
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return search(search_args(tmp_path_factory.mktemp("stored") / "run"))
+
+
+def test_a_search_starts_from_a_stored_policy(stored: Path, tmp_path: Path) -> None:
+    args = search_args(tmp_path / "run", start=str(stored), seed=1)
+    family, policy = family_of(args), load_policy(stored).policy
+    zero = np.zeros((1, family.size))
+    np.testing.assert_array_equal(family.policy(zero[0]).parameters, policy.parameters)
+    expected = objective(args, policy, SEEDS)
+    np.testing.assert_array_equal(family.play(args, zero, SEEDS)[0][0], expected)
+
+    continued = load_policy(search(args)).policy
+    curve = pl.read_parquet(args.run / CURVE_FILE)
+    tuning = first_seeds(TUNING, CURVE_FLOCKS)
+    assert curve["episodes"][0] == 0
+    assert curve["objective"][0] == objective(args, policy, tuning).mean()
+    assert curve["objective"].max() == objective(args, continued, tuning).mean()
+
+
+def test_a_start_that_cannot_improve_is_kept(stored: Path, tmp_path: Path) -> None:
+    args = search_args(tmp_path / "run", start=str(stored), step_size=1e-12)
+    np.testing.assert_array_equal(
+        load_policy(search(args)).policy.parameters, load_policy(stored).policy.parameters
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"hidden": (4,)}, "start: expected a network with the run's Architecture"),
+        ({"rule": True}, "start: expected no file with rule=True"),
+    ],
+)
+def test_a_start_that_does_not_fit_is_refused(
+    changes: dict[str, Any], message: str, stored: Path, tmp_path: Path
+) -> None:
+    args = search_args(tmp_path / "run", start=str(stored), **changes)
+    with pytest.raises(ValueError, match=message):
+        search(args)
+    assert not args.run.exists()
