@@ -7,12 +7,13 @@ from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.predators import FlyStraight, Pursue
 from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
 from flockesc_env.policies.registry import NAMES, NamedPolicy, built_in
-from flockesc_env.policies.rules import StubbornLeaders, StubbornWitnesses
+from flockesc_env.policies.rules import BestCandidate, StubbornLeaders, StubbornWitnesses
 from flockesc_env.policies.sb3 import SB3Policy
 
 __all__ = [
     "NAMES",
     "Architecture",
+    "BestCandidate",
     "FixedRange",
     "FlyStraight",
     "NamedPolicy",

@@ -116,8 +116,8 @@ class NetworkPolicy(RowMemory):
         """Return one action per observation row; see ``Policy.act``.
 
         Raises:
-            ArgumentError: if an input is not in the observation; if the network does not score candidate ranges
-                and the action mode is not ``"normalized"``; if the network has a memory and the number of rows
+            ArgumentError: if an input is not in the observation; if the network does not score candidates and
+                the action mode is not ``"normalized"``; if the network has a memory and the number of rows
                 changes during an episode.
         """
         values = self._read(self.architecture.inputs, observations, spec)

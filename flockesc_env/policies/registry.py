@@ -4,21 +4,30 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any, Final, cast
 
 from flockesc_env.common.checks import as_flag, as_instance, as_policy, as_seed, as_text
 from flockesc_env.common.errors import ArgumentError, shown_name
-from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, env_options
+from flockesc_env.episodes.options import PROFILE_RANGES, EnvOptions, EnvOptionsDict, env_options
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.base import Policy
 from flockesc_env.policies.playing import record_flock
 from flockesc_env.policies.ranges import FixedRange, RandomRange
-from flockesc_env.policies.rules import StubbornLeaders, StubbornWitnesses
+from flockesc_env.policies.rules import BestCandidate, StubbornLeaders, StubbornWitnesses
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_model, as_scenario
 
-NAMES = ("fixed:RHO", "random", "stubborn-leaders", "stubborn-leaders-local", "stubborn-witnesses")
+NAMES = (
+    "fixed:RHO",
+    "random",
+    "stubborn-leaders",
+    "stubborn-leaders-local",
+    "stubborn-witnesses",
+    "turn-away",
+    "keep-distance",
+    "turn-flock-away",
+)
 """Names of the built-in policies.
 
 - ``fixed:RHO``: the fixed range RHO in m, for example ``fixed:10``.
@@ -26,7 +35,19 @@ NAMES = ("fixed:RHO", "random", "stubborn-leaders", "stubborn-leaders-local", "s
 - ``stubborn-leaders``: ``StubbornLeaders``, with the predator visible at any distance.
 - ``stubborn-leaders-local``: ``StubbornLeaders``, with the predator visible within its range only.
 - ``stubborn-witnesses``: ``StubbornWitnesses``, with the predator visible within its range only.
+- ``turn-away``: ``BestCandidate("escape_cosine")``, with a profile and the predator visible at any distance.
+- ``keep-distance``: ``BestCandidate("closest_approach")``, likewise.
+- ``turn-flock-away``: ``BestCandidate("heading_escape")`` with one range for the flock, likewise.
 """
+
+_CANDIDATE_ENTRIES = {
+    "turn-away": ("escape_cosine", "escape_direction", True),
+    "keep-distance": ("closest_approach", "closest_approach", True),
+    "turn-flock-away": ("heading_escape", "escape_direction", False),
+}
+"""Entry of the candidates, optional entries of the observation, and ``per_agent`` of each ``BestCandidate``."""
+
+_PROFILE: Final = {"profile_ranges": PROFILE_RANGES, "predator_sensing_range": None}
 
 
 @dataclass(frozen=True)
@@ -98,6 +119,10 @@ def built_in(name: str, argument: str = "policies") -> NamedPolicy:
         return NamedPolicy(name, StubbornLeaders(), per_agent=True)
     if name == "stubborn-witnesses":
         return NamedPolicy(name, StubbornWitnesses(), per_agent=True, options={"steps_per_action": 1})
+    if name in _CANDIDATE_ENTRIES:
+        entry, extra, per_agent = _CANDIDATE_ENTRIES[name]
+        options = {**_PROFILE, "extra_entries": (extra,)}
+        return NamedPolicy(name, BestCandidate(entry, per_agent=per_agent), per_agent, options)
     raise ArgumentError(argument, f"one of {', '.join(NAMES)}", shown_name(name, NAMES))
 
 

@@ -1,4 +1,4 @@
-"""Hand-written rules that set one range per agent: ``StubbornLeaders`` and ``StubbornWitnesses``."""
+"""Hand-written rules: ``StubbornLeaders``, ``StubbornWitnesses`` and ``BestCandidate``."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import FloatArray, as_floats
+from flockesc_env.common.checks import FloatArray, as_flag, as_floats, as_text
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations, RowMemory
@@ -95,6 +95,39 @@ class StubbornWitnesses(RowMemory):
         ranges = np.where(waits | self._has_seen, 0.0, np.where(heard, later, first))
         self._has_heard = heard | ~waits
         return spec.actions.from_ranges(ranges)
+
+
+class BestCandidate:
+    """A rule for observations with a profile: the candidate range under which one entry is largest.
+
+    Of equal candidates it sets the shortest. With ``"escape_cosine"`` an agent listens at the range at which
+    the heard velocity points nearest to its escape direction; with ``"closest_approach"`` at the one whose
+    heard heading keeps the predator farthest away. With one range for the flock, ``"heading_escape"`` turns
+    the flock toward the escape directions.
+
+    Args:
+        entry: name of an entry of the candidates, without ``profile_k_``.
+        per_agent: True: one range per agent. False: one per flock.
+
+    Raises:
+        ArgumentError: if an argument has the wrong type.
+    """
+
+    def __init__(self, entry: str, *, per_agent: bool = True) -> None:
+        self.entry = as_text(entry, "entry")
+        self.per_agent = as_flag(per_agent, "per_agent")
+
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+        """Return the action of every row; see ``Policy.act``.
+
+        Raises:
+            ArgumentError: if the observation has no profile, or no such entry.
+        """
+        ranges = np.array(spec.profile_ranges)
+        if not ranges.size:
+            raise ArgumentError("profile_ranges", "candidate ranges", "none")
+        columns = [spec.layout.index(f"profile_{k}_{self.entry}") for k in range(ranges.size)]
+        return spec.actions.from_ranges(ranges[observations[:, columns].argmax(axis=1)])
 
 
 def _check_rows_are_agents(spec: PolicySpec) -> None:

@@ -39,6 +39,11 @@ impl NeighborOptions {
             && !self.is_frozen
     }
 
+    /// Returns whether the neighbors of an agent are all agents within its range.
+    pub(in crate::neighbor) fn is_by_range(&self) -> bool {
+        self.is_by_reach() && self.rule.criterion() == Criterion::Range
+    }
+
     /// Estimates the cost of a step per agent of a flock of n, in units of the cost without pairs. Each of
     /// the n pairs of an agent costs 1/16.
     pub(crate) fn work_per_agent(&self, n: usize) -> usize {

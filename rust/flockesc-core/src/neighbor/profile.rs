@@ -4,6 +4,7 @@ use crate::agents::Agents;
 use crate::base::exact::Scale;
 use crate::neighbor::engine::kernel::sum_neighbors;
 use crate::neighbor::engine::links::Links;
+use crate::neighbor::engine::profile::{ProfileScratch, sum_profile};
 use crate::neighbor::engine::sums::{NeighborSums, Scratch, sum_pairs};
 use crate::neighbor::neighborhood::Neighborhood;
 use crate::neighbor::ranges::Ranges;
@@ -14,28 +15,43 @@ use crate::neighbor::ranges::Ranges;
 pub(crate) struct Profile<'a, const D: usize> {
     neighborhood: &'a Neighborhood<D>,
     agents: &'a Agents<D>,
-    /// The ranges, with the reaches and lists that the rule computes for them.
-    candidates: Vec<(f64, Links)>,
+    search: Search<D>,
     sums: Vec<NeighborSums<D>>,
-    scratch: Scratch,
+}
+
+/// The search for the neighbors under all ranges.
+#[derive(Debug)]
+enum Search<const D: usize> {
+    /// One descent of the tree for all ranges, with their squares in m^2.
+    Together(Vec<f64>, ProfileScratch<D>),
+    /// One search per range, with the reaches and lists that the rule computes for it.
+    Each(Vec<(f64, Links)>, Scratch),
 }
 
 impl<'a, const D: usize> Profile<'a, D> {
+    /// Creates the profile for `ranges` in m, in ascending order.
     pub(crate) fn new(
         neighborhood: &'a Neighborhood<D>,
         agents: &'a Agents<D>,
         ranges: &[f64],
     ) -> Self {
-        let candidate = |range: &f64| {
-            let links = neighborhood.links_at(agents, Ranges::Shared(*range));
-            (*range, links)
+        let (options, _) = neighborhood.search();
+        let search = if options.is_by_range() {
+            let square = |range: &f64| (range * range).min(f64::MAX);
+            let scratch = ProfileScratch::new(ranges.len());
+            Search::Together(ranges.iter().map(square).collect(), scratch)
+        } else {
+            let candidate = |range: &f64| {
+                let links = neighborhood.links_at(agents, Ranges::Shared(*range));
+                (*range, links)
+            };
+            Search::Each(ranges.iter().map(candidate).collect(), Scratch::default())
         };
         Self {
             neighborhood,
             agents,
-            candidates: ranges.iter().map(candidate).collect(),
+            search,
             sums: vec![NeighborSums::EMPTY; ranges.len()],
-            scratch: Scratch::default(),
         }
     }
 
@@ -52,14 +68,18 @@ impl<'a, const D: usize> Profile<'a, D> {
     /// Computes the sums of the agents of a group, one entry per range.
     pub(crate) fn of_group(&mut self, group: usize) -> &[NeighborSums<D>] {
         let (options, tree) = self.neighborhood.search();
-        let scratch = &mut self.scratch;
-        for ((range, links), sums) in self.candidates.iter().zip(&mut self.sums) {
-            let sums = std::slice::from_mut(sums);
-            match links.reaches(options, Ranges::Shared(*range)) {
-                Some(reaches) => sum_neighbors(self.agents, tree, reaches, group, sums, scratch),
-                None => {
-                    let pairs = links.pairs(options, self.agents, tree);
-                    sum_pairs(pairs, group, sums, scratch);
+        let agents = self.agents;
+        match &mut self.search {
+            Search::Together(squares, scratch) => {
+                sum_profile(agents, tree, squares, group, &mut self.sums, scratch);
+            }
+            Search::Each(candidates, scratch) => {
+                for ((range, links), sums) in candidates.iter().zip(&mut self.sums) {
+                    let sums = std::slice::from_mut(sums);
+                    match links.reaches(options, Ranges::Shared(*range)) {
+                        Some(reaches) => sum_neighbors(agents, tree, reaches, group, sums, scratch),
+                        None => sum_pairs(links.pairs(options, agents, tree), group, sums, scratch),
+                    }
                 }
             }
         }

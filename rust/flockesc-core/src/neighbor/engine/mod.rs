@@ -7,6 +7,7 @@ pub(super) mod kernel;
 pub(super) mod links;
 pub(super) mod lists;
 pub(super) mod pairs;
+pub(super) mod profile;
 pub(super) mod reach;
 pub(super) mod sums;
 pub(super) mod tree;

@@ -9,6 +9,7 @@ use pulp::{Scalar, Simd};
 
 use super::engine::components::connect;
 use super::engine::kernel::SumNeighbors;
+use super::engine::profile::{ProfileScratch, SumProfile};
 use super::engine::sums::{NeighborSums, Scratch};
 use super::engine::tree::Tree;
 use super::ranges::Reaches;
@@ -94,6 +95,10 @@ fn kernel<S: Simd, const D: usize>(
         sums: &mut groups,
         scratch: &mut Scratch::default(),
     });
+    by_id(agents, &groups)
+}
+
+fn by_id<const D: usize>(agents: &Agents<D>, groups: &[NeighborSums<D>]) -> Vec<([i64; D], i64)> {
     let mut sums = vec![([0; D], 0); agents.len()];
     for (place, (id, ..)) in agents.iter().enumerate() {
         let (group, lane) = (&groups[place / GROUP], place % GROUP);
@@ -103,6 +108,36 @@ fn kernel<S: Simd, const D: usize>(
         );
     }
     sums
+}
+
+/// Returns the sums under each of `ranges` by the kernel for several ranges.
+fn profile<S: Simd, const D: usize>(
+    simd: S,
+    agents: &Agents<D>,
+    tree: &Tree<D>,
+    ranges: &[f64],
+) -> Vec<Vec<([i64; D], i64)>> {
+    let squares: Vec<f64> = ranges
+        .iter()
+        .map(|range| (range * range).min(f64::MAX))
+        .collect();
+    let mut groups = vec![Vec::new(); ranges.len()];
+    let mut scratch = ProfileScratch::new(ranges.len());
+    for group in 0..agents.groups.len() {
+        let mut sums = vec![NeighborSums::EMPTY; ranges.len()];
+        simd.vectorize(SumProfile {
+            agents,
+            tree,
+            squares: &squares,
+            group,
+            sums: &mut sums,
+            scratch: &mut scratch,
+        });
+        for (groups, sums) in groups.iter_mut().zip(sums) {
+            groups.push(sums);
+        }
+    }
+    groups.iter().map(|groups| by_id(agents, groups)).collect()
 }
 
 fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
@@ -132,6 +167,22 @@ fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
             labels.iter().enumerate().filter(first).count()
         );
         prop_assert_eq!(forest.labels(&agents), labels);
+    }
+    let mut ranges: Vec<f64> = case.ranges.iter().copied().take(6).collect();
+    ranges.sort_by(f64::total_cmp);
+    let expected: Vec<_> = ranges
+        .iter()
+        .map(|range| reference(case, Ranges::Shared(*range), tree.scale))
+        .collect();
+    prop_assert_eq!(&profile(Scalar::new(), &agents, &tree, &ranges), &expected);
+    #[cfg(target_arch = "x86_64")]
+    {
+        if let Some(simd) = pulp::x86::V3::try_new() {
+            prop_assert_eq!(&profile(simd, &agents, &tree, &ranges), &expected);
+        }
+        if let Some(simd) = pulp::x86::V4::try_new() {
+            prop_assert_eq!(&profile(simd, &agents, &tree, &ranges), &expected);
+        }
     }
     Ok(())
 }
@@ -227,21 +278,21 @@ fn a_large_flock_equals_all_pairs_in_any_order() {
     let mut agents = Agents::new(&case.positions, &case.velocities);
     let mut neighborhood = Neighborhood::new(NeighborOptions::METRIC, &agents);
     neighborhood.sum_neighbors(&mut agents, Ranges::Shared(7.0));
-    let by_id = |neighborhood: &Neighborhood<2>, agents: &Agents<2>| {
+    let counts_by_id = |neighborhood: &Neighborhood<2>, agents: &Agents<2>| {
         let mut counts = vec![0; agents.len()];
         for (place, (id, ..)) in agents.iter().enumerate() {
             counts[id] = neighborhood.sums()[place / GROUP].count[place % GROUP];
         }
         counts
     };
-    let counts = by_id(&neighborhood, &agents);
+    let counts = counts_by_id(&neighborhood, &agents);
     // The same agents with other ids, and therefore at other places.
     case.positions.reverse();
     case.velocities.reverse();
     let mut agents = Agents::new(&case.positions, &case.velocities);
     let mut neighborhood = Neighborhood::new(NeighborOptions::METRIC, &agents);
     neighborhood.sum_neighbors(&mut agents, Ranges::Shared(7.0));
-    let mut reversed = by_id(&neighborhood, &agents);
+    let mut reversed = counts_by_id(&neighborhood, &agents);
     reversed.reverse();
     assert_eq!(counts, reversed);
 }
