@@ -45,7 +45,7 @@ _CANDIDATE_ENTRIES = {
     "keep-distance": ("closest_approach", "closest_approach", True),
     "turn-flock-away": ("heading_escape", "escape_direction", False),
 }
-"""Entry of the candidates, optional entries of the observation, and ``per_agent`` of each ``BestCandidate``."""
+"""Of each ``BestCandidate``: its entry, the extra entries with it, and ``per_agent``."""
 
 _PROFILE: Final = {"profile_ranges": PROFILE_RANGES, "predator_sensing_range": None}
 

@@ -73,7 +73,7 @@ def test_actions_equal_those_in_numpy(case: tuple[PolicySpec, NetworkPolicy, int
     entries = [(name, -1.0, 1.0) for name in layout.names]
     parameters = policy.parameters[np.newaxis]
     found = _core.network_ranges(
-        policy.architecture.to_core(), parameters, entries, spec.actions.core, observations
+        policy.architecture.to_core(), parameters, entries, spec.actions.core, np.zeros(0), observations
     )
     for rows, ranges in zip(observations, found, strict=True):
         expected = spec.actions.to_ranges(policy.act(rows, spec), len(rows))

@@ -34,6 +34,7 @@ CLASSES: dict[str, Any] = {
 }
 WORDS: dict[str, Any] = {
     "targets": predators.Target,
+    "extra_entries": options.ExtraEntries,
     "objectives": options.Objective,
     "rewards": options.Reward,
     "escape_forces": EscapeForce,
@@ -93,8 +94,8 @@ def test_the_docs_name_every_word(family: str) -> None:
 @pytest.mark.parametrize(
     ("view", "entries"),
     [
-        ("Agent", partial(_core.observation_entries, True)),
-        ("Flock", partial(_core.observation_entries, False)),
+        ("Agent", partial(_core.observation_entries, '{"view": "agent"}')),
+        ("Flock", partial(_core.observation_entries, '{"view": "flock"}')),
         ("Predator", _core.predator_observation_entries),
     ],
 )

@@ -141,7 +141,9 @@ def test_agents_sense_predators_within_the_drawn_range() -> None:
         run = simulate(scenario, 0.0, seed=seed)
         distance = np.linalg.norm(run.positions[0] - run.predator_positions[0], axis=1)
         is_sensed = distance <= scenario.drawn(seed).predator_range
-        column = [name for name, *_ in _core.observation_entries(True, 2)].index("predator_sensed")
+        column = [name for name, *_ in _core.observation_entries('{"view": "agent"}', 2)].index(
+            "predator_sensed"
+        )
         np.testing.assert_array_equal(found[:, column], is_sensed.astype(np.float32))
         sensed |= set(is_sensed.tolist())
     assert sensed == {True, False}

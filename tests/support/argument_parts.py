@@ -242,6 +242,7 @@ POLICIES: dict[str, Row] = {
             "memory": Count(1, low=0),
             "mirror": Flag(True),
             "squash": Choice("tanh"),
+            "candidate_inputs": Part((), accepts=("nothing",), confusing=((1,), "range")),
         },
     ),
     "NetworkPolicy": Row(

@@ -131,6 +131,10 @@ ENV_OPTIONS = ACTION_OPTIONS | {
     "reward": Choice("terminal"),
     "predator_sensing_range": Number(30.0, True, low=0.0),
     "count_components": Flag(True),
+    "profile_ranges": Floats([0.25, 0.5], True, low=0.0, is_any_length=True),
+    "extra_entries": Part(
+        ("closest_approach",), accepts=("nothing",), confusing=(("closest",), "closest_approach")
+    ),
 }
 LINE_OPTIONS = ACTION_OPTIONS | {"reward": Choice("terminal")}
 SCENARIO = Part(FLOCK, True, confusing=(LINE, fe.Disc()))

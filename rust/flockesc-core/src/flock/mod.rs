@@ -20,11 +20,11 @@ pub use initial::{
 pub use initial_state::InitialState;
 pub use metrics::PredatorDistance;
 pub use motion::{Inertial, Motion, Reynolds, Vicsek};
-pub(crate) use preview::{Forecast, Preview};
+pub(crate) use preview::{Approach, Preview};
 pub use randomization::{Choice, Distribution, LogUniform, Uniform};
 pub use scenario::FlockConfig;
 pub use simulate::{Schedule, Trajectory, simulate_flock};
 pub(crate) use simulate::{check_predator_actions, check_ranges};
-pub(crate) use summary::{HALF_COUNT, Summary};
+pub(crate) use summary::{HALF_COUNT, Headings, Summary};
 pub use world::World;
 pub(crate) use world::WorldState;

@@ -15,12 +15,9 @@ pub(crate) struct Preview<const D: usize> {
     sums: Vec<NeighborSums<D>>,
 }
 
-/// What becomes of a flock if all agents and predators keep their velocities.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Forecast {
-    pub(crate) headings: Headings,
-    /// Mean cosine of the angle between an agent's heading and its escape direction.
-    pub(crate) heading_escape: f64,
+/// The closest approach of a predator to a flock, if all agents and predators keep their velocities.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Approach {
     /// Mean distance in m to the predator at its closest approach to the flock, and the time in s. With
     /// several predators, those of the smallest distance.
     pub(crate) mean_distance: f64,
@@ -51,35 +48,49 @@ impl<const D: usize> Preview<D> {
         advance(motion, &parameters, &places, ids, groups, sums, None);
     }
 
-    /// Returns what becomes of the `num_agents` >= 1 agents.
-    pub(crate) fn forecast(&mut self, num_agents: usize, predators: &[Straight<D>]) -> Forecast {
-        let drift = Drift::of(&self.groups, num_agents);
-        let (mut mean_distance, mut time) = (f64::INFINITY, 0.0);
-        let mut places = Vec::with_capacity(predators.len());
-        for predator in predators {
-            let then = drift.time_of_approach(predator);
-            let distance = mean_distance_after(&self.groups, num_agents, predator, then);
-            if distance < mean_distance {
-                (mean_distance, time) = (distance, then);
-            }
-            places.push(predator.after(then));
-        }
-        let min_distance = closest_distance(&self.groups, predators);
-        let headings = self.headings(
+    /// Returns averages over the headings of the `num_agents` >= 1 agents relative to the predators.
+    pub(crate) fn headings(&mut self, num_agents: usize, predators: &[Straight<D>]) -> Headings {
+        self.headings_from(
             num_agents,
             predators.iter().map(|predator| predator.position),
-        );
-        Forecast {
-            headings,
-            heading_escape: self.headings(num_agents, places.into_iter()).heading_away,
+        )
+    }
+
+    /// Returns the mean cosine of the angle between an agent's heading and its escape direction.
+    pub(crate) fn heading_escape(&mut self, num_agents: usize, predators: &[Straight<D>]) -> f64 {
+        let drift = Drift::of(&self.groups, num_agents);
+        let place = |predator: &Straight<D>| predator.after(drift.time_of_approach(predator));
+        self.headings_from(num_agents, predators.iter().map(place))
+            .heading_away
+    }
+
+    /// Returns the closest approach of the predators.
+    pub(crate) fn approach(&self, num_agents: usize, predators: &[Straight<D>]) -> Approach {
+        let drift = Drift::of(&self.groups, num_agents);
+        let approach = |predator: &Straight<D>| {
+            let time = drift.time_of_approach(predator);
+            (
+                mean_distance_after(&self.groups, num_agents, predator, time),
+                time,
+            )
+        };
+        let nearest = predators
+            .iter()
+            .map(approach)
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        let (mean_distance, time) = nearest.unwrap_or((f64::INFINITY, 0.0));
+        Approach {
             mean_distance,
             time,
-            min_distance,
+            min_distance: closest_distance(&self.groups, predators),
         }
     }
 
-    /// Returns averages over the headings relative to these places of predators in m.
-    fn headings(&mut self, num_agents: usize, places: impl Iterator<Item = [f64; D]>) -> Headings {
+    fn headings_from(
+        &mut self,
+        num_agents: usize,
+        places: impl Iterator<Item = [f64; D]>,
+    ) -> Headings {
         let places: Vec<[f64; D]> = places.collect();
         for group in &mut self.groups {
             group.distance = distances(&group.position, &places);

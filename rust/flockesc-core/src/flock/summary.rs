@@ -36,7 +36,7 @@ pub(crate) struct Summary<const D: usize> {
 }
 
 /// Averages over the headings of all agents, as in [`Summary`].
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Headings {
     pub(crate) polarization: f64,
     pub(crate) heading_away: f64,

@@ -255,6 +255,6 @@ fn load<S: Simd>(_: S, values: &[i64; FANOUT], register: usize) -> S::u64s {
 
 /// Returns the integers in a register.
 #[inline(always)]
-pub(super) fn lanes<T: NoUninit>(register: &T) -> &[i64] {
+fn lanes<T: NoUninit>(register: &T) -> &[i64] {
     cast_slice(std::slice::from_ref(register))
 }

@@ -3,11 +3,12 @@
 //! One descent of the tree serves all ranges. Nodes entirely within a range are added to its sums at once. A
 //! pair of tiles is tested agent by agent only against the ranges that it is partly within.
 
-use bytemuck::{cast_mut, cast_ref, cast_slice};
+use std::hint::black_box;
+
+use bytemuck::{cast_mut, cast_ref};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::agents::{Agents, Column, FANOUT, GROUP, TILE};
-use crate::neighbor::engine::kernel::lanes;
 use crate::neighbor::engine::reach::{bits, squared_norm};
 use crate::neighbor::engine::sums::NeighborSums;
 use crate::neighbor::engine::tree::{Bounds, FixedPointAgent, Siblings, Tree};
@@ -323,14 +324,15 @@ fn sum_tile<S: Simd, const D: usize>(
         }
         *distance = squared_norm(simd, offset);
     }
-    let one = simd.splat_u64s(1);
+    // The compiler does not know that it is 1. It would replace each masked addition by two operations.
+    let one = simd.splat_u64s(black_box(1));
     for (square, sums) in squares.iter().zip(sums) {
         let square = simd.splat_f64s(*square);
         let mut sum = [one; D];
         for axis in 0..D {
-            sum[axis] = load(simd, &sums.sum[axis][places.clone()]);
+            sum[axis] = *register(simd, &mut sums.sum[axis], start);
         }
-        let mut count = load(simd, &sums.count[places.clone()]);
+        let mut count = *register(simd, &mut sums.count, start);
         for (distance, other) in distance.iter().zip(others) {
             let is_near = simd.less_than_or_equal_f64s(*distance, square);
             for axis in 0..D {
@@ -340,15 +342,15 @@ fn sum_tile<S: Simd, const D: usize>(
             count = simd.select_u64s(is_near, simd.add_u64s(count, one), count);
         }
         for axis in 0..D {
-            sums.sum[axis][places.clone()].copy_from_slice(lanes(&sum[axis]));
+            *register(simd, &mut sums.sum[axis], start) = sum[axis];
         }
-        sums.count[places.clone()].copy_from_slice(lanes(&count));
+        *register(simd, &mut sums.count, start) = count;
     }
 }
 
-/// Loads one register of integers.
+/// Returns the register of integers that begins at lane `start`.
 #[inline(always)]
-fn load<S: Simd>(_: S, values: &[i64]) -> S::u64s {
-    let values: &[u64] = cast_slice(values);
-    S::as_simd_u64s(values).0[0]
+fn register<S: Simd>(_: S, column: &mut Column<i64>, start: usize) -> &mut S::u64s {
+    let column: &mut Column<u64> = cast_mut(column);
+    &mut S::as_mut_simd_u64s(column).0[start / S::F64_LANES]
 }

@@ -149,14 +149,14 @@ impl<'a, const D: usize> Writer<'a, D> {
         heard: &NeighborSums<D>,
     ) -> &[Column<f32>] {
         let candidates = self.profile.sums();
-        compute(
-            group,
-            axes,
-            heard,
-            candidates,
-            &self.common,
-            &mut self.features,
-        );
+        let features = &mut self.features;
+        if self.extras.has(ExtraEntries::EscapeDirection) {
+            add_escapes(group, axes, heard, candidates, &self.common, features);
+        }
+        if self.extras.has(ExtraEntries::ClosestApproach) {
+            add_approaches(group, heard, candidates, &self.common, features);
+        }
+        add_candidates(axes, candidates, &self.common, features);
         table(
             self.extras,
             &mut Rows::new(&self.features, &mut self.columns),
@@ -184,9 +184,9 @@ impl<const D: usize> Features<D> {
     }
 }
 
-/// Computes the features of a group.
+/// Computes the escape directions of a group, and the cosines with them.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn compute<const D: usize>(
+fn add_escapes<const D: usize>(
     group: &Group<D>,
     axes: &[[Column<f64>; D]; D],
     heard: &NeighborSums<D>,
@@ -194,50 +194,68 @@ fn compute<const D: usize>(
     common: &Common<D>,
     features: &mut Features<D>,
 ) {
-    let (escape, is_sensed) = escape_directions(group, common);
+    let escape = escape_directions(group, common);
     features.escape = in_frames(axes, &escape);
     let own = cosines(&group.velocity, &escape);
-    let velocity = heard_velocities(group, heard, common.units[0]);
-    let cosine = cosines(&velocity, &escape);
+    let cosine = cosines(&mean_velocities(heard, common.units[0]), &escape);
     for lane in 0..GROUP {
         features.heard_escape_gain[lane] = 0.5 * (cosine[lane] - own[lane]);
     }
-    features.heard_distance = distances(group, &velocity, common);
-    let approach = approaches(
-        group,
-        &group.velocity,
-        &common.predators,
-        common.sensing_length,
-    );
-    for lane in 0..GROUP {
-        let scale = common.length / common.speed;
-        features.distance[lane] = scaled(approach.distance[lane], common.length);
-        features.time[lane] = is_sensed[lane] * squash(approach.time[lane], scale);
-    }
     for (sums, candidate) in candidates.iter().zip(&mut features.candidates) {
-        let velocity = heard_velocities(group, sums, common.units[1]);
-        candidate.escape_cosine = cosines(&velocity, &escape);
+        candidate.escape_cosine = cosines(&mean_velocities(sums, common.units[1]), &escape);
+    }
+}
+
+/// Computes the closest approaches of a group.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn add_approaches<const D: usize>(
+    group: &Group<D>,
+    heard: &NeighborSums<D>,
+    candidates: &[NeighborSums<D>],
+    common: &Common<D>,
+    features: &mut Features<D>,
+) {
+    let range = common.sensing_length;
+    let found = approaches(group, &group.velocity, &common.predators, range);
+    let scale = common.length / common.speed;
+    for lane in 0..GROUP {
+        features.distance[lane] = scaled(found.distance[lane], common.length);
+        features.time[lane] = squash(found.time[lane], scale);
+    }
+    let velocity = mean_velocities(heard, common.units[0]);
+    features.heard_distance = distances(group, &velocity, common);
+    for (sums, candidate) in candidates.iter().zip(&mut features.candidates) {
+        let velocity = mean_velocities(sums, common.units[1]);
         candidate.distance = distances(group, &velocity, common);
-        let mut shown = velocity;
+    }
+}
+
+/// Computes what a group would hear under every candidate range.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn add_candidates<const D: usize>(
+    axes: &[[Column<f64>; D]; D],
+    candidates: &[NeighborSums<D>],
+    common: &Common<D>,
+    features: &mut Features<D>,
+) {
+    for (sums, candidate) in candidates.iter().zip(&mut features.candidates) {
+        let mut velocity = mean_velocities(sums, common.units[1]);
         for lane in 0..GROUP {
-            let velocity: [f64; D] = std::array::from_fn(|axis| velocity[axis][lane]);
-            let divisor = squared_norm(&velocity).sqrt() + common.speed;
+            let heard: [f64; D] = std::array::from_fn(|axis| velocity[axis][lane]);
+            let divisor = squared_norm(&heard).sqrt() + common.speed;
             for axis in 0..D {
-                shown[axis][lane] = velocity[axis] / divisor;
+                velocity[axis][lane] = heard[axis] / divisor;
             }
             candidate.neighbor_count[lane] = squash(sums.count[lane] as f64 - 1.0, HALF_COUNT);
         }
-        candidate.velocity = in_frames(axes, &shown);
+        candidate.velocity = in_frames(axes, &velocity);
     }
 }
 
 /// Returns the unit vectors from the place of the nearest predator at its closest approach to the flock to the
-/// agents, and 1 for every agent that senses a predator. The vector is 0 for other agents.
+/// agents, or 0 for agents that sense no predator.
 #[inline(always)]
-fn escape_directions<const D: usize>(
-    group: &Group<D>,
-    common: &Common<D>,
-) -> ([Column<f64>; D], Column<f64>) {
+fn escape_directions<const D: usize>(group: &Group<D>, common: &Common<D>) -> [Column<f64>; D] {
     let mut nearest = [f64::INFINITY; GROUP];
     let mut away = [[0.0; GROUP]; D];
     for (predator, place) in common.predators.iter().zip(&common.places) {
@@ -253,12 +271,10 @@ fn escape_directions<const D: usize>(
             }
         }
     }
-    let mut is_sensed = [0.0; GROUP];
     for lane in 0..GROUP {
         let offset: [f64; D] = std::array::from_fn(|axis| away[axis][lane]);
         let length = squared_norm(&offset).sqrt();
         let senses = nearest[lane] < f64::INFINITY && nearest[lane] <= common.sensing_length;
-        is_sensed[lane] = if senses { 1.0 } else { 0.0 };
         for axis in 0..D {
             let has_direction = senses && length > SHORTEST;
             away[axis][lane] = if has_direction {
@@ -268,17 +284,13 @@ fn escape_directions<const D: usize>(
             };
         }
     }
-    (away, is_sensed)
+    away
 }
 
 /// Returns the mean velocities in m/s of the neighbors and the agents themselves.
 #[inline(always)]
-fn heard_velocities<const D: usize>(
-    group: &Group<D>,
-    sums: &NeighborSums<D>,
-    unit: Scale,
-) -> [Column<f64>; D] {
-    let mut velocity = group.velocity;
+fn mean_velocities<const D: usize>(sums: &NeighborSums<D>, unit: Scale) -> [Column<f64>; D] {
+    let mut velocity = [[0.0; GROUP]; D];
     for axis in 0..D {
         for lane in 0..GROUP {
             velocity[axis][lane] = unit.value(sums.sum[axis][lane]) / sums.count[lane] as f64;

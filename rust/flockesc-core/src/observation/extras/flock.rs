@@ -1,21 +1,29 @@
 //! Optional entries of the flock's observation.
 
 use super::{ExtraEntries, Extras};
-use crate::flock::{Forecast, Preview, Straight};
+use crate::flock::{Approach, Headings, Preview, Straight};
 use crate::neighbor::Profile;
 use crate::observation::Scene;
 use crate::observation::table::{Row, Table, squash};
 
 /// The values that the entries are computed from.
 pub(in crate::observation) struct Features {
-    now: Forecast,
-    /// The forecasts after one step under every candidate range.
-    candidates: Vec<Forecast>,
+    now: Response,
+    /// The same after one step under every candidate range.
+    candidates: Vec<Response>,
     is_sensed: bool,
     /// Scale of lengths in m.
     length: f64,
     /// Scale of times in s.
     time: f64,
+}
+
+/// Averages over the agents of a flock. Values that no entry needs are 0.
+#[derive(Debug, Clone, Copy, Default)]
+struct Response {
+    headings: Headings,
+    heading_escape: f64,
+    approach: Approach,
 }
 
 /// Adds the entries of a row to `table`.
@@ -30,13 +38,13 @@ pub(in crate::observation) fn table(extras: Extras<'_>, table: &mut impl Table<F
     }
     if has_approach {
         table.number("closest_mean_distance", 0.0, |features| {
-            features.distance(features.now.mean_distance)
+            features.distance(features.now.approach.mean_distance)
         });
         table.number("closest_min_distance", 0.0, |features| {
-            features.distance(features.now.min_distance)
+            features.distance(features.now.approach.min_distance)
         });
         table.number("closest_approach_time", 0.0, |features| {
-            features.if_sensed(squash(features.now.time, features.time))
+            features.if_sensed(squash(features.now.approach.time, features.time))
         });
     }
     for k in 0..extras.ranges.len() {
@@ -58,10 +66,10 @@ pub(in crate::observation) fn table(extras: Extras<'_>, table: &mut impl Table<F
         }
         if has_approach {
             table.number("closest_mean_distance", 0.0, move |features| {
-                features.distance(after(features).mean_distance)
+                features.distance(after(features).approach.mean_distance)
             });
             table.number("closest_min_distance", 0.0, move |features| {
-                features.distance(after(features).min_distance)
+                features.distance(after(features).approach.min_distance)
             });
         }
     }
@@ -92,8 +100,8 @@ pub(in crate::observation) fn write<const D: usize>(scene: &Scene<'_, D>, out: &
         preview.push(world, sums);
     }
     let features = Features {
-        now: preview.forecast(num_agents, &predators),
-        candidates: forecasts(scene, predators),
+        now: response(&mut preview, scene, &predators),
+        candidates: candidates(scene, predators),
         is_sensed: scene.is_sensed(world.predator_distance().minimum),
         length: scene.length(),
         time: scene.length() / scene.speed(),
@@ -101,11 +109,11 @@ pub(in crate::observation) fn write<const D: usize>(scene: &Scene<'_, D>, out: &
     table(scene.extras, &mut Row::new(&features, out));
 }
 
-/// Returns the forecasts after one step under every candidate range.
-fn forecasts<const D: usize>(
+/// Returns the averages after one step under every candidate range.
+fn candidates<const D: usize>(
     scene: &Scene<'_, D>,
     mut predators: Vec<Straight<D>>,
-) -> Vec<Forecast> {
+) -> Vec<Response> {
     let (world, ranges) = (scene.world, scene.extras.ranges);
     for predator in &mut predators {
         predator.position = predator.after(scene.scenario().time_step);
@@ -117,9 +125,29 @@ fn forecasts<const D: usize>(
             preview.push(world, sums);
         }
     }
-    let forecast = |mut preview: Preview<D>| {
+    let response_after_step = |mut preview: Preview<D>| {
         preview.advance(world, &predators);
-        preview.forecast(world.agents().len(), &predators)
+        Response {
+            headings: preview.headings(world.agents().len(), &predators),
+            ..response(&mut preview, scene, &predators)
+        }
     };
-    previews.into_iter().map(forecast).collect()
+    previews.into_iter().map(response_after_step).collect()
+}
+
+/// Returns the averages that the extra entries need.
+fn response<const D: usize>(
+    preview: &mut Preview<D>,
+    scene: &Scene<'_, D>,
+    predators: &[Straight<D>],
+) -> Response {
+    let num_agents = scene.world.agents().len();
+    let mut response = Response::default();
+    if scene.extras.has(ExtraEntries::EscapeDirection) {
+        response.heading_escape = preview.heading_escape(num_agents, predators);
+    }
+    if scene.extras.has(ExtraEntries::ClosestApproach) {
+        response.approach = preview.approach(num_agents, predators);
+    }
+    response
 }

@@ -1,0 +1,283 @@
+"""Every entry of profiles and closest approaches against its definition in docs/model.md, in plain NumPy."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import reference
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from observation_reference import (
+    HALF_COUNT,
+    Reference,
+    assert_plays_as,
+    flocks,
+    frame,
+    nearest_predator,
+    random_start,
+    sensing_range,
+    squash,
+    unit,
+)
+from reference import Floats, FlockState
+
+from flockesc_env import ConstantVelocity, EnvOptions, FlockScenario, OptionError, ScenarioError, rollout
+from flockesc_env.episodes.batch import FlockBatch
+from flockesc_env.policies import Architecture, BestCandidate, NetworkPolicy
+from flockesc_env.scenario.motion import Reynolds
+from flockesc_env.scenario.neighbors import Topological, Voronoi
+
+RANGES = (0.0, 4.0, 17.0, 40.0, 90.0)
+ENTRIES = ("escape_direction", "closest_approach")
+AXES = ("ahead", "left", "up")
+
+
+def time_of_approach(state: FlockState, predator: int) -> float:
+    offsets = state.positions - state.predator_positions[predator]
+    relative = state.velocities - state.predator_velocities[predator]
+    speeds = (relative**2).sum()
+    return max(0.0, -(offsets * relative).sum() / speeds) if speeds > 0 else 0.0
+
+
+def place_of_approach(state: FlockState, predator: int) -> Floats:
+    time = time_of_approach(state, predator)
+    return state.predator_positions[predator] + state.predator_velocities[predator] * time
+
+
+def closest_approach(offset: Floats, relative: Floats) -> tuple[float, float]:
+    """Return the smallest length of offset + relative t for t >= 0, and t."""
+    speed = relative @ relative
+    time = max(0.0, -(offset @ relative) / speed) if speed > 0 else 0.0
+    return float(np.linalg.norm(offset + relative * time)), time
+
+
+def cosine(vector: Floats, direction: Floats) -> float:
+    return float(unit(vector) @ direction)
+
+
+class ProfileReference(Reference):
+    """The reference of observations with all optional entries."""
+
+    def agent_row(self, agent: int) -> dict[str, float]:
+        state, scenario, options = self.state, self.scenario, self.options
+        position, velocity = state.positions[agent], state.velocities[agent]
+        offsets = position - state.predator_positions
+        distances = np.linalg.norm(offsets, axis=1)
+        sensed = np.flatnonzero(distances <= sensing_range(scenario, options))
+        predator = nearest_predator(state, position)
+        escape = np.zeros_like(position)
+        if predator in sensed:
+            escape = unit(position - place_of_approach(state, predator))
+        heard = self.heard_velocities[agent]
+
+        def approach(velocity: Floats) -> tuple[float, float]:
+            found = [closest_approach(offsets[k], velocity - state.predator_velocities[k]) for k in sensed]
+            distance, time = min(found, default=(0.0, 0.0))
+            side = scenario.initial_side
+            return squash(distance, side), squash(time, side / scenario.speed)
+
+        def turned(aim: Floats) -> Floats:
+            return unit(aim) * np.linalg.norm(velocity) if aim.any() else velocity
+
+        candidates = [
+            (state.velocities[near].mean(axis=0), near.sum() - 1)
+            for near in (np.linalg.norm(state.positions - position, axis=1) <= rho for rho in RANGES)
+        ]
+        sight = unit(state.predator_positions[predator] - position) if predator in sensed else escape
+        chase = state.predator_velocities[predator] - velocity if predator in sensed else escape
+        axes = frame(velocity, [sight, heard, chase, *(mean for mean, _ in candidates)])
+
+        def add(row: dict[str, float], name: str, vector: Floats) -> None:
+            for axis, direction in zip(AXES, axes, strict=False):
+                row[f"{name}_{axis}"] = direction @ vector
+
+        row = super().agent_row(agent)
+        for name in ("heard_velocity", "predator_direction", "predator_velocity"):
+            vectors = {"heard_velocity": heard, "predator_velocity": chase}
+            vector = vectors.get(name)
+            add(row, name, sight if vector is None else vector / (np.linalg.norm(vector) + scenario.speed))
+        add(row, "escape_direction", escape)
+        row["heard_escape_gain"] = (cosine(heard, escape) - cosine(velocity, escape)) / 2
+        row["closest_approach"], row["closest_approach_time"] = approach(velocity)
+        row["heard_closest_approach"], _ = approach(turned(heard))
+        for k, (mean, count) in enumerate(candidates):
+            add(row, f"profile_{k}_velocity", mean / (np.linalg.norm(mean) + scenario.speed))
+            row[f"profile_{k}_neighbor_count"] = squash(count, HALF_COUNT)
+            row[f"profile_{k}_escape_cosine"] = cosine(mean, escape)
+            row[f"profile_{k}_closest_approach"], _ = approach(turned(mean))
+        return row
+
+    def flock_view(self) -> list[dict[str, float]]:
+        (row,) = super().flock_view()
+        state, scenario = self.state, self.scenario
+        if not len(state.positions):
+            layout = FlockBatch(scenario, self.options).policy_spec.layout
+            return [dict.fromkeys(layout.names, 0.0) | row]
+        is_sensed = row["predator_sensed"] > 0
+        now = self.response(state, is_sensed=is_sensed)
+        time = now.pop("time")
+        row |= {name: now[name] for name in ("heading_escape", "closest_mean_distance")}
+        row |= {"closest_min_distance": now["closest_min_distance"], "closest_approach_time": time}
+        # Predators steer after the agents have moved.
+        straight = [
+            ConstantVelocity(p, v)
+            for p, v in zip(state.predator_positions, state.predator_velocities, strict=True)
+        ]
+        alone = replace(scenario, capture_radius=None, predators=straight)
+        for k, rho in enumerate(RANGES):
+            after = reference.flock_step(alone, state, np.full(len(state.positions), rho))
+            counts = reference.directed_graph(state.positions, np.full(len(state.positions), rho)).sum(1) - 1
+            found = self.response(after, is_sensed=is_sensed)
+            del found["time"]
+            found["polarization"] = reference.polarization(after.velocities)
+            found["neighbor_count"] = (counts / (counts + HALF_COUNT)).mean()
+            row |= {f"profile_{k}_{name}": value for name, value in found.items()}
+        return [row]
+
+    def response(self, state: FlockState, *, is_sensed: bool) -> dict[str, float]:
+        names = ("heading_away", "heading_escape", "closest_mean_distance", "closest_min_distance", "time")
+        if not is_sensed:
+            return dict.fromkeys(names, 0.0)
+        predators = range(len(state.predator_positions))
+        places = [place_of_approach(state, k) for k in predators]
+        agents = list(zip(state.positions, state.velocities, strict=True))
+
+        def mean_cosine(aims: Any) -> float:
+            nearest = [aims[int(np.linalg.norm(aims - r, axis=1).argmin())] for r, _ in agents]
+            pairs = zip(agents, nearest, strict=True)
+            return float(np.mean([cosine(v, unit(r - aim)) for (r, v), aim in pairs]))
+
+        means = []
+        for k in predators:
+            time = time_of_approach(state, k)
+            moved = state.positions + (state.velocities - state.predator_velocities[k]) * time
+            means.append((np.linalg.norm(moved - state.predator_positions[k], axis=1).mean(), time))
+        smallest = min(
+            closest_approach(r - state.predator_positions[k], v - state.predator_velocities[k])[0]
+            for r, v in agents
+            for k in predators
+        )
+        side = self.scenario.initial_side
+        distance, time = min(means)
+        return {
+            "heading_away": mean_cosine(state.predator_positions),
+            "heading_escape": mean_cosine(np.array(places)),
+            "closest_mean_distance": squash(distance, side),
+            "closest_min_distance": squash(smallest, side),
+            "time": squash(time, side / self.scenario.speed),
+        }
+
+
+@pytest.mark.parametrize("per_agent", [False, True])
+@settings(max_examples=60)
+@given(case=flocks())
+def test_entries(case: tuple[FlockScenario, EnvOptions, np.random.Generator], *, per_agent: bool) -> None:
+    scenario, options, rng = case
+    options = options.replace(profile_ranges=RANGES, extra_entries=ENTRIES)
+    flock = ProfileReference(scenario, options, random_start(scenario, rng))
+    assert_plays_as(flock, rng, per_agent=per_agent)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"neighbor_rule": Topological()},
+        {"neighbor_rule": Voronoi()},
+        {"blind_angle": 2.0},
+        {"mutual": True},
+        {"motion": Reynolds()},
+    ],
+    ids=str,
+)
+def test_candidates_are_what_the_agents_hear_after_they_chose_them(changes: dict[str, Any]) -> None:
+    """After a step under rho_k, the heard velocity is candidate k of the observation before."""
+    scenario = FlockScenario(num_agents=70, **changes)
+    ranges = (0.0, 3.0, 11.0, 40.0)
+    options = EnvOptions(action_mode="range", profile_ranges=ranges)
+    batch = FlockBatch(scenario, options, num_flocks=len(ranges), per_agent=True)
+    batch.reset(range(len(ranges)), [7] * len(ranges))
+    actions = np.repeat(np.array(ranges, np.float32), 70)[:, None]
+    columns = batch.policy_spec.layout.index
+    for _ in range(3):
+        before = batch.observe(range(len(ranges))).reshape(len(ranges), 70, -1)
+        after = batch.step(actions)[0].reshape(len(ranges), 70, -1)
+        for k in range(len(ranges)):
+            count = after[k, :, columns("neighbor_count")]
+            np.testing.assert_array_equal(before[k, :, columns(f"profile_{k}_neighbor_count")], count)
+            heard = before[k][:, [columns(f"profile_{k}_velocity_{axis}") for axis in ("ahead", "left")]]
+            told = after[k][:, [columns(f"heard_velocity_{axis}") for axis in ("ahead", "left")]]
+            # The frame has turned; the length has not.
+            lengths = np.linalg.norm(heard, axis=1), np.linalg.norm(told, axis=1)
+            np.testing.assert_allclose(*lengths, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"profile_ranges": ()}, "profile_ranges: expected 1 to 64 ascending ranges"),
+        ({"profile_ranges": (5.0, 5.0)}, "profile_ranges: expected 1 to 64 ascending ranges"),
+        ({"profile_ranges": (-1.0, 5.0)}, "profile_ranges: expected 1 to 64 ascending ranges"),
+        ({"profile_ranges": (0.0, 101.0)}, "to max_range = 100.0"),
+        ({"profile_ranges": np.arange(65)}, "profile_ranges: expected 1 to 64 ascending ranges"),
+        ({"extra_entries": "escape_direction"}, "extra_entries: expected a list of"),
+        ({"extra_entries": ("escape",)}, r"extra_entries\[0\]: expected"),
+        ({"extra_entries": ENTRIES[:1] * 2}, r"extra_entries\[1\]: expected different entries"),
+    ],
+)
+def test_bad_options(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(OptionError, match=message):
+        EnvOptions(**options)
+
+
+@pytest.mark.parametrize(
+    ("changes", "per_agent"), [({"frozen_graph": True}, True), ({"motion": Reynolds()}, False)]
+)
+def test_worlds_without_a_profile_are_refused(changes: dict[str, Any], *, per_agent: bool) -> None:
+    with pytest.raises(ScenarioError, match="profile_ranges: expected none with"):
+        FlockBatch(FlockScenario(**changes), EnvOptions(profile_ranges=RANGES), per_agent=per_agent)
+
+
+@st.composite
+def scorers(draw: st.DrawFn) -> NetworkPolicy:
+    candidates = ("range", "velocity_left", "velocity_ahead", "neighbor_count", "escape_cosine")
+    architecture = Architecture(
+        draw(st.sampled_from([(), ("predator_distance", "escape_direction_left")])),
+        draw(st.sampled_from([(), (3,), (4, 2)])),
+        mirror=draw(st.booleans()),
+        candidate_inputs=tuple(draw(st.permutations(candidates))[: draw(st.integers(1, 5))]),
+    )
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    return NetworkPolicy(architecture, rng.normal(size=architecture.size))
+
+
+@settings(max_examples=30)
+@given(scorers(), st.sampled_from(["normalized", "discrete", "range"]))
+def test_a_scorer_plays_the_same_in_the_core_and_step_by_step(policy: NetworkPolicy, mode: Any) -> None:
+    class Plain:
+        def act(self, *given: Any) -> Any:
+            return policy.act(*given)
+
+    scenario = FlockScenario(num_agents=20, num_steps=12)
+    options: Any = {
+        "action_mode": mode,
+        "range_grid": RANGES if mode == "discrete" else None,
+        "profile_ranges": RANGES,
+        "extra_entries": ENTRIES,
+        "predator_sensing_range": None,
+    }
+    core = rollout(scenario, policy, [1, 2], per_agent=True, **options)
+    steps = rollout(scenario, Plain(), [1, 2], per_agent=True, **options)
+    np.testing.assert_array_equal(core.min_mean_distance, steps.min_mean_distance)
+
+
+def test_a_linear_scorer_of_one_entry_is_the_rule() -> None:
+    scenario = FlockScenario(num_agents=30, num_steps=40)
+    options: Any = {"profile_ranges": RANGES, "extra_entries": ENTRIES, "predator_sensing_range": None}
+    network = NetworkPolicy(Architecture((), (), candidate_inputs=("escape_cosine",)), [1.0, 0.0])
+    found = rollout(scenario, network, range(3), per_agent=True, **options)
+    rule = rollout(scenario, BestCandidate("escape_cosine"), range(3), **options)
+    np.testing.assert_array_equal(found.min_mean_distance, rule.min_mean_distance)
+    assert rule.min_mean_distance.mean() > rollout(scenario, "fixed:10", range(3)).min_mean_distance.mean()

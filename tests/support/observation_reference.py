@@ -1,0 +1,247 @@
+"""Observation entries by their definition in docs/model.md, in plain NumPy, agent by agent."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import reference
+from hypothesis import strategies as st
+from option_table import DIMENSIONS, OBJECTIVES
+from reference import Floats, FlockState
+
+from flockesc_env import ConstantVelocity, EnvOptions, FlockScenario, PurePursuit
+from flockesc_env.episodes.batch import FlockBatch
+
+STEPS = 4
+HALF_COUNT = 8
+FLOCK_ENTRIES = [
+    "speed",
+    "polarization",
+    "spread",
+    "neighbor_count",
+    "heard_alignment",
+    "predator_sensed",
+]
+PREDATOR_ENTRIES = [
+    "mean_distance",
+    "min_distance",
+    "centroid_distance",
+    "fraction_in_range",
+    "heading_away",
+    "heading_away_in_range",
+    "velocity_away",
+    "predator_speed",
+    "predator_aim",
+]
+
+
+def squash(value: float, scale: float) -> float:
+    return float(value / (value + scale))
+
+
+def unit(vector: Floats) -> Floats:
+    """Return the direction of a vector; 0 for the vector 0."""
+    norm = np.linalg.norm(vector)
+    return vector / norm if norm > 0 else vector
+
+
+def nearest_predator(state: FlockState, position: Floats) -> int:
+    return int(np.argmin(np.linalg.norm(state.predator_positions - position, axis=1)))
+
+
+def sensing_range(scenario: FlockScenario, options: EnvOptions) -> float:
+    sensing = options.predator_sensing_range
+    if sensing is None:
+        return np.inf
+    return scenario.predator_range if isinstance(sensing, str) else sensing
+
+
+class Reference:
+    """A flock of the NumPy model, with the memory that its observations need."""
+
+    def __init__(self, scenario: FlockScenario, options: EnvOptions, state: FlockState) -> None:
+        self.scenario, self.options, self.state = scenario, options, state
+        self.step_count = 0
+        self.names = np.arange(scenario.num_agents)
+        self.ranges = np.zeros(scenario.num_agents)
+        self.heard = [np.array([agent]) for agent in range(scenario.num_agents)]
+        self.heard_velocities = state.velocities
+        self.running_minimum = self.objective()
+
+    def objective(self) -> float:
+        distances = self.distances()
+        if self.options.objective == "survival" or not len(distances):
+            return len(distances) / self.scenario.num_agents
+        return float(distances.mean() if self.options.objective == "mean" else distances.min())
+
+    def distances(self) -> Floats:
+        return reference.predator_distances(self.state.positions, self.state.predator_positions)
+
+    def step(self, ranges: Floats) -> None:
+        own = ranges[self.names]
+        graph = reference.directed_graph(self.state.positions, own)
+        velocities, names = self.state.velocities, self.names
+        self.state = reference.flock_step(self.scenario, self.state, own)
+        self.names = self.state.names
+        self.heard = [np.flatnonzero(row) for row in graph[np.isin(names, self.names)]]
+        self.heard_velocities = np.array([velocities[agents].mean(axis=0) for agents in self.heard])
+        self.ranges = ranges
+        self.step_count += 1
+        self.running_minimum = min(self.running_minimum, self.objective())
+
+    def common(self, agent: int) -> dict[str, float]:
+        minimum, is_share = self.running_minimum, self.options.objective == "survival"
+        return {
+            "time": self.step_count / self.scenario.num_steps,
+            "running_minimum": minimum if is_share else squash(minimum, self.scenario.initial_side),
+            "last_range": self.ranges[agent] / self.options.max_range,
+        }
+
+    def flock_view(self) -> list[dict[str, float]]:
+        scenario, state, distances = self.scenario, self.state, self.distances()
+        if not len(distances):
+            return [dict.fromkeys((*FLOCK_ENTRIES, *PREDATOR_ENTRIES), 0.0) | self.common(0)]
+        centroid, velocity = state.positions.mean(axis=0), state.velocities.mean(axis=0)
+        spread = np.sqrt(((state.positions - centroid) ** 2).sum(axis=1).mean())
+        counts = np.array([len(agents) - 1 for agents in self.heard])
+        alignment = [squash(np.linalg.norm(mean), scenario.speed) for mean in self.heard_velocities]
+        row = self.common(0) | {
+            "speed": squash(np.linalg.norm(state.velocities, axis=1).mean(), scenario.speed),
+            "polarization": reference.polarization(state.velocities),
+            "spread": squash(spread, scenario.initial_side),
+            "neighbor_count": (counts / (counts + HALF_COUNT)).mean(),
+            "heard_alignment": np.mean(alignment),
+            "predator_sensed": float(distances.min() <= sensing_range(scenario, self.options)),
+        }
+        if not row["predator_sensed"]:
+            return [row | dict.fromkeys(PREDATOR_ENTRIES, 0.0)]
+        cosines = np.array(
+            [
+                unit(v) @ unit(r - state.predator_positions[nearest_predator(state, r)])
+                for r, v in zip(state.positions, state.velocities, strict=True)
+            ]
+        )
+        in_range = distances <= scenario.predator_range
+        predator = nearest_predator(state, centroid)
+        chase = state.predator_velocities[predator]
+        away = unit(centroid - state.predator_positions[predator])
+        side = scenario.initial_side
+        seen = {
+            "mean_distance": squash(distances.mean(), side),
+            "min_distance": squash(distances.min(), side),
+            "centroid_distance": squash(np.linalg.norm(centroid - state.predator_positions[predator]), side),
+            "fraction_in_range": in_range.mean(),
+            "heading_away": cosines.mean(),
+            "heading_away_in_range": cosines[in_range].mean() if in_range.any() else 0.0,
+            "velocity_away": velocity @ away / (np.linalg.norm(velocity) + scenario.speed),
+            "predator_speed": squash(np.linalg.norm(chase), scenario.speed),
+            "predator_aim": unit(chase) @ away,
+        }
+        return [row | seen]
+
+    def agent_view(self) -> list[dict[str, float]]:
+        rows = {name: self.agent_row(place) for place, name in enumerate(self.names)}
+        return [rows.get(name, {}) for name in range(self.scenario.num_agents)]
+
+    def agent_row(self, agent: int) -> dict[str, float]:
+        """Return the row of one surviving agent."""
+        scenario, state = self.scenario, self.state
+        position, velocity = state.positions[agent], state.velocities[agent]
+        predator = nearest_predator(state, position)
+        distance = self.distances()[agent]
+        heard = self.heard_velocities[agent]
+        sight, approach = np.zeros_like(heard), np.zeros_like(heard)
+        is_sensed = distance <= sensing_range(scenario, self.options)
+        if is_sensed:
+            sight = unit(state.predator_positions[predator] - position)
+            approach = state.predator_velocities[predator] - velocity
+        axes = frame(velocity, [sight, heard, approach])
+        row = self.common(self.names[agent]) | {
+            "speed": squash(np.linalg.norm(velocity), scenario.speed),
+            "neighbor_count": squash(len(self.heard[agent]) - 1, HALF_COUNT),
+            "predator_sensed": float(is_sensed),
+            "predator_distance": squash(distance, scenario.initial_side) if is_sensed else 0.0,
+        }
+        vectors = {
+            "heard_velocity": heard / (np.linalg.norm(heard) + scenario.speed),
+            "predator_direction": sight,
+            "predator_velocity": approach / (np.linalg.norm(approach) + scenario.speed),
+        }
+        for name, vector in vectors.items():
+            for axis, direction in zip(("ahead", "left", "up"), axes, strict=False):
+                row[f"{name}_{axis}"] = direction @ vector
+        return row
+
+
+def frame(velocity: Floats, cues: list[Floats]) -> list[Floats]:
+    """Return ahead, left(, up); for D = 3 left is the side of the first cue not parallel to the heading."""
+    ahead = unit(velocity)
+    if len(velocity) == 2:
+        return [ahead, np.array([-ahead[1], ahead[0]])]
+    for cue in [*cues, *np.eye(3)]:
+        across = cue - ahead * (ahead @ cue)
+        if np.linalg.norm(across) > 1e-6 * np.linalg.norm(cue):
+            return [ahead, unit(across), np.cross(ahead, unit(across))]
+    raise AssertionError("some axis is off the heading")
+
+
+@st.composite
+def flocks(draw: st.DrawFn) -> tuple[FlockScenario, EnvOptions, np.random.Generator]:
+    dimension = draw(st.sampled_from(DIMENSIONS))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+
+    def predator(kind: type[ConstantVelocity | PurePursuit]) -> ConstantVelocity | PurePursuit:
+        return kind(rng.normal(0, 30, dimension), rng.normal(0, draw(st.sampled_from([0, 12])), dimension))
+
+    kinds = st.lists(st.sampled_from([ConstantVelocity, PurePursuit]), min_size=1, max_size=3)
+    scenario = FlockScenario(
+        num_agents=draw(st.sampled_from([1, 2, 7, 8, 9, 60, 64, 65, 130])),
+        dimension=dimension,
+        num_steps=STEPS,
+        initial_side=draw(st.sampled_from([20.0, 100.0])),
+        predator_range=draw(st.sampled_from([0.0, 20.0])),
+        constant_speed=draw(st.booleans()),
+        capture_radius=draw(st.sampled_from([None, None, 3.0, 15.0])),
+        predators=tuple(predator(kind) for kind in draw(kinds)),
+    )
+    options = EnvOptions(
+        action_mode="range",
+        objective=draw(st.sampled_from(OBJECTIVES)),
+        predator_sensing_range=draw(st.sampled_from(["predator_range", None, 35.0])),
+    )
+    return scenario, options, rng
+
+
+def random_start(scenario: FlockScenario, rng: np.random.Generator) -> FlockState:
+    """Draw a flock, sometimes elongated and sometimes far from the origin."""
+    shape = (scenario.num_agents, scenario.dimension)
+    extents = rng.choice([0.1, 5.0, 30.0], scenario.dimension)
+    positions = rng.normal(0, extents, shape) + rng.choice([-100.0, 0.0])
+    velocities = rng.normal(0, rng.choice([1.0, 10.0]), shape)
+    return reference.flock_start(scenario, positions, velocities)
+
+
+def assert_observed(rows: np.ndarray, layout: Any, expected: list[dict[str, float]]) -> None:
+    """Compare observations; the rows of caught agents are zero."""
+    assert all(set(row) in (set(), set(layout.names)) for row in expected)
+    for index, name in enumerate(layout.names):
+        column = [row.get(name, 0.0) for row in expected]
+        np.testing.assert_allclose(rows[:, index], column, rtol=0, atol=1e-6, err_msg=name)
+
+
+def assert_plays_as(flock: Reference, rng: np.random.Generator, *, per_agent: bool) -> None:
+    batch = FlockBatch(flock.scenario, flock.options, per_agent=per_agent)
+    state = flock.state
+    start = batch.start({"initial_positions": state.positions, "initial_velocities": state.velocities})
+    rows, _ = batch.reset([0], [0], start)
+    view = flock.agent_view if per_agent else flock.flock_view
+    assert_observed(rows, batch.policy_spec.layout, view())
+    for _ in range(STEPS):
+        choices = [np.zeros(batch.rows), rng.uniform(0, 50, batch.rows), np.full(batch.rows, 100.0)]
+        actions = choices[rng.integers(3)].astype(np.float32)
+        rows = batch.step(actions[:, None])[0]
+        flock.step(np.broadcast_to(actions.astype(float), flock.scenario.num_agents))
+        assert_observed(rows, batch.policy_spec.layout, view())
+        if not len(flock.names):
+            return
