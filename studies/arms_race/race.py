@@ -97,7 +97,7 @@ class Race:
         )
 
     def _note(self, kind: str, name: str, result: Arrays) -> None:
-        """Add the rows of a training run; those of a predator name the flock policy it was trained against."""
+        """Add the rows of a training run; a predator has the name of the policy it was trained against."""
         run_of = {"minutes": float(result["minutes"]), "episodes": int(result["episodes"])}
         for at, value in enumerate(result["curve"].tolist()):
             row = {"kind": kind, "name": name, "measurement": at, "objective": value}
