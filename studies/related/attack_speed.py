@@ -38,15 +38,13 @@ class Best:
         neighbors: k with the largest mean on tuning flocks. Its bootstrap interval is that of the best k on
             tuning and held-out flocks together.
         value: the objective in m at that k on held-out flocks.
-        gain_over_slow: the same minus the objective at the best k of the slowest predator, paired.
-        gain_over_fast: the same minus the objective at the best k of the fastest predator, paired.
+        gain_over_most: the same minus the objective at the largest k, paired.
         curve: the objective at every k minus that at the smallest k on held-out flocks, paired.
     """
 
     neighbors: Estimate
     value: Estimate
-    gain_over_slow: Estimate
-    gain_over_fast: Estimate
+    gain_over_most: Estimate
     curve: tuple[Estimate, ...]
 
 
@@ -60,15 +58,15 @@ class AttackSpeed:
         best: by objective (a key of ``OBJECTIVES``), one per entry of ``SPEEDS``.
         falls: by objective, share of bootstrap resamples of the flocks in which k is smaller at the fastest
             predator than at the slowest.
-        longer: by objective, the largest change of a mean over ``CHECK_FLOCKS`` flocks, over all speeds and
-            values of k, if the episode lasts twice as long; in m.
+        longer: by objective, the largest change in m of a mean over ``CHECK_FLOCKS`` flocks, over all values
+            of k, if the episode lasts twice as long; one per entry of ``SPEEDS``.
     """
 
     num_flocks: int
     tuning_flocks: int
     best: dict[str, tuple[Best, ...]]
     falls: dict[str, float]
-    longer: dict[str, float]
+    longer: dict[str, tuple[float, ...]]
 
 
 def scenario(speed: float, *, longer: int = 1) -> FlockScenario:
@@ -114,7 +112,7 @@ def attack_results(measured: Mapping[str, Arrays]) -> AttackSpeed:
     longer = _by_objective(measured, "longer")
     every = {symbol: np.concatenate([values, held_out[symbol]], axis=2) for symbol, values in tuning.items()}
     changes = {
-        symbol: np.abs((values - tuning[symbol][:, :, : values.shape[2]]).mean(axis=2)).max()
+        symbol: np.abs((values - tuning[symbol][:, :, : values.shape[2]]).mean(axis=2)).max(axis=1)
         for symbol, values in longer.items()
     }
     return AttackSpeed(
@@ -122,7 +120,7 @@ def attack_results(measured: Mapping[str, Arrays]) -> AttackSpeed:
         tuning_flocks=tuning["J_mean"].shape[2],
         best={symbol: _best(values, held_out[symbol]) for symbol, values in tuning.items()},
         falls={symbol: falls(values[0], values[-1]) for symbol, values in every.items()},
-        longer={symbol: float(change) for symbol, change in changes.items()},
+        longer={symbol: tuple(change.tolist()) for symbol, change in changes.items()},
     )
 
 
@@ -149,15 +147,13 @@ def _by_objective(measured: Mapping[str, Arrays], purpose: str) -> dict[str, Flo
 
 def _best(tuning: FloatArray, held_out: FloatArray) -> tuple[Best, ...]:
     places = tuning.mean(axis=2).argmax(axis=1)
-    slowest, fastest = places[0], places[-1]
     every = np.concatenate([tuning, held_out], axis=2)
     intervals = [stats.argmax(np.array(NEIGHBORS, float), values) for values in every]
     return tuple(
         Best(
             neighbors=Estimate(float(NEIGHBORS[place]), interval.low, interval.high),
             value=stats.mean(values[place]),
-            gain_over_slow=stats.mean(values[place] - values[slowest]),
-            gain_over_fast=stats.mean(values[place] - values[fastest]),
+            gain_over_most=stats.mean(values[place] - values[-1]),
             curve=tuple(stats.mean(row - values[0]) for row in values),
         )
         for place, interval, values in zip(places, intervals, held_out, strict=True)

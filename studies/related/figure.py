@@ -31,6 +31,6 @@ def attack_figure(results: AttackSpeed) -> Figure:
         axes.set_xlabel("number of neighbors k")
         axes.set_ylabel(f"{symbol} minus {symbol} at k = 1 (m)")
         axes.grid(axis="y")
-        letter(axes, index, symbol)
+        letter(axes, index, f"{symbol}, by the speed of the predator")
         label_ends(axes, ends)
     return figure

@@ -65,8 +65,9 @@ def markdown_page(results: RelatedResults, figures: Path, page: Path) -> str:
             check_flocks=CHECK_FLOCKS,
             seconds={speed: scenario(speed).num_steps * scenario(speed).time_step for speed in SPEEDS},
             picture=f"{folder}/{FIGURE}.png",
-            bandit_file=f"{figures.as_posix()}/{BANDIT_FILE}",
-            most_pulled=_shares(results.across.most_pulled),
+            bandit_file=f"[{BANDIT_FILE}]({folder}/{BANDIT_FILE})",
+            changes={symbol: _changes(values) for symbol, values in results.attack.longer.items()},
+            most_pulled=_shares(results.across),
             first_flocks=FIRST_FLOCKS,
             finalists=FINALISTS,
             final_flocks=FINAL_FLOCKS,
@@ -81,6 +82,12 @@ def _difference(estimate: Estimate) -> str:
     return f"{estimate.mean:+.2f} [{estimate.low:+.2f}, {estimate.high:+.2f}]"
 
 
-def _shares(shares: dict[str, float]) -> str:
-    ordered = sorted(shares.items(), key=lambda item: -item[1])
-    return ", ".join(f"{rho} m (in {share:.0%} of the runs)" for rho, share in ordered)
+def _shares(across: AcrossEpisodes) -> str:
+    ranges = sorted(float(rho) for rho in across.most_pulled)
+    share = across.most_pulled.get(f"{across.fixed_range:g}", 0.0)
+    return f"between {ranges[0]:g} and {ranges[-1]:g} m; it is {across.fixed_range:g} m in {share:.0%} of the runs"
+
+
+def _changes(values: tuple[float, ...]) -> str:
+    shown = [f"{value:.2f} m at {speed:g}x" for speed, value in zip(SPEEDS, values, strict=True)]
+    return ", ".join(text for text, value in zip(shown, values, strict=True) if value) or "0"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -46,6 +47,9 @@ FIRST_FLOCKS, FINALISTS, FINAL_FLOCKS = 40, 5, 400
 ACROSS_EXPLORATION: Final = 10.0
 """c in m of the bandit across episodes: about the standard deviation of J_mean over flocks."""
 
+IN_TURNS: Final = 1e30
+"""An exploration constant so large that rewards do not count: the arms are pulled in turns."""
+
 _FLOCK = 5e-3
 """Estimated seconds of an episode."""
 
@@ -84,6 +88,8 @@ class WithinEpisode:
         fixed: the objective of the best fixed range on the same flocks.
         difference: their paired difference.
         improvement: share of flocks on which the bandit is better.
+        turns: the paired difference of the same arms pulled in turns to the best fixed range.
+        over_turns: the paired difference of the bandit to the same arms pulled in turns.
         candidates: number of combinations of numbers that were tried on tuning flocks.
     """
 
@@ -93,6 +99,8 @@ class WithinEpisode:
     fixed: Estimate
     difference: Estimate
     improvement: Estimate
+    turns: Estimate
+    over_turns: Estimate
     candidates: int
 
 
@@ -165,7 +173,7 @@ def within_episode(
     finalists = [tried[place] for place in np.argsort(-first, kind="stable")[:FINALISTS]]
     final = played(finalists, first_seeds(TUNING, FINAL_FLOCKS))
     numbers = finalists[int(final.mean(axis=1).argmax())]
-    (values,) = played([numbers], held_out)
+    values, turns = played([numbers, dataclasses.replace(numbers, exploration=IN_TURNS)], held_out)
     (fixed,) = shared.values(BEST_FIXED)
     results = WithinEpisode(
         numbers=numbers,
@@ -174,6 +182,8 @@ def within_episode(
         fixed=stats.mean(fixed),
         difference=stats.mean(values - fixed),
         improvement=stats.improvement(values, fixed),
+        turns=stats.mean(turns - fixed),
+        over_turns=stats.mean(values - turns),
         candidates=len(tried),
     )
     rows = {"contender": BANDIT, "training_seed": None, "flock": held_out, "objective": values}

@@ -10,6 +10,7 @@ from option_table import small_flock
 
 from flockesc_env import EnvOptions, FlockEscapeEnv, FlockScenario, rollout
 from studies.related.bandit import RangeBandit, across_episodes, ucb_scores
+from studies.related.within_episode import IN_TURNS
 
 SCENARIO = small_flock(num_agents=6, num_steps=24)
 RANGES = (0.0, 10.0, 40.0)
@@ -90,3 +91,8 @@ def test_results_do_not_depend_on_the_batch() -> None:
     ]
     np.testing.assert_array_equal(*(episodes.min_mean_distance for episodes in results))
     assert EnvOptions.max_range >= max(RANGES)
+
+
+def test_a_huge_exploration_constant_pulls_the_arms_in_turns() -> None:
+    values = np.random.default_rng(0).normal(size=(3, 30))
+    assert across_episodes(values, IN_TURNS).tolist() == [0, 1, 2] * 10
