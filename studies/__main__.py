@@ -5,8 +5,10 @@ from collections.abc import Callable
 
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.exits import Exit
+from studies.arms_race import command as arms_race
 from studies.learned import command as learned
 from studies.paper import command as paper
+from studies.related import command as related
 from studies.robustness import command as robustness
 
 COMMANDS: dict[str, Callable[..., Exit]] = {
@@ -15,6 +17,8 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "learned": learned.run,
     "learned-page": learned.page,
     "learned-submit": learned.submit,
+    "related": related.run,
+    "arms-race": arms_race.run,
 }
 
 STUDIES = Application("python -m studies", "Studies made with flockesc_env.", COMMANDS)

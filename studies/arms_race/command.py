@@ -1,0 +1,45 @@
+"""``python -m studies arms-race``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import arg
+
+from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.flags import Backend, Progress
+from flockesc_env.cli.output import check_output, note
+from flockesc_env.common.checks import as_count
+from flockesc_env.common.extras import require
+from flockesc_env.jobs import find_backend
+
+
+def run(
+    *,
+    output: Annotated[Path, arg(help="folder of the results")] = Path("results/arms_race"),
+    learned: Annotated[Path, arg(help="folder of the studies of learned ranges")] = Path("results/learned"),
+    page: Annotated[Path, arg(help="file of the Markdown page")] = Path("docs/arms-race.md"),
+    rounds: Annotated[int, arg(help="rounds, in which a flock policy and then a predator is trained")] = 3,
+    num_flocks: Annotated[int, arg(help="held-out flocks of the cross-play, at least 2")] = 300,
+    backend: Backend = "processes",
+    progress: Progress = False,
+) -> Exit:
+    """Train predators and flock policies against each other in turns, and play all against all.
+
+    About 30 minutes on one core; interrupted, run it again to continue.
+
+    Example: python -m studies arms-race --backend serial
+    """
+    as_count(rounds, "rounds")
+    as_count(num_flocks, "num_flocks", least=2)
+    runs_on = find_backend(backend)
+    check_output(page, [".md"], field="page")
+    require("train", ["matplotlib", "polars", "jinja2", "cmaes"])
+    from studies.arms_race.page import write_race_page
+    from studies.arms_race.race import RaceArgs, arms_race
+
+    arms_race(RaceArgs(output, learned, rounds, num_flocks), runs_on, progress=progress)
+    write_race_page(output, page)
+    note(f"saved: {page}")
+    return Exit.DONE

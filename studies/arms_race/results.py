@@ -1,0 +1,70 @@
+"""Stored results of the arms race, and the statistics of the cross-play."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+from flockesc_env.common import stats
+from flockesc_env.common.stats import Estimate, FloatArray
+from studies.arms_race.race import CROSS_PLAY_FILE, RECORD_FILE, TRAININGS_FILE
+
+
+@dataclass(frozen=True, eq=False)
+class RaceResults:
+    """Files of an arms race.
+
+    Attributes:
+        record: command, budget, seeds and versions.
+        trainings: a row per measurement of a training run.
+        flocks: names of the flock policies.
+        predators: names of the predators.
+        objective: J_mean in m by flock policy and predator, each of shape (flocks,).
+        cells: its mean by flock policy and predator.
+    """
+
+    record: dict[str, Any]
+    trainings: pl.DataFrame
+    flocks: tuple[str, ...]
+    predators: tuple[str, ...]
+    objective: dict[tuple[str, str], FloatArray]
+    cells: dict[tuple[str, str], Estimate]
+
+    def own(self, flock: str) -> Estimate:
+        """Return J_mean against the predator that was trained against the policy."""
+        return self.cells[flock, flock]
+
+    def worst(self, flock: str) -> tuple[str, Estimate]:
+        """Return the predator with the smallest mean J_mean against a policy, and that mean."""
+        found = min(self.predators, key=lambda predator: self.cells[flock, predator].mean)
+        return found, self.cells[flock, found]
+
+    def loss(self, flock: str) -> Estimate:
+        """Return how much smaller J_mean is against the policy's own predator than in straight flight."""
+        return stats.mean(self.objective[flock, "straight"] - self.objective[flock, flock])
+
+    def gain_of_training(self, flock: str) -> Estimate:
+        """Return how much smaller J_mean is against its own predator than against pursuit of the centroid."""
+        return stats.mean(self.objective[flock, "centroid"] - self.objective[flock, flock])
+
+
+def load_race(folder: Path) -> RaceResults:
+    """Read the results of an arms race."""
+    table = pl.read_parquet(folder / CROSS_PLAY_FILE)
+    groups = table.group_by("flock_policy", "predator", maintain_order=True)
+    objective = {
+        (str(flock), str(predator)): rows.sort("flock")["objective"].to_numpy()
+        for (flock, predator), rows in groups
+    }
+    return RaceResults(
+        record=json.loads((folder / RECORD_FILE).read_text()),
+        trainings=pl.read_parquet(folder / TRAININGS_FILE),
+        flocks=tuple(table["flock_policy"].unique(maintain_order=True)),
+        predators=tuple(table["predator"].unique(maintain_order=True)),
+        objective=objective,
+        cells={pair: stats.mean(values) for pair, values in objective.items()},
+    )

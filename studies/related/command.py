@@ -1,0 +1,43 @@
+"""``python -m studies related``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import arg
+
+from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.flags import Backend, Progress
+from flockesc_env.cli.output import check_output, note
+from flockesc_env.common.checks import as_count
+from flockesc_env.common.extras import require
+from flockesc_env.jobs import find_backend
+
+
+def run(
+    *,
+    output: Annotated[Path, arg(help="folder of results and figure")] = Path("results/related"),
+    num_flocks: Annotated[
+        int, arg(help="held-out flocks per speed of the predator, at least 4; half as many tuning flocks")
+    ] = 200,
+    learned: Annotated[Path, arg(help="folder of the studies of learned ranges")] = Path("results/learned"),
+    page: Annotated[Path, arg(help="file of the Markdown page")] = Path("docs/related.md"),
+    backend: Backend = "processes",
+    progress: Progress = False,
+) -> Exit:
+    """A bandit over fixed ranges, and the best topological k against the predator's speed.
+
+    About 25 minutes on one core; interrupted, run it again to continue.
+
+    Example: python -m studies related --backend serial
+    """
+    as_count(num_flocks, "num_flocks", least=4)
+    runs_on = find_backend(backend)
+    check_output(page, [".md"], field="page")
+    require("train", ["matplotlib", "polars", "jinja2", "rliable"])
+    from studies.related.survey import survey
+
+    survey(output, num_flocks, learned, page, runs_on, progress=progress)
+    note(f"saved: {page}")
+    return Exit.DONE

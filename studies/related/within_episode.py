@@ -1,0 +1,213 @@
+"""The bandit within an episode, tuned on tuning flocks, against the best fixed range on held-out flocks."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Final, Literal
+
+import numpy as np
+import polars as pl
+
+from flockesc_env import FlockScenario, rollout
+from flockesc_env.common import stats
+from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
+from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
+from flockesc_env.jobs.sweeps import joined, seed_jobs
+from studies.learned.results import BEST_FIXED, Study
+from studies.learned.study import FLOCK_GRID
+from studies.related.bandit import RangeBandit, across_episodes
+from studies.robustness.findings import OBJECTIVES
+from training.seeds import HELD_OUT, TUNING, first_seeds
+
+BANDIT: Final = "bandit over fixed ranges"
+"""Name of the policy in tables."""
+
+Symbol = Literal["J_mean", "J_min"]
+
+ENTRIES: Final[dict[Symbol, tuple[str, ...]]] = {
+    "J_mean": ("mean_distance", "heading_away"),
+    "J_min": ("min_distance", "heading_away"),
+}
+"""Observation entries whose change is tried as the reward of a pull."""
+
+ARMS: Final = (
+    (8.0, 12.0, 16.0),
+    (0.0, 12.0, 150.0),
+    (0.0, 6.0, 10.0, 12.0, 16.0, 20.0, 40.0, 150.0),
+)
+"""Ranges in m that are tried."""
+
+FIRST_FLOCKS, FINALISTS, FINAL_FLOCKS = 40, 5, 400
+"""All candidates play a few tuning flocks, and the best of them more, so that luck does not choose."""
+
+ACROSS_EXPLORATION: Final = 10.0
+"""c in m of the bandit across episodes: about the standard deviation of J_mean over flocks."""
+
+IN_TURNS: Final = 1e30
+"""An exploration constant so large that rewards do not count: the arms are pulled in turns."""
+
+_FLOCK = 5e-3
+"""Estimated seconds of an episode."""
+
+
+@dataclass(frozen=True)
+class BanditNumbers:
+    """The numbers of a bandit that are tuned.
+
+    Attributes:
+        ranges: rho in m of every arm.
+        exploration: weight of the confidence bound, in the unit of the observation entry.
+        window: number of last pulls that count; ``None``: all.
+        entry: observation entry whose change is the reward.
+        steps_per_action: number of model steps of a pull.
+    """
+
+    ranges: tuple[float, ...]
+    exploration: float
+    window: int | None
+    entry: str
+    steps_per_action: int
+
+    def policy(self) -> RangeBandit:
+        """Return the policy."""
+        return RangeBandit(self.ranges, self.exploration, self.window, self.entry)
+
+
+@dataclass(frozen=True)
+class WithinEpisode:
+    """Results of the bandit within an episode for one objective.
+
+    Attributes:
+        numbers: the best numbers on tuning flocks.
+        fixed_range: the best fixed range on tuning flocks, in m.
+        value: the objective in m on held-out flocks.
+        fixed: the objective of the best fixed range on the same flocks.
+        difference: their paired difference.
+        improvement: share of flocks on which the bandit is better.
+        turns: the paired difference of the same arms pulled in turns to the best fixed range.
+        over_turns: the paired difference of the bandit to the same arms pulled in turns.
+        candidates: number of combinations of numbers that were tried on tuning flocks.
+    """
+
+    numbers: BanditNumbers
+    fixed_range: float
+    value: Estimate
+    fixed: Estimate
+    difference: Estimate
+    improvement: Estimate
+    turns: Estimate
+    over_turns: Estimate
+    candidates: int
+
+
+@dataclass(frozen=True)
+class AcrossEpisodes:
+    """Results of the bandit across episodes for J_mean.
+
+    Attributes:
+        episodes: episodes per run, one pull each.
+        runs: number of runs, each on the same tuning flocks in its own order.
+        most_pulled: share of the runs whose most pulled arm is each range.
+        fixed_range: the best fixed range on these flocks, in m.
+        mean: mean objective over the episodes of a run; the interval is over runs.
+        best: mean objective of the best fixed range on these flocks.
+    """
+
+    episodes: int
+    runs: int
+    most_pulled: dict[str, float]
+    fixed_range: float
+    mean: Estimate
+    best: float
+
+
+def candidates(symbol: Symbol) -> list[BanditNumbers]:
+    """Return all combinations of numbers that are tried for an objective."""
+    explorations = (0.0, 0.003, 0.03)
+    choices = product(ARMS, explorations, (None, 20), ENTRIES[symbol], (1, 4, 8))
+    return [BanditNumbers(*numbers) for numbers in choices]
+
+
+def play(numbers: BanditNumbers, flocks: range) -> Arrays:
+    """Return both objectives of the bandit on some flocks."""
+    episodes = rollout(
+        FlockScenario(),
+        numbers.policy(),
+        flocks,
+        num_threads=1,
+        steps_per_action=numbers.steps_per_action,
+        max_range=max(numbers.ranges),
+    )
+    return {column: getattr(episodes, column) for column in OBJECTIVES.values()}
+
+
+def within_episode(
+    symbol: Symbol, shared: Study, cache: Cache, backend: Backend, *, progress: bool = False
+) -> tuple[WithinEpisode, pl.DataFrame]:
+    """Tune the bandit, and measure it on the held-out flocks of a study of one range for the flock.
+
+    Args:
+        symbol: the objective.
+        shared: the study, which has the best fixed range and its values.
+        cache: keeps the results of jobs.
+        backend: where jobs run.
+        progress: whether to show the progress bar even if stderr is not a terminal.
+
+    Returns:
+        The results, and a row per flock in the columns of the study's table of episodes.
+    """
+    column, tried = OBJECTIVES[symbol], candidates(symbol)
+    held_out = first_seeds(HELD_OUT, shared.held_out_flocks)
+
+    def played(some: Sequence[BanditNumbers], flocks: range) -> FloatArray:
+        jobs = [
+            Job("studies.related.within_episode:play", (one, flocks), len(flocks) * _FLOCK) for one in some
+        ]
+        return np.stack([r[column] for r in run(jobs, cache, backend, title="Bandits", progress=progress)])
+
+    first = played(tried, first_seeds(TUNING, FIRST_FLOCKS)).mean(axis=1)
+    finalists = [tried[place] for place in np.argsort(-first, kind="stable")[:FINALISTS]]
+    final = played(finalists, first_seeds(TUNING, FINAL_FLOCKS))
+    numbers = finalists[int(final.mean(axis=1).argmax())]
+    values, turns = played([numbers, dataclasses.replace(numbers, exploration=IN_TURNS)], held_out)
+    (fixed,) = shared.values(BEST_FIXED)
+    results = WithinEpisode(
+        numbers=numbers,
+        fixed_range=shared.best_fixed_range,
+        value=stats.mean(values),
+        fixed=stats.mean(fixed),
+        difference=stats.mean(values - fixed),
+        improvement=stats.improvement(values, fixed),
+        turns=stats.mean(turns - fixed),
+        over_turns=stats.mean(values - turns),
+        candidates=len(tried),
+    )
+    rows = {"contender": BANDIT, "training_seed": None, "flock": held_out, "objective": values}
+    return results, pl.DataFrame(rows, schema_overrides=dict(shared.episodes.schema))
+
+
+def across(num_flocks: int, runs: int, cache: Cache, backend: Backend) -> AcrossEpisodes:
+    """Run UCB1 across episodes: every episode has a fixed range of the grid, rewarded by J_mean."""
+    grid = tuple(float(rho) for rho in FLOCK_GRID)
+    jobs = seed_jobs(SWEEP, FlockScenario(), grid, first_seeds(TUNING, num_flocks))
+    values = joined(run(jobs, cache, backend, title="Fixed ranges"))["min_mean_distance"]
+    rng = np.random.default_rng(0)
+    most, means = [], []
+    for _ in range(runs):
+        shuffled = values[:, rng.permutation(num_flocks)]
+        pulled = across_episodes(shuffled, ACROSS_EXPLORATION)
+        most.append(grid[int(np.bincount(pulled).argmax())])
+        means.append(shuffled[pulled, np.arange(num_flocks)].mean())
+    best = int(values.mean(axis=1).argmax())
+    return AcrossEpisodes(
+        episodes=num_flocks,
+        runs=runs,
+        most_pulled={f"{rho:g}": most.count(rho) / runs for rho in sorted(set(most))},
+        fixed_range=grid[best],
+        mean=stats.mean(np.array(means)),
+        best=float(values[best].mean()),
+    )
