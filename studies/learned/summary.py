@@ -26,10 +26,14 @@ class Summary:
     Attributes:
         study: the files.
         policies: statistics by policy; differences are to the best fixed range.
+        references: statistics by reference; differences are to the best fixed range on the same flocks.
+        reference_flocks: number of flocks by reference.
     """
 
     study: Study
     policies: dict[str, Aggregate]
+    references: dict[str, Aggregate]
+    reference_flocks: dict[str, int]
 
     @property
     def best(self) -> Aggregate:
@@ -77,12 +81,17 @@ def summarize(studies: Iterable[Study]) -> list[Summary]:
     order = list(QUESTIONS)
     last = len(order)
     ordered = sorted(studies, key=lambda s: order.index(s.setting) if s.setting in QUESTIONS else last)
-    return [Summary(study, _figures(study)) for study in ordered]
+    return [_summary(study) for study in ordered]
 
 
-def _figures(study: Study) -> dict[str, Aggregate]:
+def _summary(study: Study) -> Summary:
     baseline = study.values(BEST_FIXED)[0]
-    return {name: aggregate(study.values(name), baseline) for name in study.policies}
+    policies = {name: aggregate(study.values(name), baseline) for name in study.policies}
+    table = study.references
+    names = [] if table is None else table["reference"].unique(maintain_order=True).to_list()
+    paired = {name: study.reference(name) for name in names}
+    references = {name: aggregate(values[np.newaxis], fixed) for name, (values, fixed) in paired.items()}
+    return Summary(study, policies, references, {name: len(fixed) for name, (_, fixed) in paired.items()})
 
 
 def hidden(study: Study) -> list[tuple[str, Estimate]]:
