@@ -77,10 +77,10 @@ def reference_jobs(setting: Setting, flocks: range) -> dict[str, list[Job]]:
 
     The planner and the clairvoyant schedule set one range for the flock; they use the first
     ``SIMULATED_FLOCKS`` flocks. Free headings are for settings with one range per agent and need predators
-    that fly straight on.
+    that fly straight on. A line and ``Learned`` predators, whose policy is not in the setting, have none.
     """
     model = setting.model
-    if not isinstance(model, FlockScenario):
+    if not isinstance(model, FlockScenario) or model.num_learned:
         return {}
     if not setting.per_agent:
         few = flocks[:SIMULATED_FLOCKS]
@@ -172,10 +172,11 @@ def free_headings(setting: Setting, flocks: range) -> Arrays:
 
         J_mean <= min over t of mean over i of g_i(t),    J_min <= min over i and t of g_i(t)
 
-    Both are rigorous. Agents that could choose their heading at the start, and then fly straight, would
-    reach both with a single predator, except for the length of a time step: away from the predator's place
-    at the t that is best for all (J_mean), or at the agent's own (J_min). g_i is convex in t, and at its
-    minimum the distance of such an agent no longer changes, so that this is its closest approach.
+    Both are rigorous, and no smaller bounds follow from the starts alone. In continuous time and with one
+    predator, agents reach them if they choose their heading at the start and then fly straight: away from
+    the predator's place at the time that minimizes the mean of g_i (J_mean), or their own g_i (J_min). Each
+    g_i is convex, and where it is smallest the distance of such an agent does not change, so that this is
+    its closest approach.
 
     The agents of the bound know what no agent knows: where the predator will be. They also turn at once.
     """

@@ -138,6 +138,13 @@ class Study:
         rows = self.episodes.filter(contender=policy).sort("training_seed", "flock")
         return rows["objective"].to_numpy().reshape(-1, self.held_out_flocks)
 
+    @property
+    def reference_names(self) -> list[str]:
+        """Names of the references, in the order of the file."""
+        if self.references is None:
+            return []
+        return self.references["reference"].unique(maintain_order=True).to_list()
+
     def reference(self, name: str) -> tuple[FloatArray, FloatArray]:
         """Return the objective of a reference and of the best fixed range on its flocks, shape (flocks,)."""
         assert self.references is not None  # noqa: S101, it has a name
