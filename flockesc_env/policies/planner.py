@@ -8,7 +8,7 @@ from typing import Any, Final, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flockesc_env.common.checks import FloatArray, as_bytes, as_count, as_floats, as_seed
+from flockesc_env.common.checks import FloatArray, as_count, as_floats, as_seed
 from flockesc_env.common.errors import ArgumentError, ResetNeededError, shown
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import EnvOptionsDict, env_options
@@ -173,29 +173,34 @@ class Planner:
             pass
         values = self._objective(branches)
         winner = int(values.argmax())
-        best = Plan(self._futures[winner], float(self.futures[winner]), float(values[winner]))
-        if best.value >= self._objective(one)[0]:
-            return best  # no branch can be better, because the objective never rises
+        constant = Plan(self._futures[winner], float(self.futures[winner]), float(values[winner]))
+        if constant.value >= self._objective(one)[0]:
+            return constant  # no branch can be better, because the objective never rises
+        return self._better(one, constant.value) or constant
 
+    def _better(self, one: FlockBatch, value: float) -> Plan | None:
+        """Return the best branch of the flock in slot 0 if its objective is above ``value``.
+
+        A branch is dropped when its objective so far is not above ``value``, because it never rises again.
+        """
         branches = self._copies(one, np.zeros(len(self._actions), int))
         self._hold(branches, self._actions)
-        slots = np.flatnonzero(self._objective(branches) > best.value)
+        slots = np.flatnonzero(self._objective(branches) > value)
+        if not len(slots):
+            return None
         first = np.repeat(slots, len(self._futures))
         future = np.tile(np.arange(len(self._futures)), len(slots))
-        if not len(first):
-            return best
         branches = self._copies(branches, first)
-        while not self._hold(branches, self._futures[future]):
-            # Branches that are already no better than the best constant range need not be finished.
-            slots = np.flatnonzero(self._objective(branches) > best.value)
+        has_ended = False
+        while not has_ended:
+            has_ended = self._hold(branches, self._futures[future])
+            values = self._objective(branches)
+            slots = np.flatnonzero(values > value)
             if not len(slots):
-                return best
-            if 2 * len(slots) < branches.num_flocks:
+                return None
+            if not has_ended and 2 * len(slots) < branches.num_flocks:
                 branches, first, future = self._copies(branches, slots), first[slots], future[slots]
-        values = self._objective(branches)
         winner = int(values.argmax())
-        if values[winner] <= best.value:
-            return best
         choice = first[winner]
         return Plan(self._actions[choice], float(self.ranges[choice]), float(values[winner]))
 
@@ -243,7 +248,9 @@ def _snapshot(flock: Any) -> bytes:
     inner = getattr(flock, "unwrapped", flock)
     spec = getattr(inner, "policy_spec", None)
     if not isinstance(spec, PolicySpec):
-        return as_bytes(flock, "flock")
+        if not isinstance(flock, bytes | bytearray | memoryview):
+            raise ArgumentError("flock", "a FlockEscapeEnv or its snapshot", shown(flock))
+        return bytes(flock)
     if spec.per_agent:
         raise ArgumentError("flock", "an environment with one range for the flock", "one range per agent")
     state: bytes = inner.get_state()

@@ -178,7 +178,7 @@ def test_wrong_flocks() -> None:
         wrong.reset(seed=1)
         with pytest.raises(ArgumentError, match="same scenario"):
             planner.plan(wrong)
-    with pytest.raises(ArgumentError, match="bytes"):
+    with pytest.raises(ArgumentError, match="snapshot"):
         planner.plan(np.zeros(3))
     with pytest.raises(ArgumentError, match="seed"):
         planner.play(-1)
