@@ -15,6 +15,7 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "paper": paper.run,
     "robustness": robustness.run,
     "learned": learned.run,
+    "learned-references": learned.references,
     "learned-page": learned.page,
     "learned-submit": learned.submit,
     "related": related.run,

@@ -1,9 +1,10 @@
-"""Range policies and predator policies, built-in and from files, and rollouts of them."""
+"""Range policies and predator policies, built-in and from files, rollouts of them, and the planner."""
 
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Policy, RowMemory, bind
 from flockesc_env.policies.files import find_policy, load_policy, save_policy
 from flockesc_env.policies.network import Architecture, NetworkPolicy
+from flockesc_env.policies.planner import Plan, PlannedEpisode, Planner
 from flockesc_env.policies.predators import FlyStraight, Pursue
 from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
 from flockesc_env.policies.registry import NAMES, NamedPolicy, built_in
@@ -18,6 +19,9 @@ __all__ = [
     "FlyStraight",
     "NamedPolicy",
     "NetworkPolicy",
+    "Plan",
+    "PlannedEpisode",
+    "Planner",
     "Policy",
     "PolicySpec",
     "Pursue",

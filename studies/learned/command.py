@@ -1,4 +1,4 @@
-"""``python -m studies learned``, ``learned-page`` and ``learned-submit``."""
+"""``python -m studies learned``, ``learned-references``, ``learned-page`` and ``learned-submit``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from flockesc_env.cli.output import note, show
 from flockesc_env.common.extras import require
 
 RESULTS, PAGE = Path("results/learned"), Path("docs/results.md")
-_MODULES = ("matplotlib", "polars", "rliable", "jinja2")
+_MODULES = ("matplotlib", "polars", "rliable", "jinja2", "cmaes")
 
 Setting = Annotated[Positional[str], arg(help="name of a preset of training/configs", metavar="SETTING")]
 Results = Annotated[Path, arg(help="folder of the studies")]
@@ -47,6 +47,30 @@ def run(
 
     args = StudyArgs(setting, output, runs, learners, held_out_flocks, tuning_flocks, backend)
     note(f"saved: {study(args)}; now run python -m studies learned-page")
+    return Exit.DONE
+
+
+def references(
+    setting: Setting,
+    *,
+    output: Annotated[
+        Path, arg(help="folder of results; the setting's go into a folder of its name")
+    ] = RESULTS,
+    runs: Annotated[Path, arg(help="folder that keeps finished parts")] = Path("runs/study"),
+    held_out_flocks: Annotated[int, arg(help="flocks that results are reported on")] = 1000,
+    backend: Backend = "processes",
+) -> Exit:
+    """Compute the references of one setting: what knowledge that no policy has can reach.
+
+    ``python -m studies learned`` does the same after training. Interrupted, run it again to continue.
+
+    Example: python -m studies learned-references shared
+    """
+    require("train", _MODULES)
+    from studies.learned.study import StudyArgs, study_references
+
+    args = StudyArgs(setting, output, runs, held_out_flocks=held_out_flocks, backend=backend)
+    note(f"saved: {study_references(args)}; now run python -m studies learned-page")
     return Exit.DONE
 
 

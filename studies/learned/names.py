@@ -1,4 +1,4 @@
-"""Names of settings and learners in figures."""
+"""Names of settings and learners in figures, and of references."""
 
 from __future__ import annotations
 
@@ -33,6 +33,18 @@ LEARNERS = {
     "stubborn-leaders-local": "rule: stubborn leaders, local",
     "stubborn-witnesses": "rule: stubborn witnesses",
 }
+
+
+PLANNER = "planner"
+CLAIRVOYANT = "clairvoyant schedule"
+FREE_HEADINGS = "free headings"
+
+KNOWLEDGE = {
+    PLANNER: "the whole state, and what each of its choices leads to until the end of the episode",
+    CLAIRVOYANT: "how hundreds of episodes of this very flock ended; its 12 ranges were optimized on them",
+    FREE_HEADINGS: "where the predator will be; its agents turn at once and follow nobody: an upper bound",
+}
+"""What each reference knows or can do that a policy does not or cannot."""
 
 
 def setting_title(study: Study) -> str:

@@ -13,8 +13,9 @@ from studies.forest import Group
 from studies.learned import figures
 from studies.learned.aggregate import RESAMPLES, profile
 from studies.learned.listening import LISTENING_FILE, LISTENING_FLOCKS, draw_listening
-from studies.learned.names import setting_title
+from studies.learned.names import KNOWLEDGE, setting_title
 from studies.learned.questions import QUESTIONS
+from studies.learned.references import NUM_SEGMENTS, PLANNED_STEPS, SEGMENT_STEPS
 from studies.learned.results import BEST_FIXED, ORACLE, load_studies
 from studies.learned.summary import Summary, elsewhere, hidden, summarize
 from studies.pages import templates, write_text
@@ -74,6 +75,10 @@ def markdown_page(
             missing=[name for name in QUESTIONS if name not in {row.study.setting for row in summaries}],
             best_fixed=BEST_FIXED,
             oracle=ORACLE,
+            knowledge=KNOWLEDGE,
+            planner_steps=PLANNED_STEPS,
+            segments=NUM_SEGMENTS,
+            segment_steps=SEGMENT_STEPS,
             confidence=CONFIDENCE,
             resamples=RESAMPLES,
             tuning=TUNING,

@@ -15,6 +15,7 @@ from flockesc_env.common.stats import FloatArray
 
 STUDY_FILE = "study.json"
 EPISODES_FILE = "episodes.parquet"
+REFERENCES_FILE = "references.parquet"
 BEST_FIXED = "best fixed range"
 ORACLE = "hindsight oracle"
 
@@ -25,8 +26,9 @@ _COLUMNS = {
     "grid": ("interaction_range", "mean", "low", "high"),
     "ablation": ("removed", "flock", "objective"),
     "transfer": ("world", "contender", "flock", "objective"),
+    "references": ("reference", "flock", "objective"),
 }
-_OPTIONAL = ("ablation", "transfer")
+_OPTIONAL = ("ablation", "transfer", "references")
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,7 @@ class Study:
         grid: interaction_range, mean, low, high, of fixed ranges on the held-out flocks.
         ablation: removed, flock, objective; ``None`` without an ablation.
         transfer: world, contender, flock, objective; ``None`` without other scenarios.
+        references: reference, flock (some of the held-out flocks), objective; ``None`` without references.
     """
 
     setting: str
@@ -89,6 +92,7 @@ class Study:
     grid: pl.DataFrame
     ablation: pl.DataFrame | None
     transfer: pl.DataFrame | None
+    references: pl.DataFrame | None
 
     @property
     def unit(self) -> str:
@@ -134,6 +138,20 @@ class Study:
         rows = self.episodes.filter(contender=policy).sort("training_seed", "flock")
         return rows["objective"].to_numpy().reshape(-1, self.held_out_flocks)
 
+    @property
+    def reference_names(self) -> list[str]:
+        """Names of the references, in the order of the file."""
+        if self.references is None:
+            return []
+        return self.references["reference"].unique(maintain_order=True).to_list()
+
+    def reference(self, name: str) -> tuple[FloatArray, FloatArray]:
+        """Return the objective of a reference and of the best fixed range on its flocks, shape (flocks,)."""
+        assert self.references is not None  # noqa: S101, it has a name
+        fixed = self.episodes.filter(contender=BEST_FIXED).select("flock", fixed="objective")
+        rows = self.references.filter(reference=name).join(fixed, on="flock").sort("flock")
+        return rows["objective"].to_numpy(), rows["fixed"].to_numpy()
+
 
 def load_study(folder: Path) -> Study:
     """Read the results of one setting.
@@ -151,6 +169,7 @@ def load_study(folder: Path) -> Study:
     if study.setting != folder.name:
         raise RecordError(f"{folder / STUDY_FILE}: setting", repr(folder.name), repr(study.setting))
     _check_episodes(study, folder / EPISODES_FILE)
+    _check_references(study, folder / REFERENCES_FILE)
     _check_learners(study, folder)
     if study.ablation is not None and study.explained not in study.learners:
         raise RecordError(f"{folder / STUDY_FILE}: explained", "a learner", repr(study.explained))
@@ -205,6 +224,18 @@ def _check_episodes(study: Study, path: Path) -> None:
             raise RecordError(
                 f"{path}: {name}, training seed {seed}", "every flock once", f"{len(rows)} rows"
             )
+
+
+def _check_references(study: Study, path: Path) -> None:
+    """Check that every reference has held-out flocks, each once, at least 2."""
+    if study.references is None:
+        return
+    for (name,), rows in study.references.group_by("reference"):
+        flocks = rows["flock"]
+        if flocks.is_duplicated().any() or len(flocks) < 2 or set(flocks) - set(study.flocks):
+            raise RecordError(f"{path}: {name}", "held-out flocks, each once, at least 2", "others")
+        if not np.isfinite(rows["objective"].cast(pl.Float64).fill_null(np.nan).to_numpy()).all():
+            raise RecordError(f"{path}: {name}", "finite numbers", "others too")
 
 
 def _check_learners(study: Study, folder: Path) -> None:

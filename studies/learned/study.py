@@ -22,6 +22,7 @@ from flockesc_env.jobs.sweeps import joined, seed_jobs
 from studies.learned import explain
 from studies.learned.held_out import play_job
 from studies.learned.listening import LISTENING_FILE, measure_listening
+from studies.learned.references import write_references
 from studies.learned.results import EPISODES_FILE
 from training import seeds
 from training.config import (
@@ -109,10 +110,28 @@ def study(args: StudyArgs) -> Path:
     made = pl.concat(rows)
     write_table(pl.concat([made, _submitted(made, args.setting, folder)]), folder / EPISODES_FILE)
     write_table(_grid_frame(preset, fixed), folder / "grid.parquet")
+    write_references(preset.setting, held_out, cache, backend, folder)
     _collect(runs, folder)
     explained = _explain(args, preset, runs, best, cache, backend, folder)
     _describe(args, preset, best, explained, folder)
     return folder
+
+
+def study_references(args: StudyArgs) -> Path:
+    """Compute the references of one setting without training; return their file.
+
+    Raises:
+        ArgumentError: for an unknown setting, one without references, or an argument out of bounds.
+        JobError: if jobs fail.
+    """
+    preset, backend = _preset(args), find_backend(args.backend)
+    held_out = seeds.first_seeds(seeds.HELD_OUT, args.held_out_flocks)
+    path = write_references(
+        preset.setting, held_out, Cache(args.runs / "fixed"), backend, args.output / args.setting
+    )
+    if path is None:
+        raise ArgumentError("setting", "a setting with references", repr(args.setting))
+    return path
 
 
 def _preset(args: StudyArgs) -> Preset:

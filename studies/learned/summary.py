@@ -10,13 +10,28 @@ import polars as pl
 
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate
-from studies.learned.aggregate import Aggregate, aggregate
+from studies.learned.aggregate import Aggregate, aggregate, means
 from studies.learned.questions import QUESTIONS, question_of
 from studies.learned.results import BEST_FIXED, Study
 
 NOTHING = "nothing"
 LEARNED = "learned"
 UNKNOWN = "-"
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Statistics of a reference.
+
+    Attributes:
+        num_flocks: number of held-out flocks.
+        objective: mean objective on these flocks.
+        difference: paired difference to the best fixed range on the same flocks.
+    """
+
+    num_flocks: int
+    objective: Estimate
+    difference: Estimate
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,10 +41,12 @@ class Summary:
     Attributes:
         study: the files.
         policies: statistics by policy; differences are to the best fixed range.
+        references: statistics by reference.
     """
 
     study: Study
     policies: dict[str, Aggregate]
+    references: dict[str, Reference]
 
     @property
     def best(self) -> Aggregate:
@@ -77,12 +94,18 @@ def summarize(studies: Iterable[Study]) -> list[Summary]:
     order = list(QUESTIONS)
     last = len(order)
     ordered = sorted(studies, key=lambda s: order.index(s.setting) if s.setting in QUESTIONS else last)
-    return [Summary(study, _figures(study)) for study in ordered]
+    return [_summary(study) for study in ordered]
 
 
-def _figures(study: Study) -> dict[str, Aggregate]:
+def _summary(study: Study) -> Summary:
     baseline = study.values(BEST_FIXED)[0]
-    return {name: aggregate(study.values(name), baseline) for name in study.policies}
+    policies = {name: aggregate(study.values(name), baseline) for name in study.policies}
+    references = {}
+    for name in study.reference_names:
+        values, fixed = study.reference(name)
+        objective, difference = means(np.stack([values, values - fixed])[:, np.newaxis])
+        references[name] = Reference(len(values), objective, difference)
+    return Summary(study, policies, references)
 
 
 def hidden(study: Study) -> list[tuple[str, Estimate]]:

@@ -19,6 +19,11 @@ COMMANDS = [
         ["learned", "shared", "--learners", "search", "tqc", "--held-out-flocks", "7", "--backend", "serial"],
         (StudyArgs("shared", learners=("search", "tqc"), held_out_flocks=7, backend="serial"),),
     ),
+    (
+        "study.study_references",
+        ["learned-references", "shared", "--held-out-flocks", "7", "--backend", "serial"],
+        (StudyArgs("shared", held_out_flocks=7, backend="serial"),),
+    ),
     ("page.write_page", ["learned-page", "--results", "a"], (Path("a"), Path("docs/results.md"))),
     (
         "submit.submit",

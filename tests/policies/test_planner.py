@@ -1,0 +1,192 @@
+"""The planner finds the best branch, keeps its promises, and is no worse than a constant range."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from captured_flocks import doomed, hunted
+from option_table import ACTION_MODES, small_flock
+
+from flockesc_env import (
+    ArgumentError,
+    FixedRange,
+    FlockEscapeEnv,
+    FlockScenario,
+    FlockVectorEnv,
+    LineEscapeEnv,
+    OptionError,
+    Pursue,
+    ResetNeededError,
+    ScenarioError,
+    Topological,
+    Wandering,
+    parallel_env,
+    rollout,
+)
+from flockesc_env.policies import Planner, SB3Policy
+
+OUTCOMES = {
+    "mean": "min_mean_distance",
+    "minimum": "min_min_distance",
+    "survival": "fraction_surviving",
+}
+FLOCK = small_flock(num_agents=20, num_steps=30, predator_range=15.0)
+RANGES, FUTURES = [0.0, 3.0, 6.0, 9.0, 14.0], [0.0, 6.0, 20.0]
+NOISY = FLOCK.replace(angular_noise=1.0, predators=(Wandering(angular_diffusion=2.0),))
+LEARNED = FLOCK.with_learned_predators()
+CASES: list[tuple[FlockScenario, dict[str, Any]]] = [
+    (FLOCK, {}),
+    (FLOCK, {"objective": "minimum"}),
+    (NOISY, {"objective": "minimum"}),
+    (LEARNED, {"predator_policy": Pursue()}),
+    (hunted(), {"objective": "survival"}),
+    (doomed(), {"objective": "mean"}),
+]
+SEEDS = [3, 4, 5]
+
+
+def value_of(env: FlockEscapeEnv, actions: list[Any]) -> float:
+    """Apply actions, the last one to the end of the episode, and return the objective."""
+    has_ended = False
+    while not has_ended:
+        _, _, terminated, truncated, info = env.step(actions[0])
+        actions = actions[1:] or actions
+        has_ended = terminated or truncated
+    return float(info[OUTCOMES[env.options.objective]])
+
+
+def best_value(env: FlockEscapeEnv, planner: Planner, holds: int) -> float:
+    """Return the largest objective over all branches, which are played one by one."""
+    actions = env.policy_spec.actions
+    start, values = env.get_state(), []
+    chosen = [(first, future) for first in planner.ranges for future in planner.futures]
+    chosen += [(future, future) for future in planner.futures]
+    for pair in chosen:
+        first, future = actions.from_ranges(np.array(pair))
+        env.set_state(start)
+        values.append(value_of(env, [first] * holds + [future]))
+    env.set_state(start)
+    return max(values)
+
+
+@pytest.mark.parametrize(("scenario", "arguments"), CASES)
+def test_every_choice_is_the_best_of_all_branches_and_is_kept(
+    scenario: FlockScenario, arguments: dict[str, Any]
+) -> None:
+    env = FlockEscapeEnv(scenario, steps_per_action=2, **arguments)
+    planner = Planner(scenario, ranges=RANGES, futures=FUTURES, steps=6, steps_per_action=2, **arguments)
+    for seed in SEEDS:
+        played = planner.play(seed)
+        env.reset(seed=seed)
+        has_ended, plans = False, []
+        while not has_ended:
+            before = env.get_state()
+            plan = planner.plan(env)
+            assert env.get_state() == before
+            assert plan.value == best_value(env, planner, 3)
+            plans.append(plan)
+            for _ in range(3):
+                _, _, terminated, truncated, info = env.step(plan.action)
+                has_ended = terminated or truncated
+                if has_ended:
+                    break
+        reached = info[OUTCOMES[env.options.objective]]
+        assert [plan.value for plan in plans] == sorted(plan.value for plan in plans)
+        assert plans[-1].value == reached == played.objective
+        assert [plan.interaction_range for plan in plans] == [plan.interaction_range for plan in played.plans]
+
+
+@pytest.mark.parametrize("mode", ACTION_MODES)
+@pytest.mark.parametrize("objective", ["mean", "minimum"])
+def test_the_planner_is_never_worse_than_a_constant_range(mode: str, objective: str) -> None:
+    options: dict[str, Any] = {"action_mode": mode, "max_range": 20.0, "objective": objective}
+    planner = Planner(FLOCK, **options, num_threads=1)
+    assert (len(planner.ranges), len(planner.futures)) == (15, 10)
+    assert set(planner.futures) <= set(planner.ranges)
+    assert (planner.ranges.min(), planner.ranges.max()) == (0.0, 20.0)
+    planned = np.array([planner.play(seed).objective for seed in range(10)])
+    constant = [
+        getattr(rollout(FLOCK, FixedRange(rho), range(10), **options), OUTCOMES[objective])
+        for rho in planner.futures
+    ]
+    assert (planned >= np.max(constant, axis=0)).all()
+    assert (planned > np.max(constant, axis=0)).any()
+
+
+def test_results_do_not_depend_on_threads_or_on_how_the_state_is_given() -> None:
+    options = {"steps_per_action": 12, "max_range": 30.0}
+    env = gymnasium.wrappers.OrderEnforcing(FlockEscapeEnv(FLOCK, **options))
+    env.reset(seed=1)
+    env.step([0.0])
+    one, three = (Planner(FLOCK, num_threads=threads, **options) for threads in (1, 3))
+    plans = [one.plan(env), three.plan(env), three.plan(env.unwrapped.get_state())]
+    assert len({(float(plan.action[0]), plan.interaction_range, plan.value) for plan in plans}) == 1
+
+
+def test_a_topological_rule_is_planned_in_numbers_of_neighbors() -> None:
+    planner = Planner(FLOCK.replace(neighbor_rule=Topological()), max_range=10.0, steps=15)
+    plans = planner.play(2).plans
+    assert len(plans) == 2
+    assert {plan.interaction_range for plan in plans} <= {*planner.ranges, *planner.futures}
+
+
+@pytest.mark.parametrize(
+    ("scenario", "arguments", "error", "field"),
+    [
+        ("paper-line", {}, ScenarioError, "scenario"),
+        (FLOCK.replace(predators=()), {}, ScenarioError, "predators"),
+        (LEARNED, {}, ArgumentError, "predator_policy"),
+        (
+            LEARNED,
+            {"predator_policy": SB3Policy(type("Model", (), {"predict": print})())},
+            ArgumentError,
+            "predator_policy",
+        ),
+        (FLOCK, {"predator_policy": Pursue()}, ArgumentError, "predator_policy"),
+        (FLOCK, {"steps_per_action": 5}, ArgumentError, "steps"),
+        (FLOCK, {"steps": 0}, ArgumentError, "steps"),
+        (FLOCK, {"ranges": []}, ArgumentError, "ranges"),
+        (FLOCK, {"ranges": [[1.0]]}, ArgumentError, "ranges"),
+        (FLOCK, {"futures": [-1.0]}, ArgumentError, "futures"),
+        (FLOCK, {"ranges": [200.0]}, ArgumentError, "ranges"),
+        (FLOCK, {"num_threads": 0}, ArgumentError, "num_threads"),
+        (FLOCK, {"reward": "difference"}, OptionError, "reward"),
+        (FLOCK, {"max_rage": 1.0}, OptionError, "max_rage"),
+    ],
+)
+def test_wrong_arguments(scenario: Any, arguments: dict[str, Any], error: type, field: str) -> None:
+    with pytest.raises(error) as caught:
+        Planner(scenario, **arguments)
+    assert caught.value.field == field
+
+
+def test_wrong_flocks() -> None:
+    planner = Planner(FLOCK)
+    env, many, agents = FlockEscapeEnv(FLOCK), FlockVectorEnv(10, FLOCK), parallel_env(FLOCK)
+    other = FlockEscapeEnv(FLOCK.replace(num_agents=3))
+    line = LineEscapeEnv()
+    for each in (env, many, agents, other, line):
+        each.reset(seed=1)
+    with pytest.raises(ArgumentError, match="one range per agent"):
+        planner.plan(agents)
+    with pytest.raises(ArgumentError, match="flocks"):
+        planner.plan(many)
+    for wrong in (other, line, FlockEscapeEnv(FLOCK, objective="minimum")):
+        wrong.reset(seed=1)
+        with pytest.raises(ArgumentError, match="same scenario"):
+            planner.plan(wrong)
+    with pytest.raises(ArgumentError, match="snapshot"):
+        planner.plan(np.zeros(3))
+    with pytest.raises(ArgumentError, match="seed"):
+        planner.play(-1)
+    with pytest.raises(ArgumentError, match="policy"):
+        rollout(FLOCK, planner, [1])
+    with pytest.raises(ResetNeededError):
+        planner.plan(FlockEscapeEnv(FLOCK))
+    for _ in range(FLOCK.num_steps):
+        env.step([0.0])
+    with pytest.raises(ResetNeededError, match="after the end"):
+        planner.plan(env)

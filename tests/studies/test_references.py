@@ -1,0 +1,179 @@
+"""References: bounds that hold and are reached, schedules that replay, and where each makes sense."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+import pytest
+from scipy.optimize import minimize_scalar
+from study_folders import write_study
+
+from flockesc_env import ArgumentError, FixedRange, FlockScenario, PurePursuit, rollout, simulate
+from flockesc_env.common.errors import RecordError
+from flockesc_env.jobs import Cache, find_backend
+from flockesc_env.policies import find_policy
+from flockesc_env.scenario.approach import approach
+from studies.learned import references
+from studies.learned.names import CLAIRVOYANT, FREE_HEADINGS, KNOWLEDGE, PLANNER
+from studies.learned.page import markdown_page
+from studies.learned.references import (
+    clairvoyant,
+    free_headings,
+    is_bounded,
+    planner,
+    reference_jobs,
+    write_references,
+)
+from studies.learned.results import BEST_FIXED, ORACLE, load_study
+from studies.learned.summary import summarize
+from training.config import Setting, presets
+from training.evaluation import outcome
+from training.seeds import HELD_OUT, TUNING
+
+OBJECTIVES = ["mean", "minimum"]
+SMALL = FlockScenario(num_agents=12, num_steps=36, initial_side=30.0)
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Setting:
+    """One range for a small flock."""
+    path = tmp_path / "small.toml"
+    path.write_text(SMALL.to_toml())
+    return Setting(scenario=str(path), per_agent=False)
+
+
+@pytest.mark.parametrize("objective", OBJECTIVES)
+@pytest.mark.parametrize("policy", ["fixed:0", "fixed:10", "stubborn-leaders", "stubborn-witnesses"])
+def test_free_headings_bound_every_policy(objective: Any, policy: str) -> None:
+    setting = Setting(objective=objective)
+    flocks = TUNING[:10]
+    reached = outcome(rollout(setting.model, find_policy(policy), flocks), objective)
+    assert (reached <= free_headings(setting, flocks)["objective"]).all()
+
+
+@pytest.mark.parametrize("objective", OBJECTIVES)
+def test_straight_flights_reach_the_bound_of_free_headings(objective: Any) -> None:
+    """Except for the length of a step, if agents fly away from the predator's place at the best time."""
+    setting = Setting(objective=objective)
+    model, flocks = setting.model, TUNING[:10]
+    (predator,) = model.predators
+    place, velocity = np.array(predator.position), np.array(predator.velocity)
+    faster = np.linalg.norm(velocity)
+    for flock, bound in zip(flocks, free_headings(setting, flocks)["objective"], strict=True):
+        start = simulate(model, 0.0, seed=flock).positions[0]
+
+        def farthest(times: Any, start: np.ndarray = start) -> np.ndarray:
+            return np.linalg.norm(start - place - np.outer(times, velocity), axis=1) + 10 * times
+
+        if objective == "mean":
+            best = minimize_scalar(lambda t: farthest(t).mean(), bounds=(0, 12), options={"xatol": 1e-9}).x
+            exact = farthest(best).mean()
+        else:  # the agent is then seen from the predator at the angle arccos(v0 / v_p)
+            ahead = (start - place) @ velocity / faster
+            aside = np.abs((start - place) @ [velocity[1], -velocity[0]]) / faster
+            best = np.clip((ahead - aside * 10 / np.sqrt(faster**2 - 10**2)) / faster, 0, 12)
+            exact = farthest(best).min()
+        away = start - place - np.outer(best, velocity)
+        headings = away / np.linalg.norm(away, axis=1, keepdims=True)
+        times = np.arange(model.num_steps + 1) * model.time_step
+        closing = np.multiply.outer(times, 10 * headings - velocity)
+        distances = np.linalg.norm(start - place + closing, axis=2)
+        reached = (distances.mean(axis=1) if objective == "mean" else distances).min()
+        assert exact - 1e-6 < reached < bound + 1e-6 < exact + 0.6
+
+
+def test_free_headings_need_straight_predators_and_a_constant_speed() -> None:
+    for change in ({"constant_speed": False}, {"capture_radius": 1.0}, {"predators": ()}):
+        assert not is_bounded(SMALL.replace(**change))
+    assert not is_bounded(SMALL.replace(predators=(PurePursuit(*approach("center")),)))
+    assert is_bounded(SMALL)
+    with pytest.raises(ArgumentError, match="straight"):
+        free_headings(presets()["steering-predator"].setting, HELD_OUT[:2])
+
+
+@pytest.mark.parametrize("objective", OBJECTIVES)
+def test_a_schedule_is_no_worse_than_a_constant_range_and_replays(
+    objective: Any, small: Setting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    setting = dataclasses.replace(small, objective=objective)
+    played: list[tuple[np.ndarray, np.ndarray]] = []
+    objectives = references._Replays.objectives
+
+    def noting(self: Any, schedules: np.ndarray) -> np.ndarray:
+        played.append((schedules, objectives(self, schedules)))
+        return played[-1][1]
+
+    monkeypatch.setattr(references._Replays, "objectives", noting)
+    monkeypatch.setattr(references, "_GENERATIONS", 8)
+    (best,) = clairvoyant(setting, HELD_OUT[:1])["objective"]
+    (_, constants), *rest = played
+    assert len(constants) == 24
+    assert len(rest) == 8
+    assert best == max(values.max() for _, values in played) > constants.max()
+    schedules, values = max(rest, key=lambda generation: generation[1].max())
+    ranges = 20.0 * schedules[values.argmax(), :3].astype(np.float32).astype(float) ** 2
+    run = simulate(SMALL, schedule=np.repeat(ranges, 12)[:, np.newaxis], seed=HELD_OUT[0])
+    distances = run.mean_distance if objective == "mean" else run.min_distance
+    assert distances.min() == pytest.approx(best, abs=1e-3)
+
+
+def test_the_planner_is_no_worse_than_constant_ranges(small: Setting) -> None:
+    reached = planner(small, HELD_OUT[:6])["objective"]
+    for rho in (0.0, 20.0):
+        constant = rollout(SMALL, FixedRange(rho), HELD_OUT[:6], **small.env_options())
+        assert (reached >= constant.min_mean_distance).all()
+
+
+def test_settings_have_the_references_that_make_sense() -> None:
+    found = {name: [*reference_jobs(preset.setting, HELD_OUT)] for name, preset in presets().items()}
+    simulated, bounded = [PLANNER, CLAIRVOYANT], [FREE_HEADINGS]
+    assert found["shared"] == found["shared-minimum"] == simulated
+    for name in ("visible", "visible-minimum", "local", "local-minimum"):
+        assert found[f"per-agent-{name}"] == bounded
+    assert found["line"] == found["steering-predator"] == []
+    assert {*simulated, *bounded} == set(KNOWLEDGE)
+
+
+def test_references_reach_the_page(small: Setting, tmp_path: Path) -> None:
+    fixed = 20 + np.random.default_rng(0).normal(size=6)
+    results, cache = tmp_path / "results", Cache(tmp_path / "cache")
+    folder = write_study(results, "tiny", {BEST_FIXED: fixed, ORACLE: fixed}, {"search": fixed[None] + 1})
+    setting = dataclasses.replace(small, per_agent=True)
+    path = write_references(setting, HELD_OUT[:4], cache, find_backend("serial"), folder)
+    assert path == folder / "references.parquet"
+    bounds = free_headings(setting, HELD_OUT[:4])["objective"]
+    study = load_study(folder)
+    values, same = study.reference(FREE_HEADINGS)
+    np.testing.assert_array_equal(values, bounds)
+    np.testing.assert_array_equal(same, fixed[:4])
+    (summary,) = summarize([study])
+    reference = summary.references[FREE_HEADINGS]
+    assert reference.num_flocks == 4
+    assert reference.difference.mean == pytest.approx((bounds - fixed[:4]).mean())
+    text = markdown_page([summary], results, tmp_path / "results.md")
+    cells = [FREE_HEADINGS, "4", summary.show(reference.objective), summary.show(reference.difference, "+")]
+    assert f"| {' | '.join(cells)} |" in text
+    assert "**References**" in text
+
+    for change, named in (
+        (lambda t: pl.concat([t, t[-1:]]), "once"),
+        (lambda t: t.with_columns(pl.col("flock") + 3), "held-out"),
+        (lambda t: t.with_columns(objective=pl.lit(float("nan"))), "finite"),
+        (lambda t: t[:1], "at least 2"),
+        (lambda t: t.drop("reference"), "columns"),
+    ):
+        whole = pl.read_parquet(path)
+        change(whole).write_parquet(path)
+        with pytest.raises(RecordError, match=named):
+            load_study(folder)
+        whole.write_parquet(path)
+
+
+def test_settings_without_references_write_no_file(tmp_path: Path) -> None:
+    line = presets()["line"].setting
+    assert write_references(line, HELD_OUT[:4], Cache(tmp_path), find_backend("serial"), tmp_path) is None
+    assert not list(tmp_path.iterdir())
