@@ -31,6 +31,7 @@ class Setting:
         objective: minimum over time of the mean (Eq. 12) or of the minimum predator distance (Eq. 13).
         max_range: largest range, in m for a flock.
         steps_per_action: number of model steps per action.
+        profile_ranges: candidate ranges of the observed profile; empty: no profile.
     """
 
     scenario: str = "paper-flock"
@@ -39,6 +40,7 @@ class Setting:
     objective: Literal["mean", "minimum"] = "mean"
     max_range: float = 20.0
     steps_per_action: int = 4
+    profile_ranges: tuple[float, ...] = ()
 
     @property
     def model(self) -> FlockScenario | LineScenario:
@@ -54,11 +56,13 @@ class Setting:
 
     def env_options(self) -> dict[str, Any]:
         """Return the options of the environment, except the reward."""
-        actions = {"max_range": self.max_range, "steps_per_action": self.steps_per_action}
+        options: dict[str, Any] = {"max_range": self.max_range, "steps_per_action": self.steps_per_action}
+        if self.profile_ranges:
+            options["profile_ranges"] = list(self.profile_ranges)
         if self.is_line:
-            return actions
+            return options
         sensing = None if self.predator_visible else "predator_range"
-        return {**actions, "objective": self.objective, "predator_sensing_range": sensing}
+        return {**options, "objective": self.objective, "predator_sensing_range": sensing}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -289,10 +293,13 @@ def _preset(document: dict[str, Any], name: str) -> Preset:
         fields = {**setting, "run": Path("runs") / f"{name}-{learner}", **values}
         seeds, note, kind = fields.pop("seeds", 0), fields.pop("note", ""), fields.pop("kind")
         learners[learner] = Learner(_args(kind, fields), seeds, note)
-    return Preset(document["title"], Setting(**setting), learners, document.get("explained", ""))
+    return Preset(document["title"], Setting(**_tuples(setting)), learners, document.get("explained", ""))
 
 
 def _args(kind: str, values: dict[str, Any]) -> Args:
     """Return the arguments of a document, in which tuples are lists."""
-    fields: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
-    return _TYPES[kind](**fields)
+    return _TYPES[kind](**_tuples(values))
+
+
+def _tuples(values: dict[str, Any]) -> dict[str, Any]:
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}

@@ -132,7 +132,10 @@ ENV_OPTIONS = ACTION_OPTIONS | {
     "predator_sensing_range": Number(30.0, True, low=0.0),
     "count_components": Flag(True),
 }
-LINE_OPTIONS = ACTION_OPTIONS | {"reward": Choice("terminal")}
+LINE_OPTIONS = ACTION_OPTIONS | {
+    "reward": Choice("terminal"),
+    "profile_ranges": Floats([0.25, 0.5], True, low=0.0, is_any_length=True),
+}
 SCENARIO = Part(FLOCK, True, confusing=(LINE, fe.Disc()))
 HUNTER = Part(None, True)
 """``predator_policy``: ``None``, because the scenarios of the table have no learned predator."""

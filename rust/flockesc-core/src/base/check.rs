@@ -8,6 +8,9 @@ pub const MAX_AGENTS: usize = 10_000_000;
 /// Largest number of steps of a scenario.
 pub const MAX_STEPS: usize = 1_000_000_000;
 
+/// Largest number of candidate ranges of a profile.
+const MAX_PROFILE_RANGES: usize = 64;
+
 /// Largest magnitude of a parameter. With such parameters, coordinates stay below 1e119 m for [`MAX_STEPS`]
 /// steps, and their squares are finite.
 pub(crate) const MAX_MAGNITUDE: f64 = 1e20;
@@ -97,6 +100,24 @@ pub(crate) fn vector(field: &str, entries: &[f64], dimension: usize) -> Result<(
 pub(crate) fn within(field: &str, value: usize, low: usize, high: usize) -> Result<()> {
     let expected = format!("an integer from {low} to {high}");
     check(field, value, &expected, (low..=high).contains(&value))
+}
+
+/// Checks the candidate ranges of a profile: 1 to [`MAX_PROFILE_RANGES`] increasing numbers from 0 to
+/// `max_range`.
+pub(crate) fn profile_ranges(field: &str, ranges: &[f64], max_range: f64) -> Result<()> {
+    let expected = format!("1 to {MAX_PROFILE_RANGES} ranges");
+    let is_full = (1..=MAX_PROFILE_RANGES).contains(&ranges.len());
+    check(field, ranges.len(), &expected, is_full)?;
+    for (k, &range) in ranges.iter().enumerate() {
+        within_bounds(&format!("{field}[{k}]"), range, 0.0, max_range)?;
+    }
+    let given = format!("{ranges:?}");
+    check(
+        field,
+        given,
+        "increasing ranges",
+        ranges.is_sorted_by(|a, b| a < b),
+    )
 }
 
 /// Formats a number in its shortest form.
