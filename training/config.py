@@ -102,6 +102,8 @@ class SearchArgs(TrainArgs):
         final_flocks: number of flocks per network in the last generation; it grows geometrically.
         generations: number of generations.
         step_size: initial standard deviation of the parameters.
+        restarts: number of equal parts of the search; each starts again from zeros. The best checkpoint of all
+            parts is kept.
     """
 
     rule: bool = False
@@ -114,6 +116,7 @@ class SearchArgs(TrainArgs):
     final_flocks: int = 32
     generations: int = 300
     step_size: float = 0.5
+    restarts: int = 1
 
 
 @dataclass(frozen=True, kw_only=True)
