@@ -109,6 +109,8 @@ class SearchArgs(TrainArgs):
         step_size: initial standard deviation of the parameters.
         start: path of a policy file with the same architecture, from whose parameters the search starts. The
             learning curve begins with this policy, so it is kept unless a better one is found. Empty: zeros.
+        restarts: number of equal parts of the search; each starts again from zeros. The best checkpoint of all
+            parts is kept.
     """
 
     rule: bool = False
@@ -123,6 +125,7 @@ class SearchArgs(TrainArgs):
     generations: int = 300
     step_size: float = 0.5
     start: str = ""
+    restarts: int = 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -302,10 +305,13 @@ def _preset(document: dict[str, Any], name: str) -> Preset:
         fields = {**setting, "run": Path("runs") / f"{name}-{learner}", **values}
         seeds, note, kind = fields.pop("seeds", 0), fields.pop("note", ""), fields.pop("kind")
         learners[learner] = Learner(_args(kind, fields), seeds, note)
-    return Preset(document["title"], Setting(**setting), learners, document.get("explained", ""))
+    return Preset(document["title"], Setting(**_tuples(setting)), learners, document.get("explained", ""))
 
 
 def _args(kind: str, values: dict[str, Any]) -> Args:
     """Return the arguments of a document, in which tuples are lists."""
-    fields: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
-    return _TYPES[kind](**fields)
+    return _TYPES[kind](**_tuples(values))
+
+
+def _tuples(values: dict[str, Any]) -> dict[str, Any]:
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}

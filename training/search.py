@@ -5,6 +5,7 @@ Hansen, "The CMA Evolution Strategy: A Tutorial" (2016), in the implementation o
 
 from __future__ import annotations
 
+import math
 import time
 from copy import deepcopy
 from dataclasses import dataclass, field
@@ -47,9 +48,7 @@ def search(args: SearchArgs) -> Path:
     """
     family = family_of(args)
     begin(args)
-    state: SearchState = load_checkpoint(args.run) or SearchState(
-        CMA(np.zeros(family.size), args.step_size, population_size=args.population, seed=args.seed)
-    )
+    state: SearchState = load_checkpoint(args.run) or SearchState(_optimizer(args, family))
     if args.start and not state.measured.curve:
         _measure(state, args, family)
     with progress_bar(f"Search {args.run.name}", args.generations, always=args.progress) as report:
@@ -62,14 +61,22 @@ def search(args: SearchArgs) -> Path:
     return finish(args, family.policy(state.best), state.measured)
 
 
+def _optimizer(args: SearchArgs, family: Family) -> CMA:
+    return CMA(np.zeros(family.size), args.step_size, population_size=args.population, seed=args.seed)
+
+
 def _generation(state: SearchState, args: SearchArgs, family: Family) -> None:
     """Evaluate one generation of policies on the same flocks and update the optimizer."""
     begun = time.process_time()
-    optimizer, number, measured = state.optimizer, state.generation, state.measured
+    number, measured = state.generation, state.measured
+    restart, since = divmod(number, math.ceil(args.generations / args.restarts))
+    if restart and not since:
+        state.optimizer = _optimizer(args, family)
+    optimizer = state.optimizer
     optimizer.reseed_rng(int(np.random.SeedSequence([args.seed, number]).generate_state(1)[0]))
     vectors = np.array([optimizer.ask() for _ in range(args.population)])
     # Later generations need more flocks, because their policies differ by less than the noise.
-    growth = (args.final_flocks / args.flocks) ** (number / args.generations)
+    growth = (args.final_flocks / args.flocks) ** (since * args.restarts / args.generations)
     flocks = training_seeds(args.seed, measured.episodes // args.population, round(args.flocks * growth))
     values, num_actions = family.play(args, vectors, flocks)
     fitness = values.mean(axis=1)

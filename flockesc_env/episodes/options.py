@@ -37,11 +37,11 @@ _LARGEST_ACTION = float(np.finfo(np.float32).max)
 PROFILE_RANGES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
 """Candidate ranges in m that suit the paper's flock, for the option ``profile_ranges``."""
 
-MAX_CANDIDATES = 64
-"""Largest number of candidate ranges."""
-
 GRID_SIZE = 21
 """Number of ranges in the default grid of ``action_mode="discrete"``."""
+
+MAX_PROFILE_RANGES = 64
+"""Largest number of candidate ranges of a profile."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,9 +145,8 @@ class EnvOptions(ActionOptions):
             object.__setattr__(self, "predator_sensing_range", sensing)
         counts = as_flag(self.count_components, "count_components", OptionError)
         object.__setattr__(self, "count_components", counts)
-        if self.profile_ranges is not None:
-            ranges = as_profile_ranges(self.profile_ranges, self.max_range)
-            object.__setattr__(self, "profile_ranges", ranges)
+        ranges = as_profile_ranges(self.profile_ranges, self.max_range)
+        object.__setattr__(self, "profile_ranges", ranges)
         object.__setattr__(self, "extra_entries", _as_extra_entries(self.extra_entries))
 
     def to_core(self, *, per_agent: bool) -> str:
@@ -174,6 +173,8 @@ class LineOptions(ActionOptions):
         max_range: largest range; the default 1 is the length of the initial interval.
         reward: ``"change"``: d(t) - d(t-1), where d is the escape distance, so that the return is
             d_ss - d(0). ``"terminal"``: the same sum, in the last step.
+        profile_ranges: 1 to 64 candidate ranges in increasing order, at most ``max_range``. The observation
+            says what one step under each of them would do. ``None``: no profile.
 
     Raises:
         OptionError: if an option is out of bounds.
@@ -181,30 +182,24 @@ class LineOptions(ActionOptions):
 
     max_range: float = 1.0
     reward: LineReward = "change"
+    profile_ranges: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         as_choice(self.reward, "reward", get_args(LineReward), OptionError)
+        ranges = as_profile_ranges(self.profile_ranges, self.max_range)
+        object.__setattr__(self, "profile_ranges", ranges)
 
     def to_core(self) -> str:
         """Return the options as JSON, for the compiled core."""
         return json.dumps(
-            {"reward": self.reward, "max_range": self.max_range, "steps_per_action": self.steps_per_action}
+            {
+                "reward": self.reward,
+                "max_range": self.max_range,
+                "steps_per_action": self.steps_per_action,
+                "profile_ranges": self.profile_ranges,
+            }
         )
-
-
-def as_profile_ranges(given: Any, max_range: float) -> tuple[float, ...]:
-    """Return candidate ranges after validation.
-
-    Raises:
-        OptionError: if they are not 1 to ``MAX_CANDIDATES`` ascending ranges from 0 to ``max_range``.
-    """
-    ranges = as_floats(given, "profile_ranges", error=OptionError)
-    is_list = ranges.ndim == 1 and 1 <= ranges.size <= MAX_CANDIDATES
-    if not is_list or ranges[0] < 0 or ranges[-1] > max_range or (np.diff(ranges) <= 0).any():
-        expected = f"1 to {MAX_CANDIDATES} ascending ranges from 0 to max_range = {max_range}"
-        raise OptionError("profile_ranges", expected, shown(given))
-    return tuple(ranges.tolist())
 
 
 def _as_extra_entries(given: Any) -> tuple[ExtraEntries, ...]:
@@ -243,6 +238,7 @@ class LineOptionsDict(ActionOptionsDict, total=False):
     """``LineOptions`` as keyword arguments."""
 
     reward: LineReward
+    profile_ranges: Sequence[float] | None
 
 
 def env_options(scenario: FlockScenario, options: EnvOptionsDict) -> EnvOptions:
@@ -266,6 +262,24 @@ def line_options(options: LineOptionsDict) -> LineOptions:
     """
     check_names(options, LineOptionsDict.__annotations__, LineScenario)
     return LineOptions(**options)
+
+
+def as_profile_ranges(ranges: Sequence[float] | None, max_range: float) -> tuple[float, ...] | None:
+    """Return the candidate ranges of a profile.
+
+    Raises:
+        OptionError: if they are not 1 to 64 increasing numbers from 0 to ``max_range``.
+    """
+    if ranges is None:
+        return None
+    values = as_floats(ranges, "profile_ranges", error=OptionError)
+    if values.ndim != 1 or not 1 <= values.size <= MAX_PROFILE_RANGES:
+        raise OptionError("profile_ranges", f"1 to {MAX_PROFILE_RANGES} ranges", shown(ranges))
+    if values.min() < 0 or values.max() > max_range:
+        raise OptionError("profile_ranges", f"ranges from 0 to max_range = {max_range}", shown(ranges))
+    if (np.diff(values) <= 0).any():
+        raise OptionError("profile_ranges", "increasing ranges", shown(ranges))
+    return tuple(values.tolist())
 
 
 def check_names(

@@ -178,8 +178,11 @@ def line_policy_spec(scenario: LineScenario, options: LineOptions) -> PolicySpec
     """Return the policy spec of a line environment with this scenario and these options."""
     return PolicySpec(
         actions=RangeActions(options),
-        layout=ObservationLayout.of(_core.line_observation_entries(scenario.num_agents)),
+        layout=ObservationLayout.of(
+            _core.line_observation_entries(scenario.num_agents, len(options.profile_ranges or ()))
+        ),
         per_agent=False,
         num_agents=scenario.num_agents,
         num_steps=scenario.max_steps,
+        profile_ranges=tuple(options.profile_ranges or ()),
     )

@@ -12,6 +12,7 @@ SETTINGS = {
     "per-agent-visible-minimum": "one range per agent, predator always visible",
     "per-agent-local-minimum": "one range per agent, predator visible within 30 m",
     "line": "one range for the line",
+    "line-profile": "one range for the line, with its profile",
     "steering-predator": "one range per agent, pursuing predator",
 }
 """Short titles; the panel or the caption names the objective."""

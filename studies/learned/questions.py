@@ -16,6 +16,7 @@ QUESTIONS: Final = {
         "Does one range per agent save the nearest agent, where only agents near the predator see it?"
     ),
     "line": "Does a range that changes over time move the line away farther than a constant one?",
+    "line-profile": "What is it worth on the line to know what each range would do in one step?",
     "steering-predator": "Does learning help against a predator that steers?",
 }
 

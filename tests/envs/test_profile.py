@@ -217,11 +217,11 @@ def test_candidates_are_what_the_agents_hear_after_they_chose_them(changes: dict
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"profile_ranges": ()}, "profile_ranges: expected 1 to 64 ascending ranges"),
-        ({"profile_ranges": (5.0, 5.0)}, "profile_ranges: expected 1 to 64 ascending ranges"),
-        ({"profile_ranges": (-1.0, 5.0)}, "profile_ranges: expected 1 to 64 ascending ranges"),
-        ({"profile_ranges": (0.0, 101.0)}, "to max_range = 100.0"),
-        ({"profile_ranges": np.arange(65)}, "profile_ranges: expected 1 to 64 ascending ranges"),
+        ({"profile_ranges": ()}, "profile_ranges: expected 1 to 64 ranges"),
+        ({"profile_ranges": (5.0, 5.0)}, "profile_ranges: expected increasing ranges"),
+        ({"profile_ranges": (-1.0, 5.0)}, "profile_ranges: expected ranges from 0 to max_range = 100.0"),
+        ({"profile_ranges": (0.0, 101.0)}, "profile_ranges: expected ranges from 0 to max_range = 100.0"),
+        ({"profile_ranges": np.arange(65)}, "profile_ranges: expected 1 to 64 ranges"),
         ({"extra_entries": "escape_direction"}, "extra_entries: expected a list of"),
         ({"extra_entries": ("escape",)}, r"extra_entries\[0\]: expected"),
         ({"extra_entries": ENTRIES[:1] * 2}, r"extra_entries\[1\]: expected different entries"),

@@ -110,6 +110,13 @@ def test_the_docs_list_the_entries_and_bounds_of_an_observation_in_order(
     assert [row for row in documented if not row[0].endswith("_up")] == entries(2)
 
 
+def test_the_docs_list_the_entries_and_bounds_of_a_line_in_order() -> None:
+    section = DOCS.partition("\n### Line view\n")[2].partition("\n## ")[0]
+    rows = re.findall(r"^\| `(\w+)` \| \[(-?\d), (\d)\] \|", section, re.MULTILINE)
+    documented = [(name, float(low), float(high)) for name, low, high in rows]
+    assert documented == _core.line_observation_entries(1, 1)
+
+
 @pytest.mark.parametrize(
     ("family", "folder"),
     [("predators", "predator"), ("motions", "flock/motion"), ("neighbor_rules", "neighbor/rules")],

@@ -136,7 +136,10 @@ ENV_OPTIONS = ACTION_OPTIONS | {
         ("closest_approach",), accepts=("nothing",), confusing=(("closest",), "closest_approach")
     ),
 }
-LINE_OPTIONS = ACTION_OPTIONS | {"reward": Choice("terminal")}
+LINE_OPTIONS = ACTION_OPTIONS | {
+    "reward": Choice("terminal"),
+    "profile_ranges": Floats([0.25, 0.5], True, low=0.0, is_any_length=True),
+}
 SCENARIO = Part(FLOCK, True, confusing=(LINE, fe.Disc()))
 HUNTER = Part(None, True)
 """``predator_policy``: ``None``, because the scenarios of the table have no learned predator."""

@@ -59,17 +59,10 @@ impl LineEpisode {
     /// Applies one action and returns the reward. An interrupted call is rolled back.
     fn step(slf: &Bound<'_, Self>, py: Python<'_>, interaction_range: f64) -> PyResult<f64> {
         let this = &mut *try_borrow_mut(slf)?;
-        if this.inner.work() < LONG {
-            let reward = this.inner.advance(interaction_range, &Progress::default());
-            return Ok(reward.map_err(CoreError::from)?);
-        }
-        let mut stepped = this.inner.clone();
-        let (stepped, reward) = long_call(py, None, move |progress| {
-            let reward = stepped.advance(interaction_range, progress)?;
-            Ok((stepped, reward))
-        })?;
-        this.inner = stepped;
-        Ok(reward)
+        let visits = this.inner.work();
+        this.change(py, visits, move |episode, progress| {
+            episode.advance(interaction_range, progress)
+        })
     }
 
     /// Applies one action as `step` does, and returns observation, reward, terminated, truncated and `info`.
@@ -78,13 +71,20 @@ impl LineEpisode {
         py: Python<'py>,
         interaction_range: f64,
     ) -> PyResult<StepOne<'py>> {
-        let reward = Self::step(slf, py, interaction_range)?;
-        let inner = &try_borrow(slf)?.inner;
-        let observation = inner.observation().into_pyarray(py);
+        let this = &mut *try_borrow_mut(slf)?;
+        let visits = this
+            .inner
+            .work()
+            .saturating_add(this.inner.observation_work());
+        let (reward, observation) = this.change(py, visits, move |episode, progress| {
+            let reward = episode.advance(interaction_range, progress)?;
+            Ok((reward, episode.observation()))
+        })?;
+        let inner = &this.inner;
         let is_steady = inner.is_steady();
         let is_truncated = inner.has_ended() && !is_steady;
         Ok((
-            observation,
+            observation.into_pyarray(py),
             reward,
             is_steady,
             is_truncated,
@@ -97,8 +97,11 @@ impl LineEpisode {
         info(slf.py(), &try_borrow(slf)?.inner)
     }
 
-    fn observe<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyArray1<f32>>, CoreError> {
-        Ok(try_borrow(slf)?.inner.observation().into_pyarray(slf.py()))
+    fn observe<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<f32>>> {
+        let (py, this) = (slf.py(), &mut *try_borrow_mut(slf)?);
+        let visits = this.inner.observation_work();
+        let observation = this.change(py, visits, |episode, _| Ok(episode.observation()))?;
+        Ok(observation.into_pyarray(py))
     }
 
     /// Returns a snapshot of the episode and its schedule: the first seed and the number of the next episode.
@@ -182,6 +185,29 @@ impl LineEpisode {
     }
 }
 
+impl LineEpisode {
+    /// Runs `work`, which visits `visits` agents. An interrupted call changes nothing.
+    fn change<T: Send + 'static>(
+        &mut self,
+        py: Python<'_>,
+        visits: usize,
+        work: impl FnOnce(&mut flockesc_core::LineEpisode, &Progress) -> flockesc_core::Result<T>
+        + Send
+        + 'static,
+    ) -> PyResult<T> {
+        if visits < LONG {
+            return Ok(work(&mut self.inner, &Progress::default()).map_err(CoreError::from)?);
+        }
+        let mut changed = self.inner.clone();
+        let (changed, result) = long_call(py, None, move |progress| {
+            let result = work(&mut changed, progress)?;
+            Ok((changed, result))
+        })?;
+        self.inner = changed;
+        Ok(result)
+    }
+}
+
 fn info<'py>(
     py: Python<'py>,
     episode: &flockesc_core::LineEpisode,
@@ -196,8 +222,11 @@ fn info<'py>(
 
 /// Returns the name, lower and upper bound of every entry of a line's observation.
 #[pyfunction]
-pub(crate) fn line_observation_entries(num_agents: usize) -> Vec<(String, f32, f32)> {
-    line_entries(num_agents)
+pub(crate) fn line_observation_entries(
+    num_agents: usize,
+    num_profile_ranges: usize,
+) -> Vec<(String, f32, f32)> {
+    line_entries(num_agents, num_profile_ranges)
         .into_iter()
         .map(|entry| (entry.name, entry.low, entry.high))
         .collect()

@@ -124,7 +124,8 @@ pub(crate) fn rollout_line<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let scenario = Arc::new(LineConfig::from_json(scenario).map_err(CoreError::from)?);
     let options = LineEpisodeConfig::from_json(options).map_err(option_error)?;
-    let entries = line_entries(scenario.num_agents);
+    let num_profile_ranges = options.profile_ranges.as_ref().map_or(0, Vec::len);
+    let entries = line_entries(scenario.num_agents, num_profile_ranges);
     let networks = networks(
         architecture,
         &parameters,

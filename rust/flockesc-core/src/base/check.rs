@@ -102,18 +102,22 @@ pub(crate) fn within(field: &str, value: usize, low: usize, high: usize) -> Resu
     check(field, value, &expected, (low..=high).contains(&value))
 }
 
-/// Checks candidate ranges: at most [`MAX_CANDIDATES`], in ascending order, from 0 to `max_range`.
+/// Checks the candidate ranges of a profile: 1 to [`MAX_CANDIDATES`] increasing numbers from 0 to
+/// `max_range`.
 pub(crate) fn profile_ranges(field: &str, ranges: &[f64], max_range: f64) -> Result<()> {
-    if ranges.len() > MAX_CANDIDATES {
-        let expected = format!("at most {MAX_CANDIDATES} ranges");
-        return Err(Error::config(field, expected, ranges.len()));
+    let expected = format!("1 to {MAX_CANDIDATES} ranges");
+    let is_full = (1..=MAX_CANDIDATES).contains(&ranges.len());
+    check(field, ranges.len(), &expected, is_full)?;
+    for (k, &range) in ranges.iter().enumerate() {
+        within_bounds(&format!("{field}[{k}]"), range, 0.0, max_range)?;
     }
-    let mut least = 0.0;
-    for (k, range) in ranges.iter().enumerate() {
-        within_bounds(&format!("{field}[{k}]"), *range, least, max_range)?;
-        least = range.next_up();
-    }
-    Ok(())
+    let given = format!("{ranges:?}");
+    check(
+        field,
+        given,
+        "increasing ranges",
+        ranges.is_sorted_by(|a, b| a < b),
+    )
 }
 
 /// Formats a number in its shortest form.

@@ -82,7 +82,9 @@ impl EpisodeConfig {
             not_negative("predator_sensing_range", range)?;
         }
         within("steps_per_action", self.steps_per_action, 1, MAX_STEPS)?;
-        profile_ranges("profile_ranges", &self.profile_ranges, self.max_range)?;
+        if !self.profile_ranges.is_empty() {
+            profile_ranges("profile_ranges", &self.profile_ranges, self.max_range)?;
+        }
         for (index, kind) in self.extra_entries.iter().enumerate() {
             if self.extra_entries[..index].contains(kind) {
                 let field = format!("extra_entries[{index}]");

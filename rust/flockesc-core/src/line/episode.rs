@@ -1,5 +1,6 @@
 //! `LineEpisode`: an episode of a line with actions, rewards and observations, up to its steady state.
 
+mod profile;
 mod state;
 
 use std::sync::Arc;
@@ -7,7 +8,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::step::{Line, check_range};
-use crate::base::check::{MAX_STEPS, positive, within};
+use crate::base::check::{MAX_STEPS, positive, profile_ranges, within};
 use crate::base::document::parse;
 use crate::base::entry::Entry;
 use crate::base::error::{Error, Result};
@@ -24,6 +25,9 @@ pub struct LineEpisodeConfig {
     pub max_range: f64,
     /// Number of model steps per action, at least 1.
     pub steps_per_action: usize,
+    /// Candidate ranges of the profile, 1 to 64 in increasing order; `None`: no profile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile_ranges: Option<Vec<f64>>,
 }
 
 /// The reward term of a line's episode. Both terms sum to d_ss - d(0) exactly.
@@ -48,6 +52,7 @@ impl Default for LineEpisodeConfig {
             reward: LineReward::Change,
             max_range: 1.0,
             steps_per_action: 1,
+            profile_ranges: None,
         }
     }
 }
@@ -61,6 +66,9 @@ impl LineEpisodeConfig {
         let config: Self = parse(document)?;
         positive("max_range", config.max_range)?;
         within("steps_per_action", config.steps_per_action, 1, MAX_STEPS)?;
+        if let Some(ranges) = &config.profile_ranges {
+            profile_ranges("profile_ranges", ranges, config.max_range)?;
+        }
         Ok(config)
     }
 }
@@ -148,26 +156,31 @@ impl LineEpisode {
         })
     }
 
-    /// Returns the observation: t / max_steps, d / (1 + d), rho / max_range, and u / (1 + |u|) of the offsets
-    /// u = x_i - x_p in ascending order.
+    /// Returns the observation: t / max_steps, d / (1 + d), rho / max_range, u / (1 + |u|) of the offsets
+    /// u = x_i - x_p in ascending order, and the profile.
     ///
     /// The sorted offsets determine the state up to the agents' ids, so that the decision process is Markov.
     #[must_use]
     pub fn observation(&self) -> Vec<f32> {
         let scenario = self.line.config();
         let predator = scenario.predator_position.unwrap_or_default();
-        let distance = self.line.escape_distance();
         let offsets = self.line.sorted_states().map(|x| x - predator);
+        let candidates = self.profile_ranges().iter();
         let scalars = [
             self.status.step as f64 / scenario.max_steps as f64,
-            distance / (1.0 + distance),
+            scaled(self.line.escape_distance()),
             (self.status.last_range / self.config.max_range).min(1.0),
         ];
         scalars
             .into_iter()
-            .chain(offsets.map(|u| u / (1.0 + u.abs())))
+            .chain(offsets.map(scaled))
+            .chain(candidates.flat_map(|range| profile::values(&self.line, *range)))
             .map(|entry| entry as f32)
             .collect()
+    }
+
+    fn profile_ranges(&self) -> &[f64] {
+        self.config.profile_ranges.as_deref().unwrap_or_default()
     }
 
     /// Estimates the number of agents that an action visits, a measure of its run time.
@@ -176,6 +189,13 @@ impl LineEpisode {
         let scenario = self.line.config();
         let steps = self.config.steps_per_action.min(scenario.max_steps);
         scenario.num_agents.saturating_mul(steps)
+    }
+
+    /// Estimates the number of agents that an observation visits.
+    #[must_use]
+    pub fn observation_work(&self) -> usize {
+        let num_steps = 1 + 2 * self.profile_ranges().len();
+        self.line.config().num_agents.saturating_mul(num_steps)
     }
 
     /// Returns the number of steps so far.
@@ -209,14 +229,20 @@ impl LineEpisode {
     }
 }
 
+/// Scales an offset or distance u to u / (1 + |u|).
+fn scaled(offset: f64) -> f64 {
+    offset / (1.0 + offset.abs())
+}
+
 /// Returns the names and bounds of a line's observation entries, in order.
 #[must_use]
-pub fn line_entries(num_agents: usize) -> Vec<Entry> {
+pub fn line_entries(num_agents: usize, num_profile_ranges: usize) -> Vec<Entry> {
     let scalars = ["time", "escape_distance", "last_range"].map(|name| (name.to_owned(), 0.0));
     let offsets = (0..num_agents).map(|rank| (format!("offset_{rank}"), -1.0));
     scalars
         .into_iter()
         .chain(offsets)
+        .chain((0..num_profile_ranges).flat_map(profile::names))
         .map(|(name, low)| Entry {
             name,
             low,

@@ -96,6 +96,11 @@ impl Line {
     /// [`Error::Argument`] if `range` is negative or not finite.
     pub fn step(&mut self, range: f64) -> Result<f64> {
         check_range(range)?;
+        Ok(self.move_under(range))
+    }
+
+    /// Advances the line by one step under a valid range; see [`Self::step`].
+    pub(super) fn move_under(&mut self, range: f64) -> f64 {
         let groups = self.groups.sorted();
         let next = self.consensus.means(groups, self.config.num_agents, range);
         if let Some(predator) = self.config.predator_position {
@@ -115,7 +120,7 @@ impl Line {
                 *next += escape_force.at(offset(group), predator_range, repulsion_strength);
             }
         }
-        Ok(self.groups.move_to(next))
+        self.groups.move_to(next)
     }
 
     /// Returns whether the line is in its steady state after a step with the largest displacement `moved`.
