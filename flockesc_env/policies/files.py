@@ -113,5 +113,5 @@ def _policy(fields: dict[str, Any] | None, parameters: Any) -> Stored:
     """Return a network or, if there is no architecture, a rule."""
     if fields is None:
         return StubbornWitnesses(*parameters)
-    lists = {name: tuple(fields[name]) for name in ("inputs", "candidate_inputs", "hidden") if name in fields}
-    return NetworkPolicy(Architecture(**{**fields, **lists}), parameters)
+    values = {name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()}
+    return NetworkPolicy(Architecture(**values), parameters)
