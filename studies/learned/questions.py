@@ -15,6 +15,10 @@ QUESTIONS: Final = {
     "per-agent-local-minimum": (
         "Does one range per agent save the nearest agent, where only agents near the predator see it?"
     ),
+    "per-agent-visible-profile": "What is it worth to know what each of 8 ranges would bring?",
+    "per-agent-visible-profile-minimum": "What is that worth for the nearest agent?",
+    "shared-profile": "What is it worth to know how the whole flock would turn under each of 8 ranges?",
+    "shared-profile-minimum": "What is that worth for the nearest agent?",
     "line": "Does a range that changes over time move the line away farther than a constant one?",
     "line-profile": "What is it worth on the line to know what each range would do in one step?",
     "steering-predator": "Does learning help against a predator that steers?",

@@ -54,6 +54,8 @@ TrainingRun = tuple[str, int, Path]
 
 VISIBLE_RULES = ("stubborn-leaders",)
 LOCAL_RULES = ("stubborn-leaders-local", "stubborn-witnesses")
+PROFILE_RULES = ("turn-away", "keep-distance")
+SHARED_PROFILE_RULES = ("turn-flock-away",)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -198,7 +200,11 @@ def _choose(preset: Preset, values: FloatArray) -> float:
 def _rules(preset: Preset) -> tuple[str, ...]:
     """Return the names of the built-in rules that see what the setting shows."""
     setting = preset.setting
-    if setting.per_agent and isinstance(setting.model, FlockScenario):
+    if not isinstance(setting.model, FlockScenario):
+        return ()
+    if setting.profile_ranges and setting.predator_visible:
+        return PROFILE_RULES if setting.per_agent else SHARED_PROFILE_RULES
+    if setting.per_agent:
         return VISIBLE_RULES if setting.predator_visible else LOCAL_RULES
     return ()
 
