@@ -43,12 +43,12 @@ LEARNERS = {
 }
 
 
-PLANNER = "planner"
+PLANNER = "planner (whole state)"
 CLAIRVOYANT = "clairvoyant schedule"
 FREE_HEADINGS = "free headings"
 
 KNOWLEDGE = {
-    PLANNER: "the whole state, and what each of its choices leads to until the end of the episode",
+    PLANNER: "positions and velocities of all, and what each choice leads to until the end of the episode",
     CLAIRVOYANT: "how hundreds of episodes of this very flock ended; its 12 ranges were optimized on them",
     FREE_HEADINGS: "where the predator will be; its agents turn at once and follow nobody: an upper bound",
 }

@@ -28,12 +28,13 @@ from studies.learned.references import (
     reference_jobs,
     write_references,
 )
-from studies.learned.results import BEST_FIXED, ORACLE, load_study
+from studies.learned.results import BEST_FIXED, ORACLE, Study, load_studies, load_study
 from studies.learned.summary import summarize
 from training.config import Setting, presets
 from training.evaluation import outcome
 from training.seeds import HELD_OUT, TUNING
 
+COMMITTED = Path(__file__).parents[2] / "results" / "learned"
 OBJECTIVES = ["mean", "minimum"]
 SMALL = FlockScenario(num_agents=12, num_steps=36, initial_side=30.0)
 
@@ -171,6 +172,16 @@ def test_references_reach_the_page(small: Setting, tmp_path: Path) -> None:
         with pytest.raises(RecordError, match=named):
             load_study(folder)
         whole.write_parquet(path)
+
+
+@pytest.mark.parametrize("study", load_studies(COMMITTED), ids=lambda study: study.setting)
+def test_committed_references_are_those_of_the_setting_and_bound_its_policies(study: Study) -> None:
+    jobs = reference_jobs(presets()[study.setting].setting, HELD_OUT[: study.held_out_flocks])
+    assert study.reference_names == [*jobs]
+    for name in study.reference_names:
+        reached, _ = study.reference(name)
+        for policy in study.policies if name == FREE_HEADINGS else ():
+            assert (study.values(policy) <= reached).all(), policy
 
 
 def test_settings_without_references_write_no_file(tmp_path: Path) -> None:

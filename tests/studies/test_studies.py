@@ -16,6 +16,7 @@ from tiny_studies import TINY, Spy, write_preset
 
 from flockesc_env import built_in, load_policy, rollout, sweep
 from studies.learned import explain
+from studies.learned.names import FREE_HEADINGS
 from studies.learned.page import write_page
 from studies.learned.results import BEST_FIXED, ORACLE, Study, load_study
 from studies.learned.study import FLOCK_GRID, StudyArgs, study
@@ -103,6 +104,13 @@ def test_every_policy_plays_the_held_out_flocks(found: Study, folder: Path) -> N
         alone = rollout(TINY, entry.policy, HELD_OUT[:FLOCKS], max_range=30.0, **options)
         np.testing.assert_array_equal(values(found, name, seed), alone.min_mean_distance)
     assert (values(found, "search", 0) != values(found, "search", 1)).any()
+
+
+def test_no_policy_is_above_the_bound_of_free_headings(found: Study) -> None:
+    bounds, fixed = found.reference(FREE_HEADINGS)
+    np.testing.assert_array_equal(fixed, values(found, BEST_FIXED))
+    for name in found.policies:
+        assert (found.values(name) <= bounds).all(), name
 
 
 def test_the_explained_run_is_the_best_on_tuning_flocks(found: Study) -> None:
