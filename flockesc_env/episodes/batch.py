@@ -109,6 +109,7 @@ class FlockBatch:
             per_agent=per_agent,
             num_agents=scenario.num_agents,
             num_steps=scenario.num_steps,
+            length_scale=scenario.initial_side,
             profile_ranges=tuple(options.profile_ranges or ()),
         )
         self._core = _core.FlockBatch(

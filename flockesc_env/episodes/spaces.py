@@ -153,6 +153,7 @@ class PolicySpec:
         per_agent: True: one row and one action per agent. False: one per flock.
         num_agents: number of agents per flock. Rows are ordered by flock, then by agent.
         num_steps: number of model steps of an episode.
+        length_scale: a length of this many m is observed as 1/2; 1 on the line.
         profile_ranges: candidate ranges of the observation; empty without a profile.
     """
 
@@ -161,6 +162,7 @@ class PolicySpec:
     per_agent: bool
     num_agents: int
     num_steps: int
+    length_scale: float = 1.0
     profile_ranges: tuple[float, ...] = ()
 
     @property

@@ -8,7 +8,12 @@ from flockesc_env.policies.planner import Plan, PlannedEpisode, Planner
 from flockesc_env.policies.predators import FlyStraight, Pursue
 from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
 from flockesc_env.policies.registry import NAMES, NamedPolicy, built_in
-from flockesc_env.policies.rules import BestCandidate, StubbornLeaders, StubbornWitnesses
+from flockesc_env.policies.rules import (
+    BestCandidate,
+    ListenWhileThreatened,
+    StubbornLeaders,
+    StubbornWitnesses,
+)
 from flockesc_env.policies.sb3 import SB3Policy
 
 __all__ = [
@@ -17,6 +22,7 @@ __all__ = [
     "BestCandidate",
     "FixedRange",
     "FlyStraight",
+    "ListenWhileThreatened",
     "NamedPolicy",
     "NetworkPolicy",
     "Plan",

@@ -113,5 +113,6 @@ def _policy(fields: dict[str, Any] | None, parameters: Any) -> Stored:
     """Return a network or, if there is no architecture, a rule."""
     if fields is None:
         return StubbornWitnesses(*parameters)
+    values: dict[str, Any]
     values = {name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()}
     return NetworkPolicy(Architecture(**values), parameters)

@@ -13,7 +13,12 @@ from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.base import Policy
 from flockesc_env.policies.playing import record_flock
 from flockesc_env.policies.ranges import FixedRange, RandomRange
-from flockesc_env.policies.rules import BestCandidate, StubbornLeaders, StubbornWitnesses
+from flockesc_env.policies.rules import (
+    BestCandidate,
+    ListenWhileThreatened,
+    StubbornLeaders,
+    StubbornWitnesses,
+)
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_model, as_scenario
@@ -24,6 +29,7 @@ NAMES = (
     "stubborn-leaders",
     "stubborn-leaders-local",
     "stubborn-witnesses",
+    "listen-while-threatened",
     "turn-away",
     "keep-distance",
     "turn-flock-away",
@@ -35,6 +41,7 @@ NAMES = (
 - ``stubborn-leaders``: ``StubbornLeaders``, with the predator visible at any distance.
 - ``stubborn-leaders-local``: ``StubbornLeaders``, with the predator visible within its range only.
 - ``stubborn-witnesses``: ``StubbornWitnesses``, with the predator visible within its range only.
+- ``listen-while-threatened``: ``ListenWhileThreatened``, likewise.
 - ``turn-away``: ``BestCandidate("escape_cosine")``, with a profile and the predator visible at any distance.
 - ``keep-distance``: ``BestCandidate("closest_approach")``, likewise.
 - ``turn-flock-away``: ``BestCandidate("heading_escape")`` with one range for the flock, likewise.
@@ -119,6 +126,9 @@ def built_in(name: str, argument: str = "policies") -> NamedPolicy:
         return NamedPolicy(name, StubbornLeaders(), per_agent=True)
     if name == "stubborn-witnesses":
         return NamedPolicy(name, StubbornWitnesses(), per_agent=True, options={"steps_per_action": 1})
+    if name == "listen-while-threatened":
+        options = {"extra_entries": ("closest_approach",), "max_range": 150.0}
+        return NamedPolicy(name, ListenWhileThreatened(), per_agent=True, options=options)
     if name in _CANDIDATE_ENTRIES:
         entry, extra, per_agent = _CANDIDATE_ENTRIES[name]
         options = {**_PROFILE, "extra_entries": (extra,)}

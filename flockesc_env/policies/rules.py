@@ -1,4 +1,4 @@
-"""Hand-written rules: ``StubbornLeaders``, ``StubbornWitnesses`` and ``BestCandidate``."""
+"""Hand-written rules: which range an agent or the flock sets, from simple comparisons of its observation."""
 
 from __future__ import annotations
 
@@ -95,6 +95,53 @@ class StubbornWitnesses(RowMemory):
         ranges = np.where(waits | self._has_seen, 0.0, np.where(heard, later, first))
         self._has_heard = heard | ~waits
         return spec.actions.from_ranges(ranges)
+
+
+class ListenWhileThreatened(RowMemory):
+    """A rule for the nearest agent and a predator that is visible only nearby.
+
+    An agent that has not yet observed the predator listens to all: rho_i = ``unaware_range``. One that has
+    observed it listens, rho_i = ``aware_range``, as long as its closest approach is below ``safe_distance``
+    and the heading of the heard velocity would keep it farther away. Otherwise rho_i = 0. The rule requires
+    one observation per agent, with ``extra_entries=("closest_approach",)``.
+
+    Args:
+        unaware_range: rho in m before the agent has observed the predator.
+        aware_range: rho in m of agents that listen later.
+        safe_distance: closest approach in m at which an agent stops listening.
+
+    Raises:
+        ArgumentError: if an argument is not a finite number >= 0.
+    """
+
+    per_agent: ClassVar[bool] = True
+
+    def __init__(
+        self, unaware_range: float = 150.0, aware_range: float = 20.0, safe_distance: float = 25.0
+    ) -> None:
+        self.unaware_range = float(as_floats(unaware_range, "unaware_range", (), least=0.0))
+        self.aware_range = float(as_floats(aware_range, "aware_range", (), least=0.0))
+        self.safe_distance = float(as_floats(safe_distance, "safe_distance", (), least=0.0))
+        self._has_seen = np.zeros(0, bool)
+
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+        """Return the action of every agent; see ``Policy.act``.
+
+        Raises:
+            ArgumentError: if ``spec.per_agent`` is False, the observation has no closest approach, or the
+                number of rows changes during an episode.
+        """
+        _check_rows_are_agents(spec)
+        begins = self._take_begins(len(observations))
+        if begins.all():
+            self._has_seen = np.zeros(len(observations), bool)
+        own = observations[:, spec.layout.index("closest_approach")]
+        heard = observations[:, spec.layout.index("heard_closest_approach")]
+        is_seen = observations[:, spec.layout.index("predator_sensed")] > 0
+        self._has_seen = (self._has_seen & ~begins) | is_seen
+        is_threatened = own < self.safe_distance / (self.safe_distance + spec.length_scale)
+        aware = np.where(is_threatened & (heard > own), self.aware_range, 0.0)
+        return spec.actions.from_ranges(np.where(self._has_seen, aware, self.unaware_range))
 
 
 class BestCandidate:

@@ -34,6 +34,7 @@ LEARNERS = {
     "ppo-difference": "PPO: difference reward",
     BEST_FIXED: "best fixed range",
     ORACLE: "best fixed range of each flock",
+    "listen-while-threatened": "rule: listen while threatened",
     "turn-away": "rule: turn away",
     "keep-distance": "rule: keep distance",
     "turn-flock-away": "rule: turn the flock away",

@@ -53,7 +53,7 @@ TrainingRun = tuple[str, int, Path]
 """Learner, training seed and folder."""
 
 VISIBLE_RULES = ("stubborn-leaders",)
-LOCAL_RULES = ("stubborn-leaders-local", "stubborn-witnesses")
+LOCAL_RULES = ("stubborn-leaders-local", "stubborn-witnesses", "listen-while-threatened")
 PROFILE_RULES = ("turn-away", "keep-distance")
 SHARED_PROFILE_RULES = ("turn-flock-away",)
 

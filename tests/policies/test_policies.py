@@ -28,9 +28,11 @@ from flockesc_env import (
     simulate,
 )
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.spaces import RangeActions
 from flockesc_env.policies import (
     FixedRange,
+    ListenWhileThreatened,
     RandomRange,
     SB3Policy,
     ScheduledRange,
@@ -351,3 +353,30 @@ def test_rollout_without_a_scenario_uses_the_policys() -> None:
 def test_a_rule_for_agents_says_that_it_needs_them() -> None:
     with pytest.raises(ArgumentError, match="per_agent: expected True, because"):
         rollout(SCENARIO, StubbornLeaders(), SEEDS, per_agent=False)
+
+
+def test_listen_while_threatened() -> None:
+    """Before, while and after an agent sees the predator; its heading and the heard one may be safe."""
+    scenario = FlockScenario(num_agents=4, initial_side=100.0)
+    batch = FlockBatch(
+        scenario, EnvOptions(extra_entries=("closest_approach",), max_range=150.0), per_agent=True
+    )
+    spec = batch.policy_spec
+    rows = np.zeros((4, len(spec.layout.names)), np.float32)
+
+    def show(name: str, values: list[float]) -> None:
+        rows[:, spec.layout.index(name)] = values
+
+    def ranges() -> list[float]:
+        return spec.actions.to_ranges(policy.act(rows, spec), 4).round(4).tolist()
+
+    policy = ListenWhileThreatened(aware_range=20.0, safe_distance=25.0)
+    assert ranges() == [150.0] * 4
+    show("predator_sensed", [0, 1, 1, 1])
+    show("closest_approach", [0, 0.1, 0.1, 0.21])  # 0.2 is 25 m
+    show("heard_closest_approach", [0, 0.15, 0.05, 0.3])
+    assert ranges() == [150.0, 20.0, 0.0, 0.0]
+    show("predator_sensed", [0, 0, 0, 0])
+    show("closest_approach", [0, 0, 0, 0])
+    show("heard_closest_approach", [0, 0, 0, 0])
+    assert ranges() == [150.0, 0.0, 0.0, 0.0]

@@ -226,6 +226,14 @@ POLICIES: dict[str, Row] = {
         after=vars,
         named=dict.fromkeys(_RULE, tuple(_RULE)),
     ),
+    "ListenWhileThreatened": Row(
+        policies.ListenWhileThreatened,
+        {name: Number(20.0, low=0.0) for name in ("unaware_range", "aware_range", "safe_distance")},
+        after=vars,
+    ),
+    "BestCandidate": Row(
+        policies.BestCandidate, {"entry": Text("escape_cosine"), "per_agent": Flag(True)}, after=vars
+    ),
     "SB3Policy": Row(
         policies.SB3Policy, {"model": Part(Model()), "deterministic": Flag(True)}, after=lambda _: None
     ),
