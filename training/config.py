@@ -102,8 +102,8 @@ class SearchArgs(TrainArgs):
         final_flocks: number of flocks per network in the last generation; it grows geometrically.
         generations: number of generations.
         step_size: initial standard deviation of the parameters.
-        restarts: number of equal parts of the search; each starts again from zeros. The best checkpoint of all
-            parts is kept.
+        restarts: number of equal parts of the search; each starts again. The best checkpoint of all parts is
+            kept.
     """
 
     rule: bool = False
