@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,6 +26,9 @@ SCENARIO: Final = FlockScenario().with_learned_predators()
 STEPS_PER_ACTION: Final = 4
 """Model steps per action of flocks and predators, in training and in the cross-play."""
 
+BATCH: Final = 32
+"""Flocks that are stepped together."""
+
 _EPISODE: Final = 5e-3
 """Estimated seconds of an episode."""
 
@@ -45,13 +49,13 @@ class Budget:
     """
 
     population: int = 16
-    generations: int = 30
-    flocks: int = 6
-    final_flocks: int = 16
+    generations: int = 36
+    flocks: int = 4
+    final_flocks: int = 10
     predator_step: float = 0.5
     flock_step: float = 0.15
-    check_every: int = 10
-    tuning_flocks: int = 100
+    check_every: int = 12
+    tuning_flocks: int = 60
 
     @property
     def episodes(self) -> int:
@@ -86,7 +90,7 @@ def play_job(flock: Flock, predator: Predator, flocks: range) -> Job:
 
 def play(flock: Flock, predator: Predator, flocks: range) -> Arrays:
     """Return J_mean of every flock."""
-    return {"objective": _objective(flock.entry(), predator.policy(), list(flocks))}
+    return {"objective": _objective(flock.entry(), predator.policy(), list(flocks), BATCH)}
 
 
 def train_predator(flock: Flock, start: tuple[float, ...], budget: Budget, seed: int) -> Arrays:
@@ -95,9 +99,10 @@ def train_predator(flock: Flock, start: tuple[float, ...], budget: Budget, seed:
 
     def value(vectors: FloatArray, flocks: range) -> FloatArray:
         predators: Any = Population([NetworkPredator(origin + vector) for vector in vectors])  # type: ignore[misc]
-        return -_objective(entry, predators, list(flocks) * len(vectors)).reshape(len(vectors), -1)
+        rows = list(flocks) * len(vectors)
+        return -_objective(entry, predators, rows, len(rows)).reshape(len(vectors), -1)
 
-    results = evolve(value, len(origin), budget.predator_step, budget, seed)
+    results = evolve(in_groups(value), len(origin), budget.predator_step, budget, seed)
     return {**results, "parameters": origin + results["parameters"], "curve": -results["curve"]}
 
 
@@ -109,11 +114,22 @@ def train_flock(start: Flock, predator: Predator, budget: Budget, seed: int) -> 
     def value(vectors: FloatArray, flocks: range) -> FloatArray:
         policies = Population([NetworkPolicy(architecture, origin + vector) for vector in vectors])
         rows = list(flocks) * len(vectors)
-        changed = type(entry)(entry.name, policies, entry.per_agent, entry.options)
-        return _objective(changed, predator.policy(), rows).reshape(len(vectors), -1)
+        changed = dataclasses.replace(entry, policy=policies)
+        return _objective(changed, predator.policy(), rows, len(rows)).reshape(len(vectors), -1)
 
-    results = evolve(value, len(origin), budget.flock_step, budget, seed)
+    results = evolve(in_groups(value), len(origin), budget.flock_step, budget, seed)
     return {**results, "parameters": origin + results["parameters"]}
+
+
+def in_groups(value: Play) -> Play:
+    """Return a function that plays vectors in groups of ``BATCH`` flocks: larger batches leave the cache."""
+
+    def grouped(vectors: FloatArray, flocks: range) -> FloatArray:
+        size = max(1, BATCH // len(flocks))
+        groups = np.split(vectors, range(size, len(vectors), size))
+        return np.concatenate([value(group, flocks) for group in groups])
+
+    return grouped
 
 
 def evolve(value: Play, size: int, step_size: float, budget: Budget, seed: int) -> Arrays:
@@ -156,13 +172,13 @@ def evolve(value: Play, size: int, step_size: float, budget: Budget, seed: int) 
     }
 
 
-def _objective(entry: Any, predator: Any, seeds: list[int]) -> FloatArray:
-    """Return J_mean in m, shape (seeds,), with all flocks stepped together."""
+def _objective(entry: Any, predator: Any, seeds: list[int], batch_size: int) -> FloatArray:
+    """Return J_mean in m, shape (seeds,)."""
     episodes = rollout(
         SCENARIO,
         entry,
         seeds,
-        batch_size=len(seeds),
+        batch_size=batch_size,
         num_threads=1,
         predator_policy=predator,
         steps_per_action=STEPS_PER_ACTION,

@@ -85,8 +85,8 @@ def _difference(estimate: Estimate) -> str:
 def _shares(across: AcrossEpisodes) -> str:
     ranges = sorted(float(rho) for rho in across.most_pulled)
     share = across.most_pulled.get(f"{across.fixed_range:g}", 0.0)
-    fixed = across.fixed_range
-    return f"between {ranges[0]:g} and {ranges[-1]:g} m; it is {fixed:g} m in {share:.0%} of the runs"
+    best = f"{across.fixed_range:g} m in {share:.0%} of the runs"
+    return f"between {ranges[0]:g} and {ranges[-1]:g} m; it is {best}"
 
 
 def _changes(values: tuple[float, ...]) -> str:

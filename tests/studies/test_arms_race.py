@@ -107,6 +107,7 @@ def test_a_generation_of_predators_plays_as_each_does_alone(
         return {"parameters": vectors[0], "curve": np.zeros(1)}
 
     monkeypatch.setattr(evolve, "evolve", watched)
+    monkeypatch.setattr(evolve, "BATCH", 6)  # groups of two vectors and one
     train_predator(Flock(spec), (0.0,) * SIZE, BUDGET, 100)
     together, alone = seen
     np.testing.assert_array_equal(together, alone)
