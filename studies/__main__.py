@@ -16,6 +16,7 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "robustness": robustness.run,
     "learned": learned.run,
     "learned-references": learned.references,
+    "learned-information": learned.information,
     "learned-page": learned.page,
     "learned-submit": learned.submit,
     "related": related.run,

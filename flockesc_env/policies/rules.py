@@ -155,13 +155,15 @@ class BestCandidate:
     Args:
         entry: name of an entry of the candidates, without ``profile_k_``.
         per_agent: True: one range per agent. False: one per flock.
+        unaware_range: rho in m of rows that observe no predator.
 
     Raises:
-        ArgumentError: if an argument has the wrong type.
+        ArgumentError: if an argument has the wrong type, or ``unaware_range`` is negative.
     """
 
-    def __init__(self, entry: str, *, per_agent: bool = True) -> None:
+    def __init__(self, entry: str, *, per_agent: bool = True, unaware_range: float = 0.0) -> None:
         self.entry = as_text(entry, "entry")
+        self.unaware_range = float(as_floats(unaware_range, "unaware_range", (), least=0.0))
         self.per_agent = as_flag(per_agent, "per_agent")
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
@@ -174,7 +176,9 @@ class BestCandidate:
         if not ranges.size:
             raise ArgumentError("profile_ranges", "candidate ranges", "none")
         columns = [spec.layout.index(f"profile_{k}_{self.entry}") for k in range(ranges.size)]
-        return spec.actions.from_ranges(ranges[observations[:, columns].argmax(axis=1)])
+        chosen = ranges[observations[:, columns].argmax(axis=1)]
+        is_aware = observations[:, spec.layout.index("predator_sensed")] > 0
+        return spec.actions.from_ranges(np.where(is_aware, chosen, self.unaware_range))
 
 
 def _check_rows_are_agents(spec: PolicySpec) -> None:

@@ -1,4 +1,4 @@
-"""``python -m studies learned``, ``learned-references``, ``learned-page`` and ``learned-submit``."""
+"""The commands ``python -m studies learned`` and ``learned-*``."""
 
 from __future__ import annotations
 
@@ -71,6 +71,26 @@ def references(
 
     args = StudyArgs(setting, output, runs, held_out_flocks=held_out_flocks, backend=backend)
     note(f"saved: {study_references(args)}; now run python -m studies learned-page")
+    return Exit.DONE
+
+
+def information(
+    *,
+    results: Results = RESULTS,
+    runs: Annotated[Path, arg(help="folder that keeps finished parts")] = Path("runs/study"),
+    held_out_flocks: Annotated[int, arg(help="flocks that results are reported on")] = 200,
+    backend: Backend = "processes",
+) -> Exit:
+    """Measure what candidate ranges are worth, by their number and by how far agents see the predator.
+
+    Example: python -m studies learned-information
+    """
+    require("train", _MODULES)
+    from flockesc_env.jobs import find_backend
+    from studies.learned.information import measure_information
+
+    saved = measure_information(results, held_out_flocks, runs / "information", find_backend(backend))
+    note(f"saved: {saved}; now run python -m studies learned-page")
     return Exit.DONE
 
 

@@ -12,6 +12,7 @@ from flockesc_env.common.stats import CONFIDENCE
 from studies.forest import Group
 from studies.learned import figures
 from studies.learned.aggregate import RESAMPLES, profile
+from studies.learned.information import INFORMATION_FILE, STEPS_PER_ACTION, UNAWARE_RANGE, draw_information
 from studies.learned.listening import LISTENING_FILE, LISTENING_FLOCKS, draw_listening
 from studies.learned.names import KNOWLEDGE, setting_title
 from studies.learned.questions import QUESTIONS
@@ -38,6 +39,9 @@ def write_page(results: Path, page: Path) -> str:
         save(picture, results / FIGURES / name, ("png",))
     for name in listened(results):
         save(draw_listening(results / name / LISTENING_FILE), results / FIGURES / name, ("png",))
+    measured = results / INFORMATION_FILE
+    if measured.is_file():
+        save(draw_information(measured), results / FIGURES / "information", ("png",))
     text = markdown_page(summaries, results / FIGURES, page, listened(results))
     page.parent.mkdir(parents=True, exist_ok=True)
     write_text(page, text)
@@ -71,6 +75,9 @@ def markdown_page(
             elsewhere=elsewhere,
             pictures=folder,
             watched=watched,
+            has_information=(pictures / "information.png").is_file(),
+            unaware_range=UNAWARE_RANGE,
+            steps_per_action=STEPS_PER_ACTION,
             listening_flocks=LISTENING_FLOCKS,
             missing=[name for name in QUESTIONS if name not in {row.study.setting for row in summaries}],
             best_fixed=BEST_FIXED,

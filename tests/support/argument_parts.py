@@ -232,7 +232,9 @@ POLICIES: dict[str, Row] = {
         after=vars,
     ),
     "BestCandidate": Row(
-        policies.BestCandidate, {"entry": Text("escape_cosine"), "per_agent": Flag(True)}, after=vars
+        policies.BestCandidate,
+        {"entry": Text("escape_cosine"), "per_agent": Flag(True), "unaware_range": Number(20.0, low=0.0)},
+        after=vars,
     ),
     "SB3Policy": Row(
         policies.SB3Policy, {"model": Part(Model()), "deterministic": Flag(True)}, after=lambda _: None
