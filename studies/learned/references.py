@@ -78,9 +78,12 @@ def reference_jobs(setting: Setting, flocks: range) -> dict[str, list[Job]]:
     The planner and the clairvoyant schedule set one range for the flock; they use the first
     ``SIMULATED_FLOCKS`` flocks. Free headings are for settings with one range per agent and need predators
     that fly straight on. A line and ``Learned`` predators, whose policy is not in the setting, have none.
+    References do not depend on observations, so those of one range with a profile are those without it.
     """
     model = setting.model
     if not isinstance(model, FlockScenario) or model.num_learned:
+        return {}
+    if not setting.per_agent and setting.profile_ranges:
         return {}
     if not setting.per_agent:
         few = flocks[:SIMULATED_FLOCKS]

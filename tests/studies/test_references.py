@@ -135,7 +135,7 @@ def test_settings_have_the_references_that_make_sense() -> None:
     assert found["shared"] == found["shared-minimum"] == simulated
     for name in ("visible", "visible-minimum", "local", "local-minimum"):
         assert found[f"per-agent-{name}"] == bounded
-    assert found["line"] == found["steering-predator"] == []
+    assert found["line"] == found["steering-predator"] == found["shared-profile"] == []
     assert {*simulated, *bounded} == set(KNOWLEDGE)
 
 
