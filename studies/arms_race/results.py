@@ -63,8 +63,14 @@ def load_race(folder: Path) -> RaceResults:
     return RaceResults(
         record=json.loads((folder / RECORD_FILE).read_text()),
         trainings=pl.read_parquet(folder / TRAININGS_FILE),
-        flocks=tuple(table["flock_policy"].unique(maintain_order=True)),
-        predators=tuple(table["predator"].unique(maintain_order=True)),
+        flocks=_by_track(table["flock_policy"]),
+        predators=_by_track(table["predator"]),
         objective=objective,
         cells={pair: stats.mean(values) for pair, values in objective.items()},
     )
+
+
+def _by_track(names: pl.Series) -> tuple[str, ...]:
+    """Return the distinct names; the rounds of a flock policy follow it."""
+    distinct = names.unique(maintain_order=True).to_list()
+    return tuple(sorted(distinct, key=lambda name: distinct.index(name.split(", round")[0])))
