@@ -51,6 +51,11 @@ class RaceResults:
         """Return how much smaller J_mean is against its own predator than against pursuit of the centroid."""
         return stats.mean(self.objective[flock, "centroid"] - self.objective[flock, flock])
 
+    def gain_in_turns(self, track: str, predator: str) -> Estimate:
+        """Return how much larger J_mean is after the last round than before the first, against a predator."""
+        last = f"{track}, round {self.record['rounds']}"
+        return stats.mean(self.objective[last, predator] - self.objective[track, predator])
+
 
 def load_race(folder: Path) -> RaceResults:
     """Read the results of an arms race."""
