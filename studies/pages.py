@@ -7,6 +7,7 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from flockesc_env.common.files import atomic_write
+from flockesc_env.common.stats import Estimate
 
 
 def templates(package: str) -> Environment:
@@ -26,3 +27,8 @@ def write_text(path: Path, text: str) -> None:
     """Write a file; an older one stays whole until this is complete."""
     with atomic_write(path) as file:
         file.write(text.encode())
+
+
+def signed(estimate: Estimate) -> str:
+    """Return an estimate with its interval as text, with signs."""
+    return f"{estimate.mean:+.2f} [{estimate.low:+.2f}, {estimate.high:+.2f}]"

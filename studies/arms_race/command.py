@@ -21,13 +21,13 @@ def run(
     learned: Annotated[Path, arg(help="folder of the studies of learned ranges")] = Path("results/learned"),
     page: Annotated[Path, arg(help="file of the Markdown page")] = Path("docs/arms-race.md"),
     rounds: Annotated[int, arg(help="rounds, in which a flock policy and then a predator is trained")] = 3,
-    num_flocks: Annotated[int, arg(help="held-out flocks of the cross-play, at least 2")] = 200,
+    num_flocks: Annotated[int, arg(help="held-out flocks of the cross-play, at least 2")] = 1000,
     backend: Backend = "processes",
     progress: Progress = False,
 ) -> Exit:
     """Train predators and flock policies against each other in turns, and play all against all.
 
-    About 15 minutes on one core; interrupted, run it again to continue.
+    About 25 minutes on one core; interrupted, run it again to continue.
 
     Example: python -m studies arms-race --backend serial
     """

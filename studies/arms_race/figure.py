@@ -18,13 +18,18 @@ _UNTRAINED = {"straight": "straight", "nearest": "pursuit of nearest", "centroid
 
 
 def cross_play_figure(results: RaceResults) -> Figure:
-    """Draw the table as a heat map; a frame marks the predator that was trained against the policy."""
+    """Draw the table; colors are differences to straight flight.
+
+    A frame marks the predator that was trained against the policy.
+    """
     rows, columns = results.flocks, results.predators
     means = np.array([[results.cells[flock, predator].mean for predator in columns] for flock in rows])
     colors = LinearSegmentedColormap.from_list("distance", (LIGHT.predator, LIGHT.page, LIGHT.accent))
     figure = Figure(figsize=(WIDTH, _ROW * (len(rows) + 5.5)), layout="constrained")
     axes = figure.subplots()
-    axes.imshow(means, cmap=colors, aspect="auto", alpha=0.75)
+    changes = means - means[:, [columns.index("straight")]]
+    most = np.abs(changes).max()
+    axes.imshow(changes, cmap=colors, vmin=-most, vmax=most, aspect="auto", alpha=0.75)
     for row, flock in enumerate(rows):
         for column, predator in enumerate(columns):
             is_own = flock == predator
@@ -47,7 +52,7 @@ def cross_play_figure(results: RaceResults) -> Figure:
     axes.tick_params(length=0)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    axes.set_xlabel("J_mean (m) by predator; framed: the predator trained against the policy of the row")
+    axes.set_xlabel("J_mean (m); color: minus straight flight; frame: trained against the policy of the row")
     axes.xaxis.set_label_position("bottom")
     return figure
 

@@ -8,8 +8,9 @@ from typing import Any
 
 from studies import style
 from studies.arms_race.figure import cross_play_figure, label
+from studies.arms_race.race import UNTRAINED
 from studies.arms_race.results import RaceResults, load_race
-from studies.pages import templates, write_text
+from studies.pages import signed, templates, write_text
 
 FIGURE = "cross_play"
 
@@ -38,6 +39,8 @@ def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
             minutes=sum(row["minutes"] for row in trainings),
             picture=f"{folder}/{FIGURE}.png",
             label=label,
+            difference=signed,
+            gained=list(UNTRAINED),
             least_loss=min(results.flocks, key=lambda flock: results.loss(flock).mean),
             largest=max(results.flocks, key=lambda flock: results.own(flock).mean),
         )

@@ -120,7 +120,7 @@ class RaceArgs:
     output: Path = Path("results/arms_race")
     learned: Path = Path("results/learned")
     rounds: int = 3
-    num_flocks: int = 200
+    num_flocks: int = 1000
     tracks: tuple[str, ...] = TRACKS
     budget: Budget = field(default_factory=Budget)
 

@@ -51,6 +51,11 @@ class RaceResults:
         """Return how much smaller J_mean is against its own predator than against pursuit of the centroid."""
         return stats.mean(self.objective[flock, "centroid"] - self.objective[flock, flock])
 
+    def gain_in_turns(self, track: str, predator: str) -> Estimate:
+        """Return how much larger J_mean is after the last round than before the first, against a predator."""
+        last = f"{track}, round {self.record['rounds']}"
+        return stats.mean(self.objective[last, predator] - self.objective[track, predator])
+
 
 def load_race(folder: Path) -> RaceResults:
     """Read the results of an arms race."""
@@ -63,8 +68,14 @@ def load_race(folder: Path) -> RaceResults:
     return RaceResults(
         record=json.loads((folder / RECORD_FILE).read_text()),
         trainings=pl.read_parquet(folder / TRAININGS_FILE),
-        flocks=tuple(table["flock_policy"].unique(maintain_order=True)),
-        predators=tuple(table["predator"].unique(maintain_order=True)),
+        flocks=_by_track(table["flock_policy"]),
+        predators=_by_track(table["predator"]),
         objective=objective,
         cells={pair: stats.mean(values) for pair, values in objective.items()},
     )
+
+
+def _by_track(names: pl.Series) -> tuple[str, ...]:
+    """Return the distinct names; the rounds of a flock policy follow it."""
+    distinct = names.unique(maintain_order=True).to_list()
+    return tuple(sorted(distinct, key=lambda name: distinct.index(name.split(", round")[0])))

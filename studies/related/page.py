@@ -8,8 +8,7 @@ from pathlib import Path
 
 import msgspec
 
-from flockesc_env.common.stats import Estimate
-from studies.pages import templates
+from studies.pages import signed, templates
 from studies.related.attack_speed import CHECK_FLOCKS, NEIGHBORS, SPEEDS, AttackSpeed, scenario
 from studies.related.within_episode import (
     ACROSS_EXPLORATION,
@@ -72,14 +71,10 @@ def markdown_page(results: RelatedResults, figures: Path, page: Path) -> str:
             finalists=FINALISTS,
             final_flocks=FINAL_FLOCKS,
             across_exploration=ACROSS_EXPLORATION,
-            difference=_difference,
+            difference=signed,
         )
     )
     return rendered
-
-
-def _difference(estimate: Estimate) -> str:
-    return f"{estimate.mean:+.2f} [{estimate.low:+.2f}, {estimate.high:+.2f}]"
 
 
 def _shares(across: AcrossEpisodes) -> str:
