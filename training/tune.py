@@ -120,7 +120,9 @@ def _value(trial: optuna.Trial, preset: Args, args: TuneArgs, number: int) -> fl
 def _as_trial(preset: Args) -> dict[str, Any]:
     """Return the hyperparameters of a preset in the form of a trial: one number each."""
     fields = dataclasses.asdict(preset)
-    return {name: fields[name][0] if name == "hidden" else fields[name] for name in _NAMES & fields.keys()}
+    if "hidden" in fields:
+        fields["hidden"] = sum(fields["hidden"][:1])  # 0 without a hidden layer
+    return {name: fields[name] for name in _NAMES & fields.keys()}
 
 
 def suggest(trial: optuna.Trial, preset: Args) -> dict[str, Any]:
@@ -130,19 +132,18 @@ def suggest(trial: optuna.Trial, preset: Args) -> dict[str, Any]:
     def one_of(name: str, *choices: float) -> Any:
         return trial.suggest_categorical(name, sorted({*choices, own[name]}))
 
-    # These choices are for flocks; on the line ranges are below 1 and episodes last a few steps.
-    shared = (
-        {}
-        if preset.is_line
-        else {
-            "max_range": one_of("max_range", 10.0, 15.0, 20.0, 30.0, 40.0),
-            "steps_per_action": one_of("steps_per_action", 2, 3, 4, 6),
-        }
-    )
+    # These choices are for flocks; on the line ranges are below 1 and episodes last a few steps. Candidate
+    # ranges go up to the preset's largest range.
+    shared: dict[str, Any] = {}
+    if not preset.is_line:
+        largest = () if preset.profile_ranges else (10.0, 15.0, 20.0, 30.0, 40.0)
+        shared["max_range"] = one_of("max_range", *largest)
+        shared["steps_per_action"] = one_of("steps_per_action", 2, 3, 4, 6)
     if isinstance(preset, SearchArgs):
+        width = one_of("hidden", 4, 8, 16)
         return shared | {
-            "hidden": (one_of("hidden", 4, 8, 16),),
-            "memory": one_of("memory", 0, 2),
+            "hidden": (width,) if width else (),
+            "memory": one_of("memory", 0, *(() if preset.candidate_inputs else (2,))),
             "population": one_of("population", 12, 16, 24, 32),
             "step_size": trial.suggest_float("step_size", 0.2, 1.0, log=True),
         }

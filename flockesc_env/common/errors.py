@@ -14,10 +14,10 @@ _MAX_CHARACTERS = 300
 """Values in error messages are cut after this many characters."""
 
 
-def shown(value: object) -> str:
-    """Return the ``repr`` of a value, cut after 300 characters."""
+def shown(value: object, length: int = _MAX_CHARACTERS) -> str:
+    """Return the ``repr`` of a value, cut after ``length`` characters."""
     try:
-        return _cut(repr(value))
+        return _cut(repr(value), length)
     except (ValueError, RecursionError):  # an integer of thousands of digits, or recursive lists
         return f"a {type(value).__name__} too long to show"
 
@@ -28,8 +28,8 @@ def shown_name(name: object, known: Iterable[str]) -> str:
     return f"{shown(name)} (did you mean {nearest[0]}?)" if nearest else shown(name)
 
 
-def _cut(text: str) -> str:
-    return text if len(text) <= _MAX_CHARACTERS else f"{text[:_MAX_CHARACTERS]} .."
+def _cut(text: str, length: int = _MAX_CHARACTERS) -> str:
+    return text if len(text) <= length else f"{text[:length]} .."
 
 
 class FlockescError(Exception):

@@ -24,6 +24,7 @@ Backend = Callable[[Sequence[Job], Cache], Outcomes]
 
 BACKENDS = "serial, processes[:N], ray[:ADDRESS] or slurm[:KEY=VALUE,..]"
 _SHOWN_FAILURES = 5
+_SHOWN_CHARACTERS = 1000  # of the arguments of a training run
 
 
 def find_backend(spec: str) -> Backend:
@@ -151,7 +152,7 @@ def _report(failures: Sequence[Outcome], total: int, cache: Cache) -> str:
     """Name failed jobs with their arguments and errors."""
     lines = [f"{len(failures)} of {total} jobs failed; the results of all others are kept in {cache.folder}"]
     for job, error, _ in failures[:_SHOWN_FAILURES]:
-        lines += [f"{job.function}{shown(job.arguments)}:", str(error).rstrip()]
+        lines += [f"{job.function}{shown(job.arguments, _SHOWN_CHARACTERS)}:", str(error).rstrip()]
     if len(failures) > _SHOWN_FAILURES:
         lines.append(f".. and {len(failures) - _SHOWN_FAILURES} more")
     return "\n".join(lines)

@@ -163,7 +163,7 @@ def test_named_policies_record_the_runs_of_their_policies(spec: str) -> None:
         sensing = None if spec == "stubborn-leaders" else "predator_range"
         mine = record(FLOCK, StubbornLeaders(), 5, per_agent=True, predator_sensing_range=sensing)
         np.testing.assert_array_equal(first.positions, mine.positions)
-    assert first.interaction_ranges.shape[1] == (1 if spec.startswith("fixed") else 12)
+    assert first.interaction_ranges.shape[1] == (12 if built_in(spec).per_agent else 1)
 
 
 def test_a_fixed_range_may_exceed_the_default_maximum() -> None:
