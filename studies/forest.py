@@ -21,10 +21,12 @@ class Group:
     Attributes:
         title: of the group; "" for none.
         rows: label and estimate of every row.
+        color: of the rows; "" for the color of the plot.
     """
 
     title: str
     rows: Sequence[tuple[str, Estimate]]
+    color: str = ""
 
 
 def num_lines(groups: Sequence[Group]) -> int:
@@ -42,7 +44,7 @@ def draw_forest(axes: Axes, groups: Sequence[Group], color: str, digits: int = 1
         if group.title:
             labels.append((group.title, True))
         for name, estimate in group.rows:
-            _row(axes, len(labels), estimate, color, digits)
+            _row(axes, len(labels), estimate, group.color or color, digits)
             labels.append((name, False))
     axes.axvline(0, color=LIGHT.ink, lw=0.8, zorder=1)
     axes.set_yticks(range(len(labels)), [text for text, _ in labels])

@@ -89,7 +89,7 @@ def draw_information(file: Path) -> Figure:
     axes.set_xticks(counts, [str(count) for count in counts])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.set(xlabel="candidate ranges besides 0", ylabel="J_mean (m)")
-    axes.set_title("What candidate ranges are worth, by how far agents see the predator")
+    axes.set_title("Rule turn-away, by sensing range")
     axes.grid(axis="y")
     label_ends(axes, ends)
     return figure

@@ -12,6 +12,7 @@ from flockesc_env.common.stats import CONFIDENCE
 from studies.forest import Group
 from studies.learned import figures
 from studies.learned.aggregate import RESAMPLES, profile
+from studies.learned.ceilings import ceilings
 from studies.learned.information import INFORMATION_FILE, STEPS_PER_ACTION, UNAWARE_RANGE, draw_information
 from studies.learned.listening import LISTENING_FILE, LISTENING_FLOCKS, draw_listening
 from studies.learned.names import KNOWLEDGE, setting_title
@@ -75,6 +76,7 @@ def markdown_page(
             elsewhere=elsewhere,
             pictures=folder,
             watched=watched,
+            has_ceilings=(pictures / "ceilings.png").is_file(),
             has_information=(pictures / "information.png").is_file(),
             unaware_range=UNAWARE_RANGE,
             steps_per_action=STEPS_PER_ACTION,
@@ -117,7 +119,9 @@ def _pictures(summaries: Sequence[Summary]) -> dict[str, Figure]:
         }
         for study in shown
     }
+    bounded = ceilings(summaries)
     drawn = {
+        **({"ceilings": bounded} if bounded else {}),
         "gains": figures.gains(summaries),
         "learning_curves": figures.learning_curves(shown),
         "performance_profiles": figures.performance_profiles(shown, profiles),

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use common::scenario;
 use flockesc_core::bindings::AtEnd;
 use flockesc_core::{
-    Batch, EpisodeConfig, FlockConfig, InitialState, Objective, Progress, Reward, Schedule,
-    Trajectory, View, simulate_flock,
+    Batch, EpisodeConfig, ExtraEntries, FlockConfig, InitialState, Objective, Progress, Reward,
+    Schedule, Trajectory, View, simulate_flock,
 };
 
 /// Size of a flock that is stepped on several threads.
@@ -145,6 +145,8 @@ fn episodes(view: View, reward: Reward) -> EpisodeConfig {
         max_range: 40.0,
         predator_sensing_range: None,
         steps_per_action: 2,
+        profile_ranges: vec![0.0, 5.0, 30.0],
+        extra_entries: vec![ExtraEntries::EscapeDirection, ExtraEntries::ClosestApproach],
     }
 }
 

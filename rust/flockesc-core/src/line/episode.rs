@@ -14,6 +14,7 @@ use crate::base::entry::Entry;
 use crate::base::error::{Error, Result};
 use crate::line::scenario::LineConfig;
 use crate::parallel::Progress;
+use profile::scaled;
 
 /// Options of a line's episode: reward and action (docs/model.md). Every field has a default in documents.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -227,11 +228,6 @@ impl LineEpisode {
     pub fn last_range(&self) -> f64 {
         self.status.last_range
     }
-}
-
-/// Scales an offset or distance u to u / (1 + |u|).
-fn scaled(offset: f64) -> f64 {
-    offset / (1.0 + offset.abs())
 }
 
 /// Returns the names and bounds of a line's observation entries, in order.

@@ -1,6 +1,5 @@
 //! The profile of a line: what one step under a candidate range would do.
 
-use super::scaled;
 use crate::line::step::Line;
 
 /// Number of other components whose scaled value is 1/2.
@@ -41,4 +40,9 @@ fn mean_offset(line: &Line) -> f64 {
     let predator = line.config().predator_position.unwrap_or_default();
     let sum: f64 = line.sorted_states().map(|x| x - predator).sum();
     sum / line.config().num_agents as f64
+}
+
+/// Scales an offset or distance u to u / (1 + |u|).
+pub(super) fn scaled(offset: f64) -> f64 {
+    offset / (1.0 + offset.abs())
 }
