@@ -217,7 +217,7 @@ def test_the_page_says_what_the_files_say(results: Path, tmp_path: Path) -> None
     assert "seeds 2,000,000 to 2,999,999" in text
     assert ["per-agent-visible", "ppo", "50,000", "25%"] in rows_of(text, "per-agent-visible")
     pictures = re.findall(r"\]\((.*\.png)\)", text)
-    assert len(pictures) == 5
+    assert len(pictures) == 6
     for picture in pictures:
         assert (page.parent / picture).read_bytes().startswith(b"\x89PNG")
     assert text == markdown_page([visible, line], results / FIGURES, page)
