@@ -33,6 +33,7 @@ NAMES = (
     "turn-away",
     "keep-distance",
     "turn-flock-away",
+    "turn-flock-from-predator",
 )
 """Names of the built-in policies.
 
@@ -45,12 +46,14 @@ NAMES = (
 - ``turn-away``: ``BestCandidate("escape_cosine")``, with a profile and the predator visible at any distance.
 - ``keep-distance``: ``BestCandidate("closest_approach")``, likewise.
 - ``turn-flock-away``: ``BestCandidate("heading_escape")`` with one range for the flock, likewise.
+- ``turn-flock-from-predator``: ``BestCandidate("heading_away")`` with one range for the flock, likewise.
 """
 
 _CANDIDATE_ENTRIES = {
-    "turn-away": ("escape_cosine", "escape_direction", True),
-    "keep-distance": ("closest_approach", "closest_approach", True),
-    "turn-flock-away": ("heading_escape", "escape_direction", False),
+    "turn-away": ("escape_cosine", ("escape_direction",), True),
+    "keep-distance": ("closest_approach", ("closest_approach",), True),
+    "turn-flock-away": ("heading_escape", ("escape_direction",), False),
+    "turn-flock-from-predator": ("heading_away", (), False),
 }
 """Of each ``BestCandidate``: its entry, the extra entries with it, and ``per_agent``."""
 
@@ -131,7 +134,7 @@ def built_in(name: str, argument: str = "policies") -> NamedPolicy:
         return NamedPolicy(name, ListenWhileThreatened(), per_agent=True, options=options)
     if name in _CANDIDATE_ENTRIES:
         entry, extra, per_agent = _CANDIDATE_ENTRIES[name]
-        options = {**_PROFILE, "extra_entries": (extra,)}
+        options = {**_PROFILE, "extra_entries": extra}
         return NamedPolicy(name, BestCandidate(entry, per_agent=per_agent), per_agent, options)
     raise ArgumentError(argument, f"one of {', '.join(NAMES)}", shown_name(name, NAMES))
 

@@ -38,6 +38,7 @@ LEARNERS = {
     "turn-away": "rule: turn away",
     "keep-distance": "rule: keep distance",
     "turn-flock-away": "rule: turn the flock away",
+    "turn-flock-from-predator": "rule: turn the flock from the predator",
     "stubborn-leaders": "rule: stubborn leaders",
     "stubborn-leaders-local": "rule: stubborn leaders, local",
     "stubborn-witnesses": "rule: stubborn witnesses",

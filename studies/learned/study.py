@@ -55,7 +55,7 @@ TrainingRun = tuple[str, int, Path]
 VISIBLE_RULES = ("stubborn-leaders",)
 LOCAL_RULES = ("stubborn-leaders-local", "stubborn-witnesses", "listen-while-threatened")
 PROFILE_RULES = ("turn-away", "keep-distance")
-SHARED_PROFILE_RULES = ("turn-flock-away",)
+SHARED_PROFILE_RULES = ("turn-flock-away", "turn-flock-from-predator")
 
 
 @dataclasses.dataclass(frozen=True)
