@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -27,6 +28,11 @@ def write_text(path: Path, text: str) -> None:
     """Write a file; an older one stays whole until this is complete."""
     with atomic_write(path) as file:
         file.write(text.encode())
+
+
+def path_from(page: Path, target: Path) -> str:
+    """Return the path of a file or folder in links on a page."""
+    return Path(os.path.relpath(target.resolve(), page.resolve().parent)).as_posix()
 
 
 def signed(estimate: Estimate) -> str:

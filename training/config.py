@@ -109,8 +109,8 @@ class SearchArgs(TrainArgs):
         step_size: initial standard deviation of the parameters.
         start: path of a policy file with the same architecture, from whose parameters the search starts. The
             learning curve begins with this policy, so it is kept unless a better one is found. Empty: zeros.
-        restarts: number of equal parts of the search; each starts anew. The best checkpoint of all parts is
-            kept.
+        restarts: number of equal parts of the search. Each part starts again from the first parameters. The
+            best checkpoint of all parts is kept.
     """
 
     rule: bool = False

@@ -70,7 +70,7 @@ class Planner:
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
         ranges: ranges in m to choose from; ``None``: 15 ranges from ``min_range`` to ``max_range``, denser
             at short ranges.
-        futures: ranges in m, one of which a branch holds after its first range; ``None``: 10 of ``ranges``,
+        futures: ranges in m. After its first range, a branch holds one of them. ``None``: 10 of ``ranges``,
             evenly spread, or all if they are fewer.
         steps: number of model steps for which a branch holds its first range; a multiple of
             ``steps_per_action``.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,7 @@ from studies import style
 from studies.arms_race.figure import cross_play_figure, label
 from studies.arms_race.race import UNTRAINED
 from studies.arms_race.results import RaceResults, load_race
-from studies.pages import signed, templates, write_text
+from studies.pages import path_from, signed, templates, write_text
 
 FIGURE = "cross_play"
 
@@ -25,7 +24,7 @@ def write_race_page(output: Path, page: Path) -> None:
 
 def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the picture in the folder ``figures``."""
-    folder = Path(os.path.relpath(figures.resolve(), page.resolve().parent)).as_posix()
+    folder = path_from(page, figures)
     trainings = _trainings(results)
     rendered: str = (
         templates("studies.arms_race")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -20,7 +19,7 @@ from studies.learned.questions import QUESTIONS
 from studies.learned.references import NUM_SEGMENTS, PLANNED_STEPS, SEGMENT_STEPS
 from studies.learned.results import BEST_FIXED, ORACLE, load_studies
 from studies.learned.summary import Summary, elsewhere, hidden, summarize
-from studies.pages import templates, write_text
+from studies.pages import path_from, templates, write_text
 from studies.style import save
 from training.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
 
@@ -65,7 +64,7 @@ def markdown_page(
         page: file that the page is for.
         watched: settings with a picture of their policy's ranges.
     """
-    folder = Path(os.path.relpath(pictures.resolve(), page.resolve().parent)).as_posix()
+    folder = path_from(page, pictures)
     rendered: str = (
         templates("studies.learned")
         .get_template("results.md")

@@ -168,7 +168,7 @@ class _Replays:
 
 
 def free_headings(setting: Setting, flocks: range) -> Arrays:
-    """Return an upper bound of the objective on each flock, whatever the ranges, the neighbors or the forces.
+    """Return an upper bound of the objective on each flock, under any ranges, neighbors and forces.
 
     Agent i flies at most v0 t in a time t. With its start r_i(0) and the place r_p(t) of a predator that
     flies straight on, d_i(t) <= g_i(t) = ||r_i(0) - r_p(t)|| + v0 t. Hence

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import dataclasses
 import json
-import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +13,7 @@ from typing import Any
 from markdown import Markdown
 
 from flockesc_env.common.stats import Estimate
-from studies.pages import templates
+from studies.pages import path_from, templates
 from studies.paper.claims import MOST, Claim, Judgment, Quantity, RangeRow, Verdict
 from studies.paper.equations import EQUATIONS
 from studies.paper.plan import Trials
@@ -65,7 +64,7 @@ class PaperResults:
 
 def markdown_page(results: PaperResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the pictures in the folder ``figures``."""
-    return _render(results, page, lambda name: f"{_folder(figures, page)}/{name}.png", str)
+    return _render(results, page, lambda name: f"{path_from(page, figures)}/{name}.png", str)
 
 
 def html_page(results: PaperResults, figures: Path) -> str:
@@ -113,17 +112,13 @@ def _render(
             mark=lambda judgment: mark(judgment.verdict.value) + ("" if judgment.is_clear else _UNCLEAR),
             figure_link=_figure_link,
             equations=EQUATIONS,
-            root=_folder(ROOT, page),
+            root=path_from(page, ROOT),
             most=MOST,
             line_rule=LINE_RULE,
             flock_rule=FLOCK_RULE,
         )
     )
     return rendered
-
-
-def _folder(folder: Path, page: Path) -> str:
-    return Path(os.path.relpath(folder.resolve(), page.resolve().parent)).as_posix()
 
 
 def _section(row: Claim) -> str:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
 
-from studies.pages import signed, templates
+from studies.pages import path_from, signed, templates
 from studies.related.attack_speed import CHECK_FLOCKS, NEIGHBORS, SPEEDS, AttackSpeed, scenario
 from studies.related.within_episode import (
     ACROSS_EXPLORATION,
@@ -52,7 +51,7 @@ class RelatedResults:
 
 def markdown_page(results: RelatedResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the picture in the folder ``figures``."""
-    folder = Path(os.path.relpath(figures.resolve(), page.resolve().parent)).as_posix()
+    folder = path_from(page, figures)
     rendered: str = (
         templates("studies.related")
         .get_template("related.md")

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from flockesc_env.common.stats import Estimate
-from studies.pages import templates
+from studies.pages import path_from, templates
 from studies.robustness.findings import RULE, Finding, Outcome
 from studies.robustness.plan import Grid
 from studies.robustness.questions import QUESTIONS
@@ -105,13 +104,12 @@ def answers(results: RobustnessResults, symbol: str) -> list[Answer]:
 
 def markdown_page(results: RobustnessResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the picture in the folder ``figures``."""
-    folder = Path(os.path.relpath(figures.resolve(), page.resolve().parent))
     template = templates("studies.robustness").get_template("robustness.md")
     rendered: str = template.render(
         results=results,
         answers={symbol: answers(results, symbol) for symbol in results.presets[0].outcomes},
         grids=sorted({str(row.grid) for row in results.presets}),
-        picture=(folder / f"{FIGURE}.png").as_posix(),
+        picture=path_from(page, figures / f"{FIGURE}.png"),
         rule=RULE,
         place=_place,
     )

@@ -88,7 +88,8 @@ pub(in crate::observation) struct Writer<'a, const D: usize> {
 /// The values that are the same for all agents of a flock.
 struct Common<const D: usize> {
     predators: Vec<Straight<D>>,
-    /// The places of the predators at their closest approach to the flock, in m.
+    /// The places of the predators at their closest approach to the flock, in m. Empty unless an entry needs
+    /// them.
     places: Vec<[f64; D]>,
     /// Distance in m up to which a predator is sensed.
     sensing_length: f64,
@@ -109,12 +110,17 @@ impl<'a, const D: usize> Writer<'a, D> {
             return None;
         }
         let predators: Vec<Straight<D>> = world.predators().iter().map(Straight::from).collect();
-        let drift = Drift::of(&world.agents().groups, num_agents);
-        let place = |predator: &Straight<D>| predator.after(drift.time_of_approach(predator));
+        let places = if extras.has(ExtraEntries::EscapeDirection) {
+            let drift = Drift::of(&world.agents().groups, num_agents);
+            let place = |predator: &Straight<D>| predator.after(drift.time_of_approach(predator));
+            predators.iter().map(place).collect()
+        } else {
+            Vec::new()
+        };
         let profile = Profile::new(world.neighborhood(), world.agents(), extras.ranges);
         Some(Self {
             common: Common {
-                places: predators.iter().map(place).collect(),
+                places,
                 predators,
                 sensing_length: scene.sensing_length(),
                 length: scene.length(),
