@@ -107,8 +107,10 @@ class SearchArgs(TrainArgs):
         final_flocks: number of flocks per network in the last generation; it grows geometrically.
         generations: number of generations.
         step_size: initial standard deviation of the parameters.
-        start: path of a policy file with the same architecture, from whose parameters the search starts. The
-            learning curve begins with this policy, so it is kept unless a better one is found. Empty: zeros.
+        start: policy from which the search starts: a policy file or the folder of a run, with the same
+            architecture or with the same inputs and no hidden layers; or, if candidates are scored, the name
+            of a built-in ``BestCandidate`` rule. The learning curve begins with this policy, so it is kept
+            unless a better one is found. Empty: all parameters are 0.
         restarts: number of equal parts of the search. Each part starts again from the first parameters. The
             best checkpoint of all parts is kept.
     """
@@ -169,6 +171,9 @@ class PPOArgs(SB3Args):
         clip_range: clipping parameter of PPO.
         ent_coef: entropy coefficient.
         log_std_init: logarithm of the initial standard deviation of actions.
+        inputs: observation entries that a network that scores candidates sees besides theirs.
+        candidate_inputs: entries of a candidate range; the policy then scores every candidate and is
+            categorical. Empty: a Gaussian policy that sees all entries.
     """
 
     batch_size: int = 8000
@@ -180,6 +185,8 @@ class PPOArgs(SB3Args):
     clip_range: float = 0.2
     ent_coef: float = 0.0
     log_std_init: float = 0.0
+    inputs: tuple[str, ...] = ()
+    candidate_inputs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import Architecture, NetworkPolicy, Policy, StubbornWitnesses, load_policy
+from flockesc_env import Architecture, NetworkPolicy, Policy, StubbornWitnesses
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
+from flockesc_env.policies import BestCandidate
 from training.config import SearchArgs, Setting
 from training.evaluation import objective, play_networks, policy_spec
+from training.policies import named_policy
+
+_SLOPE = 0.5
+"""Factor of the inputs of tanh in a network that starts as a linear one; tanh is nearly linear there."""
 
 
 class Family(Protocol):
@@ -120,19 +125,47 @@ def family_of(args: SearchArgs) -> Family:
     """Return the family of policies of a search.
 
     Raises:
-        ValueError: if ``args.start`` is the file of another kind of policy, or of another architecture.
+        ArgumentError: if ``args.start`` is not found.
+        ValueError: if ``args.start`` is another kind of policy, or a network of another architecture.
     """
     if args.rule:
         if args.start:
-            raise ValueError(f"start: expected no file with rule=True, got {args.start!r}")
+            raise ValueError(f"start: expected no policy with rule=True, got {args.start!r}")
         return Witnesses(args.max_range)
     inputs = args.inputs if args.inputs or args.candidate_inputs else policy_spec(args).layout.names
     candidates = args.candidate_inputs
     architecture = Architecture(inputs, args.hidden, args.memory, args.mirror, candidate_inputs=candidates)
-    if not args.start:
-        return Networks(architecture)
-    stored = load_policy(args.start).policy
-    given = stored.architecture if isinstance(stored, NetworkPolicy) else type(stored).__name__
-    if not isinstance(stored, NetworkPolicy) or given != architecture:
-        raise ValueError(f"start: expected a network with the run's {architecture}, got {given}")
-    return Networks(architecture, stored.parameters.astype(np.float64))
+    return Networks(architecture, _start(args.start, architecture) if args.start else 0.0)
+
+
+def _start(name: str, architecture: Architecture) -> FloatArray:
+    """Return the parameters of the network from which a search starts, made from the policy ``name``."""
+    policy = named_policy(name).policy
+    if isinstance(policy, BestCandidate) and policy.entry in architecture.candidate_inputs:
+        weights = np.zeros(architecture.shapes[0][0])
+        weights[len(architecture.inputs) + architecture.candidate_inputs.index(policy.entry)] = 1.0
+        return _follows(weights, 0.0, architecture)
+    if isinstance(policy, NetworkPolicy):
+        parameters = policy.parameters.astype(np.float64)
+        if policy.architecture == architecture:
+            return parameters
+        if policy.architecture == replace(architecture, hidden=(), memory=0) and not architecture.memory:
+            return _follows(parameters[:-1], parameters[-1], architecture)
+    given = policy.architecture if isinstance(policy, NetworkPolicy) else type(policy).__name__
+    raise ValueError(f"start: expected a network with the run's {architecture}, got {given}")
+
+
+def _follows(weights: FloatArray, bias: float, architecture: Architecture) -> FloatArray:
+    """Return the parameters of a network whose output grows with ``weights @ inputs + bias``.
+
+    The first unit of every layer carries this number; all other units are 0. Without hidden layers the output
+    is this number x; with one hidden layer it is tanh(_SLOPE x) / _SLOPE.
+    """
+    layers = [np.zeros((rows + 1, columns)) for rows, columns in architecture.shapes]  # last row: biases
+    for layer in layers[1:]:
+        layer[0, 0] = 1.0
+    layers[0][:, 0] = [*weights, bias]
+    if architecture.hidden:
+        layers[0] *= _SLOPE
+        layers[-1] /= _SLOPE
+    return np.concatenate([layer.ravel() for layer in layers])

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnv
 
 from flockesc_env import NetworkPolicy
 from training.config import PPOArgs
+from training.evaluation import policy_spec
 from training.rounds import Rounds, network
+from training.scorer import ScorerPolicy
 
 
 def ppo(args: PPOArgs) -> Path:
@@ -25,8 +28,14 @@ class PPORounds(Rounds[PPOArgs]):
     def make(self, env: VecEnv) -> PPO:
         """Return a new PPO model."""
         args = self.args
+        policy_kwargs: dict[str, Any] = {"net_arch": list(args.net_arch)}
+        if args.candidate_inputs:
+            seen = {"inputs": args.inputs, "candidate_inputs": args.candidate_inputs}
+            policy_kwargs |= {"spec": policy_spec(args), **seen}
+        else:
+            policy_kwargs["log_std_init"] = args.log_std_init
         return PPO(
-            "MlpPolicy",
+            ScorerPolicy if args.candidate_inputs else "MlpPolicy",
             env,
             n_steps=self.steps,
             batch_size=min(args.batch_size, self.steps * env.num_envs),
@@ -36,14 +45,17 @@ class PPORounds(Rounds[PPOArgs]):
             gae_lambda=args.gae_lambda,
             clip_range=args.clip_range,
             ent_coef=args.ent_coef,
-            policy_kwargs={"net_arch": list(args.net_arch), "log_std_init": args.log_std_init},
+            policy_kwargs=policy_kwargs,
             seed=args.seed,
             device="cpu",
         )
 
     def policy(self) -> NetworkPolicy:
-        """Return the deterministic policy: the mean of the action distribution."""
+        """Return the deterministic policy: the mean, or the most probable, action."""
         actor = self.model.policy
+        if self.args.candidate_inputs:
+            chosen = {"inputs": self.args.inputs, "candidate_inputs": self.args.candidate_inputs}
+            return network(self.args, actor.mlp_extractor.policy_net, **chosen)
         return network(self.args, [*actor.mlp_extractor.policy_net, actor.action_net])
 
     def _learning_rate(self, _: float) -> float:

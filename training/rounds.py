@@ -23,7 +23,14 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecEnvWrapper,
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 from torch import nn
 
-from flockesc_env import Architecture, FlockScenario, LineEscapeEnv, LineScenario, NetworkPolicy
+from flockesc_env import (
+    Architecture,
+    ArgumentError,
+    FlockScenario,
+    LineEscapeEnv,
+    LineScenario,
+    NetworkPolicy,
+)
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 from training.config import PPOArgs, SB3Args, TQCArgs
@@ -204,12 +211,16 @@ def network(args: SB3Args, layers: Iterable[nn.Module], **architecture: Any) -> 
     linear = [layer for layer in layers if isinstance(layer, nn.Linear)]
     with torch.no_grad():
         parts = [part.numpy().ravel() for layer in linear for part in (layer.weight.T, layer.bias)]
-    names = policy_spec(args).layout.names
-    return NetworkPolicy(Architecture(names, args.net_arch, **architecture), np.concatenate(parts))
+    chosen = {"inputs": policy_spec(args).layout.names, "hidden": args.net_arch, **architecture}
+    return NetworkPolicy(Architecture(**chosen), np.concatenate(parts))
 
 
 def _vec_env(args: SB3Args) -> VecEnv:
     model, options = args.model, {**args.env_options(), "reward": args.reward}
+    if isinstance(args, PPOArgs) and args.candidate_inputs:
+        if not args.profile_ranges:
+            raise ArgumentError("profile_ranges", "candidate ranges for a network that scores them", "none")
+        options |= {"action_mode": "discrete", "range_grid": args.profile_ranges}
     if isinstance(model, FlockScenario):
         make = AgentVecEnv if args.per_agent else FlockVecEnv
         return make(args.num_flocks, model, num_threads=args.threads, **options)

@@ -1,4 +1,4 @@
-"""Killed and resumed runs of the learners that tests/studies/test_resume.py leaves out."""
+"""A run that is killed and started again ends with the bits of a run that nobody interrupts."""
 
 from pathlib import Path
 
@@ -6,6 +6,6 @@ import pytest
 from killed_runs import check_killed_run
 
 
-@pytest.mark.parametrize("learner", ["per-agent PPO", "shared PPO", "TQC"])
+@pytest.mark.parametrize("learner", ["search", "per-agent PPO", "shared PPO", "TQC"])
 def test_a_killed_run_ends_like_one_left_alone(learner: str, tmp_path: Path) -> None:
     check_killed_run(learner, tmp_path)

@@ -12,8 +12,9 @@ from option_table import small_flock
 from small_runs import small_run
 
 from flockesc_env import Architecture, load_policy
+from flockesc_env.policies import BestCandidate
 from training.config import CURVE_FILE, SearchArgs
-from training.evaluation import objective
+from training.evaluation import objective, policy_spec
 from training.families import Family, Networks, Witnesses, family_of
 from training.outputs import CURVE_FLOCKS
 from training.search import search
@@ -77,6 +78,28 @@ def test_a_search_starts_from_a_stored_policy(stored: Path, tmp_path: Path) -> N
     assert curve["objective"].max() == objective(args, continued, tuning).mean()
 
 
+@pytest.mark.parametrize("hidden", [(), (3,), (4, 2)])
+def test_a_search_starts_from_a_rule(hidden: tuple[int, ...], tmp_path: Path) -> None:
+    profile = {"profile_ranges": (0.0, 5.0, 10.0, 30.0), "extra_entries": ("escape_direction",)}
+    seen = {"candidate_inputs": ("neighbor_count", "escape_cosine", "range"), "hidden": hidden, "memory": 0}
+    args = search_args(tmp_path / "run", start="turn-away", max_range=30.0, **profile, **seen)
+    family = family_of(args)
+    rule = objective(args, BestCandidate("escape_cosine"), SEEDS)
+    np.testing.assert_array_equal(family.play(args, np.zeros((1, family.size)), SEEDS)[0][0], rule)
+
+
+def test_a_network_with_hidden_layers_starts_as_a_linear_one(tmp_path: Path) -> None:
+    linear = search(search_args(tmp_path / "linear", hidden=(), memory=0))
+    family = family_of(search_args(tmp_path / "run", start=str(linear), hidden=(5, 2), memory=0))
+    policies = [load_policy(linear).policy, family.policy(np.zeros(family.size))]
+    spec = policy_spec(search_args(tmp_path / "run"))
+    rows = np.random.default_rng(0).uniform(-0.2, 0.2, (50, len(spec.layout.names))).astype(np.float32)
+    expected, found = (policy.act(rows, spec) for policy in policies)
+    # Two hidden layers compress an output x to tanh(tanh(x / 2)) / (1 / 2).
+    np.testing.assert_allclose(found, 2 * np.tanh(np.tanh(expected / 2)), atol=1e-6)
+    assert np.ptp(expected) > 0.01
+
+
 def test_a_start_that_cannot_improve_is_kept(stored: Path, tmp_path: Path) -> None:
     args = search_args(tmp_path / "run", start=str(stored), step_size=1e-12)
     np.testing.assert_array_equal(
@@ -88,13 +111,14 @@ def test_a_start_that_cannot_improve_is_kept(stored: Path, tmp_path: Path) -> No
     ("changes", "message"),
     [
         ({"hidden": (4,)}, "start: expected a network with the run's Architecture"),
-        ({"rule": True}, "start: expected no file with rule=True"),
+        ({"rule": True}, "start: expected no policy with rule=True"),
+        ({"start": "keep-distance"}, "start: expected a network with the run's .* got BestCandidate"),
     ],
 )
 def test_a_start_that_does_not_fit_is_refused(
     changes: dict[str, Any], message: str, stored: Path, tmp_path: Path
 ) -> None:
-    args = search_args(tmp_path / "run", start=str(stored), **changes)
+    args = search_args(tmp_path / "run", **{"start": str(stored), **changes})
     with pytest.raises(ValueError, match=message):
         search(args)
     assert not args.run.exists()

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 import polars as pl
 import pytest
+import torch
 from small_runs import SMALL, small_run
 
 from flockesc_env.policies.files import load_policy
 from flockesc_env.sb3 import AgentVecEnv
 from training.config import CONFIG_FILE, CURVE_FILE, RUN_FILE, Args, PPOArgs, TQCArgs
-from training.evaluation import objective, policy_spec
+from training.evaluation import objective
 from training.outputs import CURVE_FLOCKS
 from training.ppo import PPORounds
 from training.rounds import LINE_ACTIONS, Rounds
@@ -22,7 +23,7 @@ from training.seeds import TUNING, first_seeds, training_seeds
 from training.tqc import TQCRounds
 from training.train import train
 
-LEARNERS = ("per-agent PPO", "shared PPO", "TQC", "line PPO", "line TQC")
+LEARNERS = ("per-agent PPO", "per-agent PPO over candidates", "shared PPO", "TQC", "line PPO", "line TQC")
 
 
 def learner_args(folder: Path, learner: str, **changes: Any) -> PPOArgs | TQCArgs:
@@ -30,6 +31,11 @@ def learner_args(folder: Path, learner: str, **changes: Any) -> PPOArgs | TQCArg
         line = {"scenario": "paper-line", "reward": "change", "max_range": 1.0, "steps_per_action": 1}
         changes = {**line, "per_agent": False, "num_episodes": 2, "batch_size": 64, **changes}
         learner = learner.replace("line", "shared").replace("shared TQC", "TQC")
+    if learner.endswith(" over candidates"):
+        profile = {"profile_ranges": (0.0, 5.0, 10.0), "extra_entries": ("escape_direction",)}
+        seen = {"inputs": ("speed",), "candidate_inputs": ("velocity_left", "escape_cosine", "range")}
+        changes = {**profile, **seen, **changes}
+        learner = learner.removesuffix(" over candidates")
     args = small_run(folder, learner, **changes)
     assert isinstance(args, PPOArgs | TQCArgs)
     return args
@@ -50,18 +56,25 @@ def trained(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
 
 def test_the_file_holds_the_actor(trained: Rounds[Any]) -> None:
     policy = load_policy(trained.args.run / "policy.npz")
-    seen = policy_spec(trained.args)
+    assert trained.model.env is not None
+    seen = trained.model.env.get_attr("policy_spec")[0]
     rng = np.random.default_rng(0)
     for scale in (1, 30):  # outputs inside and outside their bounds
         observations = scale * rng.normal(size=(500, len(seen.layout.names))).astype(np.float32)
         expected, _ = trained.model.predict(observations, deterministic=True)
         # torch and NumPy add 64 products in different orders, and each sum is rounded to float32.
         rounding = 64 * np.finfo(np.float32).eps
-        np.testing.assert_allclose(policy.policy.act(observations, seen), expected, rtol=0, atol=rounding)
+        actions = policy.policy.act(observations, seen)
+        if seen.actions.mode == "discrete":  # candidates whose scores differ by rounding are equally right
+            scores = (
+                trained.model.policy.mlp_extractor.forward_actor(torch.tensor(observations)).detach().numpy()
+            )
+            actions, expected = scores[np.arange(len(scores)), [actions, expected]]
+        np.testing.assert_allclose(actions, expected, rtol=0, atol=rounding)
         assert np.ptp(expected) > 0
     assert policy.scenario == trained.args.model
     assert policy.per_agent == trained.args.per_agent
-    assert policy.options == trained.args.env_options()
+    assert policy.options == json.loads(json.dumps(trained.args.env_options()))
 
 
 def test_the_curve_ends_with_the_policy_in_the_file(trained: Rounds[Any]) -> None:
@@ -129,6 +142,7 @@ def test_logs_are_written_to_the_given_folder(learner: str, tmp_path: Path) -> N
         ({"steps_per_action": 0}, "steps_per_action: expected"),
         ({"scenario": "nowhere"}, "scenario: expected one of"),
         ({"seed": 1000}, "seed: expected an integer from 0 to 999, got 1000"),
+        ({"candidate_inputs": ("range",)}, "profile_ranges: expected candidate ranges for a network"),
         ({"num_episodes": 500_001}, "flocks of a run: expected indices in"),
     ],
 )

@@ -1,4 +1,4 @@
-"""A run that is killed and started again ends with the bits of a run that nobody interrupts."""
+"""A killed run is continued only with its own arguments; tests/slow/test_killed_runs.py compares the bits."""
 
 from __future__ import annotations
 
@@ -6,16 +6,11 @@ import dataclasses
 from pathlib import Path
 
 import pytest
-from killed_runs import GENERATIONS, check_killed_run, killed_after
+from killed_runs import GENERATIONS, killed_after
 from resume_child import run
 from small_runs import small_run
 
 from training.outputs import CHECKPOINT
-
-
-# tests/slow/test_killed_runs.py checks the other learners.
-def test_a_killed_search_ends_like_one_left_alone(tmp_path: Path) -> None:
-    check_killed_run("search", tmp_path)
 
 
 def test_an_unfinished_run_is_not_continued_with_other_arguments(tmp_path: Path) -> None:

@@ -1,0 +1,100 @@
+"""PPO over candidate ranges: a categorical policy whose logits are the scores of one small network."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any
+
+import torch
+from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.type_aliases import Schedule
+from torch import nn
+
+from flockesc_env.episodes.spaces import PolicySpec
+
+
+class ScorerPolicy(ActorCriticPolicy):
+    """Policy of stable-baselines3 with one logit per candidate range, from a network that all share.
+
+    Args:
+        *args: spaces and learning rate, from stable-baselines3.
+        spec: policy spec of the environment.
+        inputs: names of the observation entries that the network sees.
+        candidate_inputs: names of the entries of a candidate that it sees; see ``Architecture``.
+        **kwargs: arguments of ``ActorCriticPolicy``. ``net_arch`` holds the widths of the hidden layers
+            of both the scoring and the value network.
+
+    Raises:
+        ArgumentError: if the observation lacks an input.
+    """
+
+    def __init__(
+        self,
+        *args: Any,
+        spec: PolicySpec,
+        inputs: tuple[str, ...],
+        candidate_inputs: tuple[str, ...],
+        **kwargs: Any,
+    ) -> None:
+        own = [spec.layout.index(name) for name in inputs]
+        self._columns = [
+            own + [_column(name, k, spec) for name in candidate_inputs]
+            for k in range(len(spec.profile_ranges))
+        ]
+        self._ranges = (spec.candidate_ranges / spec.candidate_ranges[-1]).tolist()
+        super().__init__(*args, **kwargs)
+
+    def _build_mlp_extractor(self) -> None:
+        self.mlp_extractor = Scores(self._columns, self._ranges, self.features_dim, self.net_arch)  # type: ignore[assignment, arg-type]
+
+    def _build(self, lr_schedule: Schedule) -> None:
+        super()._build(lr_schedule)
+        self.action_net = nn.Identity()  # the scores are the logits
+        self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)  # type: ignore[call-arg]
+
+
+class Scores(nn.Module):
+    """The scoring network and the value network, in the form of ``MlpExtractor`` of stable-baselines3.
+
+    Args:
+        columns: columns of the inputs of every candidate, shape (candidates, inputs).
+        ranges: candidate ranges divided by the largest one; columns after the observation.
+        entries: number of entries of the observation.
+        hidden: widths of the hidden layers.
+    """
+
+    def __init__(
+        self, columns: list[list[int]], ranges: list[float], entries: int, hidden: list[int]
+    ) -> None:
+        super().__init__()
+        self.latent_dim_pi, self.latent_dim_vf = len(ranges), hidden[-1]
+        self._columns, self._ranges = torch.tensor(columns), torch.tensor(ranges)
+        self.policy_net = nn.Sequential(*_layers([len(columns[0]), *hidden]), nn.Linear(hidden[-1], 1))
+        self.value_net = nn.Sequential(*_layers([entries, *hidden]))
+
+    def forward(self, features: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return the scores and the last hidden layer of the value network."""
+        return self.forward_actor(features), self.forward_critic(features)
+
+    def forward_actor(self, features: torch.Tensor) -> torch.Tensor:
+        """Return the score of every candidate, shape (rows, candidates)."""
+        ranges = self._ranges.expand(len(features), -1)
+        inputs = torch.cat([features, ranges], dim=1)[:, self._columns]
+        scores: torch.Tensor = self.policy_net(inputs)
+        return scores.squeeze(-1)
+
+    def forward_critic(self, features: torch.Tensor) -> torch.Tensor:
+        """Return the last hidden layer of the value network, shape (rows, width)."""
+        hidden: torch.Tensor = self.value_net(features)
+        return hidden
+
+
+def _column(name: str, k: int, spec: PolicySpec) -> int:
+    """Return the column of an entry of candidate k; the ranges follow after the observation."""
+    return len(spec.layout.names) + k if name == "range" else spec.layout.index(f"profile_{k}_{name}")
+
+
+def _layers(widths: list[int]) -> Iterator[nn.Module]:
+    for rows, columns in pairwise(widths):
+        yield from (nn.Linear(rows, columns), nn.Tanh())
