@@ -18,8 +18,8 @@ from training.config import SearchArgs, Setting
 from training.evaluation import objective, play_networks, policy_spec
 from training.policies import named_policy
 
-_SLOPE = 0.5
-"""Factor of the inputs of tanh in a network that starts as a linear one; tanh is nearly linear there."""
+_SLOPE = 0.1
+"""Factor of the inputs of tanh in a network that starts as a linear one; tanh is nearly linear up to 0.1."""
 
 
 class Family(Protocol):

@@ -20,12 +20,12 @@ from flockesc_env import (
     preset,
     rollout,
 )
-from flockesc_env.common.progress import progress_bar
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.spaces import ObservationLayout
-from flockesc_env.jobs import Backend, Cache
+from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
 from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
 from flockesc_env.jobs.sweeps import seed_jobs
+from studies.learned.held_out import stored_policy
 from studies.measurements import run_groups
 from training import seeds
 from training.config import Setting
@@ -48,6 +48,9 @@ GROUPS: dict[str, tuple[str, ...]] = {
 SIZES = (100, 1_000, 10_000)
 WORLDS = ("edge-attack", "pursuit", "intercept", "wandering", "two-predators", "assigned-pair", "clusters")
 """Presets in which the policy was not trained."""
+
+_FLOCK_SECONDS = 0.05
+"""Estimated time of an episode of 300 agents under a policy."""
 
 
 @dataclass
@@ -116,29 +119,46 @@ def watch(entry: NamedPolicy, flocks: range) -> tuple[ObservationLayout, Observa
     return watching.layouts[0], np.array(watching.seen), np.array(watching.ranges)
 
 
-def ablation(entry: NamedPolicy, setting: Setting, flocks: int) -> pl.DataFrame:
-    """Measure the policy with groups of entries replaced by their means over tuning flocks."""
-    layout, seen, _ = watch(entry, seeds.first_seeds(seeds.TUNING, 20))
-    assert isinstance(entry.policy, NetworkPolicy)  # noqa: S101, learners train networks
+def ablation(file: bytes, setting: Setting, flocks: int, cache: Cache, backend: Backend) -> pl.DataFrame:
+    """Measure a policy with groups of entries replaced by their means over tuning flocks.
+
+    Args:
+        file: the policy file.
+        setting: the one it was trained in.
+        flocks: number of held-out flocks.
+        cache: of the measurements.
+        backend: where they run.
+    """
+    layout, seen, _ = watch(stored_policy(file), seeds.first_seeds(seeds.TUNING, 20))
     means = seen.reshape(-1, seen.shape[-1]).mean(axis=0)
     held_out = seeds.first_seeds(seeds.HELD_OUT, flocks)
     hidden = {"nothing": dict[int, float]()}
     for group, beginnings in GROUPS.items():
         columns = [i for i, name in enumerate(layout.names) if name.startswith(beginnings)]
-        hidden[group] = {column: float(means[column]) for column in columns}
-    frames = []
-    with progress_bar("Hidden entries", len(hidden)) as report:
-        for group, shown in hidden.items():
-            if group == "nothing" or shown:
-                episodes = rollout(None, replace(entry, policy=Blinded(entry.policy, shown)), held_out)
-                values = outcome(episodes, setting.objective)
-                frames.append(pl.DataFrame({"removed": group, "flock": held_out, "objective": values}))
-            report(len(frames), len(hidden))
-    return pl.concat(frames)
+        if columns:
+            hidden[group] = {column: float(means[column]) for column in columns}
+    call, seconds = "studies.learned.explain:blinded", flocks * _FLOCK_SECONDS
+    jobs = [
+        Job(call, (file, setting.objective, tuple(shown.items()), held_out), seconds)
+        for shown in hidden.values()
+    ]
+    results = run(jobs, cache, backend, title="Hidden entries")
+    return pl.concat(
+        pl.DataFrame({"removed": group, "flock": held_out, "objective": result["objective"]})
+        for group, result in zip(hidden, results, strict=True)
+    )
+
+
+def blinded(file: bytes, objective: str, shown: tuple[tuple[int, float], ...], flocks: range) -> Arrays:
+    """Return the objective of every flock under a policy that sees some columns as constants."""
+    entry = stored_policy(file)
+    assert isinstance(entry.policy, NetworkPolicy)  # noqa: S101, learners train networks
+    episodes = rollout(None, replace(entry, policy=Blinded(entry.policy, dict(shown))), flocks)
+    return {"objective": outcome(episodes, objective)}
 
 
 def transfer(
-    entry: NamedPolicy,
+    file: bytes,
     setting: Setting,
     home: float,
     flocks: int,
@@ -146,47 +166,57 @@ def transfer(
     cache: Cache,
     backend: Backend,
 ) -> pl.DataFrame:
-    """Measure the policy and fixed ranges in scenarios that it was not trained in.
+    """Measure a policy and fixed ranges in scenarios that it was not trained in.
 
     Args:
-        entry: the policy.
+        file: the policy file.
         setting: the one it was trained in.
         home: best fixed range of that setting, in m.
         flocks: held-out flocks per scenario; fewer for the largest flock.
         grid: ranges among which the best of each scenario is chosen, on as many tuning flocks.
-        cache: of the grid searches.
-        backend: where the grid searches run.
+        cache: of the measurements.
+        backend: where they run.
     """
-    frames = []
-    names = dict(_worlds())
+    worlds = dict(_worlds())
     counts = {
-        name: flocks if world.num_agents <= 1_000 else max(flocks // 40, 2) for name, world in names.items()
+        name: flocks if world.num_agents <= 1_000 else max(flocks // 40, 2) for name, world in worlds.items()
     }
     tuning = {
         name: seed_jobs(SWEEP, world, grid, seeds.first_seeds(seeds.TUNING, counts[name]))
-        for name, world in names.items()
+        for name, world in worlds.items()
     }
     fixed = run_groups(tuning, cache, backend, title="Fixed ranges in other scenarios")
-    with progress_bar("Other scenarios", len(names)) as report:
-        for done, (world, scenario) in enumerate(names.items(), start=1):
-            held_out = seeds.first_seeds(seeds.HELD_OUT, counts[world])
-            own = grid[int(fixed[world][OUTCOMES[setting.objective]].mean(axis=1).argmax())]
-            options = {"max_range": max(grid)}
-            policies = {
-                "learned": entry,
-                "best fixed range there": NamedPolicy("there", FixedRange(own), options=options),
-                "best fixed range of the paper's flock": NamedPolicy(
-                    "home", FixedRange(home), options=options
-                ),
-            }
-            for name, policy in policies.items():
-                episodes = rollout(scenario, policy, held_out)
-                values = outcome(episodes, setting.objective)
-                frames.append(
-                    pl.DataFrame({"world": world, "contender": name, "flock": held_out, "objective": values})
-                )
-            report(done, len(names))
-    return pl.concat(frames)
+    rows, jobs = [], []
+    for name, world in worlds.items():
+        held_out = seeds.first_seeds(seeds.HELD_OUT, counts[name])
+        policies: dict[str, bytes | float] = {
+            "learned": file,
+            "best fixed range there": grid[
+                int(fixed[name][OUTCOMES[setting.objective]].mean(axis=1).argmax())
+            ],
+            "best fixed range of the paper's flock": home,
+        }
+        seconds = len(held_out) * _FLOCK_SECONDS * world.num_agents / 300
+        for contender, policy in policies.items():
+            rows.append({"world": name, "contender": contender, "flock": held_out})
+            arguments = (policy, world, setting.objective, max(grid), held_out)
+            jobs.append(Job("studies.learned.explain:in_world", arguments, seconds))
+    results = run(jobs, cache, backend, title="Other scenarios")
+    return pl.concat(
+        pl.DataFrame({**row, "objective": result["objective"]})
+        for row, result in zip(rows, results, strict=True)
+    )
+
+
+def in_world(
+    policy: bytes | float, scenario: FlockScenario, objective: str, max_range: float, flocks: range
+) -> Arrays:
+    """Return the objective of every flock of a scenario under a policy file, or under a fixed range in m."""
+    if isinstance(policy, bytes):
+        entry = stored_policy(policy)
+    else:
+        entry = NamedPolicy("fixed", FixedRange(policy), options={"max_range": max_range})
+    return {"objective": outcome(rollout(scenario, entry, flocks), objective)}
 
 
 def _worlds() -> Iterator[tuple[str, FlockScenario]]:

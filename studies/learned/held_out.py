@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from flockesc_env import LineScenario, load_policy, rollout
+from flockesc_env import LineScenario, NamedPolicy, load_policy, rollout
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.policies import find_policy
 from training.config import Setting
@@ -25,14 +25,16 @@ def play_job(policy: str | bytes, setting: Setting, flocks: range) -> Job:
 
 def objectives(policy: str | bytes, setting: Setting, flocks: range) -> Arrays:
     """Return the objective of every flock, with the options that the policy was made for."""
-    if isinstance(policy, str):
-        entry = find_policy(policy)
-    else:
-        with TemporaryDirectory() as folder:
-            path = Path(folder) / "policy.npz"
-            path.write_bytes(policy)
-            entry = load_policy(path)
+    entry = find_policy(policy) if isinstance(policy, str) else stored_policy(policy)
     model = setting.model
     if isinstance(model, LineScenario):
         return {"objective": rollout(model, entry, flocks).escape_distance}
     return {"objective": outcome(rollout(model, entry, flocks), setting.objective)}
+
+
+def stored_policy(file: bytes) -> NamedPolicy:
+    """Return the policy in the bytes of a policy file."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "policy.npz"
+        path.write_bytes(file)
+        return load_policy(path)

@@ -20,7 +20,7 @@ from flockesc_env.jobs import Backend, Cache, find_backend, run
 from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
 from flockesc_env.jobs.sweeps import joined, seed_jobs
 from studies.learned import explain
-from studies.learned.held_out import play_job
+from studies.learned.held_out import play_job, stored_policy
 from studies.learned.listening import LISTENING_FILE, measure_listening
 from studies.learned.references import write_references
 from studies.learned.results import EPISODES_FILE
@@ -37,7 +37,6 @@ from training.config import (
 )
 from training.evaluation import OUTCOMES
 from training.outputs import write_table
-from training.policies import named_policy
 from training.runs import RunFolders, run_job
 from training.versions import versions
 
@@ -255,12 +254,13 @@ def _explain(
     if not candidates:
         return {}
     name, seed, best_run = max(candidates, key=lambda candidate: _best_point(candidate[2]))
-    entry = named_policy(str(best_run))
+    file = (best_run / POLICY_FILE).read_bytes()
     few = min(args.held_out_flocks, EXPLAINED_FLOCKS)
-    write_table(explain.ablation(entry, preset.setting, few), folder / "ablation.parquet")
-    worlds = explain.transfer(entry, preset.setting, best, few, _grid(preset), cache, backend)
+    hidden = explain.ablation(file, preset.setting, few, cache, backend)
+    write_table(hidden, folder / "ablation.parquet")
+    worlds = explain.transfer(file, preset.setting, best, few, _grid(preset), cache, backend)
     write_table(worlds, folder / "transfer.parquet")
-    measure_listening(entry, folder / LISTENING_FILE)
+    measure_listening(stored_policy(file), folder / LISTENING_FILE)
     return {"explained": name, "explained_seed": seed}
 
 

@@ -95,8 +95,8 @@ def test_a_network_with_hidden_layers_starts_as_a_linear_one(tmp_path: Path) -> 
     spec = policy_spec(search_args(tmp_path / "run"))
     rows = np.random.default_rng(0).uniform(-0.2, 0.2, (50, len(spec.layout.names))).astype(np.float32)
     expected, found = (policy.act(rows, spec) for policy in policies)
-    # Two hidden layers compress an output x to tanh(tanh(x / 2)) / (1 / 2).
-    np.testing.assert_allclose(found, 2 * np.tanh(np.tanh(expected / 2)), atol=1e-6)
+    # Two hidden layers compress an output x to tanh(tanh(x / 10)) / (1 / 10).
+    np.testing.assert_allclose(found, 10 * np.tanh(np.tanh(expected / 10)), atol=1e-6)
     assert np.ptp(expected) > 0.01
 
 
