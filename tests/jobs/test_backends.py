@@ -132,6 +132,21 @@ def test_the_driver_is_killed(backend: str, tmp_path: Path, noted: Path) -> None
     assert contents(tmp_path / "cache") == contents(tmp_path / "again")
 
 
+@needs_submitit
+def test_tasks_on_slurm_outlive_their_driver(tmp_path: Path, noted: Path) -> None:
+    numbers = [(n,) for n in range(60)]
+    driver = started(tmp_path, "slurm:cluster=local", len(numbers))
+    wait_for(tmp_path / "cache", 5)
+    driver.kill()
+    found = run_jobs(square, numbers, cache=tmp_path / "cache", backend="slurm:cluster=local")
+    driver.communicate(timeout=60)  # ends with its task, which has inherited the pipes
+    assert squares(found) == [n**2 for (n,) in numbers]
+    print("jobs done twice, by the old task and the new one:", calls(noted) - len(numbers))
+    assert calls(noted) <= 2 * len(numbers)
+    run_jobs(square, numbers, cache=tmp_path / "again", backend="serial")
+    assert contents(tmp_path / "cache") == contents(tmp_path / "again")
+
+
 @pytest.mark.parametrize("backend", ["serial", "processes:2"])
 def test_ctrl_c_keeps_what_is_finished_and_says_how_to_continue(backend: str, tmp_path: Path) -> None:
     driver = started(tmp_path, backend, 200)
