@@ -108,7 +108,7 @@ def perron_matrix(states: ArrayLike, interaction_range: float) -> FloatArray:
 
 
 def laplacian(states: ArrayLike, interaction_range: float) -> FloatArray:
-    """Return the Laplacian L of the graph with edges |x_i - x_j| <= rho, shape (n, n).
+    """Return the Laplacian L of the graph with edges ``|x_i - x_j| <= rho``, shape (n, n).
 
     Args:
         states: positions x_i of the agents, shape (n,).

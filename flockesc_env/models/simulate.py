@@ -76,7 +76,7 @@ class LineTrajectory:
         interaction_range: rho.
         states: positions x(t) of the agents, shape (steps + 1, n).
         num_components: number m(t) of connected components, shape (steps + 1,).
-        escape_distance: d(t) = min_i |x_i - x_p|, shape (steps + 1,); infinite without a predator.
+        escape_distance: d(t) = min_i ``|x_i - x_p|``, shape (steps + 1,); infinite without a predator.
         converged: whether the line reached its steady state: no agent moved by more than
             ``scenario.tolerance`` in the last step.
         steps: number of steps.
