@@ -1,14 +1,14 @@
 """Sphinx configuration of the documentation site; ``make docs`` builds it in target/docs."""
 
+import importlib.metadata
 import os
 import sys
-from importlib.metadata import version
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 project = "flockesc_env"
-release = version("flockesc-env")
+release = importlib.metadata.version("flockesc-env")
 extensions = [
     "short_signatures",
     "environment_pages",
