@@ -1,0 +1,51 @@
+"""The API reference has every public name once, and the examples in docstrings run."""
+
+from __future__ import annotations
+
+import doctest
+import re
+from collections import Counter
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+DIRECTIVE = re.compile(r"^\.\. (?:auto|py:)(?:class|data|exception|function):: ([\w.]+)", re.MULTILINE)
+DOCUMENTED = Counter(
+    name
+    for page in sorted((ROOT / "docs" / "api").glob("*.rst"))
+    for name in DIRECTIVE.findall(page.read_text("utf-8"))
+)
+MODULES = ("flockesc_env", "flockesc_env.policies", "flockesc_env.jobs", "flockesc_env.watch")
+WITH_EXAMPLES = [
+    ".".join(path.relative_to(ROOT).with_suffix("").parts)
+    for path in sorted((ROOT / "flockesc_env").rglob("*.py"))
+    if ">>> " in path.read_text("utf-8")
+]
+
+
+def resolved(name: str) -> object:
+    module, _, attribute = name.rpartition(".")
+    return getattr(import_module(module), attribute)
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_every_public_name_is_documented(module: str) -> None:
+    known = [resolved(name) for name in DOCUMENTED]
+    names = set(import_module(module).__all__) - {"__version__"}
+    assert (
+        sorted(name for name in names if all(resolved(f"{module}.{name}") is not item for item in known))
+        == []
+    )
+
+
+def test_no_name_is_documented_twice() -> None:
+    assert [name for name, count in DOCUMENTED.items() if count > 1] == []
+
+
+@pytest.mark.parametrize("module", WITH_EXAMPLES)
+def test_examples_in_docstrings_run(module: str) -> None:
+    results = doctest.testmod(import_module(module))
+    assert results.attempted > 0
+    assert results.failed == 0
