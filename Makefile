@@ -76,6 +76,10 @@ docs: build ## build the documentation site in target/docs; warnings are errors
 	$(INSTALL) --extra docs
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d target/doctrees docs target/docs
 
+.PHONY: notebooks
+notebooks: build ## run the notebooks of examples/ and store their outputs (about 2 minutes)
+	$(BIN)/python tests/support/notebooks.py
+
 # flockesc-py has no Rust tests. Naming it selects the same features, so that the crates of `make build` are reused.
 .PHONY: test-rust
 test-rust: $(UV) ## run the Rust tests

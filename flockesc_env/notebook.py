@@ -109,6 +109,9 @@ def _table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 def _picture(figure: Figure) -> str:
     """Return a figure as an image in SVG, whose names do not collide with those of other images."""
+    import matplotlib as mpl  # optional and slow to import
+
     file = BytesIO()
-    figure.savefig(file, format="svg", metadata={"Date": None})
+    with mpl.rc_context({"svg.fonttype": "none"}):
+        figure.savefig(file, format="svg", metadata={"Date": None})
     return f'<img alt="figure" src="data:image/svg+xml;base64,{b64encode(file.getvalue()).decode()}">'
