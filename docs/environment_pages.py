@@ -24,7 +24,7 @@ VIEWS = ("Flock view", "Agent view", "Predator view", "Line view")
 REWARD_HEADS = ["reward", "for", "reward of step t", "sum over an episode"]
 
 PICTURE = {"render_mode": "rgb_array", "render_options": fe.RenderOptions(size=640)}
-PICTURE_STEPS = 100
+PICTURE_STEPS = 50
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
@@ -167,8 +167,8 @@ def _picture(view: str) -> Any:
     elif view == "Predator view":
         env, policy = fe.FlockPursuitEnv(**PICTURE), fe.Pursue("centroid")
     elif view == "Agent view":
-        env = fe.parallel_env(predator_sensing_range=None, **PICTURE)
-        policy = fe.StubbornLeaders()
+        colors = PICTURE | {"render_options": fe.RenderOptions(size=640, color="range")}
+        env, policy = fe.parallel_env(predator_sensing_range=None, **colors), fe.StubbornLeaders()
     else:
         env, policy = fe.FlockEscapeEnv(**PICTURE), fe.FixedRange(12.0)
     act = fe.bind(policy, env)

@@ -34,10 +34,11 @@ class RepositoryLinks(SphinxTransform):
 def setup(app: Sphinx) -> dict[str, Any]:
     """Add the rules to Sphinx."""
     app.add_transform(RepositoryLinks)
-    app.connect("source-read", _without_detours)
+    app.connect("source-read", _shorten)
     return {"parallel_read_safe": True}
 
 
-def _without_detours(_app: Sphinx, _docname: str, source: list[str]) -> None:
-    """Shorten ``../docs/page.md``, which leads from a page out of its folder and back."""
-    source[0] = source[0].replace("](../docs/", "](")
+def _shorten(_app: Sphinx, _docname: str, source: list[str]) -> None:
+    """Shorten links from a page out of its folder and back, and to notebooks, which the site copies."""
+    text = source[0].replace("](../docs/", "](")
+    source[0] = re.sub(r"\]\(\.\./examples/(\w+\.ipynb)\)", r"](generated/notebooks/\1)", text)

@@ -54,7 +54,7 @@ def sweep_figure(result: SweepResult, objective: str | None = None) -> Figure:
 
 
 def line_figure(run: LineTrajectory) -> Figure:
-    """Return the positions of a line's agents over time.
+    """Return the positions of a line's agents over time, with the predator and its range.
 
     Args:
         run: what ``simulate_line`` returned.
@@ -64,8 +64,10 @@ def line_figure(run: LineTrajectory) -> Figure:
     """
     figure, axes = _axes()
     axes.plot(np.arange(len(run.states)), run.states, color=LIGHT.fixed, linewidth=0.6)
-    if run.scenario.predator_position is not None:
-        axes.axhline(run.scenario.predator_position, color=LIGHT.predator, linewidth=1.5)
+    predator, reach = run.scenario.predator_position, run.scenario.predator_range
+    if predator is not None:
+        axes.axhspan(predator - reach, predator + reach, color=LIGHT.predator, alpha=0.1, linewidth=0)
+        axes.axhline(predator, color=LIGHT.predator, linewidth=1.5)
     axes.set_xlabel("step")
     axes.set_ylabel("position")
     return figure
