@@ -27,7 +27,10 @@ class RepositoryLinks(SphinxTransform):
         here = Path(self.env.doc2path(self.env.docname)).parent
         for link in list(self.document.findall(addnodes.pending_xref)):
             path = link["reftarget"]
-            if link["reftype"] == "myst" and ((here / path).is_dir() or (ROOT / path).is_file()):
+            if notebook := re.fullmatch(r"examples/(\w+)\.ipynb", path):
+                page = f"generated/notebooks/{notebook[1]}"
+                link.attributes.update(refdomain="doc", reftarget=page, reftargetid=None)
+            elif link["reftype"] == "myst" and ((here / path).is_dir() or (ROOT / path).is_file()):
                 link.replace_self(link.children)
 
 
