@@ -53,3 +53,4 @@ html_theme = "furo"
 html_title = f"flockesc_env {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_show_copyright = False
