@@ -1,4 +1,4 @@
-"""The API reference has every public name once, and the examples in docstrings run."""
+"""The site: its contents have every page, its API reference every public name; examples in docstrings run."""
 
 from __future__ import annotations
 
@@ -50,6 +50,12 @@ def test_every_public_name_is_documented(module: str) -> None:
     names = public(import_module(module))
     assert names
     assert sorted(name for name in names if id(resolved(f"{module}.{name}")) not in documented) == []
+
+
+def test_the_contents_have_every_page() -> None:
+    contents = (ROOT / "docs" / "index.md").read_text("utf-8").splitlines()
+    pages = {page.stem for page in (ROOT / "docs").glob("*.md")} - {"index"}
+    assert sorted(pages - set(contents)) == []
 
 
 def test_no_name_is_documented_twice() -> None:
