@@ -54,7 +54,7 @@ robustness: build ## find the best fixed range of every flock preset (about 35 m
 test: lint test-rust test-python ## run linters and all tests except the slow ones
 
 .PHONY: test-all
-test-all: test ## run all tests, including slow ones: long runs, forks, interrupts, lifecycles, corrupted documents, Ray
+test-all: test docs ## run all tests, including slow ones, and build the site: long runs, forks, interrupts, Ray, notebooks
 	$(INSTALL) --extra ray
 	$(PYTEST) tests/slow
 
@@ -69,6 +69,16 @@ lint: build ## check formatting, lints, types and stubs
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest --mypy-config-file <(printf '$(STUBTEST)') flockesc_env._core
+
+# DOCS_ONLINE=1 also links names of other projects, whose inventories it downloads.
+.PHONY: docs
+docs: build ## build the documentation site in target/docs; warnings are errors
+	$(INSTALL) --extra docs
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d target/doctrees docs target/docs
+
+.PHONY: notebooks
+notebooks: build ## run the notebooks of examples/ and store their outputs (about 2 minutes)
+	$(BIN)/python tests/support/notebooks.py
 
 # flockesc-py has no Rust tests. Naming it selects the same features, so that the crates of `make build` are reused.
 .PHONY: test-rust

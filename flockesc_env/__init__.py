@@ -12,6 +12,7 @@
 
 import gymnasium as _gymnasium
 
+import flockesc_env.notebook as _notebook  # noqa: F401, results show themselves in notebooks
 from flockesc_env._core import __version__
 from flockesc_env.common.errors import (
     ActionError,

@@ -26,11 +26,14 @@ from flockesc_env.jobs import run as run_all
 from flockesc_env.jobs.sweeps import OUTCOMES, joined, outcome_names, seed_jobs
 from flockesc_env.models import records
 from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
+from flockesc_env.render.curves import sweep_figure
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import Scenario
 
 _CHUNK_SECONDS = 0.5
 """Duration of a chunk of seeds: Ctrl-C discards at most about this much work."""
+
+_PICTURES = (".png", ".svg")
 
 
 def run(
@@ -68,7 +71,11 @@ def run(
     ] = None,
     output: Annotated[
         Path | None,
-        *optional("file (.parquet, .csv) for a table with one row per run; needs the analysis extra", "none"),
+        *optional(
+            "file for a table with one row per run (.parquet, .csv) or for the curve with its intervals"
+            " (.png, .svg); needs the analysis extra",
+            "none",
+        ),
     ] = None,
     num_threads: Threads = None,
     backend: Annotated[
@@ -94,10 +101,12 @@ def run(
 
     Example: flockesc sweep --max-range 50 --seeds 0:100 --output sweep.parquet
     """
-    check_output(output, [".parquet", ".csv"])
+    check_output(output, [".parquet", ".csv", *_PICTURES])
     if output is not None:
-        require("analysis", ["polars"])
+        require("analysis", ["matplotlib", "scipy"] if output.suffix in _PICTURES else ["polars"])
     chosen = scenario.build()
+    if output is not None and output.suffix in _PICTURES and not _is_attacked(chosen):
+        raise ArgumentError("output", "a .parquet or .csv file without a predator", repr(str(output)))
     ranges = _ranges(chosen, interaction_ranges, max_range, grid_size)
     objective_ = _objective(chosen, objective)
     _check_seeds(seeds)
@@ -117,7 +126,7 @@ def run(
         return code
     result = _joined(parts)
     if output is not None:
-        _write(result, output)
+        _write(result, output, objective_)
         note(f"saved: {output}")
     intervals = None
     if code is Exit.DONE:
@@ -225,8 +234,18 @@ def _joined(parts: list[SweepResult]) -> SweepResult:
     return dataclasses.replace(parts[0], **columns)
 
 
-def _write(result: SweepResult, path: Path) -> None:
-    if path.suffix == ".parquet":
+def _is_attacked(scenario: Scenario) -> bool:
+    if isinstance(scenario, FlockScenario):
+        return bool(scenario.predators)
+    return scenario.predator_position is not None
+
+
+def _write(result: SweepResult, path: Path, objective: str) -> None:
+    if path.suffix in _PICTURES:
+        figure = sweep_figure(result, objective)
+        with atomic_write(path) as file:
+            figure.savefig(file, format=path.suffix.removeprefix("."), dpi=150)
+    elif path.suffix == ".parquet":
         result.to_parquet(path)
     else:
         with atomic_write(path) as file:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from itertools import compress
-from typing import Any, Unpack
+from typing import Any, ClassVar, Literal, Unpack, get_args
 
 import gymnasium
 import numpy as np
@@ -13,14 +13,26 @@ from numpy.typing import NDArray
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
-from flockesc_env.common.checks import FloatArray, as_mapping, as_seed
-from flockesc_env.common.errors import ActionError, ResetNeededError, shown
+from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_seed
+from flockesc_env.common.errors import ActionError, OptionError, ResetNeededError, shown
 from flockesc_env.envs._base import FlockArguments, OneFlock, Rendered
 from flockesc_env.episodes.batch import RESET_OPTIONS, Columns, Step, infos, is_over
-from flockesc_env.episodes.spaces import Label
+from flockesc_env.episodes.spaces import Label, flock_layout
 from flockesc_env.scenario.flock import FlockScenario
 
 Observation = NDArray[np.float32]
+StateKind = Literal["full", "flock_view"]
+
+
+class ParallelArguments(FlockArguments, total=False):
+    """Keyword arguments of the PettingZoo environments: ``FlockArguments`` and the following.
+
+    Attributes:
+        state: what the method ``state`` returns. ``"full"``: positions and velocities. ``"flock_view"``: the
+            observation of ``FlockEscapeEnv`` without optional entries; its ``last_range`` is a mean.
+    """
+
+    state: StateKind
 
 
 class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observation, Any]):
@@ -36,7 +48,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
 
     Args:
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
-        **arguments: see ``FlockArguments`` and ``EnvOptions``.
+        **arguments: see ``ParallelArguments`` and ``EnvOptions``.
 
     Raises:
         ArgumentError: if an argument has the wrong type or value.
@@ -45,10 +57,11 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
+    _arguments: ClassVar[type] = ParallelArguments
     metadata: dict[str, Any] = {**Rendered.metadata, "name": "flockesc_v0", "is_parallelizable": True}
 
     def __init__(
-        self, scenario: FlockScenario | str | None = None, **arguments: Unpack[FlockArguments]
+        self, scenario: FlockScenario | str | None = None, **arguments: Unpack[ParallelArguments]
     ) -> None:
         super().__init__(scenario, arguments, per_agent=True)
         self.policy_spec = self._batch.policy_spec
@@ -66,7 +79,13 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             self.observation_spaces[predator] = self.predator_policy_spec.layout.space()
             self.action_spaces[predator] = self.predator_policy_spec.space()
         size = 2 * self.scenario.dimension * (count + len(self.scenario.predators)) + 3
-        self.state_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
+        self.state_space: gymnasium.Space[Observation] = gymnasium.spaces.Box(
+            -np.inf, np.inf, (size,), np.float32
+        )
+        kind = as_choice(arguments.get("state", "full"), "state", get_args(StateKind), OptionError)
+        self._is_flock_view = kind == "flock_view"
+        if self._is_flock_view:
+            self.state_space = flock_layout(self.scenario.dimension).space()
 
     def observation_space(self, agent: str) -> gymnasium.Space[Any]:
         """Return the agent's observation space, the same object at every call."""
@@ -194,11 +213,14 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         return float(self._batch.predator_rewards()[0])
 
     def state(self) -> NDArray[np.float32]:
-        """Return the state of the flock as a flat array.
+        """Return the state of the flock as a flat array; the argument ``state`` says which.
 
-        Its entries are the step, the running minima of the mean and the minimum distance, the positions and
-        velocities of the agents, and the positions and velocities of the predators, in m and m/s.
+        The entries of ``"full"`` are the step, the running minima of the mean and the minimum distance, the
+        positions and velocities of the agents, and those of the predators, in m and m/s.
         """
+        if self._is_flock_view:
+            view: Observation = self._batch.observe_flock([0])[0]
+            return view
         state = self._batch.state(0)
         metrics = self._batch.metrics()
         scalars = [state["step"], metrics["min_mean_distance"][0], metrics["min_min_distance"][0]]
@@ -283,36 +305,36 @@ def _names(kind: str, count: int) -> list[str]:
 
 
 def parallel_env(
-    scenario: FlockScenario | str | None = None, **arguments: Unpack[FlockArguments]
+    scenario: FlockScenario | str | None = None, **arguments: Unpack[ParallelArguments]
 ) -> FlockParallelEnv:
     """Return the PettingZoo parallel environment, a ``FlockParallelEnv``.
 
     Args:
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
-        **arguments: see ``FlockArguments`` and ``EnvOptions``.
+        **arguments: see ``ParallelArguments`` and ``EnvOptions``.
     """
     return FlockParallelEnv(scenario, **arguments)
 
 
 def raw_env(
-    scenario: FlockScenario | str | None = None, **arguments: Unpack[FlockArguments]
+    scenario: FlockScenario | str | None = None, **arguments: Unpack[ParallelArguments]
 ) -> AECEnv[str, Observation, Any]:
     """Return the PettingZoo AEC environment without wrappers; see ``FlockParallelEnv``.
 
     Args:
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
-        **arguments: see ``FlockArguments`` and ``EnvOptions``.
+        **arguments: see ``ParallelArguments`` and ``EnvOptions``.
     """
     return parallel_to_aec(FlockParallelEnv(scenario, **arguments))
 
 
 def env(
-    scenario: FlockScenario | str | None = None, **arguments: Unpack[FlockArguments]
+    scenario: FlockScenario | str | None = None, **arguments: Unpack[ParallelArguments]
 ) -> AECEnv[str, Observation, Any]:
     """Return the PettingZoo AEC environment with ``OrderEnforcingWrapper``; see ``FlockParallelEnv``.
 
     Args:
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
-        **arguments: see ``FlockArguments`` and ``EnvOptions``.
+        **arguments: see ``ParallelArguments`` and ``EnvOptions``.
     """
     return wrappers.OrderEnforcingWrapper(raw_env(scenario, **arguments))

@@ -264,6 +264,10 @@ class FlockBatch:
         """Return the observations of some slots, shape (len(slots) * rows, entries)."""
         return self._core.observe(slots)
 
+    def observe_flock(self, slots: Sequence[int]) -> Observations:
+        """Return the flock view of some slots without optional entries, shape (len(slots), entries)."""
+        return self._core.observe_flock(slots)
+
     def observe_predators(self, slots: Sequence[int]) -> Observations:
         """Return the observations of the ``Learned`` predators, shape (len(slots) * predators, entries)."""
         return self._core.observe_predators(slots)

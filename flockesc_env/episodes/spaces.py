@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.episodes.options import GRID_SIZE, ActionOptions, LineOptions
+from flockesc_env.episodes.options import GRID_SIZE, ActionOptions, EnvOptions, LineOptions
 from flockesc_env.scenario.line import LineScenario
 
 Label = Callable[[int], str]
@@ -136,6 +136,11 @@ class ObservationLayout:
         if name not in self.names:
             raise ArgumentError("observation", f"an entry {name!r}", f"only {', '.join(self.names)}")
         return self.names.index(name)
+
+
+def flock_layout(dimension: int) -> ObservationLayout:
+    """Return the layout of the flock view without optional entries."""
+    return ObservationLayout.of(_core.observation_entries(EnvOptions().to_core(per_agent=False), dimension))
 
 
 def predator_layout(dimension: int) -> ObservationLayout:

@@ -127,8 +127,7 @@ def run_jobs(
         JobError: if calls fail, with their arguments and tracebacks; the results of all others are kept.
         KeyboardInterrupt: on Ctrl-C; finished results are kept.
 
-    Example:
-        >>> run_jobs(my_module.measure, [(0.5, range(10)), (1.0, range(10))], cache="runs/mine")
+    docs/cluster.md has an example.
     """
     name = f"{_module(function)}:{function.__qualname__}"
     jobs = [Job(name, tuple(call), seconds) for call in arguments]

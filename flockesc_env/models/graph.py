@@ -37,6 +37,10 @@ def component_labels(
     Raises:
         ArgumentError: if an argument has a wrong shape, is not finite, or a range is negative.
         ScenarioError: if the name is not a preset of a flock.
+
+    Examples:
+        >>> component_labels(None, [[0, 0], [1, 0], [9, 0]], 2.0)
+        array([0, 0, 2])
     """
     return _core.component_labels(*_core_arguments(scenario, positions, interaction_range, velocities))
 
@@ -64,6 +68,11 @@ def neighbor_pairs(
     Raises:
         ArgumentError: if an argument has a wrong shape, is not finite, or a range is negative.
         ScenarioError: if the name is not a preset of a flock.
+
+    Examples:
+        >>> neighbor_pairs(None, [[0, 0], [1, 0], [9, 0]], 2.0)
+        array([[0, 1],
+               [1, 0]])
     """
     return _core.neighbor_pairs(*_core_arguments(scenario, positions, interaction_range, velocities))
 
@@ -108,7 +117,7 @@ def perron_matrix(states: ArrayLike, interaction_range: float) -> FloatArray:
 
 
 def laplacian(states: ArrayLike, interaction_range: float) -> FloatArray:
-    """Return the Laplacian L of the graph with edges |x_i - x_j| <= rho, shape (n, n).
+    """Return the Laplacian L of the graph with edges ``|x_i - x_j| <= rho``, shape (n, n).
 
     Args:
         states: positions x_i of the agents, shape (n,).

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import ArgumentError, shown
+from flockesc_env.common.notebook import Displayed
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -20,8 +21,8 @@ from flockesc_env.scenario.presets import as_model, as_scenario
 IntArray = NDArray[np.int64]
 
 
-@dataclass(frozen=True, eq=False)
-class Trajectory:
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(Displayed):
     """A run of a flock with T steps, as ``simulate`` returns it.
 
     Arrays of length T + 1 have one entry per time 0, .., T; lengths in m, speeds in m/s, times in s.
@@ -64,9 +65,18 @@ class Trajectory:
     fraction_surviving: FloatArray
     caught_at: IntArray
 
+    def _summary(self) -> dict[str, object]:
+        return {
+            "num_agents": self.scenario.num_agents,
+            "num_steps": self.scenario.num_steps,
+            "seed": self.seed,
+            "min_mean_distance": float(self.mean_distance.min()),
+            "min_min_distance": float(self.min_distance.min()),
+        }
 
-@dataclass(frozen=True, eq=False)
-class LineTrajectory:
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LineTrajectory(Displayed):
     """A run of a line, as ``simulate_line`` returns it; arrays have one entry per time 0, .., ``steps``.
 
     Attributes:
@@ -76,7 +86,7 @@ class LineTrajectory:
         interaction_range: rho.
         states: positions x(t) of the agents, shape (steps + 1, n).
         num_components: number m(t) of connected components, shape (steps + 1,).
-        escape_distance: d(t) = min_i |x_i - x_p|, shape (steps + 1,); infinite without a predator.
+        escape_distance: d(t) = min_i ``|x_i - x_p|``, shape (steps + 1,); infinite without a predator.
         converged: whether the line reached its steady state: no agent moved by more than
             ``scenario.tolerance`` in the last step.
         steps: number of steps.
@@ -91,6 +101,15 @@ class LineTrajectory:
     escape_distance: FloatArray
     converged: bool
     steps: int
+
+    def _summary(self) -> dict[str, object]:
+        return {
+            "num_agents": self.scenario.num_agents,
+            "steps": self.steps,
+            "seed": self.seed,
+            "interaction_range": self.interaction_range,
+            "escape_distance": float(self.escape_distance[-1]),
+        }
 
 
 def as_run(value: Any, field: str) -> Trajectory | LineTrajectory:
@@ -186,6 +205,13 @@ def simulate(
     Raises:
         ArgumentError: if an argument has the wrong type or shape, or is negative or not finite.
         ScenarioError: if the name is not a preset.
+
+    Examples:
+        >>> run = simulate("paper-flock", 10.0, seed=7)
+        >>> run
+        Trajectory(num_agents=300, num_steps=240, seed=7, min_mean_distance=77.31, min_min_distance=18.81)
+        >>> run.positions.shape
+        (241, 300, 2)
     """
     model = as_model(scenario)
     if isinstance(model, LineScenario):
@@ -250,6 +276,10 @@ def simulate_line(
     Raises:
         ArgumentError: if an argument has the wrong type or shape, or is negative or not finite.
         ScenarioError: if the name is not a preset of a line.
+
+    Examples:
+        >>> simulate_line("paper-line", 0.1, seed=7).num_components
+        array([1, 2, 3, 3, 3, 3])
     """
     model = as_scenario(scenario, LineScenario)
     states = None if initial_state is None else as_floats(initial_state, "initial_state", (model.num_agents,))

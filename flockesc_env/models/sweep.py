@@ -23,6 +23,7 @@ from flockesc_env.common.checks import (
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import atomic_write
+from flockesc_env.common.notebook import Displayed
 from flockesc_env.models.simulate import IntArray
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -34,8 +35,8 @@ if TYPE_CHECKING:
 Progress = Callable[[int, int], None]
 
 
-@dataclass(frozen=True, eq=False)
-class SweepResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class SweepResult(Displayed):
     """Results of ``sweep`` for either model; arrays have shape (ranges, seeds) unless stated otherwise.
 
     Attributes:
@@ -52,6 +53,12 @@ class SweepResult:
 
     objectives: ClassVar[dict[str, str]]
     """Attribute that holds the values of each objective; the first objective is the default."""
+
+    def _summary(self) -> dict[str, object]:
+        facts: dict[str, object] = {"num_ranges": len(self.interaction_ranges), "num_seeds": len(self.seeds)}
+        if np.isfinite(self.values()).all():
+            facts["best_range"] = self.best_range()
+        return facts
 
     def values(self, objective: str | None = None) -> FloatArray:
         """Return the objective of every run, shape (ranges, seeds).
@@ -168,7 +175,7 @@ class SweepResult:
             table.write_parquet(file, metadata={"scenario": self.scenario.to_json()})
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class FlockSweepResult(SweepResult):
     """Results of ``sweep`` for flocks; arrays of shape (ranges, seeds).
 
@@ -189,7 +196,7 @@ class FlockSweepResult(SweepResult):
     }
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LineSweepResult(SweepResult):
     """Results of ``sweep`` for lines; arrays of shape (ranges, seeds).
 
@@ -257,6 +264,13 @@ def sweep(
     Raises:
         ArgumentError: if an argument has the wrong type or shape, or is negative or not finite.
         ScenarioError: if the name is not a preset.
+
+    Examples:
+        >>> result = sweep("paper-flock", [0, 10, 100], seeds=range(10))
+        >>> result.best_range()
+        10.0
+        >>> result.values("minimum").shape
+        (3, 10)
     """
     model = as_model(scenario)
     ranges = as_floats(interaction_ranges, "interaction_ranges", least=0.0)

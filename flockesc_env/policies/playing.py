@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray, as_policy
+from flockesc_env.common.notebook import Displayed
 from flockesc_env.episodes.batch import Columns, FlockBatch
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.options import EnvOptions
@@ -20,8 +21,8 @@ from flockesc_env.policies.network_rollout import play_flocks_of_networks
 from flockesc_env.scenario.flock import FlockScenario
 
 
-@dataclass(frozen=True, eq=False)
-class Episodes:
+@dataclass(frozen=True, eq=False, repr=False)
+class Episodes(Displayed):
     """Results of ``rollout`` on flocks, one entry per seed.
 
     Attributes:
@@ -40,6 +41,13 @@ class Episodes:
     fraction_surviving: FloatArray
     num_components: IntArray
     mean_return: FloatArray
+
+    def _summary(self) -> dict[str, object]:
+        return {
+            "num_seeds": len(self.seeds),
+            "min_mean_distance": float(self.min_mean_distance.mean()),
+            "min_min_distance": float(self.min_min_distance.mean()),
+        }
 
 
 def play_flocks(

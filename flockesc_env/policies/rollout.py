@@ -91,6 +91,10 @@ def rollout(
         ArgumentError: if an argument has the wrong type or value.
         OptionError: if an option is unknown, missing or out of bounds.
         ScenarioError: if the scenario has no predator, or the name is not a preset.
+
+    Examples:
+        >>> rollout("paper-flock", "stubborn-leaders", seeds=range(3))
+        Episodes(num_seeds=3, min_mean_distance=88.07, min_min_distance=9.422)
     """
     entry = _named(policy, per_agent)
     model = _scenario(scenario, entry)

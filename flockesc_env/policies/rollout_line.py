@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
+from flockesc_env.common.notebook import Displayed
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.options import LineOptions
 from flockesc_env.episodes.spaces import PolicySpec, line_policy_spec
@@ -20,8 +21,8 @@ from flockesc_env.policies.network_rollout import play_lines_of_networks
 from flockesc_env.scenario.line import LineScenario
 
 
-@dataclass(frozen=True, eq=False)
-class LineEpisodes:
+@dataclass(frozen=True, eq=False, repr=False)
+class LineEpisodes(Displayed):
     """Results of ``rollout`` on lines, one entry per seed.
 
     Attributes:
@@ -37,6 +38,9 @@ class LineEpisodes:
     num_components: IntArray
     steps: IntArray
     converged: NDArray[np.bool]
+
+    def _summary(self) -> dict[str, object]:
+        return {"num_seeds": len(self.seeds), "escape_distance": float(self.escape_distance.mean())}
 
 
 def play_lines(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from option_table import ACTION_MODES, AGENT_REWARDS, AGENTS, DIMENSIONS, every_option, small_flock
 
-from flockesc_env import FlockParallelEnv, env, parallel_env
+from flockesc_env import FlockEscapeEnv, FlockParallelEnv, env, parallel_env
 from flockesc_env.common.errors import EpisodeError
 
 Options = dict[str, Any]
@@ -147,6 +147,25 @@ def test_state_holds_everything_that_moves(dimension: int) -> None:
     environment.step(sample(environment))
     assert environment.state()[0] == 1
     assert environment.state_space.contains(environment.state())
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+def test_the_flock_view_as_state_is_the_observation_of_the_flock(dimension: int) -> None:
+    flock = small_flock(dimension)
+    environment = parallel_env(flock, state="flock_view", action_mode="range", profile_ranges=(0.0, 5.0))
+    whole = FlockEscapeEnv(flock, action_mode="range")
+    assert environment.state_space == whole.observation_space
+    environment.reset(seed=0)
+    observation, _ = whole.reset(seed=0)
+    np.testing.assert_array_equal(environment.state(), observation)
+    for rho in (8.0, 0.0, 64.0):
+        environment.step_array(np.full((flock.num_agents, 1), rho, np.float32))
+        observation, *_ = whole.step(np.array([rho], np.float32))
+        np.testing.assert_array_equal(environment.state(), observation)
+    ranges = np.arange(flock.num_agents, dtype=np.float32)[:, np.newaxis]
+    environment.step_array(ranges)
+    at = whole.policy_spec.layout.index("last_range")
+    assert environment.state()[at] == pytest.approx(ranges.mean() / environment.options.max_range)
 
 
 def test_aec_plays_the_same_episode() -> None:

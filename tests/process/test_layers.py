@@ -40,6 +40,7 @@ ROOMS = (
     "policies",
     "render",
     "watch",
+    "notebook",
     "envs",
     "sb3",
     "jobs",

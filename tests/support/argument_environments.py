@@ -29,6 +29,7 @@ import flockesc_env as fe
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 PURSUIT = {key: kind for key, kind in ENV.items() if key != "predator_policy"}
+PARALLEL = ENV | {"state": Choice("flock_view")}
 SLOTS = {"num_flocks": Count(2)}
 VECTOR = {
     "num_envs": Count(2),
@@ -44,10 +45,10 @@ CONSTRUCTORS = {
         after=play,
         others=ENV_OPTIONS,
     ),
-    "FlockParallelEnv": Row(fe.FlockParallelEnv, ENV, after=play, others=ENV_OPTIONS),
-    "parallel_env": Row(fe.parallel_env, {"scenario": SCENARIO}, after=play, others=ENV | ENV_OPTIONS),
-    "env": Row(fe.env, {"scenario": SCENARIO}, after=play, others=ENV | ENV_OPTIONS),
-    "raw_env": Row(fe.raw_env, {"scenario": SCENARIO}, after=play, others=ENV | ENV_OPTIONS),
+    "FlockParallelEnv": Row(fe.FlockParallelEnv, PARALLEL, after=play, others=ENV_OPTIONS),
+    "parallel_env": Row(fe.parallel_env, {"scenario": SCENARIO}, after=play, others=PARALLEL | ENV_OPTIONS),
+    "env": Row(fe.env, {"scenario": SCENARIO}, after=play, others=PARALLEL | ENV_OPTIONS),
+    "raw_env": Row(fe.raw_env, {"scenario": SCENARIO}, after=play, others=PARALLEL | ENV_OPTIONS),
     "FlockVectorEnv": Row(fe.FlockVectorEnv, ENV | VECTOR, after=play, others=ENV_OPTIONS),
     "LineEscapeEnv": Row(
         fe.LineEscapeEnv,

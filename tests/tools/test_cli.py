@@ -255,6 +255,20 @@ def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_pat
     ]
 
 
+def test_a_sweep_draws_its_curve(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    Ran(capsys, *sweep_flags("--output", tmp_path / "curve.svg", "--objective", "minimum"))
+    assert "<svg" in (tmp_path / "curve.svg").read_text("utf-8")
+    Ran(capsys, *sweep_flags("--output", tmp_path / "curve.png"))
+    assert (tmp_path / "curve.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_sweep_without_a_predator_has_no_curve(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    (tmp_path / "free.toml").write_text(SMALL.replace(predators=()).to_toml())
+    ran = Ran(capsys, "sweep", "--scenario", tmp_path / "free.toml", "--output", tmp_path / "curve.png")
+    assert ran.code == Exit.REFUSED
+    assert "without a predator" in ran.err
+
+
 def test_the_table_names_the_best_range(capsys: pytest.CaptureFixture[str]) -> None:
     result = sweep(SMALL, [0, 5.5, 100], range(3, 40))
     lines = Ran(capsys, *sweep_flags()).out.splitlines()

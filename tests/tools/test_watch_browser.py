@@ -320,3 +320,13 @@ def test_nothing_is_wider_than_the_window(tab: Page, tmp_path: Path, width: int,
         "[...document.querySelectorAll('.stats dt')]"
         ".every((dt) => dt.scrollWidth <= dt.parentElement.clientWidth)"
     )
+
+
+def test_a_run_in_a_notebook_plays_in_its_frame(tab: Page) -> None:
+    tab.set_content(built_in("fixed:15").record(3, FLOCK)._repr_html_() or "")
+    (frame,) = tab.frames[1:]
+    frame.evaluate("startedPage")
+    assert frame.locator(".panel").count() == 1
+    before = frame.locator("#time").inner_text()
+    tab.wait_for_timeout(500)
+    assert frame.locator("#time").inner_text() != before

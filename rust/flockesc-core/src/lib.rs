@@ -39,7 +39,7 @@ pub use line::{
 };
 pub use neighbor::{Metric, NeighborRule, Ranges, Topological, Voronoi};
 pub use network::{Architecture, NetworkRanges, Networks, NormalizedRange, Squash};
-pub use observation::{ExtraEntries, SensingRange, View, predator_entries};
+pub use observation::{ExtraEntries, SensingRange, View, flock_entries, predator_entries};
 pub use parallel::Progress;
 pub use predator::{
     ConstantVelocity, Encircle, Herd, Intercept, Learned, Predator, PredatorConfig, PurePursuit,

@@ -3,7 +3,9 @@
 mod inner;
 mod step;
 
-use flockesc_core::{Batch, EpisodeConfig, FlockConfig, InitialState, predator_entries};
+use flockesc_core::{
+    Batch, EpisodeConfig, FlockConfig, InitialState, flock_entries, predator_entries,
+};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
@@ -181,6 +183,22 @@ impl FlockBatch {
         on_batch!(&this.inner, batch => batch.observe(&slots, &mut observations))
             .map_err(CoreError::from)?;
         shaped(py, observations, [rows, this.row_length])
+    }
+
+    /// Returns one row per slot: the flock view without optional entries.
+    fn observe_flock<'py>(
+        slf: &Bound<'py, Self>,
+        py: Python<'py>,
+        slots: Vec<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let this = &*try_borrow(slf)?;
+        let inner = &this.inner;
+        let dimension = on_batch!(inner, batch => batch.dimension());
+        let shape = [slots.len(), flock_entries(dimension).len()];
+        let mut observations = vec![0.0_f32; shape[0] * shape[1]];
+        on_batch!(inner, batch => batch.observe_flock(&slots, &mut observations))
+            .map_err(CoreError::from)?;
+        shaped(py, observations, shape)
     }
 
     /// Returns the observations of the learned predators of `slots`, slot after slot and one row

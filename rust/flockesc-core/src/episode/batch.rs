@@ -219,6 +219,21 @@ impl<const D: usize> Batch<D> {
         Ok(())
     }
 
+    /// Writes one row per slot: the flock's observation without optional entries, whatever the view.
+    ///
+    /// # Errors
+    /// As [`Self::observe`].
+    pub fn observe_flock(&self, slots: &[usize], observations: &mut [f32]) -> Result<()> {
+        let size = observation::flock_entries(self.scenario.dimension).len();
+        check_length("observations", observations.len(), slots.len() * size)?;
+        let episodes = self.episodes(slots.iter().copied())?;
+        let work = episodes.iter().zip(observations.chunks_exact_mut(size));
+        dispatch(self.pool(slots.len())?, work, |(episode, out)| {
+            episode.observe_flock(out);
+        });
+        Ok(())
+    }
+
     /// Writes the observations of the learned predators of `slots`, slot after slot and one row per
     /// predator.
     ///

@@ -20,7 +20,7 @@ pub(crate) use state::EpisodeState;
 use crate::base::error::Result;
 use crate::flock::{FlockConfig, InitialState, Summary, World};
 use crate::neighbor::Ranges;
-use crate::observation::{Scene, View};
+use crate::observation::{Extras, Scene, View};
 use crate::parallel::Progress;
 use crate::reward::{ActionContext, Objective, StepContext, Term};
 
@@ -181,6 +181,15 @@ impl<const D: usize> Episode<D> {
     /// Writes the observation: one row for the flock, or one per agent.
     pub fn observe(&self, out: &mut [f32]) {
         self.scene().observe(self.config.view, out);
+    }
+
+    /// Writes the row of the flock without optional entries, also if there is one row per agent.
+    pub fn observe_flock(&self, out: &mut [f32]) {
+        let scene = Scene {
+            extras: Extras::default(),
+            ..self.scene()
+        };
+        scene.observe(View::Flock, out);
     }
 
     /// Writes the observations of the learned predators, one row per predator.

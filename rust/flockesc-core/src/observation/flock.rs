@@ -105,7 +105,7 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
     let features = Features {
         time: scene.time(),
         running_minimum: scene.running_minimum(),
-        last_range: scene.ranges[0] / scene.max_range,
+        last_range: scene.mean_range() / scene.max_range,
         length: scene.length(),
         speed: scene.speed(),
         flock,

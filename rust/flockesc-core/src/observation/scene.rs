@@ -54,6 +54,11 @@ impl<'a, const D: usize> Scene<'a, D> {
         }
     }
 
+    /// Returns the mean range of the last action in m.
+    pub(super) fn mean_range(&self) -> f64 {
+        self.ranges.iter().sum::<f64>() / self.ranges.len() as f64
+    }
+
     /// Returns the scale of lengths in m.
     pub(super) fn length(&self) -> f64 {
         self.scenario().initial_side

@@ -1,0 +1,124 @@
+"""Results show themselves in notebooks: a short ``repr``, and HTML that needs nothing else."""
+
+from __future__ import annotations
+
+import html
+import re
+from base64 import b64decode
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+
+import flockesc_env as fe
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.extras import MissingExtraError
+from flockesc_env.notebook import Replay
+from flockesc_env.render import curves
+from flockesc_env.watch.page import render
+
+FLOCK = fe.FlockScenario(num_agents=20, num_steps=12)
+LINE = fe.LineScenario(num_agents=10)
+RUN = fe.simulate(FLOCK, 10.0, seed=1)
+SWEPT = fe.sweep(FLOCK, [0.0, 10.0, 50.0], range(4))
+
+RESULTS: dict[str, Any] = {
+    "Trajectory": RUN,
+    "LineTrajectory": fe.simulate_line(LINE, 0.1, seed=1),
+    "FlockSweepResult": SWEPT,
+    "LineSweepResult": fe.sweep(LINE, [0.0, 0.1], range(3)),
+    "Episodes": fe.rollout(FLOCK, fe.FixedRange(10.0), range(3)),
+    "LineEpisodes": fe.rollout(LINE, fe.FixedRange(0.1), range(3)),
+}
+FREE = fe.FlockScenario(num_agents=5, num_steps=3, predators=())
+
+
+def picture(shown: str) -> ET.Element:
+    """Return the SVG in an image of a notebook."""
+    (data,) = re.findall(r'^<img alt="figure" src="data:image/svg\+xml;base64,([^"]+)">$', shown)
+    return ET.fromstring(b64decode(data))  # noqa: S314, our own text
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_a_repr_is_one_short_line(name: str) -> None:
+    text = repr(RESULTS[name])
+    assert re.fullmatch(rf"{name}\(\w+=.*\)", text)
+    assert len(text) < 120
+
+
+def test_the_repr_of_a_run_names_its_objective() -> None:
+    assert f"min_mean_distance={RUN.mean_distance.min():.4g}" in repr(RUN)
+
+
+def test_a_run_replays_in_a_frame() -> None:
+    (page,) = re.findall(r'^<iframe srcdoc="([^"]*)"', RUN._repr_html_() or "")
+    assert html.unescape(page) == render([("fixed:10", RUN)])
+
+
+def test_runs_replay_side_by_side() -> None:
+    other = fe.record(FLOCK, "stubborn-leaders", 1)
+    shown = Replay([("10 m", RUN), ("rule", other)], height=500)
+    assert repr(shown) == "Replay(10 m, rule)"
+    (page,) = re.findall(r'^<iframe srcdoc="([^"]*)"', shown._repr_html_())
+    assert html.unescape(page) == render([("10 m", RUN), ("rule", other)])
+    assert "height: 500px" in shown._repr_html_()
+
+
+@pytest.mark.parametrize(("runs", "height"), [([], 500), ([("run", RUN)], 0), ([RUN], 500)])
+def test_bad_arguments_are_refused(runs: Any, height: int) -> None:
+    with pytest.raises(ArgumentError):
+        Replay(runs, height=height)
+
+
+@pytest.mark.parametrize("name", ["LineTrajectory", "FlockSweepResult", "LineSweepResult"])
+def test_curves_are_pictures(name: str) -> None:
+    assert picture(RESULTS[name]._repr_html_()).tag.endswith("svg")
+
+
+def test_the_curve_is_the_mean_with_its_interval_and_the_best_range() -> None:
+    (axes,) = curves.sweep_figure(SWEPT, "minimum").axes
+    mean, low, high = SWEPT.mean_with_interval("minimum")
+    curve, best = axes.lines
+    np.testing.assert_array_equal(curve.get_xydata(), np.column_stack([SWEPT.interaction_ranges, mean]))
+    assert best.get_xdata()[0] == SWEPT.best_range("minimum")
+    (band,) = axes.collections
+    corners = {tuple(point) for point in band.get_paths()[0].vertices.tolist()}
+    assert corners >= set(zip(SWEPT.interaction_ranges, low, strict=True))
+    assert corners >= set(zip(SWEPT.interaction_ranges, high, strict=True))
+
+
+def test_a_sweep_of_one_seed_has_no_interval() -> None:
+    (axes,) = curves.sweep_figure(fe.sweep(FLOCK, [0.0, 10.0], [1])).axes
+    assert not axes.collections
+
+
+@pytest.mark.parametrize("has_matplotlib", [True, False])
+def test_a_sweep_without_a_predator_is_a_table(has_matplotlib: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not has_matplotlib:
+        _hide_matplotlib(monkeypatch)
+    shown = fe.sweep(FREE, [0.0, 10.0], [1])._repr_html_() or ""
+    assert shown.count("<td>") == 4
+    assert "<td>inf</td>" in shown
+
+
+def test_without_matplotlib_a_sweep_is_a_table_and_a_line_its_repr(monkeypatch: pytest.MonkeyPatch) -> None:
+    _hide_matplotlib(monkeypatch)
+    shown = SWEPT._repr_html_() or ""
+    assert [f"<td>{value:.3f}</td>" in shown for value in SWEPT.values().mean(axis=1)] == [True] * 3
+    assert RESULTS["LineTrajectory"]._repr_html_() is None
+
+
+def _hide_matplotlib(monkeypatch: pytest.MonkeyPatch) -> None:
+    def require(*_: Any) -> None:
+        raise MissingExtraError("matplotlib is not installed")
+
+    monkeypatch.setattr(curves, "require", require)
+
+
+def test_episodes_are_a_table_of_their_means() -> None:
+    episodes = RESULTS["Episodes"]
+    assert (
+        f"<td>min_mean_distance</td><td>{episodes.min_mean_distance.mean():.3f}</td>"
+        in episodes._repr_html_()
+    )
