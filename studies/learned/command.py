@@ -95,7 +95,7 @@ def information(
 
 
 def page(*, results: Results = RESULTS, page: Page = PAGE) -> Exit:
-    """Write the page of results and its figures from the studies' files; print the README's table.
+    """Write the pages of results and of policy files, and the figures; print the README's table.
 
     Example: python -m studies learned-page
     """

@@ -16,6 +16,7 @@ from flockesc_env.common.stats import FloatArray
 STUDY_FILE = "study.json"
 EPISODES_FILE = "episodes.parquet"
 REFERENCES_FILE = "references.parquet"
+POLICIES = "policies"
 BEST_FIXED = "best fixed range"
 ORACLE = "hindsight oracle"
 
@@ -120,12 +121,21 @@ class Study:
 
         A search keeps its best checkpoint, other learners their last.
         """
+        means = self._kept.group_by("learner").agg(pl.col("objective").mean())
+        return str(means.sort("objective", "learner")["learner"][-1])
+
+    @property
+    def tuned(self) -> dict[tuple[str, int], float]:
+        """Objective on tuning flocks of the policy that was kept, by learner and training seed."""
+        return {(name, seed): value for name, seed, value in self._kept.iter_rows()}
+
+    @property
+    def _kept(self) -> pl.DataFrame:
         runs = self.curves.sort("episodes").group_by("learner", "training_seed")
         kept = runs.agg(pl.col("objective").last().alias("last"), pl.col("objective").max().alias("best"))
         searches = [name for name, learner in self.learners.items() if learner.kind == "search"]
         value = pl.when(pl.col("learner").is_in(searches)).then("best").otherwise("last")
-        means = kept.group_by("learner").agg(value.mean().alias("objective"))
-        return str(means.sort("objective", "learner")["learner"][-1])
+        return kept.select("learner", "training_seed", value.alias("objective"))
 
     @property
     def best_of_grid(self) -> tuple[float, float]:
@@ -137,6 +147,10 @@ class Study:
         """Return the objective, shape (training seeds, flocks); one row where nothing was trained."""
         rows = self.episodes.filter(contender=policy).sort("training_seed", "flock")
         return rows["objective"].to_numpy().reshape(-1, self.held_out_flocks)
+
+    def training_seeds(self, learner: str) -> list[int]:
+        """Return the training seeds of a learner, in the order of the rows of ``values``."""
+        return self.episodes.filter(contender=learner)["training_seed"].unique().sort().to_list()
 
     @property
     def reference_names(self) -> list[str]:
