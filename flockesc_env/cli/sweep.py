@@ -29,6 +29,7 @@ from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepRe
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import Scenario
 
+_TABLES, _PICTURES = (".parquet", ".csv"), (".png", ".svg", ".pdf")
 _CHUNK_SECONDS = 0.5
 """Duration of a chunk of seeds: Ctrl-C discards at most about this much work."""
 
@@ -68,7 +69,11 @@ def run(
     ] = None,
     output: Annotated[
         Path | None,
-        *optional("file (.parquet, .csv) for a table with one row per run; needs the analysis extra", "none"),
+        *optional(
+            "file for a table with one row per run (.parquet, .csv) or for the curve with its interval (.png,"
+            " .svg, .pdf); needs the analysis extra",
+            "none",
+        ),
     ] = None,
     num_threads: Threads = None,
     backend: Annotated[
@@ -94,13 +99,15 @@ def run(
 
     Example: flockesc sweep --max-range 50 --seeds 0:100 --output sweep.parquet
     """
-    check_output(output, [".parquet", ".csv"])
+    check_output(output, [*_TABLES, *_PICTURES])
     if output is not None:
-        require("analysis", ["polars"])
+        require("analysis", ["matplotlib", "polars"])
     chosen = scenario.build()
     ranges = _ranges(chosen, interaction_ranges, max_range, grid_size)
     objective_ = _objective(chosen, objective)
     _check_seeds(seeds)
+    if output is not None and output.suffix in _PICTURES and len(seeds) < 2:
+        raise ArgumentError("seeds", "at least 2 for a curve with its interval", len(seeds))
     threads = as_threads(num_threads)
     if backend is None:
         parts = _in_chunks(chosen, ranges, seeds, threads, progress)
@@ -117,7 +124,7 @@ def run(
         return code
     result = _joined(parts)
     if output is not None:
-        _write(result, output)
+        _write(result, objective_, output)
         note(f"saved: {output}")
     intervals = None
     if code is Exit.DONE:
@@ -225,9 +232,12 @@ def _joined(parts: list[SweepResult]) -> SweepResult:
     return dataclasses.replace(parts[0], **columns)
 
 
-def _write(result: SweepResult, path: Path) -> None:
+def _write(result: SweepResult, objective: str, path: Path) -> None:
     if path.suffix == ".parquet":
         result.to_parquet(path)
+    elif path.suffix in _PICTURES:
+        with atomic_write(path) as file:
+            result.plot(objective).savefig(file, format=path.suffix[1:], dpi=150)
     else:
         with atomic_write(path) as file:
             result.table().write_csv(file)

@@ -17,8 +17,8 @@ class SB3Policy(RowMemory):
     """A range policy or predator policy from a model of stable-baselines3 or sb3-contrib.
 
     The state of a recurrent model is kept per row and reset at the start of every episode. Use the
-    environment options with which the model was trained: different spaces are rejected, but other options
-    cannot be checked.
+    environment options with which the model was trained. Different spaces are rejected, and, while the model
+    holds its environment, other bounds of the range. Other options cannot be checked.
 
     Args:
         model: a model, or any object with a method ``predict(observation, state, episode_start,
@@ -63,3 +63,12 @@ class SB3Policy(RowMemory):
             trained = getattr(self.model, name, None)
             if trained is not None and trained != space:
                 raise ArgumentError(f"model.{name}", f"the environment's, {space}", trained)
+        env = getattr(self.model, "env", None)  # a VecEnv; None in a model that was loaded without one
+        if isinstance(spec, PolicySpec) and hasattr(env, "has_attr") and env.has_attr("policy_spec"):
+            trained_spec = env.get_attr("policy_spec", [0])[0]
+            for name in ("min_range", "max_range"):
+                trained = getattr(trained_spec.actions, name)
+                if trained != getattr(spec.actions, name):
+                    raise ArgumentError(
+                        name, f"{trained}, with which the model was trained", getattr(spec.actions, name)
+                    )

@@ -42,16 +42,24 @@ class Card:
 
 def cards(summary: Summary, results: Path) -> list[Card]:
     """Return the cards of a setting; a run without a file has none."""
-    study, found = summary.study, []
-    baseline = study.values(BEST_FIXED)[0]
-    for learner in study.trained:
-        for training_seed, values in zip(study.training_seeds(learner), study.values(learner), strict=True):
-            path = results / study.setting / POLICIES / f"{learner}-{training_seed}.npz"
-            if path.is_file():
-                objective, gain = means(np.stack([values, values - baseline])[:, np.newaxis])
-                digest = hashlib.sha256(path.read_bytes()).hexdigest()
-                found.append(Card(path, learner, training_seed, objective, gain, digest))
-    return found
+    study = summary.study
+    files = [
+        (results / study.setting / POLICIES / f"{learner}-{seed}.npz", learner, seed, values)
+        for learner in study.trained
+        for seed, values in zip(study.training_seeds(learner), study.values(learner), strict=True)
+    ]
+    files = [file for file in files if file[0].is_file()]
+    if not files:
+        return []
+    reached = np.stack([values for *_, values in files])
+    gains = reached - study.values(BEST_FIXED)[0]
+    estimates = means(np.concatenate([reached, gains])[:, np.newaxis])
+    return [
+        Card(path, learner, seed, objective, gain, hashlib.sha256(path.read_bytes()).hexdigest())
+        for (path, learner, seed, _), objective, gain in zip(
+            files, estimates[: len(files)], estimates[len(files) :], strict=True
+        )
+    ]
 
 
 def leaderboard_page(summaries: Sequence[Summary], results: Path, page: Path) -> str:

@@ -93,7 +93,12 @@ def test_a_recurrent_model_of_sb3_plays_like_its_own_loop() -> None:
 
 @pytest.mark.parametrize(
     ("options", "field"),
-    [({"per_agent": True}, "model.observation_space"), ({"action_mode": "range"}, "model.action_space")],
+    [
+        ({"per_agent": True}, "model.observation_space"),
+        ({"action_mode": "range"}, "model.action_space"),
+        ({"max_range": 50.0}, "max_range"),
+        ({"min_range": 5.0}, "min_range"),
+    ],
 )
 def test_a_model_of_another_environment_is_refused(options: dict[str, Any], field: str) -> None:
     policy = SB3Policy(PPO("MlpPolicy", FlockVecEnv(1, SCENARIO), n_steps=8, batch_size=8, device="cpu"))

@@ -278,6 +278,12 @@ def test_a_submission_end_to_end(tiny: Path, tmp_path: Path) -> None:
     assert f"my rule (v2) {told.min_min_distance.mean():.2f} [" in sentence
     with pytest.raises(ArgumentError, match="name"):
         submit("tiny", "stubborn-leaders-local", "my rule (v2)", tiny, page)
+    written = (tiny / "tiny" / "episodes.parquet").read_bytes()
+    for name in ("my rule (v2)", "my rule (v3)"):
+        assert submit("tiny", "random", name, tiny, page, replace=True, dry_run=True) != sentence
+    assert (tiny / "tiny" / "episodes.parquet").read_bytes() == written
+    assert submit("tiny", "stubborn-leaders-local", "my rule (v2)", tiny, page, replace=True) == sentence
+    assert load_study(tiny / "tiny").episodes.equals(study.episodes)
 
 
 @pytest.mark.parametrize(
