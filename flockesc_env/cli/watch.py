@@ -36,9 +36,7 @@ def run(
     *,
     policies: Annotated[
         tuple[str, ...],
-        arg(
-            help=f"policies to run if no recorded runs are given: {EXPECTED}"
-        ),
+        arg(help=f"policies to run if no recorded runs are given: {EXPECTED}"),
     ] = ("fixed:15", "stubborn-leaders"),
     seed: Annotated[int, arg(help="seed of the flock")] = 0,
     output: Annotated[

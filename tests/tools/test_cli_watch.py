@@ -52,7 +52,8 @@ def test_a_page_of_policies_in_files(capsys: pytest.CaptureFixture[str], tmp_pat
 def test_a_page_of_a_users_own_policy(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    code = "from flockesc_env import FixedRange, NamedPolicy\ndef make(): return NamedPolicy('', FixedRange(4.0))\n"
+    code = "from flockesc_env import FixedRange, NamedPolicy\n"
+    code += "def make(): return NamedPolicy('', FixedRange(4.0))\n"
     (tmp_path / "my_policies.py").write_text(code + "def other(): return 7\n")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", sys.path.copy())
@@ -60,7 +61,10 @@ def test_a_page_of_a_users_own_policy(
     assert Ran(capsys, "watch", "--policies", "my_policies:make", *flags).code == Exit.DONE
     write_page([("my_policies:make", built_in("fixed:4").record(7, SMALL))], tmp_path / "expected.html")
     assert Path("page.html").read_bytes() == Path("expected.html").read_bytes()
-    for spec, said in (("my_policies:other", "a NamedPolicy"), ("my_policies:none", "has no attribute 'none'")):
+    for spec, said in (
+        ("my_policies:other", "a NamedPolicy"),
+        ("my_policies:none", "has no attribute 'none'"),
+    ):
         refused = Ran(capsys, "watch", "--policies", spec, *flags)
         assert refused.code == Exit.REFUSED
         assert said in refused.err
