@@ -132,7 +132,7 @@ def ablation(entry: NamedPolicy, setting: Setting, flocks: int) -> pl.DataFrame:
             if group == "nothing" or shown:
                 episodes = rollout(None, replace(entry, policy=Blinded(entry.policy, shown)), held_out)
                 values = outcome(episodes, setting.objective)
-                frames.append(pl.DataFrame({"removed": group, "flock": held_out, "objective": values}))
+                frames.append(pl.DataFrame({"removed": group, "seed": held_out, "objective": values}))
             report(len(frames), len(hidden))
     return pl.concat(frames)
 
@@ -183,7 +183,7 @@ def transfer(
                 episodes = rollout(scenario, policy, held_out)
                 values = outcome(episodes, setting.objective)
                 frames.append(
-                    pl.DataFrame({"world": world, "contender": name, "flock": held_out, "objective": values})
+                    pl.DataFrame({"world": world, "policy": name, "seed": held_out, "objective": values})
                 )
             report(done, len(names))
     return pl.concat(frames)

@@ -69,14 +69,14 @@ def submit(
 
     rows = pl.DataFrame(
         {
-            "contender": name,
+            "policy": name,
             "training_seed": pl.Series([None] * len(flocks), dtype=pl.Int64),
-            "flock": flocks,
+            "seed": flocks,
             "objective": play(entry, known[setting].setting, flocks),
         },
         schema_overrides=dict(study.episodes.schema),
     )
-    others = study.episodes.filter(pl.col("contender") != name)
+    others = study.episodes.filter(pl.col("policy") != name)
     episodes = pl.concat([others, rows.select(others.columns)])
     if not dry_run:
         with atomic_write(results / setting / EPISODES_FILE) as file:
