@@ -7,9 +7,8 @@ from pathlib import Path
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnv
 
-from flockesc_env import NetworkPolicy
 from training.config import PPOArgs
-from training.rounds import Rounds, network
+from training.rounds import Rounds
 
 
 def ppo(args: PPOArgs) -> Path:
@@ -40,11 +39,6 @@ class PPORounds(Rounds[PPOArgs]):
             seed=args.seed,
             device="cpu",
         )
-
-    def policy(self) -> NetworkPolicy:
-        """Return the deterministic policy: the mean of the action distribution."""
-        actor = self.model.policy
-        return network(self.args, [*actor.mlp_extractor.policy_net, actor.action_net])
 
     def _learning_rate(self, _: float) -> float:
         args: PPOArgs = self.args
