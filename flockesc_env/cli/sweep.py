@@ -101,7 +101,7 @@ def run(
     """
     check_output(output, [*_TABLES, *_PICTURES])
     if output is not None:
-        require("analysis", ["matplotlib", "polars"])
+        require("analysis", ["matplotlib", "scipy"] if output.suffix in _PICTURES else ["polars"])
     chosen = scenario.build()
     ranges = _ranges(chosen, interaction_ranges, max_range, grid_size)
     objective_ = _objective(chosen, objective)
