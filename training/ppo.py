@@ -11,7 +11,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from flockesc_env import NetworkPolicy
 from training.config import PPOArgs
 from training.evaluation import policy_spec
-from training.rounds import Rounds, network
+from training.rounds import Rounds
 from training.scorer import ScorerPolicy
 
 
@@ -53,10 +53,7 @@ class PPORounds(Rounds[PPOArgs]):
     def policy(self) -> NetworkPolicy:
         """Return the deterministic policy: the mean, or the most probable, action."""
         actor = self.model.policy
-        if self.args.candidate_inputs:
-            chosen = {"inputs": self.args.inputs, "candidate_inputs": self.args.candidate_inputs}
-            return network(self.args, actor.mlp_extractor.policy_net, **chosen)
-        return network(self.args, [*actor.mlp_extractor.policy_net, actor.action_net])
+        return actor.network() if isinstance(actor, ScorerPolicy) else super().policy()
 
     def _learning_rate(self, _: float) -> float:
         args: PPOArgs = self.args

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -21,20 +20,18 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger, configure
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecEnvWrapper, VecNormalize
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
-from torch import nn
 
 from flockesc_env import (
-    Architecture,
     ArgumentError,
     FlockScenario,
     LineEscapeEnv,
     LineScenario,
     NetworkPolicy,
+    SB3Policy,
 )
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 from training.config import PPOArgs, SB3Args, TQCArgs
-from training.evaluation import policy_spec
 from training.outputs import Measured, begin, finish, load_checkpoint, save_checkpoint
 from training.seeds import training_seeds
 
@@ -87,9 +84,9 @@ class Rounds(ABC, Generic[A]):
     def make(self, env: VecEnv) -> BaseAlgorithm:
         """Return a new model."""
 
-    @abstractmethod
     def policy(self) -> NetworkPolicy:
         """Return the deterministic policy."""
+        return SB3Policy(self.model).network()
 
     def learned(self) -> dict[str, Any]:
         """Return the state of the learner, except the scale of rewards."""
@@ -204,15 +201,6 @@ def round_steps(args: SB3Args) -> int:
     """Return the number of actions per round."""
     model = args.model
     return LINE_ACTIONS if isinstance(model, LineScenario) else -(-model.num_steps // args.steps_per_action)
-
-
-def network(args: SB3Args, layers: Iterable[nn.Module], **architecture: Any) -> NetworkPolicy:
-    """Return the ``NetworkPolicy`` of a torch network with linear layers and tanh between them."""
-    linear = [layer for layer in layers if isinstance(layer, nn.Linear)]
-    with torch.no_grad():
-        parts = [part.numpy().ravel() for layer in linear for part in (layer.weight.T, layer.bias)]
-    chosen = {"inputs": policy_spec(args).layout.names, "hidden": args.net_arch, **architecture}
-    return NetworkPolicy(Architecture(**chosen), np.concatenate(parts))
 
 
 def _vec_env(args: SB3Args) -> VecEnv:

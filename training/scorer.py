@@ -6,11 +6,13 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
 import torch
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.type_aliases import Schedule
 from torch import nn
 
+from flockesc_env import Architecture, NetworkPolicy
 from flockesc_env.episodes.spaces import PolicySpec
 
 
@@ -37,6 +39,7 @@ class ScorerPolicy(ActorCriticPolicy):
         candidate_inputs: tuple[str, ...],
         **kwargs: Any,
     ) -> None:
+        self._inputs, self._candidate_inputs = inputs, candidate_inputs
         own = [spec.layout.index(name) for name in inputs]
         self._columns = [
             own + [_column(name, k, spec) for name in candidate_inputs]
@@ -44,6 +47,14 @@ class ScorerPolicy(ActorCriticPolicy):
         ]
         self._ranges = (spec.candidate_ranges / spec.candidate_ranges[-1]).tolist()
         super().__init__(*args, **kwargs)
+
+    def network(self) -> NetworkPolicy:
+        """Return the policy that sets the candidate with the highest score."""
+        linear = [layer for layer in self.mlp_extractor.policy_net if isinstance(layer, nn.Linear)]
+        parts = [part.detach().numpy().ravel() for layer in linear for part in (layer.weight.T, layer.bias)]
+        hidden = tuple(layer.out_features for layer in linear[:-1])
+        architecture = Architecture(self._inputs, hidden, candidate_inputs=self._candidate_inputs)
+        return NetworkPolicy(architecture, np.concatenate(parts))
 
     def _build_mlp_extractor(self) -> None:
         self.mlp_extractor = Scores(self._columns, self._ranges, self.features_dim, self.net_arch)  # type: ignore[assignment, arg-type]

@@ -10,9 +10,8 @@ from sb3_contrib import TQC
 from stable_baselines3.common.vec_env import VecEnv
 from torch import nn
 
-from flockesc_env import NetworkPolicy
 from training.config import TQCArgs
-from training.rounds import Rounds, network
+from training.rounds import Rounds
 
 
 def tqc(args: TQCArgs) -> Path:
@@ -41,11 +40,6 @@ class TQCRounds(Rounds[TQCArgs]):
             seed=args.seed,
             device="cpu",
         )
-
-    def policy(self) -> NetworkPolicy:
-        """Return the deterministic policy: tanh of the mean of the action distribution."""
-        actor = self.model.actor
-        return network(self.args, [*actor.latent_pi, actor.mu], squash="tanh")
 
     def learned(self) -> dict[str, Any]:
         """Return the state of the learner, with the replay buffer and the entropy coefficient."""

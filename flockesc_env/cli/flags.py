@@ -111,7 +111,7 @@ class ScenarioFlags:
             RecordError: if the file of the initial state is damaged.
             ScenarioError: if the preset or a field is unknown, or a field is out of bounds.
         """
-        scenario: Scenario = FlockScenario() if self.scenario is None else _named(self.scenario)
+        scenario: Scenario = FlockScenario() if self.scenario is None else scenario_named(self.scenario)
         if self.initial_state is not None:
             if isinstance(scenario, LineScenario):
                 raise ArgumentError("initial_state", "None for a line", repr(str(self.initial_state)))
@@ -124,8 +124,13 @@ def model_of(scenario: Scenario) -> str:
     return next(name for name, model in MODELS.items() if isinstance(scenario, model))
 
 
-def _named(name: str) -> Scenario:
-    """Return a preset or the scenario in a file."""
+def scenario_named(name: str) -> Scenario:
+    """Return a preset or the scenario in a file.
+
+    Raises:
+        OSError: if the file cannot be read.
+        ScenarioError: if the name is neither a preset nor a file, or a field is unknown or out of bounds.
+    """
     path = Path(name)
     if name in PRESETS:
         return preset(name)

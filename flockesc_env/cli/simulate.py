@@ -9,12 +9,11 @@ from typing import Annotated, Any
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, ScenarioFlags, model_of, optional
 from flockesc_env.cli.output import check_output, note, show, show_json
+from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.models import records
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate, simulate_line
-from flockesc_env.policies.files import find_policy
-from flockesc_env.policies.registry import NAMES
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
@@ -39,7 +38,7 @@ def run(
     ] = None,
     policy: Annotated[
         str | None,
-        *optional(f"policy that sets the ranges: {', '.join(NAMES)}, or a policy file (.npz)", "none"),
+        *optional(f"policy that sets the ranges: {EXPECTED}", "none"),
     ] = None,
     seed: Annotated[
         int | None,
@@ -98,7 +97,7 @@ def _run(
     if policy is not None:
         if isinstance(scenario, LineScenario):
             raise ArgumentError("policy", "None for a line", repr(policy))
-        return find_policy(policy, "policy").record(fresh_seed() if seed is None else seed, scenario)
+        return policy_of(policy, "policy").record(fresh_seed() if seed is None else seed, scenario)
     assert rho is not None  # noqa: S101, for the type checker
     if isinstance(scenario, LineScenario):
         return simulate_line(scenario, rho, seed=seed)

@@ -26,14 +26,12 @@ from flockesc_env.jobs import run as run_all
 from flockesc_env.jobs.sweeps import OUTCOMES, joined, outcome_names, seed_jobs
 from flockesc_env.models import records
 from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
-from flockesc_env.render.curves import sweep_figure
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import Scenario
 
+_TABLES, _PICTURES = (".parquet", ".csv"), (".png", ".svg", ".pdf")
 _CHUNK_SECONDS = 0.5
 """Duration of a chunk of seeds: Ctrl-C discards at most about this much work."""
-
-_PICTURES = (".png", ".svg")
 
 
 def run(
@@ -72,8 +70,8 @@ def run(
     output: Annotated[
         Path | None,
         *optional(
-            "file for a table with one row per run (.parquet, .csv) or for the curve with its intervals"
-            " (.png, .svg); needs the analysis extra",
+            "file for a table with one row per run (.parquet, .csv) or for the curve with its interval (.png,"
+            " .svg, .pdf); needs the analysis extra",
             "none",
         ),
     ] = None,
@@ -101,7 +99,7 @@ def run(
 
     Example: flockesc sweep --max-range 50 --seeds 0:100 --output sweep.parquet
     """
-    check_output(output, [".parquet", ".csv", *_PICTURES])
+    check_output(output, [*_TABLES, *_PICTURES])
     if output is not None:
         require("analysis", ["matplotlib", "scipy"] if output.suffix in _PICTURES else ["polars"])
     chosen = scenario.build()
@@ -110,6 +108,8 @@ def run(
     ranges = _ranges(chosen, interaction_ranges, max_range, grid_size)
     objective_ = _objective(chosen, objective)
     _check_seeds(seeds)
+    if output is not None and output.suffix in _PICTURES and len(seeds) < 2:
+        raise ArgumentError("seeds", "at least 2 for a curve with its interval", len(seeds))
     threads = as_threads(num_threads)
     if backend is None:
         parts = _in_chunks(chosen, ranges, seeds, threads, progress)
@@ -126,7 +126,7 @@ def run(
         return code
     result = _joined(parts)
     if output is not None:
-        _write(result, output, objective_)
+        _write(result, objective_, output)
         note(f"saved: {output}")
     intervals = None
     if code is Exit.DONE:
@@ -240,13 +240,12 @@ def _is_attacked(scenario: Scenario) -> bool:
     return scenario.predator_position is not None
 
 
-def _write(result: SweepResult, path: Path, objective: str) -> None:
-    if path.suffix in _PICTURES:
-        figure = sweep_figure(result, objective)
-        with atomic_write(path) as file:
-            figure.savefig(file, format=path.suffix.removeprefix("."), dpi=150)
-    elif path.suffix == ".parquet":
+def _write(result: SweepResult, objective: str, path: Path) -> None:
+    if path.suffix == ".parquet":
         result.to_parquet(path)
+    elif path.suffix in _PICTURES:
+        with atomic_write(path) as file:
+            result.plot(objective).savefig(file, format=path.suffix[1:], dpi=150)
     else:
         with atomic_write(path) as file:
             result.table().write_csv(file)

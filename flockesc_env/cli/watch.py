@@ -10,13 +10,12 @@ from tyro.conf import Positional, arg
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Progress, ScenarioFlags, optional, switch
 from flockesc_env.cli.output import check_output, note
+from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import require
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.models import records
 from flockesc_env.models.simulate import Trajectory
-from flockesc_env.policies.files import find_policy
-from flockesc_env.policies.registry import NAMES
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.watch import serve, write_page
 
@@ -37,9 +36,7 @@ def run(
     *,
     policies: Annotated[
         tuple[str, ...],
-        arg(
-            help=f"policies to run if no recorded runs are given: {', '.join(NAMES)}, or policy files (.npz)"
-        ),
+        arg(help=f"policies to run if no recorded runs are given: {EXPECTED}"),
     ] = ("fixed:15", "stubborn-leaders"),
     seed: Annotated[int, arg(help="seed of the flock")] = 0,
     output: Annotated[
@@ -90,7 +87,7 @@ def _write_video(runs: _Runs, path: Path, *, always: bool) -> None:
 
 
 def _run_policies(policies: tuple[str, ...], seed: int, scenario: FlockScenario) -> _Runs:
-    found = [(spec, find_policy(spec)) for spec in policies]  # all names are checked before the first run
+    found = [(spec, policy_of(spec)) for spec in policies]  # all names are checked before the first run
     return [(spec, policy.record(seed, scenario)) for spec, policy in found]
 
 

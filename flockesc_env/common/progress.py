@@ -6,13 +6,28 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from tqdm import tqdm
-
+from flockesc_env.common.checks import as_callback
 from flockesc_env.common.in_job import is_in_job
+
+Progress = Callable[[int, int], None]
 
 
 @contextmanager
-def progress_bar(title: str, total: int, *, always: bool = False) -> Iterator[Callable[[int, int], None]]:
+def reporting(progress: Progress | bool | None, title: str, total: int) -> Iterator[Progress | None]:
+    """Yield the callback that an argument ``progress`` stands for: ``True`` shows a progress bar.
+
+    Raises:
+        ArgumentError: if ``progress`` is neither a callable nor a bool nor ``None``.
+    """
+    if progress is True:
+        with progress_bar(title, total, always=True) as bar:
+            yield bar
+    else:
+        yield as_callback(None if progress is False else progress)
+
+
+@contextmanager
+def progress_bar(title: str, total: int, *, always: bool = False) -> Iterator[Progress]:
     """Show a progress bar; yield a callback for the argument ``progress`` of ``sweep`` and ``rollout``.
 
     Args:
@@ -20,6 +35,8 @@ def progress_bar(title: str, total: int, *, always: bool = False) -> Iterator[Ca
         total: number of steps.
         always: whether to show it even if stderr is not a terminal.
     """
+    from tqdm import tqdm  # slow to import
+
     # None: tqdm hides it without a terminal.
     hidden = True if is_in_job() else False if always else None
     with tqdm(total=total, desc=title, file=sys.stderr, disable=hidden) as bar:

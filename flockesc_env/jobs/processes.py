@@ -8,7 +8,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing import get_context, parent_process
 
 from flockesc_env.common.in_job import one_thread_each
@@ -41,15 +41,9 @@ def processes(jobs: Sequence[Job], cache: Cache, workers: int | None = None) -> 
         width = min(1 if deaths[queue[0]] > 1 else workers, len(queue))
         with _pool(width) as pool:
             futures = {}
-            # Workers inherit the mask: Ctrl-C reaches the driver alone.
-            unblocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-            try:
+            with _interrupts_blocked(), suppress(BrokenProcessPool):
                 for key in queue:
                     futures[pool.submit(Job.attempt, missing[key])] = key
-            except BrokenProcessPool:
-                pass
-            finally:
-                signal.pthread_sigmask(signal.SIG_SETMASK, unblocked)
             for future in as_completed(futures):
                 error = future.exception()
                 if isinstance(error, BrokenProcessPool):
@@ -77,6 +71,19 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
         for process in list((pool._processes or {}).values()):
             process.kill()
         pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _interrupts_blocked() -> Iterator[None]:
+    """Block Ctrl-C. Workers inherit the mask, so it reaches the driver alone; Windows has no masks."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    unblocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, unblocked)
 
 
 def _start_worker() -> None:

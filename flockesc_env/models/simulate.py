@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,11 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import ArgumentError, shown
+from flockesc_env.common.extras import require
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_model, as_scenario
+
+if TYPE_CHECKING:
+    import polars as pl
 
 IntArray = NDArray[np.int64]
 
@@ -74,6 +78,42 @@ class Trajectory(Displayed):
             "min_min_distance": float(self.min_distance.min()),
         }
 
+    def table(self) -> pl.DataFrame:
+        """Return a polars DataFrame with one row per time: distances, components, polarization, survivors.
+
+        ``run.table().write_csv("run.csv")`` writes it; polars also writes Parquet and Excel.
+
+        Raises:
+            MissingExtraError: if the ``analysis`` extra is not installed.
+        """
+        require("analysis", ["polars"])
+        import polars as pl
+
+        names = ("mean_distance", "min_distance", "num_components", "polarization", "fraction_surviving")
+        return pl.DataFrame({"time": self.times, **{name: getattr(self, name) for name in names}})
+
+    def agents_table(self) -> pl.DataFrame:
+        """Return a polars DataFrame with one row per time and agent: position in m, velocity in m/s, caught.
+
+        Raises:
+            MissingExtraError: if the ``analysis`` extra is not installed.
+        """
+        require("analysis", ["polars"])
+        import polars as pl
+
+        steps, agents, dimension = self.positions.shape
+        axes = "xyz"[:dimension]
+        caught = np.where(self.caught_at < 0, steps, self.caught_at)
+        return pl.DataFrame(
+            {
+                "time": np.repeat(self.times, agents),
+                "agent": np.tile(np.arange(agents), steps),
+                **{axis: self.positions[..., index].ravel() for index, axis in enumerate(axes)},
+                **{f"v{axis}": self.velocities[..., index].ravel() for index, axis in enumerate(axes)},
+                "is_caught": (np.arange(steps)[:, None] >= caught).ravel(),
+            }
+        )
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LineTrajectory(Displayed):
@@ -110,6 +150,21 @@ class LineTrajectory(Displayed):
             "interaction_range": self.interaction_range,
             "escape_distance": float(self.escape_distance[-1]),
         }
+
+    def table(self) -> pl.DataFrame:
+        """Return a polars DataFrame with one row per step: components, escape distance and all positions.
+
+        Raises:
+            MissingExtraError: if the ``analysis`` extra is not installed.
+        """
+        require("analysis", ["polars"])
+        import polars as pl
+
+        names = ("num_components", "escape_distance")
+        agents = {f"x_{agent}": states for agent, states in enumerate(self.states.T)}
+        return pl.DataFrame(
+            {"step": np.arange(len(self.states)), **{name: getattr(self, name) for name in names}, **agents}
+        )
 
 
 def as_run(value: Any, field: str) -> Trajectory | LineTrajectory:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, overload
@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import (
     FloatArray,
-    as_callback,
     as_choice,
     as_floats,
     as_path,
@@ -24,6 +23,7 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import atomic_write
 from flockesc_env.common.notebook import Displayed
+from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.models.simulate import IntArray
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -31,8 +31,7 @@ from flockesc_env.scenario.presets import as_model
 
 if TYPE_CHECKING:
     import polars as pl
-
-Progress = Callable[[int, int], None]
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -137,6 +136,48 @@ class SweepResult(Displayed):
         ).confidence_interval
         return values.mean(axis=1), band.low, band.high
 
+    def plot(self, objective: str | None = None) -> Figure:
+        """Draw the objective against the range with its 95 % interval, as Figures 9 and 10 of the paper.
+
+        With one seed there is no interval.
+
+        Args:
+            objective: a key of ``objectives``; ``None``: the first one.
+
+        Returns:
+            A Matplotlib figure; ``figure.savefig("curve.png")`` writes it.
+
+        Raises:
+            ArgumentError: as ``best_range`` and ``mean_with_interval``.
+            MissingExtraError: if the ``analysis`` extra is not installed.
+        """
+        require("analysis", ["matplotlib", "scipy"])
+        from matplotlib.figure import Figure  # optional and slow to import
+
+        best = self.best_range(objective)
+        figure = Figure(figsize=(5.5, 3.5), layout="constrained")
+        axes = figure.subplots()
+        if len(self.seeds) > 1:
+            _, low, high = self.mean_with_interval(objective)
+            axes.fill_between(self.interaction_ranges, low, high, color="0.88", lw=0)
+        axes.plot(self.interaction_ranges, self.values(objective).mean(axis=1), color="0.25", lw=2)
+        axes.axvline(best, color="0.25", ls="--", lw=1)
+        unit, length = ("", "")
+        if isinstance(self.scenario, FlockScenario):
+            unit, length = self.scenario.neighbor_rule.unit, "m"
+        column = self.objectives[objective or next(iter(self.objectives))]
+        if column == "fraction_surviving":
+            length = ""
+        axes.set_xlabel(f"interaction range ({unit})" if unit else "interaction range")
+        axes.set_ylabel(column.replace("_", " ") + (f" ({length})" if length else ""))
+        axes.set_title(
+            f"best fixed range: {best:.4g} {unit}".rstrip() + f"; seeds: {len(self.seeds):,}",
+            loc="left",
+            fontsize="medium",
+        )
+        axes.margins(x=0)
+        return figure
+
     def table(self) -> pl.DataFrame:
         """Return a polars DataFrame with one row per run: range, seed and outcomes.
 
@@ -219,7 +260,7 @@ def sweep(
     seeds: Iterable[int],
     *,
     num_threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> FlockSweepResult: ...
 @overload
 def sweep(
@@ -228,7 +269,7 @@ def sweep(
     seeds: Iterable[int],
     *,
     num_threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> LineSweepResult: ...
 @overload
 def sweep(
@@ -237,7 +278,7 @@ def sweep(
     seeds: Iterable[int],
     *,
     num_threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> Any: ...  # the type depends on the preset
 def sweep(
     scenario: FlockScenario | LineScenario | str,
@@ -245,7 +286,7 @@ def sweep(
     seeds: Iterable[int],
     *,
     num_threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> FlockSweepResult | LineSweepResult:
     """Run the model with every range on the initial state of every seed.
 
@@ -255,8 +296,8 @@ def sweep(
         seeds: seeds of the initial states. ``simulate(seed=k)`` and ``env.reset(seed=k)`` start from the same
             state.
         num_threads: number of threads; ``None``: one per core. Results do not depend on it.
-        progress: called with (finished runs, all runs) about twenty times per second. An exception that it
-            raises stops the sweep. ``None``: no calls.
+        progress: ``True``: show a progress bar on stderr. A function: called with (finished runs, all runs)
+            about twenty times per second; an exception that it raises stops the sweep.
 
     Returns:
         ``FlockSweepResult`` or, for a line, ``LineSweepResult``.
@@ -277,12 +318,11 @@ def sweep(
     if ranges.ndim != 1 or not ranges.size:
         raise ArgumentError("interaction_ranges", "shape (k,) with k >= 1", f"shape {ranges.shape}")
     checked = np.array(as_seeds(seeds), np.uint64)
-    threads, progress = as_threads(num_threads), as_callback(progress)
-    total = ranges.size * checked.size
-    report = None if progress is None else lambda done: progress(done, total)
-    document = model.to_json()
-    if isinstance(model, FlockScenario):
-        flocks = _core.sweep_flock(document, ranges, checked, threads, report)
-        return FlockSweepResult(model, ranges, checked, **flocks)
-    lines = _core.sweep_line(document, ranges, checked, threads, report)
-    return LineSweepResult(model, ranges, checked, **lines)
+    threads, total, document = as_threads(num_threads), ranges.size * checked.size, model.to_json()
+    with reporting(progress, "Sweep", total) as callback:
+        report = None if callback is None else lambda done: callback(done, total)
+        if isinstance(model, FlockScenario):
+            flocks = _core.sweep_flock(document, ranges, checked, threads, report)
+            return FlockSweepResult(model, ranges, checked, **flocks)
+        lines = _core.sweep_line(document, ranges, checked, threads, report)
+        return LineSweepResult(model, ranges, checked, **lines)

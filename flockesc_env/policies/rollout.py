@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any, Unpack, cast, overload
 
-from flockesc_env.common.checks import as_callback, as_count, as_flag, as_policy, as_seed, as_seeds
+from flockesc_env.common.checks import as_count, as_flag, as_policy, as_seed, as_seeds
 from flockesc_env.common.errors import ArgumentError, shown
+from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.episodes.options import EnvOptionsDict, LineOptionsDict, env_options, line_options
 from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.models.simulate import Trajectory
@@ -35,7 +36,7 @@ def rollout(
     batch_size: int | None = None,
     num_threads: int | None = None,
     predator_policy: PredatorPolicy | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | bool | None = None,
     **options: Unpack[EnvOptionsDict],
 ) -> Episodes: ...
 @overload
@@ -46,7 +47,7 @@ def rollout(
     *,
     batch_size: int | None = None,
     num_threads: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | bool | None = None,
     **options: Unpack[LineOptionsDict],
 ) -> LineEpisodes: ...
 @overload
@@ -62,7 +63,7 @@ def rollout(
     batch_size: int | None = None,
     num_threads: int | None = None,
     predator_policy: PredatorPolicy | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | bool | None = None,
     **options: Any,
 ) -> Episodes | LineEpisodes:
     """Run a policy on the flock or line of every seed, to the end of the episode.
@@ -81,7 +82,8 @@ def rollout(
             a ``NetworkPolicy``.
         predator_policy: controls the ``Learned`` predators, for example ``Pursue()`` or a trained
             ``SB3Policy``. ``None``: they fly straight on.
-        progress: called with (finished episodes, all episodes) after every batch. ``None``: no calls.
+        progress: ``True``: show a progress bar on stderr. A function: called with (finished episodes, all
+            episodes) after every batch.
         **options: see ``EnvOptions`` or, for a line, ``LineOptions``.
 
     Returns:
@@ -98,7 +100,7 @@ def rollout(
     """
     entry = _named(policy, per_agent)
     model = _scenario(scenario, entry)
-    checked, progress = as_seeds(seeds), as_callback(progress)
+    checked = as_seeds(seeds)
     size = _LINE_BATCH_SIZE if isinstance(model, LineScenario) else _BATCH_SIZE
     size = size if batch_size is None else as_count(batch_size, "batch_size")
     chosen = {**entry.options, **options}
@@ -107,26 +109,29 @@ def rollout(
             if value is not None:
                 raise ArgumentError(name, "None for a line", shown(value))
         checked_options = line_options(cast("LineOptionsDict", chosen))
-        return play_lines(
+        with reporting(progress, "Rollout", len(checked)) as callback:
+            return play_lines(
+                entry.policy,
+                checked,
+                model,
+                checked_options,
+                batch_size=size,
+                num_threads=num_threads,
+                progress=callback,
+            )
+    flock_options = env_options(model, cast("EnvOptionsDict", chosen))
+    with reporting(progress, "Rollout", len(checked)) as callback:
+        return play_flocks(
             entry.policy,
             checked,
             model,
-            checked_options,
+            flock_options,
+            per_agent=entry.per_agent,
             batch_size=size,
             num_threads=num_threads,
-            progress=progress,
+            predator_policy=predator_policy,
+            progress=callback,
         )
-    return play_flocks(
-        entry.policy,
-        checked,
-        model,
-        env_options(model, cast("EnvOptionsDict", chosen)),
-        per_agent=entry.per_agent,
-        batch_size=size,
-        num_threads=num_threads,
-        predator_policy=predator_policy,
-        progress=progress,
-    )
 
 
 def record(

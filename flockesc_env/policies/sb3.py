@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_flag
@@ -11,14 +12,15 @@ from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations, RowMemory
+from flockesc_env.policies.network import Architecture, NetworkPolicy, Squash
 
 
 class SB3Policy(RowMemory):
     """A range policy or predator policy from a model of stable-baselines3 or sb3-contrib.
 
     The state of a recurrent model is kept per row and reset at the start of every episode. Use the
-    environment options with which the model was trained: different spaces are rejected, but other options
-    cannot be checked.
+    environment options with which the model was trained. Different spaces are rejected, and, while the model
+    holds its environment, other bounds of the range. Other options cannot be checked.
 
     Args:
         model: a model, or any object with a method ``predict(observation, state, episode_start,
@@ -57,9 +59,52 @@ class SB3Policy(RowMemory):
         )
         return actions
 
+    def network(self) -> NetworkPolicy:
+        """Return the mode of the action distribution as a ``NetworkPolicy``, which ``save_policy`` can store.
+
+        Raises:
+            ArgumentError: if the model is not an ``MlpPolicy`` of PPO, A2C, SAC or TQC with tanh between its
+                layers, for normalized actions and plain observations, or it holds no environment.
+        """
+        spec = self._trained_spec()
+        policy: Any = getattr(self.model, "policy", None)
+        is_plain = not getattr(getattr(self.model, "env", None), "norm_obs", False)
+        actor: Any = getattr(policy, "actor", None)
+        layers: list[Any] = []
+        if hasattr(actor, "mu"):
+            layers = [*actor.latent_pi, actor.mu]
+        elif hasattr(policy, "mlp_extractor") and not hasattr(policy, "lstm_actor"):
+            layers = [*policy.mlp_extractor.policy_net, policy.action_net]
+        kinds = [type(layer).__name__ for layer in layers]
+        is_mlp = kinds == ["Linear", "Tanh"] * (len(layers) // 2) + ["Linear"]
+        if spec is None or spec.actions.mode != "normalized" or not is_plain or not is_mlp:
+            expected = "an MlpPolicy with tanh layers and its environment, with normalized actions"
+            raise ArgumentError(
+                "model", expected, f"{type(self.model).__name__} with {', '.join(kinds) or 'none'}"
+            )
+        linear = layers[::2]
+        parts = [part.detach().cpu().numpy().ravel() for at in linear for part in (at.weight.T, at.bias)]
+        hidden = tuple(at.out_features for at in linear[:-1])
+        squash: Squash = "tanh" if hasattr(actor, "mu") else "clip"
+        return NetworkPolicy(Architecture(spec.layout.names, hidden, squash=squash), np.concatenate(parts))
+
     def _check_spaces(self, spec: PolicySpec | PredatorPolicySpec) -> None:
         actions = spec.actions.space() if isinstance(spec, PolicySpec) else spec.space()
         for name, space in (("observation_space", spec.layout.space()), ("action_space", actions)):
             trained = getattr(self.model, name, None)
             if trained is not None and trained != space:
                 raise ArgumentError(f"model.{name}", f"the environment's, {space}", trained)
+        trained_spec = self._trained_spec()
+        if isinstance(spec, PolicySpec) and trained_spec is not None:
+            for name in ("min_range", "max_range"):
+                trained, given = getattr(trained_spec.actions, name), getattr(spec.actions, name)
+                if trained != given:
+                    raise ArgumentError(name, f"{trained}, with which the model was trained", given)
+
+    def _trained_spec(self) -> PolicySpec | None:
+        """Return the spec of the environment in the model; ``None`` if it was loaded without one."""
+        env: Any = getattr(self.model, "env", None)
+        if not hasattr(env, "has_attr") or not env.has_attr("policy_spec"):
+            return None
+        found = env.get_attr("policy_spec", [0])[0]
+        return found if isinstance(found, PolicySpec) else None

@@ -12,8 +12,8 @@ import numpy as np
 
 from flockesc_env.common.checks import FloatArray, as_callback, as_count, as_floats, as_path
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.progress import Progress
 from flockesc_env.models.simulate import Trajectory, as_runs
-from flockesc_env.models.sweep import Progress
 from flockesc_env.render.colors import FRAME
 from flockesc_env.render.dependencies import require_video
 from flockesc_env.render.frame import FlockFrame, recorded_frames, shared_view

@@ -92,7 +92,7 @@ class Race:
         jobs = [play_job(self.flocks[name], self.predators[other], chunk) for name, other, chunk in cells]
         results = zip(cells, runs(jobs, "Cross-play"), strict=True)
         return pl.concat(
-            pl.DataFrame({"flock_policy": name, "predator": other, "flock": chunk, **result})
+            pl.DataFrame({"flock_policy": name, "predator": other, "seed": chunk, **result})
             for (name, other, chunk), result in results
         )
 

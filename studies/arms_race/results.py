@@ -62,7 +62,7 @@ def load_race(folder: Path) -> RaceResults:
     table = pl.read_parquet(folder / CROSS_PLAY_FILE)
     groups = table.group_by("flock_policy", "predator", maintain_order=True)
     objective = {
-        (str(flock), str(predator)): rows.sort("flock")["objective"].to_numpy()
+        (str(flock), str(predator)): rows.sort("seed")["objective"].to_numpy()
         for (flock, predator), rows in groups
     }
     return RaceResults(

@@ -95,7 +95,7 @@ def information(
 
 
 def page(*, results: Results = RESULTS, page: Page = PAGE) -> Exit:
-    """Write the page of results and its figures from the studies' files; print the README's table.
+    """Write the pages of results and of policy files, and the figures; print the README's table.
 
     Example: python -m studies learned-page
     """
@@ -115,16 +115,21 @@ def submit(
     ],
     name: Annotated[Positional[str], arg(help="name in tables and figures", metavar="NAME")],
     *,
+    replace: Annotated[bool, arg(help="replace an earlier submission of this name")] = False,
+    dry_run: Annotated[bool, arg(help="print the result and write nothing")] = False,
     results: Results = RESULTS,
     page: Page = PAGE,
 ) -> Exit:
     """Run your own policy on the held-out flocks of a setting, add it to the results and write the page.
+
+    Prints its objective and its gain over the best fixed range. The page takes most of a minute.
 
     Example: python -m studies learned-submit per-agent-visible my_module:my_policy "my policy"
     """
     require("train", _MODULES)
     from studies.learned.submit import submit as run_submission
 
-    show(run_submission(setting, policy, name, results, page))
-    note(f"saved: {page}")
+    show(run_submission(setting, policy, name, results, page, replace=replace, dry_run=dry_run))
+    if not dry_run:
+        note(f"saved: {page}")
     return Exit.DONE

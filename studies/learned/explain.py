@@ -144,7 +144,7 @@ def ablation(file: bytes, setting: Setting, flocks: int, cache: Cache, backend: 
     ]
     results = run(jobs, cache, backend, title="Hidden entries")
     return pl.concat(
-        pl.DataFrame({"removed": group, "flock": held_out, "objective": result["objective"]})
+        pl.DataFrame({"removed": group, "seed": held_out, "objective": result["objective"]})
         for group, result in zip(hidden, results, strict=True)
     )
 
@@ -198,7 +198,7 @@ def transfer(
         }
         seconds = len(held_out) * _FLOCK_SECONDS * world.num_agents / 300
         for contender, policy in policies.items():
-            rows.append({"world": name, "contender": contender, "flock": held_out})
+            rows.append({"world": name, "policy": contender, "seed": held_out})
             arguments = (policy, world, setting.objective, max(grid), held_out)
             jobs.append(Job("studies.learned.explain:in_world", arguments, seconds))
     results = run(jobs, cache, backend, title="Other scenarios")

@@ -48,7 +48,7 @@ def measure_information(results: Path, num_flocks: int, cache: Path, backend: Ba
     measured = run(jobs, Cache(cache), backend, title="Numbers of candidate ranges")
     rows = [
         pl.DataFrame(
-            {"sensing": name, "candidates": count, "flock": list(flocks), "objective": values["objective"]}
+            {"sensing": name, "candidates": count, "seed": list(flocks), "objective": values["objective"]}
         )
         for (name, count), values in zip(cases, measured, strict=True)
     ]

@@ -13,6 +13,8 @@ from studies.learned import figures
 from studies.learned.aggregate import RESAMPLES, profile
 from studies.learned.ceilings import ceilings
 from studies.learned.information import INFORMATION_FILE, STEPS_PER_ACTION, UNAWARE_RANGE, draw_information
+from studies.learned.leaderboard import PAGE as LEADERBOARD
+from studies.learned.leaderboard import leaderboard_page
 from studies.learned.listening import LISTENING_FILE, LISTENING_FLOCKS, draw_listening
 from studies.learned.names import KNOWLEDGE, setting_title
 from studies.learned.questions import QUESTIONS
@@ -29,7 +31,7 @@ CREDIT = "per-agent-visible"
 
 
 def write_page(results: Path, page: Path) -> str:
-    """Write the page, and its pictures into a folder of the results; return the README's table.
+    """Write the page, the page of policy files beside it, and the pictures; return the README's table.
 
     Raises:
         RecordError: if the results are incomplete.
@@ -45,6 +47,8 @@ def write_page(results: Path, page: Path) -> str:
     text = markdown_page(summaries, results / FIGURES, page, listened(results))
     page.parent.mkdir(parents=True, exist_ok=True)
     write_text(page, text)
+    board = page.with_name(LEADERBOARD)
+    write_text(board, leaderboard_page(summaries, results, board))
     return readme_table(summaries)
 
 

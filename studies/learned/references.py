@@ -63,8 +63,8 @@ def write_references(
     for name, group in jobs.items():
         values = np.concatenate([next(results)["objective"] for _ in group])
         table = pl.DataFrame(
-            {"flock": flocks[: len(values)], "objective": values},
-            {"flock": pl.Int64, "objective": pl.Float64},
+            {"seed": flocks[: len(values)], "objective": values},
+            {"seed": pl.Int64, "objective": pl.Float64},
         )
         tables.append(table.select(pl.lit(name).alias("reference"), pl.all()))
     folder.mkdir(parents=True, exist_ok=True)

@@ -16,17 +16,18 @@ from flockesc_env.common.stats import FloatArray
 STUDY_FILE = "study.json"
 EPISODES_FILE = "episodes.parquet"
 REFERENCES_FILE = "references.parquet"
+POLICIES = "policies"
 BEST_FIXED = "best fixed range"
 ORACLE = "hindsight oracle"
 
 _COLUMNS = {
-    "episodes": ("contender", "training_seed", "flock", "objective"),
+    "episodes": ("policy", "training_seed", "seed", "objective"),
     "runs": ("learner", "training_seed", "minutes", "episodes", "samples_per_second", "environment_share"),
     "curves": ("learner", "training_seed", "episodes", "seconds", "objective"),
     "grid": ("interaction_range", "mean", "low", "high"),
-    "ablation": ("removed", "flock", "objective"),
-    "transfer": ("world", "contender", "flock", "objective"),
-    "references": ("reference", "flock", "objective"),
+    "ablation": ("removed", "seed", "objective"),
+    "transfer": ("world", "policy", "seed", "objective"),
+    "references": ("reference", "seed", "objective"),
 }
 _OPTIONAL = ("ablation", "transfer", "references")
 
@@ -64,13 +65,13 @@ class Study:
         machine: where it ran.
         explained: the learner of ``ablation`` and ``transfer``.
         explained_seed: its training seed: the one that was best on tuning flocks.
-        episodes: contender, training_seed (null where nothing was trained), flock, objective.
+        episodes: policy, training_seed (null where nothing was trained), seed, objective.
         runs: learner, training_seed, minutes, episodes, samples_per_second, environment_share.
         curves: learner, training_seed, episodes, seconds, objective (on tuning flocks).
         grid: interaction_range, mean, low, high, of fixed ranges on the held-out flocks.
-        ablation: removed, flock, objective; ``None`` without an ablation.
-        transfer: world, contender, flock, objective; ``None`` without other scenarios.
-        references: reference, flock (some of the held-out flocks), objective; ``None`` without references.
+        ablation: removed, seed, objective; ``None`` without an ablation.
+        transfer: world, policy, seed, objective; ``None`` without other scenarios.
+        references: reference, seed (some of the held-out flocks), objective; ``None`` without references.
     """
 
     setting: str
@@ -102,7 +103,7 @@ class Study:
     @property
     def policies(self) -> list[str]:
         """Names of all policies, in the order of the file."""
-        return self.episodes["contender"].unique(maintain_order=True).to_list()
+        return self.episodes["policy"].unique(maintain_order=True).to_list()
 
     @property
     def trained(self) -> list[str]:
@@ -112,7 +113,7 @@ class Study:
     @property
     def flocks(self) -> list[int]:
         """Seeds of the held-out flocks, in rising order."""
-        return self.episodes["flock"].unique().sort().to_list()
+        return self.episodes["seed"].unique().sort().to_list()
 
     @property
     def best_learner(self) -> str:
@@ -120,12 +121,21 @@ class Study:
 
         A search keeps its best checkpoint, other learners their last.
         """
+        means = self._kept.group_by("learner").agg(pl.col("objective").mean())
+        return str(means.sort("objective", "learner")["learner"][-1])
+
+    @property
+    def tuned(self) -> dict[tuple[str, int], float]:
+        """Objective on tuning flocks of the policy that was kept, by learner and training seed."""
+        return {(name, seed): value for name, seed, value in self._kept.iter_rows()}
+
+    @property
+    def _kept(self) -> pl.DataFrame:
         runs = self.curves.sort("episodes").group_by("learner", "training_seed")
         kept = runs.agg(pl.col("objective").last().alias("last"), pl.col("objective").max().alias("best"))
         searches = [name for name, learner in self.learners.items() if learner.kind == "search"]
         value = pl.when(pl.col("learner").is_in(searches)).then("best").otherwise("last")
-        means = kept.group_by("learner").agg(value.mean().alias("objective"))
-        return str(means.sort("objective", "learner")["learner"][-1])
+        return kept.select("learner", "training_seed", value.alias("objective"))
 
     @property
     def best_of_grid(self) -> tuple[float, float]:
@@ -135,8 +145,12 @@ class Study:
 
     def values(self, policy: str) -> FloatArray:
         """Return the objective, shape (training seeds, flocks); one row where nothing was trained."""
-        rows = self.episodes.filter(contender=policy).sort("training_seed", "flock")
+        rows = self.episodes.filter(policy=policy).sort("training_seed", "seed")
         return rows["objective"].to_numpy().reshape(-1, self.held_out_flocks)
+
+    def training_seeds(self, learner: str) -> list[int]:
+        """Return the training seeds of a learner, in the order of the rows of ``values``."""
+        return self.episodes.filter(policy=learner)["training_seed"].unique().sort().to_list()
 
     @property
     def reference_names(self) -> list[str]:
@@ -148,8 +162,8 @@ class Study:
     def reference(self, name: str) -> tuple[FloatArray, FloatArray]:
         """Return the objective of a reference and of the best fixed range on its flocks, shape (flocks,)."""
         assert self.references is not None  # noqa: S101, it has a name
-        fixed = self.episodes.filter(contender=BEST_FIXED).select("flock", fixed="objective")
-        rows = self.references.filter(reference=name).join(fixed, on="flock").sort("flock")
+        fixed = self.episodes.filter(policy=BEST_FIXED).select("seed", fixed="objective")
+        rows = self.references.filter(reference=name).join(fixed, on="seed").sort("seed")
         return rows["objective"].to_numpy(), rows["fixed"].to_numpy()
 
 
@@ -174,7 +188,7 @@ def load_study(folder: Path) -> Study:
     if study.ablation is not None and study.explained not in study.learners:
         raise RecordError(f"{folder / STUDY_FILE}: explained", "a learner", repr(study.explained))
     _check_pairs(study.ablation, folder / "ablation.parquet", (), "removed", "nothing")
-    _check_pairs(study.transfer, folder / "transfer.parquet", ("world",), "contender", "learned")
+    _check_pairs(study.transfer, folder / "transfer.parquet", ("world",), "policy", "learned")
     return study
 
 
@@ -213,14 +227,14 @@ def _table(path: Path, columns: tuple[str, ...]) -> pl.DataFrame | None:
 def _check_episodes(study: Study, path: Path) -> None:
     """Check that every training seed of every policy has every flock once: differences are paired."""
     if BEST_FIXED not in study.policies:
-        raise RecordError(f"{path}: contender", repr(BEST_FIXED), ", ".join(study.policies))
+        raise RecordError(f"{path}: policy", repr(BEST_FIXED), ", ".join(study.policies))
     if not np.isfinite(study.episodes["objective"].cast(pl.Float64).fill_null(np.nan).to_numpy()).all():
         raise RecordError(f"{path}: objective", "finite numbers", "others too")
     flocks = study.flocks
     if len(flocks) != study.held_out_flocks or len(flocks) < 2:
         raise RecordError(f"{path}: flock", f"{study.held_out_flocks} flocks, at least 2", len(flocks))
-    for (name, seed), rows in study.episodes.group_by("contender", "training_seed"):
-        if rows["flock"].sort().to_list() != flocks:
+    for (name, seed), rows in study.episodes.group_by("policy", "training_seed"):
+        if rows["seed"].sort().to_list() != flocks:
             raise RecordError(
                 f"{path}: {name}, training seed {seed}", "every flock once", f"{len(rows)} rows"
             )
@@ -231,7 +245,7 @@ def _check_references(study: Study, path: Path) -> None:
     if study.references is None:
         return
     for (name,), rows in study.references.group_by("reference"):
-        flocks = rows["flock"]
+        flocks = rows["seed"]
         if flocks.is_duplicated().any() or len(flocks) < 2 or set(flocks) - set(study.flocks):
             raise RecordError(f"{path}: {name}", "held-out flocks, each once, at least 2", "others")
         if not np.isfinite(rows["objective"].cast(pl.Float64).fill_null(np.nan).to_numpy()).all():
@@ -241,7 +255,7 @@ def _check_references(study: Study, path: Path) -> None:
 def _check_learners(study: Study, folder: Path) -> None:
     """Check that every learner has episodes, runs and curves."""
     expected = set(study.learners)
-    for name, column in (("episodes", "contender"), ("runs", "learner"), ("curves", "learner")):
+    for name, column in (("episodes", "policy"), ("runs", "learner"), ("curves", "learner")):
         missing = expected - set(getattr(study, name)[column].to_list())
         if missing or not expected:
             given = f"none for {', '.join(sorted(missing))}" if expected else "no learner"
@@ -256,9 +270,9 @@ def _check_pairs(
         return
     parts = [rows for _, rows in table.group_by(*groups)] if groups else [table]
     for rows in parts:
-        flocks = rows.filter(pl.col(column) == reference)["flock"].sort().to_list()
+        flocks = rows.filter(pl.col(column) == reference)["seed"].sort().to_list()
         for (name,), one in rows.group_by(column):
-            if one["flock"].sort().to_list() != flocks:
+            if one["seed"].sort().to_list() != flocks:
                 raise RecordError(
                     f"{path}: {name}", f"the flocks of {reference!r}, each once", f"{len(one)} rows"
                 )

@@ -209,23 +209,23 @@ def _rules(preset: Preset) -> tuple[str, ...]:
 
 
 def _rows(name: str, seed: int | None, flocks: range, values: FloatArray) -> pl.DataFrame:
-    schema = {"contender": pl.String, "training_seed": pl.Int64, "flock": pl.Int64, "objective": pl.Float64}
-    columns = {"contender": [name] * len(flocks), "training_seed": [seed] * len(flocks)}
-    return pl.DataFrame({**columns, "flock": flocks, "objective": values}, schema=schema)
+    schema = {"policy": pl.String, "training_seed": pl.Int64, "seed": pl.Int64, "objective": pl.Float64}
+    columns = {"policy": [name] * len(flocks), "training_seed": [seed] * len(flocks)}
+    return pl.DataFrame({**columns, "seed": flocks, "objective": values}, schema=schema)
 
 
 def _submitted(made: pl.DataFrame, setting: str, folder: Path) -> pl.DataFrame:
     """Return the rows of an earlier file that others have submitted, if they are about the same flocks."""
     if not (folder / EPISODES_FILE).is_file():
         return made.clear()
-    own = {*made["contender"], *presets()[setting].learners}
+    own = {*made["policy"], *presets()[setting].learners}
     # Policies trained here have a training seed, under any name.
     others = pl.read_parquet(folder / EPISODES_FILE).filter(
-        ~pl.col("contender").is_in(own), pl.col("training_seed").is_null()
+        ~pl.col("policy").is_in(own), pl.col("training_seed").is_null()
     )
-    flocks = made["flock"].unique().sort()
-    parts = others.select(made.columns).partition_by("contender")
-    return pl.concat([made.clear(), *(part for part in parts if part["flock"].sort().equals(flocks))])
+    flocks = made["seed"].unique().sort()
+    parts = others.select(made.columns).partition_by("policy")
+    return pl.concat([made.clear(), *(part for part in parts if part["seed"].sort().equals(flocks))])
 
 
 def _grid_frame(preset: Preset, values: FloatArray) -> pl.DataFrame:

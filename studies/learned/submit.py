@@ -10,8 +10,9 @@ import polars as pl
 
 from flockesc_env import ArgumentError, EnvOptions, FlockScenario, LineOptions, NamedPolicy
 from flockesc_env.common.files import atomic_write
+from flockesc_env.policies import NAMES
 from studies.learned.page import write_page
-from studies.learned.results import EPISODES_FILE, load_studies, load_study
+from studies.learned.results import BEST_FIXED, EPISODES_FILE, ORACLE, load_studies
 from studies.learned.summary import summarize
 from training.config import Setting, presets
 from training.evaluation import play
@@ -19,7 +20,16 @@ from training.policies import named_policy
 from training.seeds import HELD_OUT, first_seeds
 
 
-def submit(setting: str, policy: str, name: str, results: Path, page: Path) -> str:
+def submit(
+    setting: str,
+    policy: str,
+    name: str,
+    results: Path,
+    page: Path,
+    *,
+    replace: bool = False,
+    dry_run: bool = False,
+) -> str:
     """Run a policy on the held-out flocks of a setting, add it to the results and write the page.
 
     The policy may not see more than the setting shows; its ranges and the length of an action are free.
@@ -31,6 +41,8 @@ def submit(setting: str, policy: str, name: str, results: Path, page: Path) -> s
         name: name in tables and figures.
         results: folder of the results.
         page: the page's file.
+        replace: whether to replace an earlier submission of this name.
+        dry_run: whether to write nothing.
 
     Returns:
         A sentence with the policy's objective and its difference to the best fixed range.
@@ -44,7 +56,8 @@ def submit(setting: str, policy: str, name: str, results: Path, page: Path) -> s
     if setting not in studies:
         raise ArgumentError("setting", f"one of {', '.join(studies)}", repr(setting))
     study = studies[setting]
-    if name in study.policies:
+    given = {BEST_FIXED, ORACLE, *study.learners, *NAMES}
+    if name in given or (name in study.policies and not replace):
         raise ArgumentError("name", f"another name than {', '.join(study.policies)}", repr(name))
     if not re.fullmatch(r"\w[\w .,:=+()-]*", name):  # it gets into Markdown
         raise ArgumentError("name", "letters, digits, spaces and . , : = + ( ) -", repr(name))
@@ -56,17 +69,20 @@ def submit(setting: str, policy: str, name: str, results: Path, page: Path) -> s
 
     rows = pl.DataFrame(
         {
-            "contender": name,
+            "policy": name,
             "training_seed": pl.Series([None] * len(flocks), dtype=pl.Int64),
-            "flock": flocks,
+            "seed": flocks,
             "objective": play(entry, known[setting].setting, flocks),
         },
         schema_overrides=dict(study.episodes.schema),
     )
-    with atomic_write(results / setting / EPISODES_FILE) as file:
-        pl.concat([study.episodes, rows.select(study.episodes.columns)]).write_parquet(file)
-    write_page(results, page)
-    (row,) = summarize([load_study(results / setting)])
+    others = study.episodes.filter(pl.col("policy") != name)
+    episodes = pl.concat([others, rows.select(others.columns)])
+    if not dry_run:
+        with atomic_write(results / setting / EPISODES_FILE) as file:
+            episodes.write_parquet(file)
+        write_page(results, page)
+    (row,) = summarize([dataclasses.replace(study, episodes=episodes)])
     reached = row.show(row.policies[name].objective) + study.unit
     return f"{setting}: {name} {reached}, {row.difference(name)}{study.unit} to the best fixed range"
 

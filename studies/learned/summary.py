@@ -123,7 +123,7 @@ def elsewhere(study: Study) -> dict[str, list[tuple[str, Estimate]]]:
     if study.transfer is None:
         return found
     for (world,), rows in study.transfer.group_by("world", maintain_order=True):
-        values = _by_name(rows, "contender")
+        values = _by_name(rows, "policy")
         for name, row in values.items():
             if name != LEARNED:
                 found.setdefault(name, []).append((str(world), stats.mean(values[LEARNED] - row)))
@@ -133,4 +133,4 @@ def elsewhere(study: Study) -> dict[str, list[tuple[str, Estimate]]]:
 def _by_name(table: pl.DataFrame, column: str) -> dict[str, stats.FloatArray]:
     """Return the objective, flocks in rising order, by the names in a column."""
     groups = table.group_by(column, maintain_order=True)
-    return {str(name): rows.sort("flock")["objective"].to_numpy() for (name,), rows in groups}
+    return {str(name): rows.sort("seed")["objective"].to_numpy() for (name,), rows in groups}

@@ -27,6 +27,14 @@ def run(
     ),
     flocks: Annotated[int, arg(help="flocks per range, at least 2")] = Trials.flocks,
     lines: Annotated[int, arg(help=f"lines per range, at least {BATCH}")] = Trials.lines,
+    figures: Annotated[
+        tuple[str, ...],
+        arg(
+            help="write only these figures, 2 to 10 or edge, and measure only what they show",
+            metavar="[NUMBER ..]",
+            help_behavior_hint="(default: all, and the page)",
+        ),
+    ] = (),
     page: Annotated[
         Path | None, *optional("file of the Markdown page", "paper.md in the output folder")
     ] = None,
@@ -40,14 +48,19 @@ def run(
 
     Takes about six minutes on two cores; interrupted, run it again to continue.
 
-    Example: python -m studies paper --output runs/paper
+    Example: python -m studies paper --output runs/paper --figures 5 9
     """
     trials = Trials(flocks=flocks, lines=lines)
     runs_on = find_backend(backend)
     check_output(page, [".md"], field="page")
     require("analysis", ["matplotlib", "scipy", "jinja2", "markdown"])
-    from studies.paper.reproduction import reproduce  # heavy, and of an extra
+    from studies.paper.figures import measure_and_draw  # heavy, and of an extra
+    from studies.paper.reproduction import reproduce
 
+    if figures:
+        for file in measure_and_draw(output, figures, trials, runs_on, progress=progress):
+            note(f"saved: {file}")
+        return Exit.DONE
     results = reproduce(output, trials, runs_on, page=page, progress=progress)
     note(f"saved: {output / 'paper.html'}")
     if json:

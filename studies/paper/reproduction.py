@@ -6,15 +6,15 @@ from importlib.metadata import version
 from pathlib import Path
 
 from flockesc_env.cli.output import note
-from flockesc_env.jobs import Arrays, Backend, Cache
-from studies import style
+from flockesc_env.jobs import Backend, Cache
 from studies.measurements import measure
 from studies.pages import write_text
-from studies.paper import flock_figures, line_figures, realizations
+from studies.paper import realizations
+from studies.paper.figures import draw_figures
 from studies.paper.flock_claims import by_range, flock_claims
 from studies.paper.line_claims import edge_claim, line_claims
 from studies.paper.page import RESULTS_FILE, PaperResults, html_page, markdown_page
-from studies.paper.plan import FORCES, OFFSETS, Trials, measurements
+from studies.paper.plan import Trials, measurements
 from studies.paper.theory_claims import theory_claims
 
 _PACKAGES = ("flockesc-env", "numpy", "scipy")
@@ -57,29 +57,9 @@ def reproduce(
     )
     versions = {name: version(name) for name in _PACKAGES}
     results = PaperResults(trials, line, flock, claims, by_range(measured["grid flock"]), versions)
-    _draw(output, measured, line, flock)
+    draw_figures(output, measured)
     markdown = page or output / "paper.md"
     write_text(output / RESULTS_FILE, results.to_json())
     write_text(markdown, markdown_page(results, output, markdown))
     write_text(output / "paper.html", html_page(results, output))
     return results
-
-
-def _draw(output: Path, measured: dict[str, Arrays], line: int, flock: int) -> None:
-    curves, grid = measured["curves"], measured["grid flock"]
-    figures = {
-        "figure_2": line_figures.escape_forces(),
-        "figure_3": line_figures.lines_over_time(line, is_attacked=False),
-        "figure_4": line_figures.lines_over_time(line, is_attacked=True),
-        "figure_5": line_figures.distance_against_range(
-            {force: measured[f"grid {force}"] for force in FORCES}
-        ),
-        "figure_6": flock_figures.snapshots(flock, 100.0),
-        "figure_7": flock_figures.snapshots(flock, 10.0),
-        "figure_8": flock_figures.snapshots(flock, 0.0),
-        "figure_9": flock_figures.distances("mean", curves, grid, flock),
-        "figure_10": flock_figures.distances("minimum", curves, grid, flock),
-        "edge": flock_figures.aimed_beside({offset: measured[f"aimed {offset:g}"] for offset in OFFSETS}),
-    }
-    for name, figure in figures.items():
-        style.save(figure, output / name)

@@ -186,7 +186,7 @@ def within_episode(
         over_turns=stats.mean(values - turns),
         candidates=len(tried),
     )
-    rows = {"contender": BANDIT, "training_seed": None, "flock": held_out, "objective": values}
+    rows = {"policy": BANDIT, "training_seed": None, "seed": held_out, "objective": values}
     return results, pl.DataFrame(rows, schema_overrides=dict(shared.episodes.schema))
 
 

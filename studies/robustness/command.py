@@ -31,7 +31,11 @@ def run(
     ] = 500,
     presets: Annotated[
         tuple[str, ...] | None,
-        *optional("which presets", "all flock presets that have predators", metavar="NAME .."),
+        *optional(
+            "which presets or scenario files (.toml, .json)",
+            "all flock presets that have predators",
+            metavar="NAME|FILE ..",
+        ),
     ] = None,
     page: Annotated[
         Path | None, *optional("file of the Markdown page", "robustness.md in the output folder")

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
+from flockesc_env.cli.flags import scenario_named
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.jobs.sweeps import OUTCOMES
 from flockesc_env.scenario.flock import FlockScenario
@@ -46,10 +48,12 @@ def grid_of(scenario: FlockScenario) -> Grid:
 
 
 def attacked_presets(names: Iterable[str] | None = None) -> dict[str, FlockScenario]:
-    """Return the scenarios of presets by name; ``None``: all flocks that are attacked.
+    """Return the scenarios of presets or files by name; ``None``: all presets of flocks that are attacked.
 
     Raises:
-        ArgumentError: for the name of another preset, or if there is no name.
+        ArgumentError: for another preset or scenario, or if there is no name.
+        OSError: if a file cannot be read.
+        ScenarioError: if a file holds no scenario.
     """
     known = {
         name: entry.scenario
@@ -60,9 +64,10 @@ def attacked_presets(names: Iterable[str] | None = None) -> dict[str, FlockScena
         return known
     chosen = {}
     for name in names:
-        if name not in known:
-            raise ArgumentError("presets", f"any of {', '.join(known)}", repr(name))
-        chosen[name] = known[name]
+        scenario = scenario_named(name) if Path(name).suffix else known.get(name)
+        if not isinstance(scenario, FlockScenario) or not _is_attacked(scenario):
+            raise ArgumentError("presets", f"any of {', '.join(known)}, or files of such flocks", repr(name))
+        chosen[name] = scenario
     if not chosen:
         raise ArgumentError("presets", f"any of {', '.join(known)}", "none")
     return chosen

@@ -39,7 +39,7 @@ def survey(
         output: folder of ``results.json`` and the figure (PNG and SVG).
         num_flocks: flocks in each half, at least 2.
         backend: where the measurements run.
-        presets: which presets; ``None``: all flock presets that have predators.
+        presets: which presets or scenario files; ``None``: all flock presets that have predators.
         cache: folder of finished jobs; default: ``cache`` in ``output``.
         page: where the Markdown page goes; default: ``robustness.md`` in ``output``.
         progress: whether to show the progress bar even if stderr is not a terminal.
@@ -71,4 +71,5 @@ def survey(
 def _preset(name: str, scenario: FlockScenario, measured: Arrays) -> PresetResult:
     grid = grid_of(scenario)
     outcomes = {symbol: outcome(symbol, grid.actions, measured) for symbol in OBJECTIVES}
-    return PresetResult(name, PRESETS[name].description, question_of(scenario), grid, outcomes)
+    description = PRESETS[name].description if name in PRESETS else "a scenario file"
+    return PresetResult(name, description, question_of(scenario), grid, outcomes)

@@ -7,15 +7,17 @@ import multiprocessing
 from itertools import chain
 from pathlib import Path
 
+import gymnasium
 import numpy as np
 import pytest
-from golden_episodes import SEED, cases, hashed, hashes
+from golden_episodes import GOLDEN as FILE
+from golden_episodes import SEED, cases, hashed, hashes, updated, versioned_ids
 from masked_cpu import each_level, run_masked
 from option_table import small_flock
 
 from flockesc_env import FlockEscapeEnv, FlockVectorEnv, parallel_env
 
-GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "golden_episodes.json").read_text())
+GOLDEN = json.loads(FILE.read_text())
 
 PRINT_HASHES = """
 import json
@@ -35,6 +37,22 @@ def test_episodes_equal_the_golden_ones(num_threads: int) -> None:
 @each_level
 def test_episodes_are_the_same_on_lower_x86_levels(level: int, has_avx2: bool, tmp_path: Path) -> None:
     assert run_masked(PRINT_HASHES, level, tmp_path) == [has_avx2, False, GOLDEN]
+
+
+def test_every_id_with_its_version_has_a_golden_episode() -> None:
+    assert versioned_ids() <= GOLDEN.keys()
+
+
+def test_changed_bits_need_a_new_version_of_an_id(monkeypatch: pytest.MonkeyPatch) -> None:
+    changed = {**GOLDEN, "pursuit": "other bits"}
+    with pytest.raises(ValueError, match="pursuit"):
+        updated(GOLDEN, changed)
+    assert updated(GOLDEN, {**GOLDEN, "a new case": "bits"})["a new case"] == "bits"
+    monkeypatch.setitem(gymnasium.registry, "flockesc/FlockEscape-v1", None)
+    with pytest.raises(ValueError, match="pursuit"):
+        updated(GOLDEN, changed)  # the new version has no golden episode
+    changed["flockesc/FlockEscape-v1"] = "bits"
+    assert updated(GOLDEN, changed) == changed
 
 
 def test_another_seed_is_another_episode() -> None:

@@ -176,3 +176,40 @@ def test_an_interval_needs_two_seeds_and_a_confidence() -> None:
     for confidence in (0.0, 1.0, 2.0, float("nan")):
         with pytest.raises(ArgumentError, match="confidence: expected"):
             sweep(scenario, [1.0], [0, 1]).mean_with_interval(confidence=confidence)
+
+
+@pytest.mark.parametrize("progress", [True, False, None])
+def test_progress_may_be_a_flag(progress: bool | None, capfd: pytest.CaptureFixture[str]) -> None:
+    result = sweep(small_flock(num_agents=20), RANGES, SEEDS, progress=progress)
+    assert result.best_range() in RANGES
+    assert ("12/12" in capfd.readouterr().err) == bool(progress)
+
+
+def test_a_plot_shows_the_means_and_the_best_range(flocks: FlockSweepResult, lines: LineSweepResult) -> None:
+    for result, objective, label in (
+        (flocks, None, "min mean distance (m)"),
+        (flocks, "survival", "fraction surviving"),
+        (lines, None, "escape distance"),
+    ):
+        (axes,) = result.plot(objective).axes
+        curve, best = axes.lines
+        np.testing.assert_array_equal(curve.get_xdata(), result.interaction_ranges)
+        np.testing.assert_array_equal(curve.get_ydata(), result.values(objective).mean(axis=1))
+        assert best.get_xdata()[0] == result.best_range(objective)
+        assert axes.get_ylabel() == label
+    with pytest.raises(ArgumentError, match="predator"):
+        sweep(small_flock(num_agents=9, predators=()), RANGES, SEEDS).plot()
+
+
+def test_tables_of_runs_hold_the_runs() -> None:
+    run = simulate("capture", 10.0, seed=1)
+    table, agents = run.table(), run.agents_table()
+    assert table["mean_distance"].to_list() == run.mean_distance.tolist()
+    assert agents.height == run.positions[..., 0].size
+    last = agents.filter(pl.col("time") == run.times[-1])
+    assert last.select("x", "y").to_numpy().tolist() == run.positions[-1].tolist()
+    assert last.select("vx", "vy").to_numpy().tolist() == run.velocities[-1].tolist()
+    assert last["is_caught"].to_list() == (run.caught_at >= 0).tolist()
+    assert agents["is_caught"].sum() == (len(run.times) - run.caught_at[run.caught_at >= 0]).sum()
+    line = simulate("paper-line", 0.1, seed=1)
+    assert line.table()["x_3"].to_list() == line.states[:, 3].tolist()

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import torch
 from option_table import small_flock
 from same import outcome
-from sb3_contrib import RecurrentPPO
+from sb3_contrib import TQC, RecurrentPPO
 from stable_baselines3 import PPO
+from stable_baselines3.common.vec_env import VecNormalize
 
 from flockesc_env import (
     FlockVectorEnv,
     Learned,
     LineScenario,
+    NamedPolicy,
+    load_policy,
     record,
     rollout,
+    save_policy,
 )
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.policies import (
@@ -93,7 +99,12 @@ def test_a_recurrent_model_of_sb3_plays_like_its_own_loop() -> None:
 
 @pytest.mark.parametrize(
     ("options", "field"),
-    [({"per_agent": True}, "model.observation_space"), ({"action_mode": "range"}, "model.action_space")],
+    [
+        ({"per_agent": True}, "model.observation_space"),
+        ({"action_mode": "range"}, "model.action_space"),
+        ({"max_range": 50.0}, "max_range"),
+        ({"min_range": 5.0}, "min_range"),
+    ],
 )
 def test_a_model_of_another_environment_is_refused(options: dict[str, Any], field: str) -> None:
     policy = SB3Policy(PPO("MlpPolicy", FlockVecEnv(1, SCENARIO), n_steps=8, batch_size=8, device="cpu"))
@@ -131,3 +142,30 @@ def test_predator_policies_with_memory_start_again_with_every_episode() -> None:
         env.reset()
     twins = [[env.step(np.zeros((2, 1), np.float32))[0] for _ in range(T + 3)] for env in envs]
     np.testing.assert_array_equal(twins[0], twins[1])
+
+
+@pytest.mark.parametrize("algorithm", [PPO, TQC])
+def test_a_model_becomes_a_network_that_can_be_saved(algorithm: Any, tmp_path: Path) -> None:
+    env = AgentVecEnv(1, SCENARIO, max_range=40.0)
+    layers = {"net_arch": [8, 4], "activation_fn": torch.nn.Tanh}
+    model = algorithm("MlpPolicy", env, policy_kwargs=layers, device="cpu", seed=1)
+    network = SB3Policy(model).network()
+    rows = np.random.default_rng(0).uniform(-1, 1, (50, len(env.policy_spec.layout.names))).astype(np.float32)
+    actions = SB3Policy(model).act(rows, env.policy_spec)
+    assert np.ptp(actions) > 0
+    np.testing.assert_allclose(network.act(rows, env.policy_spec), actions, rtol=0, atol=1e-5)
+    save_policy(NamedPolicy("mine", network, True, {"max_range": 40.0}, SCENARIO), tmp_path / "mine.npz")
+    assert load_policy(tmp_path / "mine.npz").policy.parameters.tolist() == network.parameters.tolist()
+
+
+def test_models_that_are_no_network_of_the_package_are_refused() -> None:
+    env = FlockVecEnv(1, SCENARIO)
+    sizes = {"n_steps": 8, "batch_size": 8, "device": "cpu"}
+    relu = PPO("MlpPolicy", env, policy_kwargs={"activation_fn": torch.nn.ReLU}, **sizes)
+    scaled = PPO("MlpPolicy", VecNormalize(env, norm_obs=True), **sizes)
+    meters = PPO("MlpPolicy", FlockVecEnv(1, SCENARIO, action_mode="range"), **sizes)
+    alone = PPO("MlpPolicy", env, **sizes)
+    alone.env = None
+    for model in (relu, scaled, meters, alone, RecurrentPPO("MlpLstmPolicy", env, **sizes), Mood()):
+        with pytest.raises(ArgumentError, match="model"):
+            SB3Policy(model).network()

@@ -134,7 +134,7 @@ def test_the_race_is_paired_and_a_second_call_repeats_it(learned: Path, tmp_path
     assert list(race.predators) == ["straight", "nearest", "centroid", *names]
     flocks = list(range(2_000_000, 2_000_004))
     for _, rows in table.group_by("flock_policy", "predator"):
-        assert rows["flock"].to_list() == flocks
+        assert rows["seed"].to_list() == flocks
     assert table.height == len(race.flocks) * len(race.predators) * len(flocks)
 
     results = load_race(args.output)

@@ -22,6 +22,7 @@ from studies.__main__ import STUDIES
 from studies.paper import command, jobs
 from studies.paper.claims import Verdict, is_clear, judge
 from studies.paper.equations import EQUATIONS
+from studies.paper.figures import measure_and_draw
 from studies.paper.flock_claims import dominates
 from studies.paper.line_claims import clusters
 from studies.paper.page import RESULTS_FILE, PaperResults, html_page, markdown_page
@@ -205,6 +206,22 @@ def test_the_paper_is_reproduced(capsys: pytest.CaptureFixture[str], tmp_path: P
     command._show(results)
     shown = capsys.readouterr().out
     assert all(claim.claim in shown for claim in results.claims)
+    drawn = {name: (output / f"{name}.svg").read_bytes() for name in pictures}
+    for name in pictures:
+        (output / f"{name}.svg").unlink()
+    jobs_before = sorted((output / "cache").iterdir())
+    some = Ran(capsys, "paper", *flags[:6], "--figures", "3", "9", "edge", run=STUDIES.main)
+    assert some.code == Exit.DONE
+    found = {path.stem: path.read_bytes() for path in output.glob("*.svg")}
+    assert found == {name: drawn[name] for name in ("figure_3", "figure_9", "edge")}
+    assert sorted((output / "cache").iterdir()) == jobs_before
+
+
+def test_one_figure_measures_only_what_it_shows(tmp_path: Path) -> None:
+    trials = Trials(flocks=2, lines=40)
+    (file,) = measure_and_draw(tmp_path, ["4"], trials, find_backend("serial"))
+    assert file.read_bytes().startswith(b"\x89PNG")
+    assert len(list((tmp_path / "cache").iterdir())) == len(measurements(trials)["free line"].jobs())
 
 
 @pytest.mark.parametrize(
@@ -214,6 +231,7 @@ def test_the_paper_is_reproduced(capsys: pytest.CaptureFixture[str], tmp_path: P
         (["--lines", 39], "lines"),
         (["--page", "nowhere/page.md"], "page"),
         (["--page", "page.txt"], "page"),
+        (["--figures", "11"], "figures"),
     ],
 )
 def test_bad_input_of_the_command_is_named(

@@ -162,7 +162,7 @@ def test_references_reach_the_page(small: Setting, tmp_path: Path) -> None:
 
     for change, named in (
         (lambda t: pl.concat([t, t[-1:]]), "once"),
-        (lambda t: t.with_columns(pl.col("flock") + 3), "held-out"),
+        (lambda t: t.with_columns(pl.col("seed") + 3), "held-out"),
         (lambda t: t.with_columns(objective=pl.lit(float("nan"))), "finite"),
         (lambda t: t[:1], "at least 2"),
         (lambda t: t.drop("reference"), "columns"),

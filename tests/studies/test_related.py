@@ -98,8 +98,8 @@ def test_the_bandit_is_tuned_on_tuning_flocks_and_paired_on_held_out_ones(
     assert {flocks for _, flocks in played[7:-2]} == {range(1_000_000, 1_000_006)}
     assert played[-2] == (results.numbers, range(2_000_000, 2_001_000))
     assert table.columns == study.episodes.columns
-    assert set(table["contender"]) == {BANDIT}
-    assert table["flock"].to_list() == study.flocks
+    assert set(table["policy"]) == {BANDIT}
+    assert table["seed"].to_list() == study.flocks
     values = table["objective"].to_numpy()
     assert results.difference.mean == pytest.approx((values - study.values(BEST_FIXED)[0]).mean())
 
@@ -121,4 +121,4 @@ def test_the_committed_bandit_reproduces_its_rows() -> None:
     numbers = results.within["J_mean"].numbers
     found = within_episode.play(numbers, range(2_000_000, 2_000_002))["min_mean_distance"]
     stored = pl.read_parquet(COMMITTED / "related" / BANDIT_FILE).filter(setting="shared")
-    np.testing.assert_array_equal(found, stored.sort("flock")["objective"].to_numpy()[:2])
+    np.testing.assert_array_equal(found, stored.sort("seed")["objective"].to_numpy()[:2])

@@ -150,11 +150,11 @@ def edit(path: Path, change: object) -> None:
     [
         ("episodes", lambda t: t[:-1], "search, training seed 2"),
         ("episodes", lambda t: pl.concat([t, t[-1:]]), "search, training seed 2"),
-        ("episodes", lambda t: t.filter(pl.col("contender") != BEST_FIXED), "contender"),
-        ("episodes", lambda t: t.filter(pl.col("contender") != "ppo"), "every learner"),
+        ("episodes", lambda t: t.filter(pl.col("policy") != BEST_FIXED), "policy"),
+        ("episodes", lambda t: t.filter(pl.col("policy") != "ppo"), "every learner"),
         ("episodes", lambda t: t.with_columns(objective=pl.lit(float("nan"))), "objective"),
-        ("episodes", lambda t: t.filter(pl.col("flock") != HELD_OUT[3]), "40 flocks"),
-        ("episodes", lambda t: t.drop("flock"), "columns"),
+        ("episodes", lambda t: t.filter(pl.col("seed") != HELD_OUT[3]), "40 flocks"),
+        ("episodes", lambda t: t.drop("seed"), "columns"),
         ("runs", lambda t: t.filter(pl.col("learner") == "ppo"), "none for search"),
         ("curves", lambda t: t.filter(pl.col("learner") == "ppo"), "none for search"),
         ("ablation", lambda t: t[:-1], "predator"),
@@ -278,6 +278,12 @@ def test_a_submission_end_to_end(tiny: Path, tmp_path: Path) -> None:
     assert f"my rule (v2) {told.min_min_distance.mean():.2f} [" in sentence
     with pytest.raises(ArgumentError, match="name"):
         submit("tiny", "stubborn-leaders-local", "my rule (v2)", tiny, page)
+    written = (tiny / "tiny" / "episodes.parquet").read_bytes()
+    for name in ("my rule (v2)", "my rule (v3)"):
+        assert submit("tiny", "random", name, tiny, page, replace=True, dry_run=True) != sentence
+    assert (tiny / "tiny" / "episodes.parquet").read_bytes() == written
+    assert submit("tiny", "stubborn-leaders-local", "my rule (v2)", tiny, page, replace=True) == sentence
+    assert load_study(tiny / "tiny").episodes.equals(study.episodes)
 
 
 @pytest.mark.parametrize(
@@ -304,7 +310,7 @@ def test_refused_submissions_change_nothing(
 
 
 def test_other_flocks_than_the_held_out_ones_are_refused(tiny: Path, tmp_path: Path) -> None:
-    edit(tiny / "tiny" / "episodes.parquet", lambda t: t.with_columns(pl.col("flock") + 1))
+    edit(tiny / "tiny" / "episodes.parquet", lambda t: t.with_columns(pl.col("seed") + 1))
     with pytest.raises(ArgumentError, match="flocks 2000000 to 2000005"):
         submit("tiny", "stubborn-leaders-local", "mine", tiny, tmp_path / "results.md")
 

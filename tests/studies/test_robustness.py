@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from backends import interrupted_after
 from cli_runs import Ran
+from option_table import small_flock
 
 from flockesc_env import (
     PRESETS,
@@ -25,6 +26,7 @@ from flockesc_env import (
 )
 from flockesc_env.cli.exits import Exit
 from flockesc_env.common.stats import Estimate
+from flockesc_env.jobs import find_backend
 from studies.__main__ import STUDIES
 from studies.robustness.findings import Finding, Outcome, outcome
 from studies.robustness.page import RESULTS_FILE, Answer, RobustnessResults, answers, markdown_page
@@ -49,6 +51,19 @@ def test_every_flock_preset_without_learned_predators_is_surveyed() -> None:
             attacked_presets([name])
     with pytest.raises(ArgumentError, match="presets"):
         attacked_presets([])
+
+
+def test_a_scenario_file_is_surveyed_under_its_name(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(small_flock(num_agents=9, num_steps=12).to_toml())
+    results = survey(tmp_path, 2, find_backend("serial"), presets=["head-on", str(file)])
+    assert [(row.name, row.description == "a scenario file") for row in results.presets] == [
+        ("head-on", False),
+        (str(file), True),
+    ]
+    file.write_text(FlockScenario(predators=()).to_toml())
+    with pytest.raises(ArgumentError, match="presets"):
+        attacked_presets([str(file)])
 
 
 def test_both_halves_are_run_under_every_action() -> None:

@@ -63,8 +63,8 @@ def found(folder: Path, spy: Spy) -> Study:
     return load_study(folder / "results" / "tiny")
 
 
-def values(found: Study, contender: str, seed: int | None = None) -> np.ndarray:
-    rows = found.values(contender)
+def values(found: Study, policy: str, seed: int | None = None) -> np.ndarray:
+    rows = found.values(policy)
     return rows[0] if seed is None else rows[seed]
 
 
@@ -134,9 +134,7 @@ def test_hiding_entries_that_a_policy_does_not_see_changes_nothing(found: Study)
 
 def test_transfer_is_compared_with_fixed_ranges(found: Study, folder: Path) -> None:
     assert found.transfer is not None
-    worlds = {
-        key: rows["objective"].to_numpy() for key, rows in found.transfer.group_by("world", "contender")
-    }
+    worlds = {key: rows["objective"].to_numpy() for key, rows in found.transfer.group_by("world", "policy")}
     assert len(worlds) == 6
     np.testing.assert_array_equal(worlds["home", "learned"], values(found, "search", found.explained_seed))
     entry, held_out = policy(folder, f"search-{found.explained_seed}"), HELD_OUT[:FLOCKS]
@@ -213,11 +211,11 @@ def test_submissions_of_others_are_kept(found: Study, folder: Path, tmp_path: Pa
     submit("tiny", "stubborn-leaders", "thumb", results, page)
     path = results / "tiny" / "episodes.parquet"
     before = pl.read_parquet(path)
-    assert set(before["contender"]) == {*found.policies, "thumb"}
+    assert set(before["policy"]) == {*found.policies, "thumb"}
 
-    stale = before.filter(contender="search").with_columns(contender=pl.lit("formerly"))
-    partial = before.filter(contender="thumb").head(5).with_columns(contender=pl.lit("five flocks"))
-    unreported = before.filter(contender="thumb").with_columns(contender=pl.lit("unreported"))
+    stale = before.filter(policy="search").with_columns(policy=pl.lit("formerly"))
+    partial = before.filter(policy="thumb").head(5).with_columns(policy=pl.lit("five flocks"))
+    unreported = before.filter(policy="thumb").with_columns(policy=pl.lit("unreported"))
     pl.concat([before, stale, partial, unreported]).write_parquet(path)
     study(args)
     assert pl.read_parquet(path).equals(before)

@@ -283,6 +283,10 @@ RESULTS: dict[str, Row] = {
         SWEPT.mean_with_interval,
         {"objective": Choice("mean", True), "confidence": Number(0.5, low=0.0, high=1.0, is_above=True)},
     ),
+    "FlockSweepResult.plot": Row(
+        lambda objective: SWEPT.plot(objective).axes[0].lines[0].get_xydata(),
+        {"objective": Choice("mean", True)},
+    ),
     "FlockSweepResult.to_parquet": Row(SWEPT.to_parquet, {"path": File("made.parquet")}),
     "stats.mean": Row(stats.mean, {"values": VALUES}),
     "stats.improvement": Row(

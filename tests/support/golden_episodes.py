@@ -1,17 +1,18 @@
 """Hashes of whole episodes: of the bytes of every observation, reward, end and info.
 
-``python tests/support/golden_episodes.py > tests/golden/golden_episodes.json`` rewrites them after a change
-of results that is intended; an optional argument sets the number of threads.
+``python tests/support/golden_episodes.py`` adds new cases to ``tests/golden/golden_episodes.json``. It
+changes hashes of old cases only if an id has a new version (``docs/reliability.md``).
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import sys
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
+import gymnasium
 import numpy as np
 from option_table import UNLIKE, small_flock
 
@@ -19,6 +20,7 @@ from flockesc_env import (
     PRESETS,
     ConstantVelocity,
     FlockEscapeEnv,
+    FlockParallelEnv,
     FlockScenario,
     FlockVectorEnv,
     LineEscapeEnv,
@@ -30,6 +32,7 @@ from flockesc_env import (
 )
 from flockesc_env.policies.predators import Pursue
 
+GOLDEN = Path(__file__).parents[1] / "golden" / "golden_episodes.json"
 SEED = 7
 TEAM = ("paper-flock", "capture", "randomized", "noisy-hearing", "topological", "space")
 
@@ -49,6 +52,30 @@ Case = Callable[[int, int], Iterator[Any]]
 def ranges(t: int, count: int) -> np.ndarray:
     """Return varied ranges in m, shape (count, 1); integers, so exact."""
     return ((37 * t + 11 * np.arange(count)) % 61).astype(np.float32)[:, None]
+
+
+def versioned_ids() -> set[str]:
+    """Return the ids of all environments; each ends with its version."""
+    registered = {name for name in gymnasium.registry if name.startswith("flockesc/")}
+    return registered | {FlockParallelEnv.metadata["name"]}
+
+
+def registered(name: str) -> Case:
+    """Play an environment as its id makes it; one without single environments as 300 slots."""
+
+    def play(_: int, seed: int) -> Iterator[Any]:
+        single = gymnasium.spec(name).entry_point is not None
+        env: Any = gymnasium.make(name) if single else gymnasium.make_vec(name, num_envs=300)
+        yield env.reset(seed=seed)
+        size = int(np.prod(env.action_space.shape))
+        for t in range(100):
+            actions = (ranges(t, size) - 30) / 32
+            step = env.step(actions.reshape(env.action_space.shape))
+            yield step
+            if np.all(step[2]) or np.all(step[3]):
+                break
+
+    return play
 
 
 def flock(scenario: FlockScenario, **options: Any) -> Case:
@@ -113,7 +140,8 @@ def run(scenario: FlockScenario, rho: float) -> Case:
 
 def cases() -> dict[str, Case]:
     """Return every case by name."""
-    found: dict[str, Case] = {}
+    found: dict[str, Case] = {name: registered(name) for name in sorted(versioned_ids()) if "/" in name}
+    found[FlockParallelEnv.metadata["name"]] = team(FlockScenario())
     for name, (_, scenario) in PRESETS.items():
         if isinstance(scenario, LineScenario):
             found[name] = line(scenario)
@@ -180,6 +208,17 @@ def hashes(num_threads: int) -> dict[str, str]:
     return {name: hashed(case, num_threads) for name, case in cases().items()}
 
 
+def updated(old: dict[str, str], new: dict[str, str]) -> dict[str, str]:
+    """Return the hashes to store.
+
+    Raises:
+        ValueError: if the bits of an old case changed, but no id has a new version.
+    """
+    changed = sorted(name for name in old.keys() & new.keys() if old[name] != new[name])
+    if changed and not (versioned_ids() & new.keys()) - old.keys():
+        raise ValueError(f"bits changed without a new version of an id: {', '.join(changed)}")
+    return new
+
+
 if __name__ == "__main__":
-    json.dump(hashes(int(sys.argv[1]) if len(sys.argv) > 1 else 1), sys.stdout, indent=4)
-    print()
+    GOLDEN.write_text(json.dumps(updated(json.loads(GOLDEN.read_text()), hashes(1)), indent=4) + "\n")

@@ -47,8 +47,8 @@ def write_study(
     (folder / "study.json").write_text(json.dumps(document))
     rows = [(name, None, values) for name, values in baselines.items()]
     rows += [(name, seed, values) for name, runs in learners.items() for seed, values in enumerate(runs)]
-    episodes = [_episodes(flocks, values, contender=name, training_seed=seed) for name, seed, values in rows]
-    pl.concat(episodes).select("contender", "training_seed", "flock", "objective").write_parquet(
+    episodes = [_episodes(flocks, values, policy=name, training_seed=seed) for name, seed, values in rows]
+    pl.concat(episodes).select("policy", "training_seed", "seed", "objective").write_parquet(
         folder / "episodes.parquet"
     )
     runs = [(name, seed) for name, values in learners.items() for seed in range(len(values))]
@@ -59,7 +59,7 @@ def write_study(
     parts = [_episodes(flocks, values, removed=name) for name, values in ablation]
     if parts:
         pl.concat(parts).write_parquet(folder / "ablation.parquet")
-    worlds = [_episodes(flocks, values, world=world, contender=name) for world, name, values in transfer]
+    worlds = [_episodes(flocks, values, world=world, policy=name) for world, name, values in transfer]
     if worlds:
         pl.concat(worlds).write_parquet(folder / "transfer.parquet")
     return folder
@@ -67,7 +67,7 @@ def write_study(
 
 def _episodes(flocks: range, values: np.ndarray, **labels: Any) -> pl.DataFrame:
     table = pl.DataFrame(
-        {"flock": flocks, "objective": values}, schema={"flock": pl.Int64, "objective": pl.Float64}
+        {"seed": flocks, "objective": values}, schema={"seed": pl.Int64, "objective": pl.Float64}
     )
     seed = {"training_seed": pl.lit(labels["training_seed"], pl.Int64)} if "training_seed" in labels else {}
     return table.with_columns(**{name: pl.lit(label) for name, label in labels.items()} | seed)

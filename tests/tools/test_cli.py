@@ -246,6 +246,9 @@ def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_pat
     result.to_parquet(other)
     assert pl.read_parquet(path).equals(pl.read_parquet(other))
     assert pl.read_parquet_metadata(path)["scenario"] == SMALL.to_json()
+    Ran(capsys, *sweep_flags("--output", tmp_path / "curve.png"))
+    assert (tmp_path / "curve.png").read_bytes().startswith(b"\x89PNG")
+    (tmp_path / "curve.png").unlink()
     Ran(capsys, *sweep_flags("--output", tmp_path / "sweep.csv"))
     assert pl.read_csv(tmp_path / "sweep.csv").equals(result.table().cast({"seed": pl.Int64}))
     assert sorted(entry.name for entry in tmp_path.iterdir()) == [

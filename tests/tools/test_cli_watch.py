@@ -49,6 +49,27 @@ def test_a_page_of_policies_in_files(capsys: pytest.CaptureFixture[str], tmp_pat
     assert page.read_bytes() == expected.read_bytes()
 
 
+def test_a_page_of_a_users_own_policy(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code = "from flockesc_env import FixedRange, NamedPolicy\n"
+    code += "def make(): return NamedPolicy('', FixedRange(4.0))\n"
+    (tmp_path / "my_policies.py").write_text(code + "def other(): return 7\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", sys.path.copy())
+    flags = ["--seed", 7, *SMALL_FLAGS, "--output", "page.html"]
+    assert Ran(capsys, "watch", "--policies", "my_policies:make", *flags).code == Exit.DONE
+    write_page([("my_policies:make", built_in("fixed:4").record(7, SMALL))], tmp_path / "expected.html")
+    assert Path("page.html").read_bytes() == Path("expected.html").read_bytes()
+    for spec, said in (
+        ("my_policies:other", "a NamedPolicy"),
+        ("my_policies:none", "has no attribute 'none'"),
+    ):
+        refused = Ran(capsys, "watch", "--policies", spec, *flags)
+        assert refused.code == Exit.REFUSED
+        assert said in refused.err
+
+
 def test_a_served_page_shows_policies_in_files_as_recordings(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

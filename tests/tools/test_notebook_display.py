@@ -8,14 +8,14 @@ from base64 import b64decode
 from typing import Any
 from xml.etree import ElementTree as ET
 
-import numpy as np
 import pytest
 
 import flockesc_env as fe
+from flockesc_env import notebook
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import MissingExtraError
+from flockesc_env.models import sweep
 from flockesc_env.notebook import Replay
-from flockesc_env.render import curves
 from flockesc_env.watch.page import render
 
 FLOCK = fe.FlockScenario(num_agents=20, num_steps=12)
@@ -72,24 +72,12 @@ def test_bad_arguments_are_refused(runs: Any, height: int) -> None:
 
 
 @pytest.mark.parametrize("name", ["LineTrajectory", "FlockSweepResult", "LineSweepResult"])
-def test_curves_are_pictures(name: str) -> None:
+def test_curves_and_paths_are_pictures(name: str) -> None:
     assert picture(RESULTS[name]._repr_html_()).tag.endswith("svg")
 
 
-def test_the_curve_is_the_mean_with_its_interval_and_the_best_range() -> None:
-    (axes,) = curves.sweep_figure(SWEPT, "minimum").axes
-    mean, low, high = SWEPT.mean_with_interval("minimum")
-    curve, best = axes.lines
-    np.testing.assert_array_equal(curve.get_xydata(), np.column_stack([SWEPT.interaction_ranges, mean]))
-    assert best.get_xdata()[0] == SWEPT.best_range("minimum")
-    (band,) = axes.collections
-    corners = {tuple(point) for point in band.get_paths()[0].vertices.tolist()}
-    assert corners >= set(zip(SWEPT.interaction_ranges, low, strict=True))
-    assert corners >= set(zip(SWEPT.interaction_ranges, high, strict=True))
-
-
 def test_a_sweep_of_one_seed_has_no_interval() -> None:
-    (axes,) = curves.sweep_figure(fe.sweep(FLOCK, [0.0, 10.0], [1])).axes
+    (axes,) = fe.sweep(FLOCK, [0.0, 10.0], [1]).plot().axes
     assert not axes.collections
 
 
@@ -113,7 +101,8 @@ def _hide_matplotlib(monkeypatch: pytest.MonkeyPatch) -> None:
     def require(*_: Any) -> None:
         raise MissingExtraError("matplotlib is not installed")
 
-    monkeypatch.setattr(curves, "require", require)
+    monkeypatch.setattr(notebook, "require", require)
+    monkeypatch.setattr(sweep, "require", require)
 
 
 def test_episodes_are_a_table_of_their_means() -> None:

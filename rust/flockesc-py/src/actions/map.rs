@@ -174,7 +174,9 @@ impl Map {
             Some(grid) => format!("an integer from 0 to {}", grid.len() - 1),
             None => {
                 let (low, high) = self.bounds();
-                format!("a number from {low:?} to {high:?}")
+                format!(
+                    "a number from {low:?} to {high:?} (gymnasium.wrappers.ClipAction clips it)"
+                )
             }
         };
         match value() {

@@ -1,0 +1,112 @@
+"""The figures of the paper by number, and the measurements that each of them needs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from matplotlib.figure import Figure
+
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.jobs import Arrays, Backend, Cache
+from studies import style
+from studies.measurements import measure
+from studies.paper import flock_figures, line_figures
+from studies.paper.plan import FORCES, OFFSETS, Trials, measurements
+from studies.paper.realizations import flock_seed, line_seed
+
+Measured = Mapping[str, Arrays]
+
+
+@dataclass(frozen=True)
+class PaperFigure:
+    """A figure.
+
+    Attributes:
+        stem: name of its files, without suffix.
+        needs: names of its measurements.
+        draw: makes it of them.
+    """
+
+    stem: str
+    needs: tuple[str, ...]
+    draw: Callable[[Measured], Figure]
+
+
+_GRID = ("curves", "grid flock")
+
+
+def _line(measured: Measured) -> int:
+    return line_seed(measured["free line"])
+
+
+def _flock(measured: Measured) -> int:
+    return flock_seed(measured["curves"], measured["grid flock"])
+
+
+def _snapshots(rho: float) -> Callable[[Measured], Figure]:
+    return lambda measured: flock_figures.snapshots(_flock(measured), rho)
+
+
+def _distances(objective: str) -> Callable[[Measured], Figure]:
+    return lambda measured: flock_figures.distances(
+        objective, measured["curves"], measured["grid flock"], _flock(measured)
+    )
+
+
+FIGURES: Final[dict[str, PaperFigure]] = {
+    "2": PaperFigure("figure_2", (), lambda _: line_figures.escape_forces()),
+    "3": PaperFigure(
+        "figure_3", ("free line",), lambda m: line_figures.lines_over_time(_line(m), is_attacked=False)
+    ),
+    "4": PaperFigure(
+        "figure_4", ("free line",), lambda m: line_figures.lines_over_time(_line(m), is_attacked=True)
+    ),
+    "5": PaperFigure(
+        "figure_5",
+        tuple(f"grid {force}" for force in FORCES),
+        lambda m: line_figures.distance_against_range({force: m[f"grid {force}"] for force in FORCES}),
+    ),
+    "6": PaperFigure("figure_6", _GRID, _snapshots(100.0)),
+    "7": PaperFigure("figure_7", _GRID, _snapshots(10.0)),
+    "8": PaperFigure("figure_8", _GRID, _snapshots(0.0)),
+    "9": PaperFigure("figure_9", _GRID, _distances("mean")),
+    "10": PaperFigure("figure_10", _GRID, _distances("minimum")),
+    "edge": PaperFigure(
+        "edge",
+        tuple(f"aimed {offset:g}" for offset in OFFSETS),
+        lambda m: flock_figures.aimed_beside({offset: m[f"aimed {offset:g}"] for offset in OFFSETS}),
+    ),
+}
+"""By the number in the paper; ``"edge"`` is the attack beside the center."""
+
+
+def draw_figures(output: Path, measured: Measured, names: Iterable[str] = FIGURES) -> None:
+    """Write figures of finished measurements, as PNG and SVG."""
+    for name in names:
+        style.save(FIGURES[name].draw(measured), output / FIGURES[name].stem)
+
+
+def measure_and_draw(
+    output: Path, names: Iterable[str], trials: Trials, backend: Backend, *, progress: bool = False
+) -> list[Path]:
+    """Write some figures; run only the measurements that they need. The cache is that of ``reproduce``.
+
+    Returns:
+        The PNG files.
+
+    Raises:
+        ArgumentError: if there is no such figure.
+        JobError: if measurements failed.
+    """
+    chosen = list(dict.fromkeys(names))
+    for name in chosen:
+        if name not in FIGURES:
+            raise ArgumentError("figures", f"some of {', '.join(FIGURES)}", repr(name))
+    plan = measurements(trials)
+    needed = {need: plan[need] for name in chosen for need in FIGURES[name].needs}
+    output.mkdir(parents=True, exist_ok=True)
+    draw_figures(output, measure(needed, Cache(output / "cache"), backend, progress=progress), chosen)
+    return [output / f"{FIGURES[name].stem}.png" for name in chosen]

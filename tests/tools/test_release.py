@@ -1,0 +1,42 @@
+"""Files of a release: versions and the paper agree, and workflows run no unpinned action."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+
+
+def test_all_files_have_the_version_of_the_crates() -> None:
+    version = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
+    assert f"Version {version}" in (ROOT / "README.md").read_text("utf-8")
+
+
+def test_the_paper_is_cited_everywhere_with_the_same_title_and_year() -> None:
+    citation = (ROOT / "CITATION.cff").read_text("utf-8")
+    (title,) = re.findall(r"^    title: (.+)$", citation, re.MULTILINE)
+    (year,) = re.findall(r"^    year: (.+)$", citation, re.MULTILINE)
+    for page in ("README.md", "docs/paper.md"):
+        text = (ROOT / page).read_text("utf-8")
+        assert f"title  = {{{title}}}" in text
+        assert f"year   = {{{year}}}" in text
+
+
+def test_there_are_no_conflict_markers_in_the_changelog() -> None:
+    assert not re.search(
+        r"^(<<<<<<<|=======|>>>>>>>)", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE
+    )
+
+
+@pytest.mark.parametrize("workflow", WORKFLOWS, ids=lambda path: path.stem)
+def test_actions_are_pinned_by_commit(workflow: Path) -> None:
+    actions = re.findall(r"uses: (.+)", workflow.read_text("utf-8"))
+    assert actions
+    for action in actions:
+        assert re.fullmatch(r"[\w-]+/[\w-]+@[0-9a-f]{40} # v\d+\.\d+\.\d+", action), action
