@@ -11,6 +11,7 @@ SETTINGS = {
     "shared-minimum": "one range for the flock",
     "per-agent-visible-minimum": "one range per agent, predator always visible",
     "per-agent-local-minimum": "one range per agent, predator visible within 30 m",
+    "per-agent-visible-derived": "one range per agent, predator always visible, escape direction",
     "per-agent-visible-profile": "one range per agent, predator always visible, profile of 8 ranges",
     "per-agent-visible-profile-minimum": "one range per agent, predator always visible, profile of 8 ranges",
     "shared-profile": "one range for the flock, profile of 8 ranges",

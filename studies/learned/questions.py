@@ -15,6 +15,7 @@ QUESTIONS: Final = {
     "per-agent-local-minimum": (
         "Does one range per agent save the nearest agent, where only agents near the predator see it?"
     ),
+    "per-agent-visible-derived": "What is it worth to know the direction of escape?",
     "per-agent-visible-profile": "What is it worth to know what each of 8 ranges would bring?",
     "per-agent-visible-profile-minimum": "What is that worth for the nearest agent?",
     "shared-profile": "What is it worth to know how the whole flock would turn under each of 8 ranges?",
