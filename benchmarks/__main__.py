@@ -10,7 +10,20 @@ from typing import Annotated, Any, Literal, get_args
 import tyro
 from threadpoolctl import threadpool_limits
 
-from benchmarks import environments, grid, kernel, line, machine, peers, plots, report, rules, size, threads
+from benchmarks import (
+    environments,
+    frameworks,
+    grid,
+    kernel,
+    line,
+    machine,
+    peers,
+    plots,
+    report,
+    rules,
+    size,
+    threads,
+)
 from benchmarks.measure import Record
 
 Section = Literal["kernel", "size", "environments", "line", "grid", "rules", "threads"]
@@ -80,6 +93,12 @@ def _plot(args: Annotated[PlotArgs, tyro.conf.arg(name="")]) -> None:
     report.show(records)
     for path in plots.draw(records, args.output):
         print("Figure:", path)
+
+
+@app.command(name="frameworks")
+def _frameworks(args: Annotated[frameworks.FrameworksArgs, tyro.conf.arg(name="")]) -> None:
+    """Write the table of docs/trainers.md, after measuring one example if it is named."""
+    frameworks.run(args)
 
 
 def _save(machine_description: dict[str, Any], records: list[Record], folder: Path) -> None:
