@@ -122,7 +122,7 @@ def test_one_iteration_of_ppo() -> None:
 def test_the_example_trains(
     interface: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    short = ("--iterations", "1", "--held-out", "3", "--interface", interface)
+    short = ("--iterations", "1", "--flocks", "1", "--held-out", "3", "--interface", interface)
     monkeypatch.setattr(sys, "argv", ["rllib_ppo.py", *short])
     ray.shutdown()  # the example starts Ray itself
     runpy.run_path(str(EXAMPLE), run_name="__main__")

@@ -2,7 +2,7 @@
 
 ```
 pip install flockesc-env "ray[rllib]" torch
-python examples/rllib_ppo.py --iterations 15
+python examples/rllib_ppo.py --iterations 20
 ```
 
 With a slot per agent, RLlib's single-agent runner steps all flocks as one vector environment.
@@ -50,20 +50,23 @@ class ModulePolicy:
         return actions
 
 
-def configure(interface: str, flocks: int, seed: int) -> PPOConfig:
+def configure(interface: str, iterations: int, flocks: int, seed: int) -> PPOConfig:
     """Return the configuration of PPO."""
+    # The multi-agent runner counts steps of flocks, the single-agent runner those of slots.
+    slots = flocks * (AGENTS if interface == "slots" else 1)
     config = (
         PPOConfig()
-        .env_runners(num_env_runners=0, rollout_fragment_length=STEPS)
+        .env_runners(num_env_runners=0, num_envs_per_env_runner=slots, rollout_fragment_length=STEPS)
         .training(
-            lr=1e-3,
+            train_batch_size_per_learner=STEPS * slots,
+            lr=[[0, 1e-3], [iterations * STEPS * slots, 0.0]],
             gamma=0.98,
             lambda_=0.95,
             clip_param=0.2,
             vf_clip_param=float("inf"),
             use_kl_loss=False,
             num_epochs=10,
-            minibatch_size=2000,
+            minibatch_size=3000,
         )
         .rl_module(
             model_config=DefaultModelConfig(
@@ -73,24 +76,18 @@ def configure(interface: str, flocks: int, seed: int) -> PPOConfig:
         .debugging(seed=seed)
     )
     if interface == "slots":
-        slots = AGENTS * flocks
-        return (
-            config.environment("flockesc_env:flockesc/FlockAgents-v0", env_config=OPTIONS)
-            .env_runners(num_envs_per_env_runner=slots, gym_env_vectorize_mode="vector_entry_point")
-            .training(train_batch_size_per_learner=STEPS * slots)
+        return config.environment("flockesc_env:flockesc/FlockAgents-v0", env_config=OPTIONS).env_runners(
+            gym_env_vectorize_mode="vector_entry_point"
         )
     register_env("flock", lambda _: ParallelPettingZooEnv(parallel_env(**OPTIONS)))
-    return (
-        config.environment("flock")
-        .env_runners(num_envs_per_env_runner=flocks)
-        .multi_agent(policies={"shared"}, policy_mapping_fn=lambda *_, **__: "shared")
-        .training(train_batch_size_per_learner=STEPS * flocks)  # counts steps of flocks
+    return config.environment("flock").multi_agent(
+        policies={"shared"}, policy_mapping_fn=lambda *_, **__: "shared"
     )
 
 
 def main(
-    iterations: int = 15,
-    flocks: int = 1,
+    iterations: int = 20,
+    flocks: int = 2,
     seed: int = 0,
     held_out: int = 200,
     interface: Literal["slots", "pettingzoo"] = "slots",
@@ -106,7 +103,7 @@ def main(
     """
     torch.set_num_threads(1)  # the network is small
     ray.init(num_cpus=1, include_dashboard=False)
-    algorithm = configure(interface, flocks, seed).build_algo()
+    algorithm = configure(interface, iterations, flocks, seed).build_algo()
     start = time.process_time()
     for iteration in range(iterations):
         result = algorithm.train()["env_runners"]
