@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 import tyro
-from threadpoolctl import threadpool_limits
 
 from benchmarks import (
     environments,
@@ -62,6 +61,8 @@ app = tyro.extras.SubcommandApp()
 @app.command(name="run")
 def _run(args: Annotated[RunArgs, tyro.conf.arg(name="")]) -> None:
     """Check that peers agree with this project, measure, and write tables, measurements and figures."""
+    from threadpoolctl import threadpool_limits
+
     machine_description = machine.description()
     with threadpool_limits(1):  # of BLAS: all candidates use one thread
         others = peers.installed()

@@ -52,14 +52,13 @@ class ModulePolicy:
 
 def configure(interface: str, iterations: int, flocks: int, seed: int) -> PPOConfig:
     """Return the configuration of PPO."""
-    # The multi-agent runner counts steps of flocks, the single-agent runner those of slots.
-    slots = flocks * (AGENTS if interface == "slots" else 1)
+    samples = STEPS * AGENTS * flocks  # of an iteration
     config = (
         PPOConfig()
-        .env_runners(num_env_runners=0, num_envs_per_env_runner=slots, rollout_fragment_length=STEPS)
+        .env_runners(num_env_runners=0, rollout_fragment_length=STEPS)
         .training(
-            train_batch_size_per_learner=STEPS * slots,
-            lr=[[0, 1e-3], [iterations * STEPS * slots, 0.0]],
+            train_batch_size_per_learner=samples,
+            lr=[[0, 1e-3], [iterations * samples, 0.0]],
             gamma=0.98,
             lambda_=0.95,
             clip_param=0.2,
@@ -77,11 +76,17 @@ def configure(interface: str, iterations: int, flocks: int, seed: int) -> PPOCon
     )
     if interface == "slots":
         return config.environment("flockesc_env:flockesc/FlockAgents-v0", env_config=OPTIONS).env_runners(
-            gym_env_vectorize_mode="vector_entry_point"
+            num_envs_per_env_runner=AGENTS * flocks, gym_env_vectorize_mode="vector_entry_point"
         )
     register_env("flock", lambda _: ParallelPettingZooEnv(parallel_env(**OPTIONS)))
-    return config.environment("flock").multi_agent(
-        policies={"shared"}, policy_mapping_fn=lambda *_, **__: "shared"
+    return (
+        config.environment("flock")
+        .env_runners(num_envs_per_env_runner=flocks)
+        .multi_agent(
+            policies={"shared"},
+            policy_mapping_fn=lambda *_, **__: "shared",
+            count_steps_by="agent_steps",
+        )
     )
 
 
