@@ -48,6 +48,7 @@ def main(iterations: int = 45, flocks: int = 4, seed: int = 0, held_out: int = 2
         n_epochs=5,
         gamma=0.98,
         policy_kwargs={"net_arch": [32, 32]},
+        stats_window_size=agents.num_envs,  # the logged return is the mean over all agents
         seed=seed,
         device="cpu",
         verbose=1,
