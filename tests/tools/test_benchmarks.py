@@ -101,3 +101,7 @@ def test_the_table_of_frameworks_shows_the_committed_measurements(monkeypatch: p
     page = frameworks.PAGE.read_text("utf-8")
     assert page.count("\n| stable-baselines3: [sb3_ppo.py]") == 1
     assert frameworks.rendered(page) == page
+    found = json.loads((frameworks.RESULTS / "sb3_ppo.json").read_text())
+    low, high = found["interval"]
+    readme = " ".join(Path("README.md").read_text("utf-8").split())
+    assert f"`{found['gain']:+.1f} m [{low:+.1f}, {high:+.1f}] over the best fixed range`" in readme
