@@ -8,9 +8,21 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 import tyro
-from threadpoolctl import threadpool_limits
 
-from benchmarks import environments, grid, kernel, line, machine, peers, plots, report, rules, size, threads
+from benchmarks import (
+    environments,
+    frameworks,
+    grid,
+    kernel,
+    line,
+    machine,
+    peers,
+    plots,
+    report,
+    rules,
+    size,
+    threads,
+)
 from benchmarks.measure import Record
 
 Section = Literal["kernel", "size", "environments", "line", "grid", "rules", "threads"]
@@ -49,6 +61,8 @@ app = tyro.extras.SubcommandApp()
 @app.command(name="run")
 def _run(args: Annotated[RunArgs, tyro.conf.arg(name="")]) -> None:
     """Check that peers agree with this project, measure, and write tables, measurements and figures."""
+    from threadpoolctl import threadpool_limits
+
     machine_description = machine.description()
     with threadpool_limits(1):  # of BLAS: all candidates use one thread
         others = peers.installed()
@@ -80,6 +94,12 @@ def _plot(args: Annotated[PlotArgs, tyro.conf.arg(name="")]) -> None:
     report.show(records)
     for path in plots.draw(records, args.output):
         print("Figure:", path)
+
+
+@app.command(name="frameworks")
+def _frameworks(args: Annotated[frameworks.FrameworksArgs, tyro.conf.arg(name="")]) -> None:
+    """Write the table of docs/trainers.md, after measuring one example if it is named."""
+    frameworks.run(args)
 
 
 def _save(machine_description: dict[str, Any], records: list[Record], folder: Path) -> None:

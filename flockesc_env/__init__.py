@@ -2,8 +2,9 @@
 
 - Models: ``simulate``, ``simulate_line``, ``sweep``; neighbor graphs by ``component_labels``,
   ``neighbor_pairs``, ``laplacian`` and ``perron_matrix``.
-- Environments: ``flockesc/FlockEscape-v0``, ``flockesc/FlockPursuit-v0`` and ``flockesc/LineEscape-v0``
-  (Gymnasium), ``parallel_env`` and ``env`` (PettingZoo), ``flockesc_env.sb3`` (stable-baselines3).
+- Environments: ``flockesc/FlockEscape-v0``, ``flockesc/FlockAgents-v0``, ``flockesc/FlockPursuit-v0`` and
+  ``flockesc/LineEscape-v0`` (Gymnasium), ``parallel_env`` and ``env`` (PettingZoo), ``flockesc_env.sb3``
+  (stable-baselines3).
 - Scenarios: ``FlockScenario``, ``LineScenario`` and the named ones in ``PRESETS``.
 - Policies: ``FixedRange``, ``StubbornLeaders`` and others (``flockesc_env.policies``); ``rollout`` and
   ``record`` run a policy for whole episodes, ``bind`` turns it into a function from observation to action.
@@ -29,7 +30,7 @@ from flockesc_env.envs.gymnasium import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.envs.pettingzoo import FlockParallelEnv, env, parallel_env, raw_env
 from flockesc_env.envs.pursuit import FlockPursuitEnv
-from flockesc_env.envs.vector import FlockVectorEnv
+from flockesc_env.envs.vector import AgentVectorEnv, FlockVectorEnv
 from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.episodes.seeds import episode_seed
 from flockesc_env.episodes.spaces import PolicySpec
@@ -82,6 +83,7 @@ from flockesc_env.scenario.randomization import Choice, LogUniform, Uniform
 __all__ = [
     "PRESETS",
     "ActionError",
+    "AgentVectorEnv",
     "AlignedHeadings",
     "Architecture",
     "ArgumentError",
@@ -180,5 +182,6 @@ _gymnasium.register(
     "flockesc_env.envs.gymnasium:FlockEscapeEnv",
     vector_entry_point="flockesc_env.envs.vector:FlockVectorEnv",
 )
+_gymnasium.register("flockesc/FlockAgents-v0", vector_entry_point="flockesc_env.envs.vector:AgentVectorEnv")
 _gymnasium.register("flockesc/FlockPursuit-v0", "flockesc_env.envs.pursuit:FlockPursuitEnv")
 _gymnasium.register("flockesc/LineEscape-v0", "flockesc_env.envs.line:LineEscapeEnv")

@@ -94,21 +94,13 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
         """
         step = _autoreset.step(self._batch, self._actions, AutoresetMode.SAME_STEP)
         slot_infos = self._slot_infos(step.columns, step.ranges)
-        dones = np.repeat(step.ended, self._batch.rows)
+        dones = step.terminations | step.truncations
         if step.ending is not None:
-            self._add_final(dones, step.ending, slot_infos)
+            for slot, last in zip(np.flatnonzero(dones).tolist(), step.ending.observations, strict=True):
+                slot_infos[slot]["TimeLimit.truncated"] = bool(step.truncations[slot])
+                slot_infos[slot]["terminal_observation"] = last
         self._show()
         return step.observations, step.rewards.astype(np.float32), dones, slot_infos
-
-    def _add_final(
-        self, dones: NDArray[np.bool], ending: _autoreset.Ending, slot_infos: list[dict[str, Any]]
-    ) -> None:
-        """Add ``terminal_observation`` and ``TimeLimit.truncated`` to the infos of ended slots."""
-        is_caught = ending.caught if self._per_agent else ending.caught.all(axis=1)
-        slots = np.flatnonzero(dones).tolist()
-        for slot, last, caught in zip(slots, ending.observations, is_caught.flat, strict=True):
-            slot_infos[slot]["TimeLimit.truncated"] = not caught
-            slot_infos[slot]["terminal_observation"] = last
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """Set the seed of flock f to ``seed + f`` for the next reset; ``None``: a random ``seed``."""

@@ -25,37 +25,38 @@ class Ending(NamedTuple):
     """The episodes that ended in a step under ``SAME_STEP``.
 
     Attributes:
-        slots: indices of the flocks.
-        observations: last observations, shape (len(slots) * rows, entries).
-        caught: whether each agent was caught, shape (len(slots), n).
-        started: columns of ``info`` of the new episodes.
+        rows: whether the episode of each row's flock has ended, shape (f * rows,).
+        observations: last observations, one per row of an ended episode.
+        started: columns of ``info`` of the new episodes, one entry per ended flock.
     """
 
-    slots: list[int]
+    rows: NDArray[np.bool]
     observations: Observations
-    caught: NDArray[np.bool]
     started: Columns
 
 
 class VectorStep(NamedTuple):
-    """The result of one step of f flocks.
+    """The result of one step of f flocks, with ``rows`` rows per flock.
 
     Attributes:
         observations: shape (f * rows, entries).
         rewards: shape (f * rows,).
-        ended: whether each flock's episode has ended, shape (f,).
-        terminations: whether it ended because all agents are caught, shape (f,); otherwise it is truncated.
+        terminations: whether the episode has ended and the row's agents are caught, shape (f * rows,).
+        truncations: whether the episode has ended and they are not all caught, shape (f * rows,).
         ranges: interaction ranges in m, shape (f * rows,).
-        columns: columns of ``info`` after the step, before any reset.
+        columns: columns of ``info`` after the step, before any reset, one entry per flock.
+        active: whether the agent of each row is not caught, after the step and before any reset, shape
+            (f * rows,); ``None`` if a row is a flock or the scenario has no ``capture_radius``.
         ending: the episodes that ended, under ``SAME_STEP``; ``None`` in other modes or if none ended.
     """
 
     observations: Observations
     rewards: FloatArray
-    ended: NDArray[np.bool]
     terminations: NDArray[np.bool]
+    truncations: NDArray[np.bool]
     ranges: FloatArray
     columns: Columns
+    active: NDArray[np.bool] | None
     ending: Ending | None
 
 
@@ -79,12 +80,13 @@ def step(
     """
     at_end: AtEnd = "restart" if mode is AutoresetMode.NEXT_STEP else "refuse"
     observations, rewards, ended, ranges, columns = batch.step(actions, at_end=at_end, out=out)
-    terminations = is_over(columns)
+    rows = np.repeat(ended, batch.rows)
+    active = ~batch.caught().ravel() if batch.rows_can_be_caught else None
+    terminations = np.repeat(is_over(columns), batch.rows) if active is None else rows & ~active
     ending = None
     if mode is AutoresetMode.SAME_STEP and ended.any():
-        slots = np.flatnonzero(ended).tolist()
-        rows = np.repeat(ended, batch.rows)
-        last, caught = observations[rows], batch.caught()[ended]
-        observations[rows], started = batch.reset(slots)
-        ending = Ending(slots, last, caught, started)
-    return VectorStep(observations, rewards, ended, terminations, ranges, columns, ending)
+        last = observations[rows]
+        observations[rows], started = batch.reset(np.flatnonzero(ended).tolist())
+        ending = Ending(rows, last, started)
+    truncations = rows & ~terminations
+    return VectorStep(observations, rewards, terminations, truncations, ranges, columns, active, ending)

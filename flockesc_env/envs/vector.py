@@ -1,4 +1,4 @@
-"""Gymnasium vector environment of many flocks: one action per flock sets its interaction range."""
+"""Gymnasium vector environments of many flocks: one slot per flock, or one slot per agent."""
 
 from __future__ import annotations
 
@@ -17,11 +17,191 @@ from flockesc_env.envs._base import FlockArguments, ManyFlocks
 from flockesc_env.episodes.batch import MAX_FLOCKS, Columns, FlockBatch, Observations
 from flockesc_env.render import render
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.presets import as_scenario
 
 VectorStep = tuple[Observations, FloatArray, NDArray[np.bool], NDArray[np.bool], dict[str, Any]]
 
 
-class FlockVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
+class _BatchVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
+    """Base class: a batch of flocks with one or more slots per flock, which share its episode."""
+
+    def __init__(
+        self,
+        num_flocks: int,
+        scenario: FlockScenario | str | None,
+        autoreset_mode: AutoresetMode | str,
+        copy: bool,
+        max_episode_steps: int | None,
+        arguments: FlockArguments,
+        *,
+        per_agent: bool,
+    ) -> None:
+        self.autoreset_mode = _mode(autoreset_mode)
+        super().__init__(scenario, arguments, num_flocks=num_flocks, per_agent=per_agent)
+        _check_limit(max_episode_steps, self._batch)
+        self.num_envs = num_flocks * self._batch.rows
+        self.policy_spec = self._batch.policy_spec
+        self.single_observation_space = self.policy_spec.layout.space()
+        self.single_action_space = self.policy_spec.actions.space()
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        entries = len(self.policy_spec.layout.names)
+        self._out = (
+            None
+            if as_flag(copy, "copy")
+            else (np.zeros((self.num_envs, entries), np.float32), np.zeros(self.num_envs))
+        )
+        self._is_started = False
+        self.metadata["autoreset_mode"] = self.autoreset_mode
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Observations, dict[str, Any]]:
+        """Start an episode in every flock, or in some.
+
+        Args:
+            seed: an integer: flock i gets the seed ``seed + i``. A list: flock i gets entry i. ``None``: the
+                flock continues its seed schedule (``episode_seed``).
+            options: the options of ``FlockEscapeEnv.reset``, applied to every flock that is reset, and
+                ``reset_mask``, the slots to reset, bool of shape (num_envs,); default: all. The slots of a
+                flock are reset together.
+
+        Raises:
+            ArgumentError: if a seed or an option is invalid; the running episodes continue.
+            ResetNeededError: if the first reset does not include all slots.
+        """
+        given = dict(as_mapping(options))
+        mask = self._mask(given.pop("reset_mask", None))
+        flocks = np.flatnonzero(mask[:: self._batch.rows]).tolist()
+        seeds = self._seeds(seed)
+        start = self._batch.start(given)
+        is_partial = len(flocks) < self._batch.num_flocks
+        if is_partial and not self._is_started:
+            raise ResetNeededError("first reset() called with a reset_mask that leaves slots out")
+        super().reset(seed=seeds[0])
+        observations, columns = self._batch.reset(flocks, [seeds[flock] for flock in flocks], start)
+        self._is_started = True
+        self._show()
+        if is_partial:
+            observations = self._batch.observe(range(self._batch.num_flocks))
+        if self._out is not None:
+            self._out[0][:] = observations
+            observations = self._out[0]
+        return observations, self._infos(self._started(columns), mask)
+
+    def step(self, actions: Any) -> VectorStep:
+        """Set the interaction range of every slot and run ``steps_per_action`` model steps.
+
+        Args:
+            actions: shape (num_envs, 1) or, if the action mode is ``"discrete"``, (num_envs,).
+
+        Returns:
+            Observations, shape (num_envs, entries), rewards, terminations and truncations, shape (num_envs,),
+            and ``infos``.
+
+        Raises:
+            ActionError: if an action is outside the action space, except in slots that are reset.
+            ResetNeededError: if called before ``reset``, or after the end of an episode if autoreset is
+                disabled.
+        """
+        step = _autoreset.step(self._batch, actions, self.autoreset_mode, self._out)
+        columns = self._columns(step.columns, step.ranges, step.active)
+        infos = self._infos(columns, np.ones(self.num_envs, np.bool))
+        if step.ending is not None:
+            self._add_final(columns, step.ending, infos)
+        self._show()
+        return step.observations, step.rewards, step.terminations, step.truncations, infos
+
+    def set_state(self, state: bytes, flocks: Any = None) -> Observations:
+        observations = super().set_state(state, flocks)
+        self._is_started = True
+        return observations
+
+    def render(self) -> tuple[Any, ...] | None:
+        """Return one image per flock, shape (size, size, 3); in mode ``"human"`` show them side by side.
+
+        Raises:
+            ResetNeededError: if called before ``reset``.
+        """
+        pictures = render(self._viewer)
+        return None if pictures is None else tuple(pictures)
+
+    def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002, called by Gymnasium's `close`
+        """Close the window if one is open."""
+        if self._viewer is not None:
+            self._viewer.close()
+
+    def _add_final(self, columns: Columns, ending: _autoreset.Ending, infos: dict[str, Any]) -> None:
+        """Add ``final_obs`` and ``final_info`` of ended episodes; the other infos describe the new ones."""
+        ended = ending.rows
+        last = np.full(self.num_envs, None, object)
+        for slot, observation in zip(np.flatnonzero(ended).tolist(), ending.observations, strict=True):
+            last[slot] = observation
+        final = self._infos({name: column[ended] for name, column in columns.items()}, ended)
+        infos |= {
+            "final_obs": last,
+            "_final_obs": ended,
+            "final_info": final,
+            "_final_info": ended.copy(),
+        }
+        for name, column in self._started(ending.started).items():
+            columns[name][ended] = column
+
+    def _started(self, columns: Columns) -> Columns:
+        """Return the columns over slots of flocks whose episodes have just started."""
+        count = len(columns["mean_distance"]) * self._batch.rows
+        return self._columns(columns, np.zeros(count), np.ones(count, np.bool))
+
+    def _columns(self, columns: Columns, ranges: FloatArray, active: NDArray[np.bool] | None) -> Columns:
+        """Return columns over slots, from columns over flocks and ranges and activity of slots."""
+        rows = self._batch.rows
+        slots = dict(columns) if rows == 1 else {name: each.repeat(rows) for name, each in columns.items()}
+        slots["interaction_range"] = ranges
+        if self._batch.rows_can_be_caught and active is not None:
+            slots["active"] = active
+        return slots
+
+    def _infos(self, columns: Columns, mask: NDArray[np.bool]) -> dict[str, Any]:
+        """Return the ``infos`` of the slots in ``mask`` in Gymnasium's form: arrays over all slots, masks."""
+        infos: dict[str, Any] = {}
+        for name, column in columns.items():
+            infos[name] = column if len(column) == len(mask) else _scatter(column, mask)
+            infos[f"_{name}"] = mask.copy()
+        return infos
+
+    def _mask(self, mask: Any) -> NDArray[np.bool]:
+        """Return the slots to reset."""
+        if mask is None:
+            return np.ones(self.num_envs, np.bool)
+        expected = f"a bool array of shape ({self.num_envs},) with at least one True"
+        is_mask = isinstance(mask, np.ndarray) and mask.dtype == np.bool and mask.shape == (self.num_envs,)
+        if not (is_mask and mask.any()):
+            raise ArgumentError("options['reset_mask']", expected, shown(mask))
+        flocks = mask.reshape(-1, self._batch.rows)
+        if (flocks != flocks[:, :1]).any():
+            expected = f"equal entries for all {self._batch.rows} slots of a flock"
+            raise ArgumentError("options['reset_mask']", expected, "different ones")
+        slots: NDArray[np.bool] = mask
+        return slots
+
+    def _seeds(self, seed: Any) -> Sequence[int | None]:
+        """Return the seed of every flock."""
+        count = self._batch.num_flocks
+        if seed is None:
+            return [None] * count
+        if isinstance(seed, list | tuple) or (isinstance(seed, np.ndarray) and seed.ndim):
+            if len(seed) != count:
+                raise ArgumentError("seed", f"{count} seeds, one per flock", len(seed))
+            return [None if one is None else as_seed(one, f"seed[{i}]") for i, one in enumerate(seed)]
+        first = as_seed(seed)
+        as_seed(first + count - 1, "seed of the last flock")
+        return range(first, first + count)
+
+
+class FlockVectorEnv(_BatchVectorEnv):
     """Many flocks under attack, ``flockesc/FlockEscape-v0`` with ``gymnasium.make_vec``; one range per flock.
 
     It returns the same values as ``SyncVectorEnv`` over ``FlockEscapeEnv``, bit for bit, and is faster.
@@ -56,155 +236,55 @@ class FlockVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[A
         max_episode_steps: int | None = None,
         **arguments: Unpack[FlockArguments],
     ) -> None:
-        self.num_envs = as_count(num_envs, "num_envs", most=MAX_FLOCKS)
-        self.autoreset_mode = _mode(autoreset_mode)
-        super().__init__(scenario, arguments, num_flocks=self.num_envs)
-        _check_limit(max_episode_steps, self._batch)
-        self.policy_spec = self._batch.policy_spec
-        self.single_observation_space = self.policy_spec.layout.space()
-        self.single_action_space = self.policy_spec.actions.space()
-        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
-        self.action_space = batch_space(self.single_action_space, self.num_envs)
-        entries = len(self.policy_spec.layout.names)
-        self._out = (
-            None
-            if as_flag(copy, "copy")
-            else (np.zeros((self.num_envs, entries), np.float32), np.zeros(self.num_envs))
-        )
-        self._is_started = False
-        self.metadata["autoreset_mode"] = self.autoreset_mode
+        count = as_count(num_envs, "num_envs", most=MAX_FLOCKS)
+        super().__init__(count, scenario, autoreset_mode, copy, max_episode_steps, arguments, per_agent=False)
 
-    def reset(
+
+class AgentVectorEnv(_BatchVectorEnv):
+    """Many flocks with a slot per agent, ``flockesc/FlockAgents-v0`` with ``gymnasium.make_vec``.
+
+    Slot ``f * num_agents + i`` is agent i of flock f; one shared policy sets the range of each agent. It
+    returns the same values as ``FlockParallelEnv``, bit for bit. ``reset(seed=s)`` gives flock f the seed
+    ``s + f``; a list contains one seed per flock.
+
+    The slots of a flock start and end an episode together. A caught agent keeps its slot until then, as in
+    SuperSuit's ``black_death``: its observation is zeros, its reward is 0, and its action is ignored. At the
+    end of the episode its slot terminates and the others are truncated. If the scenario has a
+    ``capture_radius``, ``infos["active"]`` is the mask of the agents that are not caught.
+
+    Args:
+        num_envs: number of slots, a multiple of ``scenario.num_agents``; ``None``: one flock.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's.
+        autoreset_mode: see ``FlockVectorEnv``.
+        copy: see ``FlockVectorEnv``.
+        max_episode_steps: see ``FlockVectorEnv``.
+        **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image per flock.
+
+    Raises:
+        ArgumentError: if an argument has the wrong type or value.
+        OptionError: if an option is unknown, missing or out of bounds.
+        ScenarioError: if the scenario has no predator.
+        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
+    """
+
+    def __init__(
         self,
+        num_envs: int | None = None,
+        scenario: FlockScenario | str | None = None,
         *,
-        seed: int | Sequence[int | None] | None = None,
-        options: dict[str, Any] | None = None,
-    ) -> tuple[Observations, dict[str, Any]]:
-        """Start an episode in every slot, or in some.
-
-        Args:
-            seed: an integer: slot i gets the seed ``seed + i``. A list: slot i gets entry i. ``None``: the
-                slot continues its seed schedule (``episode_seed``).
-            options: the options of ``FlockEscapeEnv.reset``, applied to every slot that is reset, and
-                ``reset_mask``, the slots to reset, bool of shape (num_envs,); default: all.
-
-        Raises:
-            ArgumentError: if a seed or an option is invalid; the running episodes continue.
-            ResetNeededError: if the first reset does not include all slots.
-        """
-        given = dict(as_mapping(options))
-        slots = self._slots(given.pop("reset_mask", None))
-        seeds = self._seeds(seed)
-        start = self._batch.start(given)
-        if len(slots) < self.num_envs and not self._is_started:
-            raise ResetNeededError("first reset() called with a reset_mask that leaves slots out")
-        super().reset(seed=seeds[0])
-        observations, columns = self._batch.reset(slots, [seeds[slot] for slot in slots], start)
-        self._is_started = True
-        self._show()
-        if len(slots) < self.num_envs:
-            observations = self._batch.observe(range(self.num_envs))
-        if self._out is not None:
-            self._out[0][:] = observations
-            observations = self._out[0]
-        return observations, self._infos({**columns, "interaction_range": np.zeros(len(slots))}, slots)
-
-    def step(self, actions: Any) -> VectorStep:
-        """Set the interaction range of every flock and run ``steps_per_action`` model steps.
-
-        Args:
-            actions: shape (num_envs, 1) or, if the action mode is ``"discrete"``, (num_envs,).
-
-        Returns:
-            Observations, shape (num_envs, entries), rewards, terminations and truncations, shape (num_envs,),
-            and ``infos``.
-
-        Raises:
-            ActionError: if an action is outside the action space, except in slots that are reset.
-            ResetNeededError: if called before ``reset``, or after the end of an episode if autoreset is
-                disabled.
-        """
-        step = _autoreset.step(self._batch, actions, self.autoreset_mode, self._out)
-        step.columns["interaction_range"] = step.ranges
-        infos = self._infos(step.columns, range(self.num_envs))
-        if step.ending is not None:
-            self._add_final(step, step.ending, infos)
-        self._show()
-        truncations = step.ended & ~step.terminations
-        return step.observations, step.rewards, step.terminations, truncations, infos
-
-    def set_state(self, state: bytes, flocks: Any = None) -> Observations:  # noqa: D102, inherited
-        observations = super().set_state(state, flocks)
-        self._is_started = True
-        return observations
-
-    def render(self) -> tuple[Any, ...] | None:
-        """Return one image per flock, shape (size, size, 3); in mode ``"human"`` show them side by side.
-
-        Raises:
-            ResetNeededError: if called before ``reset``.
-        """
-        pictures = render(self._viewer)
-        return None if pictures is None else tuple(pictures)
-
-    def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002, called by Gymnasium's `close`
-        """Close the window if one is open."""
-        if self._viewer is not None:
-            self._viewer.close()
-
-    def _add_final(
-        self, step: _autoreset.VectorStep, ending: _autoreset.Ending, infos: dict[str, Any]
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        copy: bool = True,
+        max_episode_steps: int | None = None,
+        **arguments: Unpack[FlockArguments],
     ) -> None:
-        """Add ``final_obs`` and ``final_info`` of ended episodes; the other infos describe the new ones."""
-        slots = ending.slots
-        ended = np.zeros(self.num_envs, np.bool)
-        ended[slots] = True
-        last = np.full(self.num_envs, None, object)
-        for slot, observation in zip(slots, ending.observations, strict=True):
-            last[slot] = observation
-        final = self._infos({name: column[slots] for name, column in step.columns.items()}, slots)
-        infos |= {
-            "final_obs": last,
-            "_final_obs": ended,
-            "final_info": final,
-            "_final_info": ended.copy(),
-        }
-        for name, column in step.columns.items():
-            column[slots] = ending.started.get(name, 0.0)
-
-    def _infos(self, columns: Columns, slots: Sequence[int]) -> dict[str, Any]:
-        """Return the ``infos`` of some slots in Gymnasium's form: arrays over all slots, and masks."""
-        if len(slots) < self.num_envs:
-            mask = np.zeros(self.num_envs, np.bool)
-            mask[slots] = True
-            columns = {name: _scatter(column, mask) for name, column in columns.items()}
-        else:
-            mask = np.ones(self.num_envs, np.bool)
-        infos: dict[str, Any] = {}
-        for name, column in columns.items():
-            infos[name], infos[f"_{name}"] = column, mask.copy()
-        return infos
-
-    def _slots(self, mask: Any) -> list[int]:
-        if mask is None:
-            return list(range(self.num_envs))
-        expected = f"a bool array of shape ({self.num_envs},) with at least one True"
-        is_mask = isinstance(mask, np.ndarray) and mask.dtype == np.bool and mask.shape == (self.num_envs,)
-        if not (is_mask and mask.any()):
-            raise ArgumentError("options['reset_mask']", expected, shown(mask))
-        slots: list[int] = np.flatnonzero(mask).tolist()
-        return slots
-
-    def _seeds(self, seed: Any) -> Sequence[int | None]:
-        if seed is None:
-            return [None] * self.num_envs
-        if isinstance(seed, list | tuple) or (isinstance(seed, np.ndarray) and seed.ndim):
-            if len(seed) != self.num_envs:
-                raise ArgumentError("seed", f"{self.num_envs} seeds", len(seed))
-            return [None if one is None else as_seed(one, f"seed[{i}]") for i, one in enumerate(seed)]
-        first = as_seed(seed)
-        as_seed(first + self.num_envs - 1, "seed of the last slot")
-        return range(first, first + self.num_envs)
+        given = as_scenario(scenario, FlockScenario)
+        agents = given.num_agents
+        slots = agents if num_envs is None else as_count(num_envs, "num_envs", most=MAX_FLOCKS * agents)
+        if slots % agents:
+            raise ArgumentError("num_envs", f"a multiple of scenario.num_agents = {agents}", slots)
+        super().__init__(
+            slots // agents, given, autoreset_mode, copy, max_episode_steps, arguments, per_agent=True
+        )
 
 
 def _mode(mode: Any) -> AutoresetMode:

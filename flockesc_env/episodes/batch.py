@@ -67,6 +67,7 @@ class FlockBatch:
 
     Attributes:
         rows: observation rows and ranges per flock: 1, or the number of agents.
+        rows_can_be_caught: whether a row is an agent and agents can be caught.
         policy_spec: shapes and meaning of observations and actions.
         predator_policy_spec: the same for ``Learned`` predators.
 
@@ -101,6 +102,7 @@ class FlockBatch:
         self.options = options
         self.num_flocks = as_count(num_flocks, "num_flocks", most=MAX_FLOCKS)
         self.rows = scenario.num_agents if per_agent else 1
+        self.rows_can_be_caught = per_agent and scenario.capture_radius is not None
         threads = as_threads(num_threads)
         document = options.to_core(per_agent=per_agent)
         self.policy_spec = PolicySpec(

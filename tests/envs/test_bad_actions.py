@@ -12,7 +12,15 @@ from gymnasium.error import ResetNeeded
 from option_table import small_flock
 from stable_baselines3.common.vec_env import VecEnv
 
-from flockesc_env import FlockEscapeEnv, FlockVectorEnv, LineEscapeEnv, LineScenario, env, parallel_env
+from flockesc_env import (
+    AgentVectorEnv,
+    FlockEscapeEnv,
+    FlockVectorEnv,
+    LineEscapeEnv,
+    LineScenario,
+    env,
+    parallel_env,
+)
 from flockesc_env.common.errors import ActionError, EpisodeError
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
@@ -31,6 +39,7 @@ STACKED = {
     "flock slots": lambda mode: FlockVecEnv(3, FLOCK, action_mode=mode),
     "agent slots": lambda mode: AgentVecEnv(3, FLOCK, action_mode=mode),
     "vector": lambda mode: FlockVectorEnv(3, FLOCK, action_mode=mode),
+    "vector with a slot per agent": lambda mode: AgentVectorEnv(15, FLOCK, action_mode=mode),
     "agent array": lambda mode: AgentArray(mode),
 }
 

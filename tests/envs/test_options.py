@@ -11,6 +11,7 @@ import pytest
 from option_table import small_flock
 
 from flockesc_env import (
+    AgentVectorEnv,
     FlockEscapeEnv,
     FlockParallelEnv,
     FlockPursuitEnv,
@@ -40,6 +41,7 @@ FLOCKS: dict[str, Callable[..., Any]] = {
     "env": env,
     "raw_env": raw_env,
     "FlockVectorEnv": lambda scenario=None, **options: FlockVectorEnv(2, scenario, **options),
+    "AgentVectorEnv": lambda scenario=None, **options: AgentVectorEnv(None, scenario, **options),
     "FlockVecEnv": lambda scenario=None, **options: FlockVecEnv(2, scenario, **options),
     "AgentVecEnv": lambda scenario=None, **options: AgentVecEnv(2, scenario, **options),
     "rollout": lambda scenario=None, **options: rollout(scenario, FixedRange(1.0), [0], **options),

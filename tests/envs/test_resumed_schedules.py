@@ -11,6 +11,7 @@ from option_table import small_flock
 from stable_baselines3.common.vec_env import VecEnv
 
 from flockesc_env import (
+    AgentVectorEnv,
     FlockEscapeEnv,
     FlockPursuitEnv,
     FlockVectorEnv,
@@ -43,6 +44,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "parallel": lambda: parallel_env(SCENARIO),
     "aec": lambda: env(SCENARIO),
     "vector": lambda: FlockVectorEnv(FLOCKS, SCENARIO),
+    "vector with a slot per agent": lambda: AgentVectorEnv(5 * FLOCKS, SCENARIO),
     "flock slots": lambda: FlockVecEnv(FLOCKS, SCENARIO),
     "agent slots": lambda: AgentVecEnv(FLOCKS, SCENARIO),
 }
@@ -80,7 +82,7 @@ def play(environment: Any, episodes: int, **reset: Any) -> list[list[Any]]:
         is_reset = episode == 0 or not hasattr(environment, "num_envs")
         seen.append([begin(environment, **(reset if episode == 0 else {}))] if is_reset else [])
         # SB3 resets in the last step of an episode, a vector environment in a separate step.
-        is_slow = isinstance(environment, FlockVectorEnv) and not is_reset
+        is_slow = isinstance(environment, FlockVectorEnv | AgentVectorEnv) and not is_reset
         seen[-1] += [go_on(environment) for _ in range(STEPS + is_slow)]
     return seen
 

@@ -13,6 +13,7 @@ from option_table import DIMENSIONS, small_flock
 from stable_baselines3.common.vec_env import VecEnv
 
 from flockesc_env import (
+    AgentVectorEnv,
     FlockEscapeEnv,
     FlockScenario,
     FlockVectorEnv,
@@ -232,6 +233,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "line": lambda: LineEscapeEnv(LineScenario(num_agents=5)),
     "parallel": lambda: parallel_env(small_flock()),
     "vector": lambda: FlockVectorEnv(2, small_flock()),
+    "vector with a slot per agent": lambda: AgentVectorEnv(10, small_flock()),
     "flock slots": lambda: FlockVecEnv(2, small_flock()),
     "agent slots": lambda: AgentVecEnv(2, small_flock()),
 }

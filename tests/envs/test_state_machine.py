@@ -27,6 +27,7 @@ from hypothesis.stateful import (
 from option_table import UNLIKE, small_flock
 
 from flockesc_env import (
+    AgentVectorEnv,
     FlockEscapeEnv,
     FlockPursuitEnv,
     FlockVectorEnv,
@@ -59,6 +60,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "vector without autoreset": lambda: FlockVectorEnv(
         2, small_flock(**RANDOM), autoreset_mode="Disabled", num_threads=2
     ),
+    "a slot per agent": lambda: AgentVectorEnv(10, small_flock(**RANDOM)),
     "parallel": lambda: parallel_env(small_flock(**RANDOM), reward="individual_running_minimum"),
     "line": lambda: LineEscapeEnv(LINE, **PICTURES),
 }
@@ -77,7 +79,7 @@ def action_of(env: Any, part: float) -> Any:
 def has_ended(env: Any, step: tuple[Any, ...]) -> bool:
     if hasattr(env, "possible_agents"):
         return not env.agents
-    if isinstance(env, FlockVectorEnv) and env.autoreset_mode.value != "Disabled":
+    if isinstance(env, FlockVectorEnv | AgentVectorEnv) and env.autoreset_mode.value != "Disabled":
         return False
     return bool(np.any(step[2]) or np.any(step[3]))
 

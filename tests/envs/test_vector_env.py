@@ -310,7 +310,7 @@ def test_before_the_first_reset() -> None:
         (-1, {}, "seed"),
         (1.5, {}, "seed"),
         ("a", {}, "seed"),
-        (2**64 - SLOTS + 1, {}, "seed of the last slot"),
+        (2**64 - SLOTS + 1, {}, "seed of the last flock"),
         ([1, 2, 3], {}, "seed"),
         ([1, 2, 3, -1], {}, "seed[3]"),
         (None, {"reset_mask": [True] * SLOTS}, "options['reset_mask']"),

@@ -50,6 +50,9 @@ CONSTRUCTORS = {
     "env": Row(fe.env, {"scenario": SCENARIO}, after=play, others=PARALLEL | ENV_OPTIONS),
     "raw_env": Row(fe.raw_env, {"scenario": SCENARIO}, after=play, others=PARALLEL | ENV_OPTIONS),
     "FlockVectorEnv": Row(fe.FlockVectorEnv, ENV | VECTOR, after=play, others=ENV_OPTIONS),
+    "AgentVectorEnv": Row(
+        fe.AgentVectorEnv, ENV | VECTOR | {"num_envs": Count(10, True)}, after=play, others=ENV_OPTIONS
+    ),
     "LineEscapeEnv": Row(
         fe.LineEscapeEnv,
         {"scenario": Part(LINE, True, confusing=(FLOCK,)), **RENDER},
@@ -112,6 +115,12 @@ METHODS = {
     **_methods("LineEscapeEnv", lambda: fe.LineEscapeEnv(LINE), {"action": ONE}, LINE_START),
     **_methods("FlockVectorEnv", lambda: fe.FlockVectorEnv(2, FLOCK), {"actions": MANY}, START),
     **_methods(
+        "AgentVectorEnv",
+        lambda: fe.AgentVectorEnv(10, FLOCK),
+        {"actions": Floats(np.full((10, 1), 0.25))},
+        START,
+    ),
+    **_methods(
         "FlockParallelEnv",
         lambda: fe.FlockParallelEnv(FLOCK),
         {"actions": Part({f"agent_{i}": [0.25] for i in range(5)})},
@@ -132,6 +141,7 @@ METHODS = {
     ),
 }
 METHODS |= _of_flocks("FlockVectorEnv", started(lambda: fe.FlockVectorEnv(2, FLOCK)))
+METHODS |= _of_flocks("AgentVectorEnv", started(lambda: fe.AgentVectorEnv(10, FLOCK)))
 for _name, _class in {"FlockVecEnv": FlockVecEnv, "AgentVecEnv": AgentVecEnv}.items():
     _subject = started(lambda make=_class: make(2, FLOCK))  # type: ignore[misc]
     _count = 2 if _class is FlockVecEnv else 10

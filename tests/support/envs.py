@@ -60,6 +60,7 @@ ADAPTERS = {
     "vector in the same step": Adapter(lambda: _vector("SameStep", action_mode="discrete")),
     "vector in pictures": Adapter(lambda: _vector("SameStep", **PICTURES), has_pictures=True),
     "vector without copies": Adapter(lambda: _vector("NextStep", copy=False), reuses_buffers=True),
+    "a slot per agent": Adapter(lambda: fe.AgentVectorEnv(10, CAPTURE, num_threads=2)),
     "parallel": Adapter(lambda: fe.parallel_env(small_flock(3), reward="individual_running_minimum")),
     "parallel with capture": Adapter(lambda: fe.parallel_env(CAPTURE, reward="individual_distance")),
     "parallel with predators": Adapter(lambda: fe.parallel_env(FLOCK.with_learned_predators())),

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import PROJECT, kernel, line, measure, peers, plots, rules, size
+from benchmarks import PROJECT, frameworks, kernel, line, measure, peers, plots, rules, size
 from benchmarks.measure import Candidate, Record
 from benchmarks.peers.model import Flocks, Outcome, Peer
 
@@ -94,3 +94,14 @@ def test_figures_are_drawn_from_the_file_alone(tmp_path: Path) -> None:
         "cost_against_size.png",
     ]
     assert all(path.stat().st_size > 10_000 for path in tmp_path.iterdir())
+
+
+def test_the_table_of_frameworks_shows_the_committed_measurements(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(Path(__file__).parents[2])
+    page = frameworks.PAGE.read_text("utf-8")
+    assert page.count("\n| stable-baselines3: [sb3_ppo.py]") == 1
+    assert frameworks.rendered(page) == page
+    found = json.loads((frameworks.RESULTS / "sb3_ppo.json").read_text())
+    low, high = found["interval"]
+    readme = " ".join(Path("README.md").read_text("utf-8").split())
+    assert f"`{found['gain']:+.1f} m [{low:+.1f}, {high:+.1f}] over the best fixed range`" in readme

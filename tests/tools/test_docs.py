@@ -14,6 +14,7 @@ SOURCES = (
     "benchmarks",
     "compat",
     "docs",
+    "examples",
     "flockesc_env",
     "fuzz",
     "results",
