@@ -162,6 +162,7 @@ pins: $(UV) ## update all pins from pyproject.toml and compat/*.in
 CARGO_TOOLS := $(COMPAT)/cargo/bin
 CARGO_DENY := $(CARGO_TOOLS)/cargo-deny
 $(CARGO_DENY): VERSION := 0.20.2
+$(CARGO_TOOLS)/gungraun-runner: VERSION := 0.20.0
 $(CARGO_TOOLS)/cargo-mutants: VERSION := 27.1.0
 $(CARGO_TOOLS)/%:
 	cargo install --quiet --locked --root $(COMPAT)/cargo $*@$(VERSION)
@@ -173,6 +174,11 @@ SHARD := 0/40
 mutants: build $(CARGO_TOOLS)/cargo-mutants ## mutation testing of samples of the package and the core (hours)
 	$(UV) run --quiet --no-project --isolated --python $(BIN)/python --with cosmic-ray==8.7.0 tests/support/mutants.py $(MUTANTS)
 	$(CARGO_TOOLS)/cargo-mutants mutants --package flockesc-core --shard $(SHARD) --output runs
+
+.PHONY: instructions
+instructions: build $(CARGO_TOOLS)/gungraun-runner ## count the instructions of the kernels with valgrind, beside the committed counts
+	$(INSTALL) --extra bench
+	$(BIN)/python -m benchmarks instructions
 
 .PHONY: audit
 audit: $(CARGO_DENY) ## check licenses, sources and versions of all crates

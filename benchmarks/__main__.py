@@ -1,4 +1,4 @@
-"""Entry point of ``python -m benchmarks``: the commands run and plot."""
+"""Entry point of ``python -m benchmarks``."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from benchmarks import (
     environments,
     frameworks,
     grid,
+    instructions,
     kernel,
     line,
     machine,
@@ -53,6 +54,19 @@ class PlotArgs:
     """
 
     output: Path = Path("results/benchmarks")
+
+
+@dataclass(frozen=True)
+class InstructionsArgs:
+    """Arguments of ``instructions``.
+
+    Attributes:
+        runner: the program ``gungraun-runner``.
+        output: file of the counts; the earlier counts in it are shown beside the new ones.
+    """
+
+    runner: Path = Path(".compat/cargo/bin/gungraun-runner")
+    output: Path = Path("results/benchmarks/instructions.json")
 
 
 app = tyro.extras.SubcommandApp()
@@ -100,6 +114,15 @@ def _plot(args: Annotated[PlotArgs, tyro.conf.arg(name="")]) -> None:
 def _frameworks(args: Annotated[frameworks.FrameworksArgs, tyro.conf.arg(name="")]) -> None:
     """Write the table of docs/trainers.md, after measuring one example if it is named."""
     frameworks.run(args)
+
+
+@app.command(name="instructions")
+def _instructions(args: Annotated[InstructionsArgs, tyro.conf.arg(name="")]) -> None:
+    """Count the instructions of steps and observations, beside the counts of an earlier run."""
+    earlier = json.loads(args.output.read_text()) if args.output.exists() else {}
+    counts = instructions.count(args.runner)
+    instructions.show(counts, earlier)
+    args.output.write_text(json.dumps(counts, indent=1) + "\n")
 
 
 def _save(machine_description: dict[str, Any], records: list[Record], folder: Path) -> None:

@@ -5,13 +5,10 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
-use flockesc_core::{
-    Batch, EpisodeConfig, FlockConfig, InitialState, Line, LineConfig, Ranges, Result, World,
-};
+use flockesc_core::{Batch, EpisodeConfig, InitialState, Line, LineConfig, Ranges, Result, World};
+use flocks::{EPISODE, flock, world};
 
-/// Density of the paper's flock, in agents per m^2.
-const DENSITY: f64 = 0.03;
-const EPISODE: usize = 240;
+mod flocks;
 
 fn main() -> Result<()> {
     let mut criterion = Criterion::default().sample_size(20).configure_from_args();
@@ -27,7 +24,7 @@ fn main() -> Result<()> {
 fn shared_range(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("flock step, shared range");
     for (num_agents, steps) in [(300, EPISODE), (10_000, 24)] {
-        let start = world::<2>(num_agents);
+        let start = world::<2>(flock(num_agents, 2));
         group.throughput(Throughput::Elements((num_agents * steps) as u64));
         for range in [0.0, 10.0, 30.0, 100.0] {
             let id = BenchmarkId::new(format!("n = {num_agents}, {steps} steps"), range);
@@ -43,7 +40,7 @@ fn shared_range(criterion: &mut Criterion) {
 }
 
 fn range_per_agent(criterion: &mut Criterion) {
-    let start = world::<2>(300);
+    let start = world::<2>(flock(300, 2));
     let ranges: Vec<f64> = (0..300).map(|agent| f64::from(agent % 21)).collect();
     let mut group = criterion.benchmark_group("flock step, range per agent");
     group.throughput(Throughput::Elements((ranges.len() * EPISODE) as u64));
@@ -57,7 +54,7 @@ fn range_per_agent(criterion: &mut Criterion) {
 }
 
 fn three_dimensions(criterion: &mut Criterion) {
-    let start = world::<3>(300);
+    let start = world::<3>(flock(300, 3));
     let mut group = criterion.benchmark_group("flock step, D = 3");
     group.throughput(Throughput::Elements((300 * EPISODE) as u64));
     for range in [0.0, 10.0, 30.0, 100.0] {
@@ -130,19 +127,4 @@ fn run_to_steady_state(mut line: Line, range: f64) -> Result<u64> {
         }
     }
     Ok(1000)
-}
-
-fn world<const D: usize>(num_agents: usize) -> World<D> {
-    World::new(Arc::new(flock(num_agents, D)), &InitialState::seeded(7))
-}
-
-/// Returns the paper's flock with another number of agents at the same density.
-fn flock(num_agents: usize, dimension: usize) -> FlockConfig {
-    FlockConfig {
-        num_agents,
-        dimension,
-        num_steps: EPISODE,
-        initial_side: (num_agents as f64 / DENSITY).sqrt(),
-        ..FlockConfig::default()
-    }
 }
