@@ -93,7 +93,7 @@ fuzz: ## fuzz documents, steps and snapshots of the core, one minute each
 # libraries. compat/NAME.in lists the requirements of an environment, compat/NAME.txt its pins.
 COMPAT := .compat
 RELEASES := oldest newest
-PEERS := bare rllib supersuit torchrl
+PEERS := bare benchmarl rllib supersuit torchrl
 ENVIRONMENTS := $(RELEASES) $(PEERS)
 NEWEST_PYTHON ?= $(PYTHON)
 CONTRACT := envs/test_{conformance,copies,gymnasium,pettingzoo,sb3,states,vector_env}.py model/test_golden.py \
@@ -109,7 +109,7 @@ wheel: $(UV) ## build a portable wheel and a source distribution in dist
 	$(BIN)/maturin build --release --zig --compatibility manylinux2014 --sdist --out dist
 
 .PHONY: compat
-compat: $(ENVIRONMENTS:%=compat-%) ## test the wheel with the oldest and newest dependencies, RLlib, TorchRL and SuperSuit
+compat: $(ENVIRONMENTS:%=compat-%) ## test the wheel with the oldest and newest dependencies, RLlib, TorchRL, BenchMARL and SuperSuit
 
 .PHONY: $(ENVIRONMENTS:%=compat-%)
 $(RELEASES:%=compat-%): TESTS = $(CONTRACT:%=tests/%)

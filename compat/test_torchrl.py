@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import torch
 from tensordict import TensorDict
+from torchrl.collectors import Collector
 from torchrl.envs import PettingZooWrapper, SerialEnv, check_env_specs
 from torchrl.envs.utils import MarlGroupMapType
 
@@ -24,10 +25,8 @@ from flockesc_env import (
 from flockesc_env.common.errors import ActionError, ArgumentError, ResetNeededError
 from flockesc_env.torchrl import FlockTorchRLEnv
 
-# TorchRL warns about every PettingZoo version except one from 2023, and about its own collectors.
-pytestmark = pytest.mark.filterwarnings(
-    "ignore:PettingZoo in TorchRL is tested:UserWarning", "ignore:Creating .*WeightUpdater"
-)
+# TorchRL warns about every PettingZoo version except one from 2023.
+pytestmark = pytest.mark.filterwarnings("ignore:PettingZoo in TorchRL is tested:UserWarning")
 
 SCENARIO = FlockScenario(num_agents=4, num_steps=10)
 HUNTERS = (
@@ -172,8 +171,6 @@ def test_snapshots_and_copies() -> None:
 def test_a_collector_and_nested_batches() -> None:
     env = SerialEnv(2, lambda: FlockTorchRLEnv(2, SCENARIO))
     assert env.rollout(STEPS + 2, break_when_any_done=False).shape == (2, 2, STEPS + 2)
-    from torchrl.collectors import Collector  # warns on import
-
     collector = Collector(
         FlockTorchRLEnv(2, SCENARIO), frames_per_batch=2 * (STEPS + 5), total_frames=4 * (STEPS + 5)
     )
