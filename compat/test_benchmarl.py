@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -102,3 +104,12 @@ def test_training_with_discrete_actions(tmp_path: Path) -> None:
     trained = experiment(MappoConfig, MlpConfig, tmp_path, prefer_continuous_actions=False)
     trained.run()
     assert trained.action_spec["agents", "action"].space.n == 21
+
+
+def test_the_example(tmp_path: Path) -> None:
+    example = Path(__file__).parent.parent / "examples" / "benchmarl_mappo.py"
+    command = [sys.executable, "-W", "ignore", example, "--iterations", "2", "--held-out", "4"]
+    done = subprocess.run(  # noqa: S603
+        [*command, "--folder", str(tmp_path)], capture_output=True, text=True, check=True
+    )
+    assert "over the best fixed range" in done.stdout.splitlines()[-1]

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import copy
 import pickle
+import subprocess
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -198,3 +201,10 @@ def test_a_rollout_of_the_wrapper_equals_that_of_the_environment() -> None:
         again = own.step(start.set(("agents", "action"), step["agents", "action"][None]))["next"]
         for name in ("observation", "reward", "truncated", "done"):
             same(again["agents", name][0], step["next", "agents", name])
+
+
+def test_the_example() -> None:
+    example = Path(__file__).parent.parent / "examples" / "torchrl_ppo.py"
+    command = [sys.executable, "-W", "ignore", example, "--iterations", "2", "--held-out", "4"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
+    assert "over the best fixed range" in done.stdout.splitlines()[-1]
