@@ -29,7 +29,7 @@ FLOCKS, AGENTS, STEPS, SEED = 4, 300, 60, 0
 REPETITIONS = 2
 
 Iteration = Callable[[], float]
-"""Trains for one iteration (``FLOCKS`` episodes of ``STEPS`` actions, then updates) and returns the CPU seconds."""
+"""Trains for one iteration, ``FLOCKS`` episodes of ``STEPS`` actions, and returns the CPU seconds."""
 
 
 def torchrl(example: dict[str, Any]) -> tuple[Iteration, Iteration]:
