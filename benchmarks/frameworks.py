@@ -14,6 +14,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import mkdtemp
@@ -46,23 +47,26 @@ def torchrl(example: dict[str, Any]) -> tuple[Iteration, Iteration]:
 
 def benchmarl(example: dict[str, Any]) -> tuple[Iteration, Iteration]:
     """Return iterations of the example with ``FlockTask`` and with a task over ``PettingZooWrapper``."""
-    from flockesc_env.benchmarl import FlockTask, FlockTaskClass
+    from flockesc_env.benchmarl import FlockTask
 
-    class PettingZooTask(FlockTaskClass):
-        def get_env_fun(self, **_: Any) -> Callable[[], Any]:  # type: ignore[override]
-            return lambda: _wrapped(self.config)
+    tasks: list[Any] = [FlockTask.PER_AGENT_VISIBLE.get_task() for _ in range(2)]  # type: ignore[attr-defined]
+    own, peer = tasks
+    peer.get_env_fun = partial(_env_fun, peer.config)  # BenchMARL pickles the task
+    peer.log_info = _no_info
+    folder = Path(mkdtemp())
 
-        @staticmethod
-        def log_info(batch: Any) -> dict[str, float]:  # noqa: ARG004
-            return {}
-
-    own = FlockTask.PER_AGENT_VISIBLE.get_task()  # type: ignore[attr-defined]
-    peer, folder = PettingZooTask(own.name, own.config), Path(mkdtemp())
-
-    def train(task: FlockTaskClass) -> float:
+    def train(task: Any) -> float:
         return _seconds(example["make_experiment"](task, 1, FLOCKS, SEED, folder).run)
 
     return lambda: train(own), lambda: train(peer)
+
+
+def _env_fun(options: dict[str, Any], **_: Any) -> Callable[[], Any]:
+    return lambda: _wrapped(options)
+
+
+def _no_info(_: Any) -> dict[str, float]:
+    return {}
 
 
 def _wrapped(options: dict[str, Any]) -> Any:
