@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -22,6 +23,7 @@ from flockesc_env.common.errors import OptionError
 # BenchMARL uses deprecated names of TorchRL.
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::UserWarning")
 
+ROOT = Path(__file__).parent.parent
 SMALL = {
     "scenario": FlockScenario(num_agents=4, num_steps=20),
     "steps_per_action": 4,
@@ -107,9 +109,18 @@ def test_training_with_discrete_actions(tmp_path: Path) -> None:
 
 
 def test_the_example(tmp_path: Path) -> None:
-    example = Path(__file__).parent.parent / "examples" / "benchmarl_mappo.py"
+    example = ROOT / "examples" / "benchmarl_mappo.py"
     command = [sys.executable, "-W", "ignore", example, "--iterations", "2", "--held-out", "4"]
     done = subprocess.run(  # noqa: S603
         [*command, "--folder", str(tmp_path)], capture_output=True, text=True, check=True
     )
     assert "over the best fixed range" in done.stdout.splitlines()[-1]
+
+
+def test_snippets_of_the_docs() -> None:
+    text = (ROOT / "docs" / "environments.md").read_text("utf-8")
+    snippets = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
+    own = [snippet for snippet in snippets if "flockesc_env.benchmarl" in snippet]
+    assert own
+    for snippet in own:
+        exec(snippet, {})  # noqa: S102, our own text

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -31,6 +32,7 @@ from flockesc_env.torchrl import FlockTorchRLEnv
 # TorchRL warns about every PettingZoo version except one from 2023.
 pytestmark = pytest.mark.filterwarnings("ignore:PettingZoo in TorchRL is tested:UserWarning")
 
+ROOT = Path(__file__).parent.parent
 SCENARIO = FlockScenario(num_agents=4, num_steps=10)
 HUNTERS = (
     PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0),
@@ -204,7 +206,16 @@ def test_a_rollout_of_the_wrapper_equals_that_of_the_environment() -> None:
 
 
 def test_the_example() -> None:
-    example = Path(__file__).parent.parent / "examples" / "torchrl_ppo.py"
+    example = ROOT / "examples" / "torchrl_ppo.py"
     command = [sys.executable, "-W", "ignore", example, "--iterations", "2", "--held-out", "4"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
     assert "over the best fixed range" in done.stdout.splitlines()[-1]
+
+
+def test_snippets_of_the_docs() -> None:
+    text = (ROOT / "docs" / "environments.md").read_text("utf-8")
+    snippets = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
+    own = [snippet for snippet in snippets if "flockesc_env.torchrl" in snippet]
+    assert own
+    for snippet in own:
+        exec(snippet, {})  # noqa: S102, our own text
