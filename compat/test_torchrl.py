@@ -173,6 +173,17 @@ def test_snapshots_and_copies() -> None:
         same(other.step(action.clone())["next", "agents", "observation"], expected)
 
 
+def test_rendering() -> None:
+    env = FlockTorchRLEnv(2, SCENARIO, render_mode="rgb_array")
+    env.rollout(3)
+    images = env.render()
+    assert images is not None
+    assert [image.shape for image in images] == [(512, 512, 3)] * 2
+    assert FlockTorchRLEnv(2, SCENARIO).render() is None
+    env.close()
+    assert env.is_closed
+
+
 def test_a_collector_and_nested_batches() -> None:
     env = SerialEnv(2, lambda: FlockTorchRLEnv(2, SCENARIO))
     assert env.rollout(STEPS + 2, break_when_any_done=False).shape == (2, 2, STEPS + 2)

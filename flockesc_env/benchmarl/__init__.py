@@ -56,13 +56,8 @@ class FlockTaskClass(TaskClass):
         return int(-(-env.scenario.num_steps // env.options.steps_per_action))
 
     def has_render(self, env: EnvBase) -> bool:
-        """Return whether ``render_mode`` is ``"rgb_array"``."""
-        return bool(env.render_mode == "rgb_array")
-
-    @staticmethod
-    def render_callback(experiment: Any, env: EnvBase, data: TensorDictBase) -> Any:  # noqa: ARG004
-        """Return an image of the first flock."""
-        return env.render()[0]
+        """Return False: BenchMARL does not record videos of flocks."""
+        return False
 
     def group_map(self, env: EnvBase) -> dict[str, list[str]]:
         """Return the names of the agents of the only group, ``"agents"``."""
