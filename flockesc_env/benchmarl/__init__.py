@@ -55,7 +55,7 @@ class FlockTaskClass(TaskClass):
         """Return the number of actions of an episode."""
         return int(-(-env.scenario.num_steps // env.options.steps_per_action))
 
-    def has_render(self, env: EnvBase) -> bool:
+    def has_render(self, env: EnvBase) -> bool:  # noqa: ARG002
         """Return False: BenchMARL does not record videos of flocks."""
         return False
 
