@@ -108,12 +108,14 @@ def test_training_with_discrete_actions(tmp_path: Path) -> None:
     assert trained.action_spec["agents", "action"].space.n == 21
 
 
-def test_the_example(tmp_path: Path) -> None:
-    example = ROOT / "examples" / "benchmarl_mappo.py"
-    command = [sys.executable, "-W", "ignore", example, "--iterations", "2", "--held-out", "4"]
-    done = subprocess.run(  # noqa: S603
-        [*command, "--folder", str(tmp_path)], capture_output=True, text=True, check=True
-    )
+@pytest.mark.parametrize(
+    ("algorithm", "interface"), [("mappo", "flocks"), ("ippo", "flocks"), ("mappo", "pettingzoo")]
+)
+def test_the_example(algorithm: str, interface: str, tmp_path: Path) -> None:
+    command = [sys.executable, "-W", "ignore", ROOT / "examples" / "benchmarl_mappo.py"]
+    short = ["--iterations", "1", "--flocks", "1", "--held-out", "4", "--folder", tmp_path]
+    chosen = ["--algorithm", algorithm, "--interface", interface]
+    done = subprocess.run([*command, *short, *chosen], capture_output=True, text=True, check=True)  # noqa: S603
     assert "over the best fixed range" in done.stdout.splitlines()[-1]
 
 

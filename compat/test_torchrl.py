@@ -215,11 +215,17 @@ def test_a_rollout_of_the_wrapper_equals_that_of_the_environment() -> None:
             same(again["agents", name][0], step["next", "agents", name])
 
 
-def test_the_example() -> None:
-    example = ROOT / "examples" / "torchrl_ppo.py"
-    command = [sys.executable, "-W", "ignore", example, "--iterations", "2", "--held-out", "4"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
-    assert "over the best fixed range" in done.stdout.splitlines()[-1]
+@pytest.mark.parametrize("interface", ["flocks", "pettingzoo"])
+def test_the_example_is_seeded(interface: str) -> None:
+    command = [sys.executable, "-W", "ignore", ROOT / "examples" / "torchrl_ppo.py", "--interface", interface]
+    short = ["--iterations", "1", "--flocks", "1", "--held-out", "4"]
+    runs = [
+        subprocess.run([*command, *short], capture_output=True, text=True, check=True)  # noqa: S603
+        for _ in range(2)
+    ]
+    gains = {run.stdout.splitlines()[-1] for run in runs}
+    assert len(gains) == 1
+    assert "over the best fixed range" in gains.pop()
 
 
 def test_snippets_of_the_docs() -> None:
