@@ -103,7 +103,7 @@ fuzz: ## fuzz documents, steps and snapshots of the core, one minute each
 # libraries. compat/NAME.in lists the requirements of an environment, compat/NAME.txt its pins.
 COMPAT := .compat
 RELEASES := oldest newest
-PEERS := bare rl_zoo3 rllib supersuit torchrl
+PEERS := bare benchmarl rl_zoo3 rllib supersuit torchrl
 ENVIRONMENTS := $(RELEASES) $(PEERS)
 NEWEST_PYTHON ?= $(PYTHON)
 CONTRACT := envs/test_{conformance,copies,gymnasium,pettingzoo,sb3,states,vector_env}.py model/test_golden.py \
@@ -137,7 +137,7 @@ compat-aarch64: wheel-aarch64 ## play the golden episodes with the ARM wheel in 
 	compat/aarch64.sh $(COMPAT)/aarch64 $(UV) $(GOLDEN:%=tests/%)
 
 .PHONY: compat
-compat: $(ENVIRONMENTS:%=compat-%) ## test the wheel with the oldest and newest dependencies, RLlib, rl_zoo3, TorchRL and SuperSuit
+compat: $(ENVIRONMENTS:%=compat-%) ## test the wheel with the oldest and newest dependencies, and in the environment of each trainer
 
 .PHONY: $(ENVIRONMENTS:%=compat-%)
 $(RELEASES:%=compat-%): TESTS = $(CONTRACT:%=tests/%)

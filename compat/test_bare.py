@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import subprocess
 import sys
 from pathlib import Path
@@ -70,3 +71,11 @@ def test_missing_extras_are_named(arguments: tuple[str, ...], extra: str) -> Non
     assert code == 2
     assert f"flockesc-env[{extra}]" in said
     assert "Traceback" not in said
+
+
+@pytest.mark.parametrize(
+    ("module", "extra"), [("sb3", "train"), ("torchrl", "torchrl"), ("benchmarl", "benchmarl")]
+)
+def test_missing_frameworks_are_named(module: str, extra: str) -> None:
+    with pytest.raises(ImportError, match=rf"flockesc-env\[{extra}\]"):
+        importlib.import_module(f"flockesc_env.{module}")

@@ -18,6 +18,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 HEAVY = (
     "torch",
     "stable_baselines3",
+    "torchrl",
     "matplotlib",
     "scipy",
     "polars",
@@ -43,6 +44,8 @@ ROOMS = (
     "notebook",
     "envs",
     "sb3",
+    "torchrl",
+    "benchmarl",
     "jobs",
     "cli",
     "__main__",
@@ -53,6 +56,7 @@ PROGRAMS = ("training", "studies")
 """Packages that are not in the wheel: each imports itself, the previous one and the package."""
 
 MAY_IMPORT_SB3 = {"sb3.py"}
+MAY_IMPORT_TORCHRL = {"torchrl.py", "benchmarl/__init__.py"}
 MAY_IMPORT_PYGAME = {"render/canvas.py", "render/window.py"}
 
 
@@ -180,6 +184,10 @@ def test_packages_outside_the_wheel_import_one_way() -> None:
 
 def test_only_some_modules_import_sb3() -> None:
     assert who_imports("stable_baselines3") == MAY_IMPORT_SB3
+
+
+def test_only_some_modules_import_torchrl() -> None:
+    assert who_imports("torchrl") | who_imports("benchmarl") == MAY_IMPORT_TORCHRL
 
 
 def test_only_some_modules_import_pygame() -> None:

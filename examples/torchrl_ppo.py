@@ -1,0 +1,151 @@
+"""PPO of TorchRL trains one policy that all agents share; each agent sets its own range.
+
+```
+pip install "flockesc-env[torchrl]"
+python examples/torchrl_ppo.py --iterations 45
+```
+"""
+
+import time
+from typing import Literal
+
+import torch
+import tyro
+from tensordict import TensorDict
+from tensordict.nn import NormalParamExtractor, TensorDictModule
+from torchrl.envs import PettingZooWrapper, SerialEnv
+from torchrl.envs.utils import ExplorationType, MarlGroupMapType, set_exploration_type
+from torchrl.modules import MLP, ProbabilisticActor, TanhNormal
+from torchrl.objectives import ClipPPOLoss, ValueEstimators
+
+from flockesc_env import FixedRange, parallel_env, rollout
+from flockesc_env.torchrl import FlockTorchRLEnv
+
+OPTIONS = {
+    "reward": "individual_running_minimum",
+    "predator_sensing_range": None,
+    "max_range": 20.0,
+    "steps_per_action": 4,
+}
+AGENTS, STEPS = 300, 60  # agents of the paper's flock; actions of an episode
+MINIBATCH = 8000  # samples
+BEST_FIXED_RANGE = 12.0  # in m, chosen on other flocks than the held-out ones
+
+
+def key(name):
+    """Return the key of an entry of the agents."""
+    return "agents", name
+
+
+class Learned(torch.nn.Module):
+    """The actor. As a policy of ``rollout``, it acts without exploration."""
+
+    per_agent = True
+
+    def __init__(self, entries):
+        super().__init__()
+        mean_and_scale = torch.nn.Sequential(network(entries, 2), NormalParamExtractor())
+        self.head = TensorDictModule(mean_and_scale, [key("observation")], [key("loc"), key("scale")])
+        self.actor = ProbabilisticActor(
+            self.head,
+            in_keys=[key("loc"), key("scale")],
+            out_keys=[key("action")],
+            distribution_class=TanhNormal,
+            return_log_prob=True,
+            log_prob_key=key("sample_log_prob"),
+        )
+
+    def act(self, observations, _spec):
+        """Return the action of every observation row."""
+        with torch.no_grad():
+            mean, _ = self.head.module(torch.from_numpy(observations))
+        return torch.tanh(mean).numpy()
+
+
+def network(inputs, outputs):
+    """Return a network with two hidden layers."""
+    return MLP(inputs, outputs, num_cells=[32, 32], activation_class=torch.nn.Tanh)
+
+
+def make_env(interface, flocks):
+    """Return the environment of some flocks; its agents are the group ``"agents"``."""
+    if interface == "flocks":
+        return FlockTorchRLEnv(flocks, **OPTIONS)
+    groups = MarlGroupMapType.ALL_IN_ONE_GROUP
+    return SerialEnv(
+        flocks, lambda: PettingZooWrapper(parallel_env(**OPTIONS), group_map=groups, use_mask=False)
+    )
+
+
+def train(env, iterations):
+    """Train and return the policy."""
+    entries = env.observation_spec[key("observation")].shape[-1]
+    learned = Learned(entries)
+    critic = TensorDictModule(network(entries, 1), [key("observation")], [key("state_value")])
+    loss = ClipPPOLoss(
+        learned.actor,
+        critic,
+        entropy_coeff=0.0,
+        critic_coeff=0.5,
+        loss_critic_type="l2",
+        normalize_advantage=True,
+    )
+    names = ("action", "sample_log_prob", "advantage", "value_target", "reward", "done", "terminated")
+    loss.set_keys(value=key("state_value"), **{name: key(name) for name in names})
+    loss.make_value_estimator(ValueEstimators.GAE, gamma=0.98, lmbda=0.95)
+    optimizer = torch.optim.Adam(loss.parameters(), lr=1e-3)
+    schedule = torch.optim.lr_scheduler.LinearLR(optimizer, 1.0, 0.0, iterations)
+    for iteration in range(iterations):
+        with torch.no_grad(), set_exploration_type(ExplorationType.RANDOM):
+            data = env.rollout(STEPS, learned.actor)  # one episode of every flock
+            loss.value_estimator(data)
+        samples = data["agents"].reshape(-1)  # of all agents at all times
+        for _ in range(5):
+            for indices in torch.randperm(len(samples)).split(MINIBATCH):
+                losses = loss(TensorDict({"agents": samples[indices]}, [len(indices)]))
+                optimizer.zero_grad()
+                (losses["loss_objective"] + losses["loss_critic"]).backward()
+                torch.nn.utils.clip_grad_norm_(loss.parameters(), 0.5)
+                optimizer.step()
+        schedule.step()
+        mean_return = data[("next", *key("reward"))].sum(dim=1).mean()
+        print(f"iteration {iteration + 1}: mean return {mean_return:.1f}")
+    return learned
+
+
+def main(
+    iterations: int = 45,
+    flocks: int = 4,
+    seed: int = 0,
+    held_out: int = 200,
+    interface: Literal["flocks", "pettingzoo"] = "flocks",
+) -> None:
+    """Train, and compare with the best fixed range on held-out flocks.
+
+    Args:
+        iterations: number of iterations of PPO, each of one episode per flock.
+        flocks: number of flocks.
+        seed: seed of the training run.
+        held_out: number of flocks of the comparison.
+        interface: ``"flocks"``: all flocks at once; ``"pettingzoo"``: dicts of agents, many times slower.
+    """
+    torch.set_num_threads(1)  # the networks are small
+    torch.manual_seed(seed)
+    env = make_env(interface, flocks)
+    env.set_seed(seed)
+    start = time.process_time()
+    learned = train(env, iterations)
+    seconds, count = time.process_time() - start, iterations * flocks * AGENTS * STEPS
+    print(f"{count} samples in {seconds:.1f} s of CPU time, {count / seconds:.0f} samples/s")
+
+    flock_seeds = range(2_000_000, 2_000_000 + held_out)
+    policy = rollout("paper-flock", learned, flock_seeds, **OPTIONS)
+    fixed = rollout("paper-flock", FixedRange(BEST_FIXED_RANGE), flock_seeds)
+    gains = policy.min_mean_distance - fixed.min_mean_distance
+    error = 1.96 * gains.std(ddof=1) / held_out**0.5
+    low, high = gains.mean() - error, gains.mean() + error
+    print(f"{gains.mean():+.1f} m [{low:+.1f}, {high:+.1f}] over the best fixed range")
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
