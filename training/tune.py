@@ -145,7 +145,7 @@ def suggest(trial: optuna.Trial, preset: Args) -> dict[str, Any]:
             "hidden": (width,) if width else (),
             "memory": one_of("memory", 0, *(() if preset.candidate_inputs else (2,))),
             "population": one_of("population", 12, 16, 24, 32),
-            "step_size": trial.suggest_float("step_size", 0.2, 1.0, log=True),
+            "step_size": trial.suggest_float("step_size", min(0.2, preset.step_size), 1.0, log=True),
         }
     assert isinstance(preset, PPOArgs | TQCArgs)  # noqa: S101, for the type checker
     found: dict[str, Any] = shared | {

@@ -25,7 +25,7 @@ def crates() -> list[dict[str, Any]]:
 
 def is_allowed(expression: str, allowed: set[str]) -> bool:
     """Return whether an SPDX expression (or the older form with slashes) is satisfied."""
-    alternatives = re.split(r"\s+OR\s+|\s*/\s*", expression)
+    alternatives = re.split(r"\s+(?:OR|or)\s+|\s*/\s*", expression)
     if "(" in expression:
         parts = re.split(r"\s+AND\s+(?![^(]*\))", expression)
         return all(is_allowed(part.strip("() "), allowed) for part in parts)
