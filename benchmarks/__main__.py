@@ -66,7 +66,7 @@ class InstructionsArgs:
     """
 
     runner: Path = Path(".compat/cargo/bin/gungraun-runner")
-    output: Path = Path("results/benchmarks/instructions.json")
+    output: Path = instructions.RESULTS
 
 
 app = tyro.extras.SubcommandApp()
@@ -118,11 +118,12 @@ def _frameworks(args: Annotated[frameworks.FrameworksArgs, tyro.conf.arg(name=""
 
 @app.command(name="instructions")
 def _instructions(args: Annotated[InstructionsArgs, tyro.conf.arg(name="")]) -> None:
-    """Count the instructions of steps and observations, beside the counts of an earlier run."""
+    """Count the instructions of steps and observations, beside earlier counts; write docs/performance.md."""
     earlier = json.loads(args.output.read_text()) if args.output.exists() else {}
     counts = instructions.count(args.runner)
     instructions.show(counts, earlier)
     args.output.write_text(json.dumps(counts, indent=1) + "\n")
+    instructions.PAGE.write_text(instructions.rendered(instructions.PAGE.read_text("utf-8"), counts), "utf-8")
 
 
 def _save(machine_description: dict[str, Any], records: list[Record], folder: Path) -> None:

@@ -10,6 +10,10 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+RESULTS = Path("results/benchmarks/instructions.json")
+PAGE = Path("docs/performance.md")
+HEAD = "| paper's flock after 100 steps, range in m | instructions |"
+
 _COMMAND = (
     "cargo",
     "bench",
@@ -45,3 +49,10 @@ def show(counts: dict[str, int], earlier: dict[str, int]) -> None:
         ratio = f"{instructions / earlier[name]:.3f}" if name in earlier else "-"
         table.add_row(name, f"{instructions:,}", ratio)
     Console().print(table)
+
+
+def rendered(page: str, counts: dict[str, int]) -> str:
+    """Return the page with the table of the counts."""
+    rows = [f"| `{name}` | {instructions:,} |" for name, instructions in counts.items()]
+    before, _, after = page.partition(HEAD)
+    return before + "\n".join([HEAD, "|---|---|", *rows]) + after[after.index("\n\n") :]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import PROJECT, frameworks, kernel, line, measure, peers, plots, rules, size
+from benchmarks import PROJECT, frameworks, instructions, kernel, line, measure, peers, plots, rules, size
 from benchmarks.measure import Candidate, Record
 from benchmarks.peers.model import Flocks, Outcome, Peer
 
@@ -94,6 +94,13 @@ def test_figures_are_drawn_from_the_file_alone(tmp_path: Path) -> None:
         "cost_against_size.png",
     ]
     assert all(path.stat().st_size > 10_000 for path in tmp_path.iterdir())
+
+
+def test_the_table_of_instructions_shows_the_committed_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(Path(__file__).parents[2])
+    page, counts = instructions.PAGE.read_text("utf-8"), json.loads(instructions.RESULTS.read_text())
+    assert instructions.rendered(page, counts) == page
+    assert len(counts) > 20
 
 
 def test_the_table_of_frameworks_shows_the_committed_measurements(monkeypatch: pytest.MonkeyPatch) -> None:
