@@ -9,7 +9,7 @@ use crate::agents::Group;
 use crate::neighbor::NeighborSums;
 
 /// A copy of the agents of a flock, with their sums over neighbors.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Preview<const D: usize> {
     groups: Vec<Group<D>>,
     sums: Vec<NeighborSums<D>>,
@@ -27,6 +27,14 @@ pub(crate) struct Approach {
 }
 
 impl<const D: usize> Preview<D> {
+    /// Creates a preview of a flock with `num_groups` groups, without agents.
+    pub(crate) fn new(num_groups: usize) -> Self {
+        Self {
+            groups: Vec::with_capacity(num_groups),
+            sums: Vec::with_capacity(num_groups),
+        }
+    }
+
     /// Adds the next group of the flock. Its agents have the neighbors with these sums.
     pub(crate) fn push(&mut self, world: &World<D>, sums: &NeighborSums<D>) {
         let index = self.groups.len();

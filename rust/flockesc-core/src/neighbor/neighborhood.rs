@@ -60,7 +60,17 @@ impl<const D: usize> Neighborhood<D> {
         let links = &self.links;
         parallel::for_each_chunk_with(&mut self.sums, &mut self.scratch, |first, sums, scratch| {
             match links.reaches(options, ranges) {
-                Some(reaches) => sum_neighbors(agents, tree, reaches, first, sums, scratch),
+                Some(reaches) => {
+                    sum_neighbors(
+                        agents,
+                        tree,
+                        reaches,
+                        options.field_of_view,
+                        first,
+                        sums,
+                        scratch,
+                    );
+                }
                 None => sum_pairs(links.pairs(options, agents, tree), first, sums, scratch),
             }
         });
@@ -179,7 +189,8 @@ impl<const D: usize> Neighborhood<D> {
 
     fn components(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> Forest {
         let links = self.current_links(&self.options, agents, ranges);
-        match links.reaches(&self.options, ranges) {
+        let reaches = links.reaches(&self.options, ranges);
+        match reaches.filter(|_| self.options.is_by_reach()) {
             Some(reaches) => connect(agents, &self.tree, reaches),
             None => connect_pairs(&links.pairs(&self.options, agents, &self.tree)),
         }

@@ -32,8 +32,12 @@ impl NeighborOptions {
     /// Returns whether neighbors are determined by distances alone, so that nodes of the tree can be added at
     /// once.
     pub(in crate::neighbor) fn is_by_reach(&self) -> bool {
+        self.is_by_view() && self.field_of_view == FieldOfView::ALL_ROUND
+    }
+
+    /// Returns whether neighbors are determined by distances and the agents' own fields of view.
+    pub(in crate::neighbor) fn is_by_view(&self) -> bool {
         self.rule.criterion() != Criterion::List
-            && self.field_of_view == FieldOfView::ALL_ROUND
             && self.torus == Torus::NONE
             && !self.is_mutual
             && !self.is_frozen

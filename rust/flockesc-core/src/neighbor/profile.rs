@@ -77,7 +77,17 @@ impl<'a, const D: usize> Profile<'a, D> {
                 for ((range, links), sums) in candidates.iter().zip(&mut self.sums) {
                     let sums = std::slice::from_mut(sums);
                     match links.reaches(options, Ranges::Shared(*range)) {
-                        Some(reaches) => sum_neighbors(agents, tree, reaches, group, sums, scratch),
+                        Some(reaches) => {
+                            sum_neighbors(
+                                agents,
+                                tree,
+                                reaches,
+                                options.field_of_view,
+                                group,
+                                sums,
+                                scratch,
+                            );
+                        }
                         None => sum_pairs(links.pairs(options, agents, tree), group, sums, scratch),
                     }
                 }

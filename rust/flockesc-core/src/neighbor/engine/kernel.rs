@@ -1,12 +1,13 @@
-//! The SIMD kernel of the neighbor sums, if neighbors are determined by distances alone.
+//! The SIMD kernel of the neighbor sums, if neighbors are determined by distances and fields of view.
 //!
-//! Nodes entirely within reach are added at once, and nodes out of reach are skipped. Only tiles partly
-//! within reach are tested agent by agent.
+//! Nodes entirely within reach are added at once, unless agents have a blind sector, and nodes out of reach
+//! are skipped. Only tiles partly within reach are tested agent by agent.
 
 use bytemuck::{NoUninit, cast_ref, cast_slice};
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::agents::{Agents, Column, FANOUT, GROUP, TILE};
+use crate::agents::{Agents, Column, FANOUT, GROUP, Group, TILE};
+use crate::neighbor::engine::field_of_view::FieldOfView;
 use crate::neighbor::engine::reach::{Reach, bits, squared_norm};
 use crate::neighbor::engine::sums::{NeighborSums, Scratch};
 use crate::neighbor::engine::tree::{Siblings, Tree};
@@ -17,6 +18,7 @@ pub(in crate::neighbor) fn sum_neighbors<const D: usize>(
     agents: &Agents<D>,
     tree: &Tree<D>,
     reaches: Reaches<'_>,
+    field_of_view: FieldOfView,
     first: usize,
     sums: &mut [NeighborSums<D>],
     scratch: &mut Scratch,
@@ -25,6 +27,7 @@ pub(in crate::neighbor) fn sum_neighbors<const D: usize>(
         agents,
         tree,
         reaches,
+        field_of_view,
         first,
         sums,
         scratch,
@@ -58,6 +61,7 @@ pub(in crate::neighbor) struct SumNeighbors<'a, const D: usize> {
     pub(in crate::neighbor) agents: &'a Agents<D>,
     pub(in crate::neighbor) tree: &'a Tree<D>,
     pub(in crate::neighbor) reaches: Reaches<'a>,
+    pub(in crate::neighbor) field_of_view: FieldOfView,
     pub(in crate::neighbor) first: usize,
     pub(in crate::neighbor) sums: &'a mut [NeighborSums<D>],
     pub(in crate::neighbor) scratch: &'a mut Scratch,
@@ -68,10 +72,23 @@ impl<const D: usize> WithSimd for SumNeighbors<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
+        if self.field_of_view == FieldOfView::ALL_ROUND {
+            self.sum::<S, false>(simd);
+        } else {
+            self.sum::<S, true>(simd);
+        }
+    }
+}
+
+impl<const D: usize> SumNeighbors<'_, D> {
+    /// Computes the sums. `IS_BLIND`: whether agents have a blind sector.
+    #[inline(always)]
+    fn sum<S: Simd, const IS_BLIND: bool>(self, simd: S) {
         let Self {
             agents,
             tree,
             reaches,
+            field_of_view,
             first,
             sums,
             scratch,
@@ -82,17 +99,28 @@ impl<const D: usize> WithSimd for SumNeighbors<'_, D> {
             let ids = agents.ids_of(group);
             reaches.square(group, ids, &mut squared);
             let tiles = &tree.levels[0][group];
-            let reach = Reach::new(tiles.bounds(), reaches, &squared[..ids.len()]);
+            let mut reach = Reach::new(tiles.bounds(), reaches, &squared[..ids.len()]);
+            reach.may_enclose &= !IS_BLIND;
             let common = find_groups(simd, tree, &reach, scratch);
             for (tile, ids) in ids.chunks(TILE).enumerate() {
                 let lanes = tile * TILE..tile * TILE + ids.len();
-                let reach = Reach::new(tiles.bounds_of(tile), reaches, &squared[lanes]);
+                let mut reach = Reach::new(tiles.bounds_of(tile), reaches, &squared[lanes]);
+                reach.may_enclose &= !IS_BLIND;
                 let (whole, found) = find_tiles(simd, tree, &reach, common, scratch);
                 scratch.num_tile_pairs += found;
                 for start in (tile * TILE..(tile + 1) * TILE).step_by(S::F64_LANES) {
-                    let positions = &agents.groups[group].position;
+                    let own = Own::<S, D>::load(simd, &agents.groups[group], &squared, start);
                     let across = &scratch.tiles[..found];
-                    sum_tiles(simd, positions, &squared, start, tree, across, whole, sums);
+                    sum_tiles::<S, D, IS_BLIND>(
+                        simd,
+                        own,
+                        field_of_view,
+                        start,
+                        tree,
+                        across,
+                        whole,
+                        sums,
+                    );
                 }
             }
         }
@@ -198,14 +226,42 @@ const SET_BITS: [[u8; FANOUT]; 256] = {
     table
 };
 
+/// One register of agents.
+#[derive(Clone, Copy)]
+struct Own<S: Simd, const D: usize> {
+    position: [S::f64s; D],
+    velocity: [S::f64s; D],
+    /// Squared reaches in m^2.
+    squared: S::f64s,
+}
+
+impl<S: Simd, const D: usize> Own<S, D> {
+    /// Loads the agents from lane `start` on.
+    #[inline(always)]
+    fn load(simd: S, group: &Group<D>, squared: &Column<f64>, start: usize) -> Self {
+        let load =
+            |column: &Column<f64>| S::as_simd_f64s(&column[start..start + S::F64_LANES]).0[0];
+        let mut own = Self {
+            position: [simd.splat_f64s(0.0); D],
+            velocity: [simd.splat_f64s(0.0); D],
+            squared: load(squared),
+        };
+        for axis in 0..D {
+            own.position[axis] = load(&group.position[axis]);
+            own.velocity[axis] = load(&group.velocity[axis]);
+        }
+        own
+    }
+}
+
 /// Computes the sums of one register of agents, which begins at lane `start`: `whole` plus the sums over the
-/// agents of `tiles` within reach.
+/// agents of `tiles` within reach and, with `IS_BLIND`, in view.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "a struct would only rename them")]
-fn sum_tiles<S: Simd, const D: usize>(
+fn sum_tiles<S: Simd, const D: usize, const IS_BLIND: bool>(
     simd: S,
-    positions: &[Column<f64>; D],
-    squared: &Column<f64>,
+    own: Own<S, D>,
+    field_of_view: FieldOfView,
     start: usize,
     tree: &Tree<D>,
     tiles: &[u32],
@@ -213,11 +269,8 @@ fn sum_tiles<S: Simd, const D: usize>(
     sums: &mut NeighborSums<D>,
 ) {
     let places = start..start + S::F64_LANES;
-    let squared = S::as_simd_f64s(&squared[places.clone()]).0[0];
-    let mut position = [squared; D];
-    for axis in 0..D {
-        position[axis] = S::as_simd_f64s(&positions[axis][places.clone()]).0[0];
-    }
+    let edge = simd.splat_f64s(field_of_view.edge);
+    let speed = simd.sqrt_f64s(squared_norm(simd, own.velocity));
     let one = simd.splat_u64s(1);
     let mut sum = [one; D];
     for axis in 0..D {
@@ -228,11 +281,20 @@ fn sum_tiles<S: Simd, const D: usize>(
         let others =
             &tree.agents[tile as usize / FANOUT].0.as_chunks::<TILE>().0[tile as usize % FANOUT];
         for other in others {
-            let mut offset = position;
+            let mut offset = own.position;
             for axis in 0..D {
-                offset[axis] = simd.sub_f64s(offset[axis], simd.splat_f64s(other.position[axis]));
+                offset[axis] = simd.sub_f64s(simd.splat_f64s(other.position[axis]), offset[axis]);
             }
-            let is_near = simd.less_than_or_equal_f64s(squared_norm(simd, offset), squared);
+            let squared = squared_norm(simd, offset);
+            let mut is_near = simd.less_than_or_equal_f64s(squared, own.squared);
+            if IS_BLIND {
+                let mut along = simd.mul_f64s(own.velocity[0], offset[0]);
+                for axis in 1..D {
+                    along = simd.add_f64s(along, simd.mul_f64s(own.velocity[axis], offset[axis]));
+                }
+                let least = simd.mul_f64s(edge, simd.mul_f64s(speed, simd.sqrt_f64s(squared)));
+                is_near = simd.and_m64s(is_near, simd.less_than_or_equal_f64s(least, along));
+            }
             for axis in 0..D {
                 let added = simd.add_u64s(sum[axis], simd.splat_u64s(other.velocity[axis] as u64));
                 sum[axis] = simd.select_u64s(is_near, added, sum[axis]);

@@ -52,14 +52,14 @@ impl Links {
         }
     }
 
-    /// Returns the reach of every agent, if neighbors are determined by distances alone.
+    /// Returns the reach of every agent, if neighbors are determined by distances and fields of view.
     pub(in crate::neighbor) fn reaches<'a>(
         &'a self,
         options: &NeighborOptions,
         ranges: Ranges<'a>,
     ) -> Option<Reaches<'a>> {
         options
-            .is_by_reach()
+            .is_by_view()
             .then_some(match options.rule.criterion() {
                 Criterion::Range => Reaches::Ranges(ranges),
                 Criterion::Reach | Criterion::List => Reaches::Squares(&self.found.squares),

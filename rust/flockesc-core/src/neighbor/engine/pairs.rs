@@ -163,8 +163,22 @@ impl<const D: usize> Pairs<'_, D> {
     /// Returns whether the agent at `place` is a neighbor of the agent in `lane` by reach and view, mutually
     /// in a mutual graph.
     fn is_neighbor(&self, group: usize, lane: usize, place: usize) -> bool {
-        let bit = 1 << (place % TILE);
-        self.near(group, lane, place / TILE) & bit != 0 && self.sees_back(group, lane, place)
+        let NeighborOptions {
+            field_of_view,
+            is_mutual,
+            ..
+        } = *self.options;
+        let (offset, squared) = self.offset(group, lane, place);
+        let other = self.squares[place / GROUP][place % GROUP];
+        let own = self.squares[group][lane];
+        if squared > if is_mutual && other < own { other } else { own } {
+            return false;
+        }
+        let velocity = &self.agents.groups[group].velocity;
+        let along = (0..D).fold(0.0, |sum, axis| sum + velocity[axis][lane] * offset[axis]);
+        field_of_view == FieldOfView::ALL_ROUND
+            || field_of_view.sees(along, self.speed(group, lane), squared)
+                && self.sees_back(group, lane, place)
     }
 
     /// Returns whether the agent at `place` sees the agent in `lane`. Always true unless the graph is mutual.

@@ -3,11 +3,14 @@
 
 mod rules;
 
+use std::f64::consts::PI;
+
 use nalgebra::SVector;
 use proptest::prelude::*;
 use pulp::{Scalar, Simd};
 
 use super::engine::components::connect;
+use super::engine::field_of_view::FieldOfView;
 use super::engine::kernel::SumNeighbors;
 use super::engine::profile::{ProfileScratch, SumProfile};
 use super::engine::sums::{NeighborSums, Scratch};
@@ -24,6 +27,8 @@ struct Case<const D: usize> {
     positions: Vec<SVector<f64, D>>,
     velocities: Vec<SVector<f64, D>>,
     ranges: Vec<f64>,
+    /// In rad.
+    blind_angle: f64,
 }
 
 fn range_of(ranges: Ranges<'_>, agent: usize) -> f64 {
@@ -42,12 +47,23 @@ fn squared_distance<const D: usize>(a: &SVector<f64, D>, b: &SVector<f64, D>) ->
 fn reference<const D: usize>(
     case: &Case<D>,
     ranges: Ranges<'_>,
+    field_of_view: FieldOfView,
     scale: Scale,
 ) -> Vec<([i64; D], i64)> {
     let sums_of = |i: usize| {
         let mut sums = ([0; D], 0);
         for (position, velocity) in case.positions.iter().zip(&case.velocities) {
-            if squared_distance(&case.positions[i], position) <= range_of(ranges, i).powi(2) {
+            let squared = squared_distance(&case.positions[i], position);
+            let own = &case.velocities[i];
+            let along = (0..D).fold(0.0, |sum, axis| {
+                sum + own[axis] * (position[axis] - case.positions[i][axis])
+            });
+            let speed = (0..D)
+                .fold(0.0, |sum, axis| sum + own[axis] * own[axis])
+                .sqrt();
+            let is_seen = field_of_view == FieldOfView::ALL_ROUND
+                || field_of_view.sees(along, speed, squared);
+            if is_seen && squared <= range_of(ranges, i).powi(2) {
                 for axis in 0..D {
                     sums.0[axis] += scale.quantize(velocity[axis]);
                 }
@@ -85,12 +101,14 @@ fn kernel<S: Simd, const D: usize>(
     agents: &Agents<D>,
     tree: &Tree<D>,
     ranges: Ranges<'_>,
+    field_of_view: FieldOfView,
 ) -> Vec<([i64; D], i64)> {
     let mut groups: Vec<NeighborSums<D>> = tree.agents.iter().map(NeighborSums::isolated).collect();
     simd.vectorize(SumNeighbors {
         agents,
         tree,
         reaches: Reaches::Ranges(ranges),
+        field_of_view,
         first: 0,
         sums: &mut groups,
         scratch: &mut Scratch::default(),
@@ -144,21 +162,31 @@ fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
     let agents = Agents::new(&case.positions, &case.velocities);
     let mut tree = Tree::new(agents.groups.len());
     tree.refresh(&agents);
-    for ranges in [
+    let (shared, per_agent) = (
         Ranges::Shared(case.ranges[0]),
         Ranges::PerAgent(&case.ranges),
+    );
+    for (ranges, view) in [
+        (shared, FieldOfView::ALL_ROUND),
+        (per_agent, FieldOfView::ALL_ROUND),
+        (per_agent, FieldOfView::new(case.blind_angle)),
     ] {
-        let expected = reference(case, ranges, tree.scale);
-        prop_assert_eq!(&kernel(Scalar::new(), &agents, &tree, ranges), &expected);
+        let expected = reference(case, ranges, view, tree.scale);
+        prop_assert_eq!(
+            &kernel(Scalar::new(), &agents, &tree, ranges, view),
+            &expected
+        );
         #[cfg(target_arch = "x86_64")]
         {
             if let Some(simd) = pulp::x86::V3::try_new() {
-                prop_assert_eq!(&kernel(simd, &agents, &tree, ranges), &expected);
+                prop_assert_eq!(&kernel(simd, &agents, &tree, ranges, view), &expected);
             }
             if let Some(simd) = pulp::x86::V4::try_new() {
-                prop_assert_eq!(&kernel(simd, &agents, &tree, ranges), &expected);
+                prop_assert_eq!(&kernel(simd, &agents, &tree, ranges, view), &expected);
             }
         }
+    }
+    for ranges in [shared, per_agent] {
         let labels = reference_labels(case, ranges);
         let first = |&(id, label): &(usize, &u32)| id == *label as usize;
         let forest = connect(&agents, &tree, Reaches::Ranges(ranges));
@@ -172,7 +200,14 @@ fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
     ranges.sort_by(f64::total_cmp);
     let expected: Vec<_> = ranges
         .iter()
-        .map(|range| reference(case, Ranges::Shared(*range), tree.scale))
+        .map(|range| {
+            reference(
+                case,
+                Ranges::Shared(*range),
+                FieldOfView::ALL_ROUND,
+                tree.scale,
+            )
+        })
         .collect();
     prop_assert_eq!(&profile(Scalar::new(), &agents, &tree, &ranges), &expected);
     #[cfg(target_arch = "x86_64")]
@@ -237,7 +272,10 @@ fn cases<const D: usize>() -> impl Strategy<Value = Case<D>> {
         ];
         let ranges = prop::collection::vec(range, n);
         let velocities = prop::collection::vec(prop::collection::vec(-20.0..20.0_f64, D), n);
-        (Just(positions), velocities, ranges).prop_map(|(positions, velocities, ranges)| Case {
+        let blind_angle = 0.0..2.0 * PI;
+        let parts = (Just(positions), velocities, ranges, blind_angle);
+        parts.prop_map(|(positions, velocities, ranges, blind_angle)| Case {
+            blind_angle,
             positions,
             velocities: velocities
                 .iter()
@@ -270,6 +308,7 @@ fn a_large_flock_equals_all_pairs_in_any_order() {
         .map(|_| SVector::from_fn(|_, _| rng::uniform(&mut rng, 100.0)))
         .collect();
     let mut case = Case {
+        blind_angle: 0.0,
         velocities: positions.iter().map(|r| r / 10.0).collect(),
         ranges: positions.iter().map(|r| r[0] / 3.0).collect(),
         positions,

@@ -245,6 +245,7 @@ proptest! {
         is_mutual in any::<bool>(),
     ) {
         let case = Case {
+            blind_angle: 0.0,
             positions: points.iter().map(|&(x, y)| SVector::from([f64::from(x), f64::from(y)])).collect(),
             velocities: headings[..points.len()]
                 .iter()

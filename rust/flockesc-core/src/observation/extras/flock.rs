@@ -95,7 +95,7 @@ pub(in crate::observation) fn write<const D: usize>(scene: &Scene<'_, D>, out: &
         return;
     }
     let predators: Vec<Straight<D>> = world.predators().iter().map(Straight::from).collect();
-    let mut preview = Preview::default();
+    let mut preview = Preview::new(world.agents().groups.len());
     for sums in world.neighborhood().sums() {
         preview.push(world, sums);
     }
@@ -119,8 +119,9 @@ fn candidates<const D: usize>(
         predator.position = predator.after(scene.scenario().time_step);
     }
     let mut profile = Profile::new(world.neighborhood(), world.agents(), ranges);
-    let mut previews: Vec<Preview<D>> = ranges.iter().map(|_| Preview::default()).collect();
-    for group in 0..world.agents().groups.len() {
+    let num_groups = world.agents().groups.len();
+    let mut previews: Vec<Preview<D>> = ranges.iter().map(|_| Preview::new(num_groups)).collect();
+    for group in 0..num_groups {
         for (preview, sums) in previews.iter_mut().zip(profile.of_group(group)) {
             preview.push(world, sums);
         }
