@@ -109,7 +109,8 @@ impl<const D: usize> SumNeighbors<'_, D> {
                 let (whole, found) = find_tiles(simd, tree, &reach, common, scratch);
                 scratch.num_tile_pairs += found;
                 for start in (tile * TILE..(tile + 1) * TILE).step_by(S::F64_LANES) {
-                    let own = Own::<S, D>::load(simd, &agents.groups[group], &squared, start);
+                    let own =
+                        Own::<S, D>::load::<IS_BLIND>(simd, &agents.groups[group], &squared, start);
                     let across = &scratch.tiles[..found];
                     sum_tiles::<S, D, IS_BLIND>(
                         simd,
@@ -230,6 +231,7 @@ const SET_BITS: [[u8; FANOUT]; 256] = {
 #[derive(Clone, Copy)]
 struct Own<S: Simd, const D: usize> {
     position: [S::f64s; D],
+    /// In m/s; only for agents with a blind sector.
     velocity: [S::f64s; D],
     /// Squared reaches in m^2.
     squared: S::f64s,
@@ -238,7 +240,12 @@ struct Own<S: Simd, const D: usize> {
 impl<S: Simd, const D: usize> Own<S, D> {
     /// Loads the agents from lane `start` on.
     #[inline(always)]
-    fn load(simd: S, group: &Group<D>, squared: &Column<f64>, start: usize) -> Self {
+    fn load<const IS_BLIND: bool>(
+        simd: S,
+        group: &Group<D>,
+        squared: &Column<f64>,
+        start: usize,
+    ) -> Self {
         let load =
             |column: &Column<f64>| S::as_simd_f64s(&column[start..start + S::F64_LANES]).0[0];
         let mut own = Self {
@@ -248,7 +255,9 @@ impl<S: Simd, const D: usize> Own<S, D> {
         };
         for axis in 0..D {
             own.position[axis] = load(&group.position[axis]);
-            own.velocity[axis] = load(&group.velocity[axis]);
+            if IS_BLIND {
+                own.velocity[axis] = load(&group.velocity[axis]);
+            }
         }
         own
     }
