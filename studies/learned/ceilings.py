@@ -38,6 +38,7 @@ def ceilings(summaries: Sequence[Summary]) -> Figure | None:
         for name, title in _SETTINGS.items():
             plain, profiled = by_name.get(f"{name}{end}"), by_name.get(f"{name}-profile{end}")
             blind += _best(plain, title)
+            blind += _best(by_name.get(f"{name}-derived{end}"), f"{title}, escape direction")
             informed += _best(profiled, title)
             for found, rows in ((plain, blind), (profiled, rules)):
                 rows += _best_rule(found, title)

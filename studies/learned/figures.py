@@ -79,7 +79,7 @@ def gains(summaries: Sequence[Summary]) -> Figure:
     for kind, title in (
         ("mean", "mean predator distance: gain over the best fixed range (m)"),
         ("minimum", "minimum predator distance: gain over the best fixed range (m)"),
-        ("line", "line: gain over the best fixed range (distance to the predator at the end, no unit)"),
+        ("line", "line: gain over the best fixed range (no unit)"),
     ):
         groups = [
             Group(
