@@ -1,7 +1,7 @@
 """PPO of stable-baselines3 trains one policy that all agents share; each agent sets its own range.
 
 ```
-pip install "flockesc-env[train]"
+pip install "flockesc-env[sb3]"
 python examples/sb3_ppo.py --iterations 45
 ```
 """
