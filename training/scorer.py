@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
-import numpy as np
 import torch
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.type_aliases import Schedule
@@ -14,6 +13,7 @@ from torch import nn
 
 from flockesc_env import Architecture, NetworkPolicy
 from flockesc_env.episodes.spaces import PolicySpec
+from flockesc_env.policies.sb3 import layer_parameters
 
 
 class ScorerPolicy(ActorCriticPolicy):
@@ -50,11 +50,9 @@ class ScorerPolicy(ActorCriticPolicy):
 
     def network(self) -> NetworkPolicy:
         """Return the policy that sets the candidate with the highest score."""
-        linear = [layer for layer in self.mlp_extractor.policy_net if isinstance(layer, nn.Linear)]
-        parts = [part.detach().numpy().ravel() for layer in linear for part in (layer.weight.T, layer.bias)]
-        hidden = tuple(layer.out_features for layer in linear[:-1])
+        hidden, parameters = layer_parameters(list(self.mlp_extractor.policy_net)[::2])
         architecture = Architecture(self._inputs, hidden, candidate_inputs=self._candidate_inputs)
-        return NetworkPolicy(architecture, np.concatenate(parts))
+        return NetworkPolicy(architecture, parameters)
 
     def _build_mlp_extractor(self) -> None:
         self.mlp_extractor = Scores(self._columns, self._ranges, self.features_dim, self.net_arch)  # type: ignore[assignment, arg-type]

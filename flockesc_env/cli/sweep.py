@@ -108,8 +108,6 @@ def run(
     ranges = _ranges(chosen, interaction_ranges, max_range, grid_size)
     objective_ = _objective(chosen, objective)
     _check_seeds(seeds)
-    if output is not None and output.suffix in _PICTURES and len(seeds) < 2:
-        raise ArgumentError("seeds", "at least 2 for a curve with its interval", len(seeds))
     threads = as_threads(num_threads)
     if backend is None:
         parts = _in_chunks(chosen, ranges, seeds, threads, progress)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from functools import singledispatch
 
 
@@ -11,12 +12,12 @@ def to_html(_result: object) -> str | None:
     return None
 
 
-class Displayed:
+class Displayed(ABC):
     """Base class of results."""
 
+    @abstractmethod
     def _summary(self) -> dict[str, object]:
         """Return what the ``repr`` shows, by name."""
-        raise NotImplementedError
 
     def __repr__(self) -> str:
         facts = (

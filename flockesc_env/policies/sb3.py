@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -82,11 +83,9 @@ class SB3Policy(RowMemory):
             raise ArgumentError(
                 "model", expected, f"{type(self.model).__name__} with {', '.join(kinds) or 'none'}"
             )
-        linear = layers[::2]
-        parts = [part.detach().cpu().numpy().ravel() for at in linear for part in (at.weight.T, at.bias)]
-        hidden = tuple(at.out_features for at in linear[:-1])
+        hidden, parameters = layer_parameters(layers[::2])
         squash: Squash = "tanh" if hasattr(actor, "mu") else "clip"
-        return NetworkPolicy(Architecture(spec.layout.names, hidden, squash=squash), np.concatenate(parts))
+        return NetworkPolicy(Architecture(spec.layout.names, hidden, squash=squash), parameters)
 
     def _check_spaces(self, spec: PolicySpec | PredatorPolicySpec) -> None:
         actions = spec.actions.space() if isinstance(spec, PolicySpec) else spec.space()
@@ -108,3 +107,9 @@ class SB3Policy(RowMemory):
             return None
         found = env.get_attr("policy_spec", [0])[0]
         return found if isinstance(found, PolicySpec) else None
+
+
+def layer_parameters(linear: Sequence[Any]) -> tuple[tuple[int, ...], NDArray[np.float32]]:
+    """Return the hidden widths and the parameters, for ``NetworkPolicy``, of linear layers of torch."""
+    parts = [part.detach().cpu().numpy().ravel() for at in linear for part in (at.weight.T, at.bias)]
+    return tuple(at.out_features for at in linear[:-1]), np.concatenate(parts)

@@ -142,6 +142,7 @@ def test_logs_are_written_to_the_given_folder(learner: str, tmp_path: Path) -> N
         ({"steps_per_action": 0}, "steps_per_action: expected"),
         ({"scenario": "nowhere"}, "scenario: expected one of"),
         ({"seed": 1000}, "seed: expected an integer from 0 to 999, got 1000"),
+        ({"inputs": ("speed",)}, "inputs: expected none without candidate_inputs"),
         ({"candidate_inputs": ("range",)}, "profile_ranges: expected candidate ranges for a network"),
         ({"num_episodes": 500_001}, "flocks of a run: expected indices in"),
     ],

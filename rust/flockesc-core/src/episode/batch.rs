@@ -219,7 +219,8 @@ impl<const D: usize> Batch<D> {
         Ok(())
     }
 
-    /// Writes one row per slot: the flock's observation without optional entries, whatever the view.
+    /// Writes one row per slot: the flock's observation without optional entries. It does not depend on the
+    /// view of the batch.
     ///
     /// # Errors
     /// As [`Self::observe`].

@@ -75,7 +75,7 @@ impl FieldOfView {
 
     /// Returns whether an agent with this speed sees a point at the squared distance `squared` in m^2.
     /// `along` is the dot product of the agent's velocity and the offset. An agent at rest sees in all
-    /// directions, and every agent sees points at its own position. `kernel` computes the same eight at a time.
+    /// directions, and every agent sees points at its own position. `kernel` computes the same for registers of agents.
     #[inline(always)]
     pub(in crate::neighbor) fn sees(self, along: f64, speed: f64, squared: f64) -> bool {
         along >= self.edge * (speed * squared.sqrt())
