@@ -51,15 +51,15 @@ impl<const D: usize> Group<D> {
     }
 }
 
-/// Reduces a column to one value by pairwise folding of its halves.
+/// Reduces values to one by pairwise folding of their halves. N is a power of two.
 #[inline(always)]
-pub(crate) fn reduce<T: Copy>(mut column: Column<T>, fold: impl Fn(T, T) -> T) -> T {
-    let mut width = GROUP / 2;
+pub(crate) fn reduce<T: Copy, const N: usize>(mut values: [T; N], fold: impl Fn(T, T) -> T) -> T {
+    let mut width = N / 2;
     while width > 0 {
         for lane in 0..width {
-            column[lane] = fold(column[lane], column[lane + width]);
+            values[lane] = fold(values[lane], values[lane + width]);
         }
         width /= 2;
     }
-    column[0]
+    values[0]
 }

@@ -16,7 +16,7 @@ pub(in crate::neighbor) fn most_isolated<const D: usize>(
             tree,
             num_agents: agents.len(),
             place,
-            position: tree.agents[place / GROUP].0[place % GROUP].position,
+            position: tree.agents[place / GROUP][place % GROUP].position,
             nearest: f64::INFINITY,
             stop_below: farthest,
         };
@@ -71,7 +71,7 @@ impl<const D: usize> Search<'_, D> {
     fn visit_tile(&mut self, tile: usize) {
         for place in tile * TILE..self.num_agents.min((tile + 1) * TILE) {
             if place != self.place {
-                let other = &self.tree.agents[place / GROUP].0[place % GROUP].position;
+                let other = &self.tree.agents[place / GROUP][place % GROUP].position;
                 let offset: [f64; D] =
                     std::array::from_fn(|axis| other[axis] - self.position[axis]);
                 self.nearest = smaller(self.nearest, squared_norm(&offset));

@@ -3,6 +3,8 @@
 //! Nodes entirely within reach are added at once, unless agents have a blind sector, and nodes out of reach
 //! are skipped. Only tiles partly within reach are tested agent by agent.
 
+use std::hint::black_box;
+
 use bytemuck::{NoUninit, cast_ref, cast_slice};
 use pulp::{Arch, Simd, WithSimd};
 
@@ -106,13 +108,15 @@ impl<const D: usize> SumNeighbors<'_, D> {
                 let lanes = tile * TILE..tile * TILE + ids.len();
                 let mut reach = Reach::new(tiles.bounds_of(tile), reaches, &squared[lanes]);
                 reach.may_enclose &= !IS_BLIND;
-                let (whole, found) = find_tiles(simd, tree, &reach, common, scratch);
-                scratch.num_tile_pairs += found;
+                let (mut whole, num_tiles) = find_tiles(simd, tree, &reach, common, scratch);
+                let found =
+                    find_agents(simd, agents, tree, &reach, num_tiles, &mut whole, scratch);
+                scratch.num_tile_pairs += num_tiles;
                 for start in (tile * TILE..(tile + 1) * TILE).step_by(S::F64_LANES) {
                     let own =
                         Own::<S, D>::load::<IS_BLIND>(simd, &agents.groups[group], &squared, start);
-                    let across = &scratch.tiles[..found];
-                    sum_tiles::<S, D, IS_BLIND>(
+                    let across = &scratch.agents[..found];
+                    sum_agents::<S, D, IS_BLIND>(
                         simd,
                         own,
                         field_of_view,
@@ -160,6 +164,8 @@ fn find_groups<S: Simd, const D: usize>(
     let room = scratch.groups.len() * FANOUT;
     if scratch.tiles.len() < room {
         scratch.tiles.resize(room, 0);
+        scratch.agents.resize(room * TILE, 0);
+        scratch.enclosed.resize(room * TILE, 0);
     }
     whole
 }
@@ -183,7 +189,8 @@ fn find_tiles<S: Simd, const D: usize>(
         let mut across = reach.near(simd, block);
         if across != 0 && reach.may_enclose {
             for register in 0..FANOUT / S::F64_LANES {
-                let is_inside = reach.encloses(simd, block, register);
+                let (low, high) = block.corners(simd, register);
+                let is_inside = reach.encloses(simd, low, high);
                 across &= !(bits(simd, is_inside) << (register * S::F64_LANES));
                 for axis in 0..D {
                     let added = simd.add_u64s(sum[axis], load(simd, &block.sum[axis], register));
@@ -193,12 +200,7 @@ fn find_tiles<S: Simd, const D: usize>(
                 count = simd.select_u64s(is_inside, added, count);
             }
         }
-        let first = (group * FANOUT) as u32;
-        let list = &mut scratch.tiles[found..found + FANOUT];
-        for (tile, child) in list.iter_mut().zip(SET_BITS[across as usize]) {
-            *tile = first + u32::from(child);
-        }
-        found += across.count_ones() as usize;
+        found += list(&mut scratch.tiles[found..], group * FANOUT, across);
     }
     if reach.may_enclose {
         for axis in 0..D {
@@ -209,15 +211,71 @@ fn find_tiles<S: Simd, const D: usize>(
     (whole, found)
 }
 
+/// Lists the agents partly within reach of a tile, among the first `num_tiles` tiles in `scratch`, and returns
+/// their number. Adds the velocities of agents within reach of the whole tile to `whole`.
+#[inline(always)]
+fn find_agents<S: Simd, const D: usize>(
+    simd: S,
+    agents: &Agents<D>,
+    tree: &Tree<D>,
+    reach: &Reach<D>,
+    num_tiles: usize,
+    whole: &mut NodeSums<D>,
+    scratch: &mut Scratch,
+) -> usize {
+    let (mut found, mut enclosed) = (0, 0);
+    for &tile in &scratch.tiles[..num_tiles] {
+        let tile = tile as usize;
+        let columns = &agents.groups[tile / FANOUT].position;
+        let (mut across, mut inside) = (0, 0);
+        for register in 0..TILE / S::F64_LANES {
+            let start = tile % FANOUT * TILE + register * S::F64_LANES;
+            let mut position = [simd.splat_f64s(0.0); D];
+            for axis in 0..D {
+                let column = &columns[axis][start..start + S::F64_LANES];
+                position[axis] = S::as_simd_f64s(column).0[0];
+            }
+            let shift = register * S::F64_LANES;
+            across |= bits(simd, reach.meets(simd, position, position)) << shift;
+            if reach.may_enclose {
+                inside |= bits(simd, reach.encloses(simd, position, position)) << shift;
+            }
+        }
+        let first = tile * TILE;
+        found += list(&mut scratch.agents[found..], first, across & !inside);
+        if reach.may_enclose {
+            enclosed += list(&mut scratch.enclosed[enclosed..], first, inside);
+        }
+    }
+    let rows = tree.agents.as_flattened();
+    for &place in &scratch.enclosed[..enclosed] {
+        for axis in 0..D {
+            whole.sum[axis] += rows[place as usize].velocity[axis];
+        }
+    }
+    whole.count += enclosed as i64;
+    found
+}
+
+/// Writes `first` plus the position of every set bit to `places`, and returns their number. There is no branch per
+/// bit, because it would be unpredictable.
+#[inline(always)]
+fn list(places: &mut [u32], first: usize, bits: u8) -> usize {
+    for (place, bit) in places[..FANOUT].iter_mut().zip(SET_BITS[bits as usize]) {
+        *place = first as u32 + bit;
+    }
+    bits.count_ones() as usize
+}
+
 /// Positions of the set bits of every byte, lowest first, padded with zeros.
-const SET_BITS: [[u8; FANOUT]; 256] = {
+static SET_BITS: [[u32; FANOUT]; 256] = {
     let mut table = [[0; FANOUT]; 256];
     let mut byte = 0;
     while byte < 256 {
         let (mut bit, mut found) = (0, 0);
         while bit < FANOUT {
             if byte >> bit & 1 == 1 {
-                table[byte][found] = bit as u8;
+                table[byte][found] = bit as u32;
                 found += 1;
             }
             bit += 1;
@@ -267,49 +325,48 @@ impl<S: Simd, const D: usize> Own<S, D> {
 /// agents of `tiles` within reach and, with `IS_BLIND`, in view.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "a struct would only rename them")]
-fn sum_tiles<S: Simd, const D: usize, const IS_BLIND: bool>(
+fn sum_agents<S: Simd, const D: usize, const IS_BLIND: bool>(
     simd: S,
     own: Own<S, D>,
     field_of_view: FieldOfView,
     start: usize,
     tree: &Tree<D>,
-    tiles: &[u32],
+    others: &[u32],
     whole: NodeSums<D>,
     sums: &mut NeighborSums<D>,
 ) {
     let places = start..start + S::F64_LANES;
     let edge = simd.splat_f64s(field_of_view.edge);
     let speed = simd.sqrt_f64s(squared_norm(simd, own.velocity));
-    let one = simd.splat_u64s(1);
+    // The compiler does not know that it is 1. It would replace each masked addition by two operations.
+    let one = simd.splat_u64s(black_box(1));
     let mut sum = [one; D];
     for axis in 0..D {
         sum[axis] = simd.splat_u64s(whole.sum[axis] as u64);
     }
     let mut count = simd.splat_u64s(whole.count as u64);
-    for &tile in tiles {
-        let others =
-            &tree.agents[tile as usize / FANOUT].0.as_chunks::<TILE>().0[tile as usize % FANOUT];
-        for other in others {
-            let mut offset = own.position;
-            for axis in 0..D {
-                offset[axis] = simd.sub_f64s(simd.splat_f64s(other.position[axis]), offset[axis]);
-            }
-            let squared = squared_norm(simd, offset);
-            let mut is_near = simd.less_than_or_equal_f64s(squared, own.squared);
-            if IS_BLIND {
-                let mut along = simd.mul_f64s(own.velocity[0], offset[0]);
-                for axis in 1..D {
-                    along = simd.add_f64s(along, simd.mul_f64s(own.velocity[axis], offset[axis]));
-                }
-                let least = simd.mul_f64s(edge, simd.mul_f64s(speed, simd.sqrt_f64s(squared)));
-                is_near = simd.and_m64s(is_near, simd.less_than_or_equal_f64s(least, along));
-            }
-            for axis in 0..D {
-                let added = simd.add_u64s(sum[axis], simd.splat_u64s(other.velocity[axis] as u64));
-                sum[axis] = simd.select_u64s(is_near, added, sum[axis]);
-            }
-            count = simd.select_u64s(is_near, simd.add_u64s(count, one), count);
+    let rows = tree.agents.as_flattened();
+    for &place in others {
+        let other = &rows[place as usize];
+        let mut offset = own.position;
+        for axis in 0..D {
+            offset[axis] = simd.sub_f64s(simd.splat_f64s(other.position[axis]), offset[axis]);
         }
+        let squared = squared_norm(simd, offset);
+        let mut is_near = simd.less_than_or_equal_f64s(squared, own.squared);
+        if IS_BLIND {
+            let mut along = simd.mul_f64s(own.velocity[0], offset[0]);
+            for axis in 1..D {
+                along = simd.add_f64s(along, simd.mul_f64s(own.velocity[axis], offset[axis]));
+            }
+            let least = simd.mul_f64s(edge, simd.mul_f64s(speed, simd.sqrt_f64s(squared)));
+            is_near = simd.and_m64s(is_near, simd.less_than_or_equal_f64s(least, along));
+        }
+        for axis in 0..D {
+            let added = simd.add_u64s(sum[axis], simd.splat_u64s(other.velocity[axis] as u64));
+            sum[axis] = simd.select_u64s(is_near, added, sum[axis]);
+        }
+        count = simd.select_u64s(is_near, simd.add_u64s(count, one), count);
     }
     for axis in 0..D {
         sums.sum[axis][places.clone()].copy_from_slice(lanes(&sum[axis]));

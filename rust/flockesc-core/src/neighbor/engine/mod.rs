@@ -10,4 +10,5 @@ pub(super) mod pairs;
 pub(super) mod profile;
 pub(super) mod reach;
 pub(super) mod sums;
+mod tiles;
 pub(super) mod tree;

@@ -120,7 +120,7 @@ impl<const D: usize> WithSimd for SumProfile<'_, D> {
                     *across = add_enclosed(simd, &bounds, block, *square, totals);
                     some |= *across;
                 }
-                let rows = tree.agents[other].0.as_chunks::<TILE>().0;
+                let rows = tree.agents[other].as_chunks::<TILE>().0;
                 while some != 0 {
                     let child = some.trailing_zeros() as usize;
                     some &= some - 1;

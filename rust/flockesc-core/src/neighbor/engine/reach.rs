@@ -55,46 +55,54 @@ impl<const D: usize> Reach<D> {
         }
     }
 
-    /// Returns one bit per node: whether it may contain agents within reach of one of the agents.
+    /// Returns a mask of the boxes of one register, with the corners `low` and `high`, that may contain agents
+    /// within reach of one of the agents. An agent is a box whose corners coincide.
     #[inline(always)]
-    pub(in crate::neighbor) fn near<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> u8 {
+    pub(in crate::neighbor) fn meets<S: Simd>(
+        &self,
+        simd: S,
+        low: [S::f64s; D],
+        high: [S::f64s; D],
+    ) -> S::m64s {
         let zero = simd.splat_f64s(0.0);
-        let mut mask = 0;
-        for register in 0..FANOUT / S::F64_LANES {
-            let mut gap = [zero; D];
-            for axis in 0..D {
-                let low = S::as_simd_f64s(&nodes.low[axis]).0[register];
-                let high = S::as_simd_f64s(&nodes.high[axis]).0[register];
-                let above = simd.sub_f64s(low, simd.splat_f64s(self.bounds.high[axis]));
-                let below = simd.sub_f64s(simd.splat_f64s(self.bounds.low[axis]), high);
-                gap[axis] = simd.max_f64s(simd.max_f64s(above, below), zero);
-            }
-            let longest = simd.splat_f64s(self.longest);
-            let is_near = simd.less_than_or_equal_f64s(squared_norm(simd, gap), longest);
-            mask |= bits(simd, is_near) << (register * S::F64_LANES);
+        let mut gap = [zero; D];
+        for axis in 0..D {
+            let above = simd.sub_f64s(low[axis], simd.splat_f64s(self.bounds.high[axis]));
+            let below = simd.sub_f64s(simd.splat_f64s(self.bounds.low[axis]), high[axis]);
+            gap[axis] = simd.max_f64s(simd.max_f64s(above, below), zero);
         }
-        mask
+        let longest = simd.splat_f64s(self.longest);
+        simd.less_than_or_equal_f64s(squared_norm(simd, gap), longest)
     }
 
-    /// Returns a mask of the nodes of one register that are entirely within reach of all agents. Only for
+    /// Returns a mask of the boxes of one register that are entirely within reach of all agents. Only for
     /// [`Self::may_enclose`].
     #[inline(always)]
     pub(in crate::neighbor) fn encloses<S: Simd>(
         &self,
         simd: S,
-        nodes: &Siblings<D>,
-        register: usize,
+        low: [S::f64s; D],
+        high: [S::f64s; D],
     ) -> S::m64s {
         let mut extent = [simd.splat_f64s(0.0); D];
         for axis in 0..D {
-            let low = S::as_simd_f64s(&nodes.low[axis]).0[register];
-            let high = S::as_simd_f64s(&nodes.high[axis]).0[register];
-            let up = simd.sub_f64s(high, simd.splat_f64s(self.bounds.low[axis]));
-            let down = simd.sub_f64s(simd.splat_f64s(self.bounds.high[axis]), low);
+            let up = simd.sub_f64s(high[axis], simd.splat_f64s(self.bounds.low[axis]));
+            let down = simd.sub_f64s(simd.splat_f64s(self.bounds.high[axis]), low[axis]);
             extent[axis] = simd.max_f64s(up, down);
         }
         let shortest = simd.splat_f64s(self.shortest);
         simd.less_than_or_equal_f64s(squared_norm(simd, extent), shortest)
+    }
+
+    /// Returns one bit per node: whether it may contain agents within reach of one of the agents.
+    #[inline(always)]
+    pub(in crate::neighbor) fn near<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> u8 {
+        let mut mask = 0;
+        for register in 0..FANOUT / S::F64_LANES {
+            let (low, high) = nodes.corners(simd, register);
+            mask |= bits(simd, self.meets(simd, low, high)) << (register * S::F64_LANES);
+        }
+        mask
     }
 
     /// Returns one bit per node for those entirely within reach, and one for those partly within reach.
@@ -106,8 +114,8 @@ impl<const D: usize> Reach<D> {
         }
         let mut inside = 0;
         for register in 0..FANOUT / S::F64_LANES {
-            let is_inside = self.encloses(simd, nodes, register);
-            inside |= bits(simd, is_inside) << (register * S::F64_LANES);
+            let (low, high) = nodes.corners(simd, register);
+            inside |= bits(simd, self.encloses(simd, low, high)) << (register * S::F64_LANES);
         }
         (inside, near & !inside)
     }

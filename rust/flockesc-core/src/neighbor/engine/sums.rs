@@ -33,9 +33,9 @@ impl<const D: usize> NeighborSums<D> {
         let norm =
             |agent: FixedPointAgent<D>| squared_norm(&agent.velocity.map(|v| v as f64)).sqrt();
         Self {
-            sum: std::array::from_fn(|axis| agents.0.map(|agent| agent.velocity[axis])),
+            sum: std::array::from_fn(|axis| agents.map(|agent| agent.velocity[axis])),
             count: [1; GROUP],
-            norm: agents.0.map(norm),
+            norm: agents.map(norm),
         }
     }
 
@@ -74,6 +74,10 @@ pub(in crate::neighbor) struct Scratch {
     pub(super) groups: Vec<usize>,
     /// Tiles partly within reach of a tile. Entries after the number of tiles found are unspecified.
     pub(super) tiles: Vec<u32>,
+    /// Places of agents partly within reach of a tile, and of agents within reach of the whole tile. Entries
+    /// after the numbers of agents found are unspecified.
+    pub(super) agents: Vec<u32>,
+    pub(super) enclosed: Vec<u32>,
     /// Number of pairs of tiles that were tested agent by agent in the last step.
     pub(in crate::neighbor) num_tile_pairs: usize,
 }
@@ -92,7 +96,7 @@ pub(in crate::neighbor) fn sum_pairs<const D: usize>(
             sum.fill(0);
         }
         scratch.num_tile_pairs += pairs.visit(group, &mut scratch.tiles, |lane, place| {
-            let neighbor = &pairs.tree.agents[place / GROUP].0[place % GROUP];
+            let neighbor = &pairs.tree.agents[place / GROUP][place % GROUP];
             for axis in 0..D {
                 sums.sum[axis][lane] += neighbor.velocity[axis];
             }

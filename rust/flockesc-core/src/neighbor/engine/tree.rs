@@ -2,10 +2,12 @@
 //! node.
 
 use multiversion::multiversion;
+use pulp::Simd;
 
-use crate::agents::{Agents, FANOUT, GROUP, Group, TILE, reduce};
+use crate::agents::{Agents, FANOUT, GROUP, Group, reduce};
 use crate::base::exact::Scale;
 use crate::base::vector::{larger, smaller};
+use crate::neighbor::engine::tiles::build_tiles;
 use crate::neighbor::ranges::SAMPLE;
 use crate::parallel;
 
@@ -19,21 +21,15 @@ pub(in crate::neighbor) struct FixedPointAgent<const D: usize> {
     pub(in crate::neighbor) velocity: [i64; D],
 }
 
-/// The agents of one group, row by row.
-#[derive(Debug, Clone)]
-#[repr(C, align(64))]
-pub(in crate::neighbor) struct FixedPointAgents<const D: usize>(
-    pub(in crate::neighbor) [FixedPointAgent<D>; GROUP],
-);
-
-impl<const D: usize> FixedPointAgents<D> {
-    const EMPTY: Self = Self(
-        [FixedPointAgent {
-            position: [f64::NAN; D],
-            velocity: [0; D],
-        }; GROUP],
-    );
+impl<const D: usize> FixedPointAgent<D> {
+    const EMPTY: Self = Self {
+        position: [f64::NAN; D],
+        velocity: [0; D],
+    };
 }
+
+/// The agents of one group, row by row.
+pub(in crate::neighbor) type FixedPointAgents<const D: usize> = [FixedPointAgent<D>; GROUP];
 
 /// A block of eight sibling nodes: their bounding boxes, sums of velocities and numbers of agents.
 ///
@@ -69,6 +65,21 @@ impl<const D: usize> Siblings<D> {
             low: std::array::from_fn(|axis| self.low[axis][child]),
             high: std::array::from_fn(|axis| self.high[axis][child]),
         }
+    }
+
+    /// Loads the corners of one register of boxes.
+    #[inline(always)]
+    pub(in crate::neighbor) fn corners<S: Simd>(
+        &self,
+        simd: S,
+        register: usize,
+    ) -> ([S::f64s; D], [S::f64s; D]) {
+        let mut corners = ([simd.splat_f64s(0.0); D], [simd.splat_f64s(0.0); D]);
+        for axis in 0..D {
+            corners.0[axis] = S::as_simd_f64s(&self.low[axis]).0[register];
+            corners.1[axis] = S::as_simd_f64s(&self.high[axis]).0[register];
+        }
+        corners
     }
 
     /// Returns the box around all eight nodes.
@@ -112,7 +123,7 @@ impl<const D: usize> Tree<D> {
         }
         Self {
             levels,
-            agents: vec![FixedPointAgents::EMPTY; num_groups],
+            agents: vec![[FixedPointAgent::EMPTY; GROUP]; num_groups],
             scale: Scale::for_registers(0.0, 1),
             largest_speed: 0.0,
         }
@@ -140,12 +151,8 @@ impl<const D: usize> Tree<D> {
         let scale = self.scale;
         let (tiles, nodes) = self.levels.split_at_mut(1);
         parallel::for_each_chunk(&mut self.agents, &mut tiles[0], |first, rows, tiles| {
-            build_tiles(
-                &agents.groups[first..first + tiles.len()],
-                scale,
-                rows,
-                tiles,
-            );
+            let groups = &agents.groups[first..first + tiles.len()];
+            build_tiles(groups, scale, rows, tiles);
         });
         let mut below = &tiles[0];
         for blocks in nodes {
@@ -219,47 +226,6 @@ fn largest_speed<const D: usize>(groups: &[Group<D>]) -> f64 {
         }
     }
     reduce(largest, larger)
-}
-
-/// Computes the fixed-point agents and the tiles of some groups.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn build_tiles<const D: usize>(
-    groups: &[Group<D>],
-    scale: Scale,
-    rows: &mut [FixedPointAgents<D>],
-    tiles: &mut [Siblings<D>],
-) {
-    for ((group, rows), tiles) in groups.iter().zip(rows).zip(tiles) {
-        for axis in 0..D {
-            let velocity = &group.velocity[axis];
-            let mut units = [0; GROUP];
-            for lane in 0..GROUP {
-                units[lane] = scale.quantize(velocity[lane]);
-            }
-            for lane in 0..GROUP {
-                rows.0[lane].position[axis] = group.position[axis][lane];
-                rows.0[lane].velocity[axis] = units[lane];
-            }
-            let position = &group.position[axis];
-            for tile in 0..FANOUT {
-                let places = tile * TILE..(tile + 1) * TILE;
-                tiles.low[axis][tile] = position[places.clone()]
-                    .iter()
-                    .copied()
-                    .fold(f64::INFINITY, smaller);
-                tiles.high[axis][tile] = position[places.clone()]
-                    .iter()
-                    .copied()
-                    .fold(f64::NEG_INFINITY, larger);
-                tiles.sum[axis][tile] = units[places].iter().sum();
-            }
-        }
-        for tile in 0..FANOUT {
-            let places = tile * TILE..(tile + 1) * TILE;
-            let column = &group.position[0][places];
-            tiles.count[tile] = column.iter().map(|x| i64::from(!x.is_nan())).sum();
-        }
-    }
 }
 
 /// Returns the block of nodes whose children are the given blocks.

@@ -1,0 +1,87 @@
+//! The tiles of the tree: their boxes, sums of velocities and numbers of agents.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::agents::{FANOUT, GROUP, Group, TILE};
+use crate::base::exact::Scale;
+use crate::neighbor::engine::reach::bits;
+use crate::neighbor::engine::tree::{FixedPointAgent, FixedPointAgents, Siblings};
+
+/// Computes the fixed-point agents and the tiles of some groups.
+pub(super) fn build_tiles<const D: usize>(
+    groups: &[Group<D>],
+    scale: Scale,
+    rows: &mut [FixedPointAgents<D>],
+    tiles: &mut [Siblings<D>],
+) {
+    Arch::new().dispatch(BuildTiles {
+        groups,
+        scale,
+        rows,
+        tiles,
+    });
+}
+
+struct BuildTiles<'a, const D: usize> {
+    groups: &'a [Group<D>],
+    scale: Scale,
+    rows: &'a mut [FixedPointAgents<D>],
+    tiles: &'a mut [Siblings<D>],
+}
+
+impl<const D: usize> WithSimd for BuildTiles<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let agents = self.groups.iter().zip(self.rows);
+        for ((group, rows), tiles) in agents.zip(self.tiles) {
+            let mut units = [[0; GROUP]; D];
+            for axis in 0..D {
+                let velocity = &group.velocity[axis];
+                for lane in 0..GROUP {
+                    units[axis][lane] = self.scale.quantize(velocity[lane]);
+                }
+                for tile in 0..FANOUT {
+                    let column = &group.position[axis].as_chunks::<TILE>().0[tile];
+                    (tiles.low[axis][tile], tiles.high[axis][tile]) = extent(simd, column);
+                    tiles.sum[axis][tile] = units[axis].as_chunks::<TILE>().0[tile].iter().sum();
+                }
+            }
+            for tile in 0..FANOUT {
+                let column = &group.position[0].as_chunks::<TILE>().0[tile];
+                tiles.count[tile] = count(simd, column);
+            }
+            for lane in 0..GROUP {
+                rows[lane] = FixedPointAgent {
+                    position: std::array::from_fn(|axis| group.position[axis][lane]),
+                    velocity: std::array::from_fn(|axis| units[axis][lane]),
+                };
+            }
+        }
+    }
+}
+
+/// Returns the smallest and the largest coordinate. Empty lanes are NaN, and do not count.
+#[inline(always)]
+fn extent<S: Simd>(simd: S, column: &[f64; TILE]) -> (f64, f64) {
+    let mut lowest = simd.splat_f64s(f64::INFINITY);
+    let mut highest = simd.splat_f64s(f64::NEG_INFINITY);
+    for register in S::as_simd_f64s(column).0 {
+        let is_agent = simd.equal_f64s(*register, *register);
+        let low = simd.select_f64s(is_agent, *register, lowest);
+        let high = simd.select_f64s(is_agent, *register, highest);
+        (lowest, highest) = (simd.min_f64s(lowest, low), simd.max_f64s(highest, high));
+    }
+    (simd.reduce_min_f64s(lowest), simd.reduce_max_f64s(highest))
+}
+
+/// Returns the number of agents.
+#[inline(always)]
+fn count<S: Simd>(simd: S, column: &[f64; TILE]) -> i64 {
+    let mut count = 0;
+    for register in S::as_simd_f64s(column).0 {
+        count += i64::from(bits(simd, simd.equal_f64s(*register, *register)).count_ones());
+    }
+    count
+}
