@@ -6,6 +6,7 @@ use crate::agents::{Agents, GROUP};
 use crate::base::exact::Scale;
 use crate::neighbor::engine::components::{Forest, connect, connect_pairs};
 use crate::neighbor::engine::isolation;
+use crate::neighbor::engine::kept::{Kept, Listing};
 use crate::neighbor::engine::kernel::sum_neighbors;
 use crate::neighbor::engine::links::Links;
 use crate::neighbor::engine::pairs::Pairs;
@@ -13,6 +14,7 @@ use crate::neighbor::engine::sums::{NeighborSums, Scratch, sum_pairs};
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::options::NeighborOptions;
 use crate::neighbor::ranges::Ranges;
+use crate::neighbor::rules::rule::Criterion;
 use crate::parallel;
 pub(crate) use state::NeighborhoodState;
 
@@ -29,6 +31,7 @@ pub(crate) struct Neighborhood<const D: usize> {
     /// Fixed-point scale of the sums in m/s.
     scale: Scale,
     scratch: Vec<Scratch>,
+    kept: Kept<D>,
     /// Mean extent of a tile in m after the last re-sort.
     sorted_extent: f64,
     /// Estimated number of tests since the last re-sort that another re-sort would have saved.
@@ -46,6 +49,7 @@ impl<const D: usize> Neighborhood<D> {
             sums: tree.agents.iter().map(NeighborSums::isolated).collect(),
             scale: tree.scale,
             scratch: vec![Scratch::default(); parallel::num_chunks(agents.groups.len())],
+            kept: Kept::new(),
             sorted_extent: tree.mean_extent(),
             excess: 0.0,
             tree,
@@ -54,7 +58,19 @@ impl<const D: usize> Neighborhood<D> {
 
     /// Computes the sums over every agent's neighbors (Eq. 11). May re-sort the agents.
     pub(crate) fn sum_neighbors(&mut self, agents: &mut Agents<D>, ranges: Ranges<'_>) {
-        self.sort_if_due(agents, ranges);
+        let is_by_range =
+            self.options.is_by_view() && self.options.rule.criterion() == Criterion::Range;
+        let listing = if is_by_range {
+            self.kept.plan(agents, ranges)
+        } else {
+            Listing::Discarded
+        };
+        if listing != Listing::Kept {
+            self.sort_if_due(agents, ranges);
+            if is_by_range {
+                self.kept.store(agents, ranges, listing);
+            }
+        }
         let (options, tree) = (&self.options, &self.tree);
         self.links.update(options, agents, tree, ranges);
         let links = &self.links;
@@ -66,6 +82,7 @@ impl<const D: usize> Neighborhood<D> {
                         tree,
                         reaches,
                         options.field_of_view,
+                        listing,
                         first,
                         sums,
                         scratch,
@@ -79,13 +96,14 @@ impl<const D: usize> Neighborhood<D> {
 
     /// Re-sorts the agents if that saves time.
     ///
-    /// Tiles grow as agents mix. Each step estimates the number of extra tests. When they exceed the cost of
-    /// a re-sort, the agents are re-sorted. Results do not depend on when this happens.
+    /// Tiles grow as agents mix. Each step estimates the extra work. When it exceeds the cost of a re-sort, the
+    /// agents are re-sorted. Results do not depend on when this happens.
     fn sort_if_due(&mut self, agents: &mut Agents<D>, ranges: Ranges<'_>) {
         let reach = 2.0 * self.links.typical_reach(&self.options, ranges);
         let extent = self.tree.mean_extent();
         let saved = 1.0 - ((self.sorted_extent + reach) / (extent + reach)).powi(D as i32);
-        self.excess += saved * self.num_tile_pairs() as f64;
+        let work: usize = self.scratch.iter().map(|scratch| scratch.work).sum();
+        self.excess += saved * (work * self.kept.steps.max(1)) as f64;
         let n = agents.len() as f64;
         if self.excess > SORT_COST * n * n.log2() {
             agents.arrange();
@@ -220,13 +238,5 @@ impl<const D: usize> Neighborhood<D> {
         };
         links.update(options, agents, &self.tree, ranges);
         links
-    }
-
-    /// Returns the number of pairs of tiles that were tested agent by agent in the last step.
-    fn num_tile_pairs(&self) -> usize {
-        self.scratch
-            .iter()
-            .map(|scratch| scratch.num_tile_pairs)
-            .sum()
     }
 }

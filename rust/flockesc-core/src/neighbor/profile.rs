@@ -2,6 +2,7 @@
 
 use crate::agents::Agents;
 use crate::base::exact::Scale;
+use crate::neighbor::engine::kept::Listing;
 use crate::neighbor::engine::kernel::sum_neighbors;
 use crate::neighbor::engine::links::Links;
 use crate::neighbor::engine::profile::{ProfileScratch, sum_profile};
@@ -83,6 +84,7 @@ impl<'a, const D: usize> Profile<'a, D> {
                                 tree,
                                 reaches,
                                 options.field_of_view,
+                                Listing::Discarded,
                                 group,
                                 sums,
                                 scratch,

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::base::vector::{larger, smaller, squared_norm};
-use crate::neighbor::engine::tree::Bounds;
+use crate::neighbor::engine::nodes::Bounds;
 
 /// Fraction of the side by which gaps between boxes on a torus are reduced. It is larger than the rounding of
 /// offsets.

@@ -1,11 +1,14 @@
 //! The neighbor search and the sums over neighbors, for all neighbor rules.
 
+mod candidates;
 pub(super) mod components;
 pub(super) mod field_of_view;
 pub(super) mod isolation;
+pub(super) mod kept;
 pub(super) mod kernel;
 pub(super) mod links;
 pub(super) mod lists;
+pub(super) mod nodes;
 pub(super) mod pairs;
 pub(super) mod profile;
 pub(super) mod reach;

@@ -9,9 +9,10 @@ use bytemuck::{cast_mut, cast_ref};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::agents::{Agents, Column, FANOUT, GROUP, TILE};
+use crate::neighbor::engine::nodes::{Bounds, FixedPointAgent, Siblings};
 use crate::neighbor::engine::reach::{bits, squared_norm};
 use crate::neighbor::engine::sums::NeighborSums;
-use crate::neighbor::engine::tree::{Bounds, FixedPointAgent, Siblings, Tree};
+use crate::neighbor::engine::tree::Tree;
 
 /// Buffers that are reused from group to group.
 #[derive(Debug, Clone)]

@@ -10,7 +10,7 @@ use pulp::Simd;
 
 use crate::agents::FANOUT;
 use crate::base::vector::{larger, smaller};
-use crate::neighbor::engine::tree::{Bounds, Siblings};
+use crate::neighbor::engine::nodes::{Bounds, Siblings};
 use crate::neighbor::ranges::Reaches;
 
 /// The bounding box of some agents, and their shortest and longest reach.
@@ -53,6 +53,16 @@ impl<const D: usize> Reach<D> {
             longest,
             may_enclose: diagonal <= 4.0 * shortest,
         }
+    }
+
+    /// Extends the reach by `margin` in m, and reduces the distance up to which agents are within reach of all
+    /// agents by as much.
+    #[inline(always)]
+    pub(in crate::neighbor) fn widen(&mut self, margin: f64) {
+        let (shortest, longest) = (self.shortest.sqrt(), self.longest.sqrt() + margin);
+        self.longest = (longest * longest).min(f64::MAX);
+        self.may_enclose &= shortest >= margin;
+        self.shortest = (shortest - margin) * (shortest - margin);
     }
 
     /// Returns a mask of the boxes of one register, with the corners `low` and `high`, that may contain agents

@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::agents::{Column, GROUP};
 use crate::base::vector::squared_norm;
+use crate::neighbor::engine::candidates::Candidates;
+use crate::neighbor::engine::nodes::{FixedPointAgent, FixedPointAgents};
 use crate::neighbor::engine::pairs::Pairs;
-use crate::neighbor::engine::tree::{FixedPointAgent, FixedPointAgents};
 
 /// Sums over the neighbors of the agents of one group. Values in empty lanes are unspecified.
 #[derive(Debug, Clone)]
@@ -68,18 +69,11 @@ pub(in crate::neighbor) struct AgentSums<const D: usize> {
 /// Buffers that are reused from step to step.
 #[derive(Debug, Clone, Default)]
 pub(in crate::neighbor) struct Scratch {
-    /// Stack of the nodes to visit, as pairs (level, block).
-    pub(super) nodes: Vec<(usize, usize)>,
-    /// Groups partly within reach of a group.
-    pub(super) groups: Vec<usize>,
-    /// Tiles partly within reach of a tile. Entries after the number of tiles found are unspecified.
-    pub(super) tiles: Vec<u32>,
-    /// Places of agents partly within reach of a tile, and of agents within reach of the whole tile. Entries
-    /// after the numbers of agents found are unspecified.
-    pub(super) agents: Vec<u32>,
-    pub(super) enclosed: Vec<u32>,
-    /// Number of pairs of tiles that were tested agent by agent in the last step.
-    pub(in crate::neighbor) num_tile_pairs: usize,
+    pub(super) candidates: Candidates,
+    /// Tiles near a tile, for [`sum_pairs`].
+    tiles: Vec<u32>,
+    /// Estimated work of the last step, in units of a pair of tiles that is tested agent by agent.
+    pub(in crate::neighbor) work: usize,
 }
 
 /// Computes the sums of the groups from `first` on, from all pairs of neighbors.
@@ -89,13 +83,13 @@ pub(in crate::neighbor) fn sum_pairs<const D: usize>(
     sums: &mut [NeighborSums<D>],
     scratch: &mut Scratch,
 ) {
-    scratch.num_tile_pairs = 0;
+    scratch.work = 0;
     for (group, sums) in (first..).zip(sums) {
         sums.count.fill(0);
         for sum in &mut sums.sum {
             sum.fill(0);
         }
-        scratch.num_tile_pairs += pairs.visit(group, &mut scratch.tiles, |lane, place| {
+        scratch.work += pairs.visit(group, &mut scratch.tiles, |lane, place| {
             let neighbor = &pairs.tree.agents[place / GROUP][place % GROUP];
             for axis in 0..D {
                 sums.sum[axis][lane] += neighbor.velocity[axis];

@@ -4,8 +4,8 @@ use pulp::{Arch, Simd, WithSimd};
 
 use crate::agents::{FANOUT, GROUP, Group, TILE};
 use crate::base::exact::Scale;
+use crate::neighbor::engine::nodes::{FixedPointAgent, FixedPointAgents, Siblings};
 use crate::neighbor::engine::reach::bits;
-use crate::neighbor::engine::tree::{FixedPointAgent, FixedPointAgents, Siblings};
 
 /// Computes the fixed-point agents and the tiles of some groups.
 pub(super) fn build_tiles<const D: usize>(

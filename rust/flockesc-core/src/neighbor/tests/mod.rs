@@ -2,6 +2,7 @@
 //! instruction set.
 
 mod rules;
+mod steps;
 
 use std::f64::consts::PI;
 
@@ -11,6 +12,7 @@ use pulp::{Scalar, Simd};
 
 use super::engine::components::connect;
 use super::engine::field_of_view::FieldOfView;
+use super::engine::kept::Listing;
 use super::engine::kernel::SumNeighbors;
 use super::engine::profile::{ProfileScratch, SumProfile};
 use super::engine::sums::{NeighborSums, Scratch};
@@ -95,24 +97,33 @@ fn reference_labels<const D: usize>(case: &Case<D>, ranges: Ranges<'_>) -> Vec<u
     labels
 }
 
-/// Returns the sums by the kernel with the registers of `simd`, in the order of ids.
+/// Candidates that serve two steps.
+const TWICE: &[Listing] = &[Listing::New(1.5), Listing::Kept];
+
+/// Returns the sums by the kernel with the registers of `simd`, in the order of ids, after one step for each of
+/// `listings`.
 fn kernel<S: Simd, const D: usize>(
     simd: S,
     agents: &Agents<D>,
     tree: &Tree<D>,
     ranges: Ranges<'_>,
     field_of_view: FieldOfView,
+    listings: &[Listing],
 ) -> Vec<([i64; D], i64)> {
     let mut groups: Vec<NeighborSums<D>> = tree.agents.iter().map(NeighborSums::isolated).collect();
-    simd.vectorize(SumNeighbors {
-        agents,
-        tree,
-        reaches: Reaches::Ranges(ranges),
-        field_of_view,
-        first: 0,
-        sums: &mut groups,
-        scratch: &mut Scratch::default(),
-    });
+    let mut scratch = Scratch::default();
+    for listing in listings {
+        simd.vectorize(SumNeighbors {
+            agents,
+            tree,
+            reaches: Reaches::Ranges(ranges),
+            field_of_view,
+            listing: *listing,
+            first: 0,
+            sums: &mut groups,
+            scratch: &mut scratch,
+        });
+    }
     by_id(agents, &groups)
 }
 
@@ -173,16 +184,20 @@ fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
     ] {
         let expected = reference(case, ranges, view, tree.scale);
         prop_assert_eq!(
-            &kernel(Scalar::new(), &agents, &tree, ranges, view),
+            &kernel(Scalar::new(), &agents, &tree, ranges, view, TWICE),
             &expected
         );
         #[cfg(target_arch = "x86_64")]
         {
             if let Some(simd) = pulp::x86::V3::try_new() {
-                prop_assert_eq!(&kernel(simd, &agents, &tree, ranges, view), &expected);
+                let once = &[Listing::Discarded];
+                prop_assert_eq!(&kernel(simd, &agents, &tree, ranges, view, once), &expected);
             }
             if let Some(simd) = pulp::x86::V4::try_new() {
-                prop_assert_eq!(&kernel(simd, &agents, &tree, ranges, view), &expected);
+                prop_assert_eq!(
+                    &kernel(simd, &agents, &tree, ranges, view, TWICE),
+                    &expected
+                );
             }
         }
     }

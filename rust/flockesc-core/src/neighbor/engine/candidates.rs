@@ -1,0 +1,314 @@
+//! `Candidates`: for every tile the agents that may be neighbors of its agents, and the agents that are
+//! neighbors of all of them.
+
+use pulp::Simd;
+
+use crate::agents::{Agents, FANOUT, GROUP, TILE};
+use crate::neighbor::engine::nodes::Bounds;
+use crate::neighbor::engine::reach::{Reach, bits};
+use crate::neighbor::engine::tree::Tree;
+use crate::neighbor::ranges::Reaches;
+
+/// The search for candidates.
+#[derive(Clone, Copy)]
+pub(super) struct Search<'a, const D: usize> {
+    pub(super) agents: &'a Agents<D>,
+    pub(super) tree: &'a Tree<D>,
+    pub(super) reaches: Reaches<'a>,
+    /// Distance in m by which two agents may approach or leave each other while the candidates are in use.
+    pub(super) margin: f64,
+    /// Whether agents have a blind sector, so that an agent within reach is not always a neighbor.
+    pub(super) is_blind: bool,
+}
+
+/// The children of one block of the tree, one bit per child.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Children {
+    pub(super) level: usize,
+    pub(super) block: usize,
+    pub(super) bits: u8,
+}
+
+/// The candidates of some groups.
+#[derive(Debug, Clone, Default)]
+pub(in crate::neighbor) struct Candidates {
+    groups: Vec<Whole>,
+    tiles: Vec<(Whole, Ends)>,
+    /// Nodes entirely within reach.
+    nodes: Vec<Children>,
+    /// Agents within reach of a whole tile.
+    enclosed: Places,
+    /// Agents partly within reach of a tile.
+    across: Places,
+    num_tile_pairs: usize,
+    /// Stack of the nodes to visit, as pairs (level, block).
+    stack: Vec<(usize, usize)>,
+    /// Groups partly within reach of a group.
+    near_groups: Vec<usize>,
+    /// Tiles partly within reach of a tile.
+    near_tiles: Places,
+}
+
+/// The nodes entirely within reach of a group or a tile: the end of their list, and their number of agents.
+#[derive(Debug, Clone, Copy, Default)]
+struct Whole {
+    nodes: usize,
+    count: i64,
+}
+
+/// The ends of a tile's lists of agents.
+#[derive(Debug, Clone, Copy, Default)]
+struct Ends {
+    enclosed: usize,
+    across: usize,
+}
+
+/// The candidates of one tile.
+pub(super) struct TileCandidates<'a> {
+    /// Nodes entirely within reach of the tile's group.
+    pub(super) shared_nodes: &'a [Children],
+    /// Tiles entirely within reach.
+    pub(super) nodes: &'a [Children],
+    /// Places of agents within reach of the whole tile.
+    pub(super) enclosed: &'a [u32],
+    /// Places of agents partly within reach.
+    pub(super) across: &'a [u32],
+    /// Number of agents that are neighbors of all agents of the tile.
+    pub(super) count: i64,
+}
+
+impl Candidates {
+    pub(super) fn clear(&mut self) {
+        self.groups.clear();
+        self.tiles.clear();
+        self.nodes.clear();
+        self.enclosed.len = 0;
+        self.across.len = 0;
+        self.num_tile_pairs = 0;
+    }
+
+    /// Returns an estimate of the work with these candidates, in units of a pair of tiles.
+    pub(super) fn work(&self) -> usize {
+        self.num_tile_pairs / 2 + self.across.len / TILE
+    }
+
+    /// Returns the candidates of one tile of the group that was added as number `group`.
+    pub(super) fn of(&self, group: usize, tile: usize) -> TileCandidates<'_> {
+        let index = group * FANOUT + tile;
+        let (whole, ends) = self.tiles[index];
+        let start = match index.checked_sub(1) {
+            Some(previous) => self.tiles[previous].1,
+            None => Ends::default(),
+        };
+        let shared = self.groups[group];
+        let first = if tile == 0 {
+            shared
+        } else {
+            self.tiles[index - 1].0
+        };
+        let before = match group.checked_sub(1) {
+            Some(_) => self.tiles[group * FANOUT - 1].0,
+            None => Whole::default(),
+        };
+        TileCandidates {
+            shared_nodes: &self.nodes[before.nodes..shared.nodes],
+            nodes: &self.nodes[first.nodes..whole.nodes],
+            enclosed: &self.enclosed.places[start.enclosed..ends.enclosed],
+            across: &self.across.places[start.across..ends.across],
+            count: shared.count + whole.count,
+        }
+    }
+
+    /// Adds the candidates of all tiles of `group`.
+    #[inline(always)]
+    pub(super) fn find<S: Simd, const D: usize>(
+        &mut self,
+        simd: S,
+        search: Search<'_, D>,
+        group: usize,
+    ) {
+        let Search {
+            agents,
+            tree,
+            reaches,
+            ..
+        } = search;
+        let ids = agents.ids_of(group);
+        let mut squared = [0.0; GROUP];
+        reaches.square(group, ids, &mut squared);
+        let tiles = &tree.levels[0][group];
+        let reach = search.reach(tiles.bounds(), &squared[..ids.len()]);
+        self.find_groups(simd, tree, &reach);
+        for tile in 0..FANOUT {
+            let lanes = tile * TILE..ids.len().min((tile + 1) * TILE);
+            let mut count = 0;
+            if !lanes.is_empty() {
+                let reach = search.reach(tiles.bounds_of(tile), &squared[lanes]);
+                count = self.find_tiles(simd, tree, &reach);
+                count += self.find_agents(simd, agents, &reach);
+            }
+            let (nodes, ends) = (
+                self.nodes.len(),
+                Ends {
+                    enclosed: self.enclosed.len,
+                    across: self.across.len,
+                },
+            );
+            self.tiles.push((Whole { nodes, count }, ends));
+        }
+    }
+
+    /// Finds the groups partly within reach of a group, and adds the nodes entirely within reach.
+    #[inline(always)]
+    fn find_groups<S: Simd, const D: usize>(&mut self, simd: S, tree: &Tree<D>, reach: &Reach<D>) {
+        let mut count = 0;
+        self.near_groups.clear();
+        self.stack.push((tree.levels.len() - 1, 0));
+        while let Some((level, block)) = self.stack.pop() {
+            if level == 0 {
+                self.near_groups.push(block);
+                continue;
+            }
+            let nodes = &tree.levels[level][block];
+            let (bits, mut across) = reach.classify(simd, nodes);
+            if bits != 0 {
+                self.nodes.push(Children { level, block, bits });
+                count += nodes.count_of(bits);
+            }
+            while across != 0 {
+                let child = across.trailing_zeros() as usize;
+                across &= across - 1;
+                self.stack.push((level - 1, block * FANOUT + child));
+            }
+        }
+        let nodes = self.nodes.len();
+        self.groups.push(Whole { nodes, count });
+    }
+
+    /// Finds the tiles partly within reach of a tile, and adds the tiles entirely within reach. Returns the
+    /// number of agents of the latter.
+    #[inline(always)]
+    fn find_tiles<S: Simd, const D: usize>(
+        &mut self,
+        simd: S,
+        tree: &Tree<D>,
+        reach: &Reach<D>,
+    ) -> i64 {
+        let mut count = 0;
+        self.near_tiles.len = 0;
+        self.near_tiles.reserve(self.near_groups.len());
+        for &block in &self.near_groups {
+            let nodes = &tree.levels[0][block];
+            let (bits, across) = reach.classify(simd, nodes);
+            if bits != 0 {
+                self.nodes.push(Children {
+                    level: 0,
+                    block,
+                    bits,
+                });
+                count += nodes.count_of(bits);
+            }
+            self.near_tiles.add(block * FANOUT, across);
+        }
+        self.num_tile_pairs += self.near_tiles.len;
+        count
+    }
+
+    /// Adds the agents partly within reach of a tile, and the agents within reach of the whole tile, among the
+    /// tiles partly within reach. Returns the number of the latter.
+    #[inline(always)]
+    fn find_agents<S: Simd, const D: usize>(
+        &mut self,
+        simd: S,
+        agents: &Agents<D>,
+        reach: &Reach<D>,
+    ) -> i64 {
+        let start = self.enclosed.len;
+        let num_tiles = self.near_tiles.len;
+        self.enclosed.reserve(num_tiles);
+        self.across.reserve(num_tiles);
+        for &tile in &self.near_tiles.places[..num_tiles] {
+            let tile = tile as usize;
+            let columns = &agents.groups[tile / FANOUT].position;
+            let (mut near, mut inside) = (0, 0);
+            for register in 0..TILE / S::F64_LANES {
+                let first = tile % FANOUT * TILE + register * S::F64_LANES;
+                let mut position = [simd.splat_f64s(0.0); D];
+                for axis in 0..D {
+                    let column = &columns[axis][first..first + S::F64_LANES];
+                    position[axis] = S::as_simd_f64s(column).0[0];
+                }
+                let shift = register * S::F64_LANES;
+                near |= bits(simd, reach.meets(simd, position, position)) << shift;
+                if reach.may_enclose {
+                    inside |= bits(simd, reach.encloses(simd, position, position)) << shift;
+                }
+            }
+            self.across.add(tile * TILE, near & !inside);
+            if reach.may_enclose {
+                self.enclosed.add(tile * TILE, inside);
+            }
+        }
+        (self.enclosed.len - start) as i64
+    }
+}
+
+impl<const D: usize> Search<'_, D> {
+    /// Returns the reach of agents with the bounding box `bounds` and the squared reaches `squared` in m^2.
+    #[inline(always)]
+    fn reach(&self, bounds: Bounds<D>, squared: &[f64]) -> Reach<D> {
+        let mut reach = Reach::new(bounds, self.reaches, squared);
+        if self.margin > 0.0 {
+            reach.widen(self.margin);
+        }
+        reach.may_enclose &= !self.is_blind;
+        reach
+    }
+}
+
+/// A list of places or tiles. Entries from `len` on are unspecified.
+#[derive(Debug, Clone, Default)]
+struct Places {
+    places: Vec<u32>,
+    len: usize,
+}
+
+impl Places {
+    /// Makes room for `count` calls of [`Self::add`].
+    #[inline(always)]
+    fn reserve(&mut self, count: usize) {
+        let room = self.len + (count + 1) * FANOUT;
+        if self.places.len() < room {
+            self.places.resize(2 * room, 0);
+        }
+    }
+
+    /// Adds `first` plus the position of every set bit. There is no branch per bit, because it would be
+    /// unpredictable.
+    #[inline(always)]
+    fn add(&mut self, first: usize, bits: u8) {
+        let places = &mut self.places[self.len..self.len + FANOUT];
+        for (place, bit) in places.iter_mut().zip(SET_BITS[bits as usize]) {
+            *place = first as u32 + bit;
+        }
+        self.len += bits.count_ones() as usize;
+    }
+}
+
+/// Positions of the set bits of every byte, lowest first, padded with zeros.
+static SET_BITS: [[u32; FANOUT]; 256] = {
+    let mut table = [[0; FANOUT]; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        let (mut bit, mut found) = (0, 0);
+        while bit < FANOUT {
+            if byte >> bit & 1 == 1 {
+                table[byte][found] = bit as u32;
+                found += 1;
+            }
+            bit += 1;
+        }
+        byte += 1;
+    }
+    table
+};

@@ -1,0 +1,117 @@
+//! `Kept`: decides whether the candidates of an earlier step are still complete.
+
+use multiversion::multiversion;
+
+use crate::agents::{Agents, Column, GROUP, Group, is_large, reduce};
+use crate::base::vector::{larger, smaller};
+use crate::neighbor::ranges::Ranges;
+
+/// Number of steps for which new candidates should be complete.
+const STEPS: f64 = 4.0;
+/// Fraction of the reach that covers the rounding of distances. It is larger than the rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// What a step does with the candidates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::neighbor) enum Listing {
+    /// Finds candidates and discards them.
+    Discarded,
+    /// Finds candidates with this margin in m for the following steps too.
+    New(f64),
+    /// Takes the candidates of an earlier step.
+    Kept,
+}
+
+/// Positions and ranges at the time of the last search for candidates.
+///
+/// Since then, the distance of two agents has changed by at most the diagonal of the bounding box of all
+/// displacements. Candidates are complete while it is at most their margin.
+#[derive(Debug, Clone)]
+pub(in crate::neighbor) struct Kept<const D: usize> {
+    positions: Vec<[Column<f64>; D]>,
+    /// In m: one range, or one per agent.
+    ranges: Vec<f64>,
+    /// Number of agents, or 0 if the candidates are useless.
+    num_agents: usize,
+    /// Margin of the candidates in m, if there are any.
+    margin: Option<f64>,
+    /// Number of steps that have taken these candidates.
+    pub(in crate::neighbor) steps: usize,
+}
+
+impl<const D: usize> Kept<D> {
+    pub(in crate::neighbor) fn new() -> Self {
+        Self {
+            positions: Vec::new(),
+            ranges: Vec::new(),
+            num_agents: 0,
+            margin: None,
+            steps: 0,
+        }
+    }
+
+    /// Decides what the next step does with the candidates.
+    pub(in crate::neighbor) fn plan(&mut self, agents: &Agents<D>, ranges: Ranges<'_>) -> Listing {
+        let ranges = slice(&ranges);
+        if is_large(agents.len()) || self.num_agents != agents.len() || self.ranges != ranges {
+            return Listing::Discarded;
+        }
+        let drift = drift(&agents.groups, &self.positions);
+        let longest = ranges.iter().copied().fold(0.0, larger);
+        let is_complete = |margin| drift <= margin - ROUNDING * (longest + margin);
+        if self.margin.is_some_and(is_complete) {
+            self.steps += 1;
+            return Listing::Kept;
+        }
+        Listing::New(STEPS * drift / self.steps as f64)
+    }
+
+    /// Stores the time of a search for candidates. Places of agents must not change after it.
+    pub(in crate::neighbor) fn store(
+        &mut self,
+        agents: &Agents<D>,
+        ranges: Ranges<'_>,
+        listing: Listing,
+    ) {
+        if is_large(agents.len()) {
+            return;
+        }
+        self.margin = match listing {
+            Listing::New(margin) => Some(margin),
+            Listing::Discarded | Listing::Kept => None,
+        };
+        self.positions.clear();
+        let positions = agents.groups.iter().map(|group| group.position);
+        self.positions.extend(positions);
+        self.ranges.clear();
+        self.ranges.extend_from_slice(slice(&ranges));
+        self.num_agents = agents.len();
+        self.steps = 1;
+    }
+}
+
+fn slice<'a>(ranges: &'a Ranges<'_>) -> &'a [f64] {
+    match ranges {
+        Ranges::Shared(range) => std::slice::from_ref(range),
+        Ranges::PerAgent(ranges) => ranges,
+    }
+}
+
+/// Returns the diagonal in m of the bounding box of all displacements since `before`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn drift<const D: usize>(groups: &[Group<D>], before: &[[Column<f64>; D]]) -> f64 {
+    let mut squared = 0.0;
+    for axis in 0..D {
+        let (mut low, mut high) = ([f64::INFINITY; GROUP], [f64::NEG_INFINITY; GROUP]);
+        for (group, before) in groups.iter().zip(before) {
+            for lane in 0..GROUP {
+                let moved = group.position[axis][lane] - before[axis][lane];
+                low[lane] = smaller(low[lane], moved);
+                high[lane] = larger(high[lane], moved);
+            }
+        }
+        let side = reduce(high, larger) - reduce(low, smaller);
+        squared += side * side;
+    }
+    squared.sqrt()
+}

@@ -1,0 +1,93 @@
+//! Several steps: candidates of an earlier step give the sums of a new search.
+
+use proptest::prelude::*;
+use proptest::test_runner::TestCaseError;
+
+use super::{Case, by_id, cases};
+use crate::agents::Agents;
+use crate::neighbor::engine::field_of_view::FieldOfView;
+use crate::neighbor::engine::kept::{Kept, Listing};
+use crate::neighbor::{NeighborOptions, Neighborhood, Ranges};
+
+fn fly<const D: usize>(agents: &mut Agents<D>, time_step: f64) {
+    for group in &mut agents.groups {
+        for (position, velocity) in group.position.iter_mut().zip(&group.velocity) {
+            for (coordinate, velocity) in position.iter_mut().zip(velocity) {
+                *coordinate += velocity * time_step;
+            }
+        }
+    }
+}
+
+/// Flies straight on, with ranges that change after some steps, and compares with a new neighborhood in every
+/// step.
+fn check<const D: usize>(case: &Case<D>, time_step: f64) -> Result<(), TestCaseError> {
+    let options = NeighborOptions {
+        field_of_view: FieldOfView::new(case.blind_angle),
+        ..NeighborOptions::METRIC
+    };
+    for options in [NeighborOptions::METRIC, options] {
+        let mut agents = Agents::new(&case.positions, &case.velocities);
+        let mut neighborhood = Neighborhood::new(options, &agents);
+        for step in 0..9 {
+            let ranges = match step {
+                0..6 => Ranges::PerAgent(&case.ranges),
+                _ => Ranges::Shared(case.ranges[0]),
+            };
+            neighborhood.sum_neighbors(&mut agents, ranges);
+            let mut fresh = Neighborhood::new(options, &agents);
+            fresh.sum_neighbors(&mut agents.clone(), ranges);
+            let expected = by_id(&agents, fresh.sums());
+            prop_assert_eq!(by_id(&agents, neighborhood.sums()), expected);
+            fly(&mut agents, time_step);
+            neighborhood.refresh(&agents);
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(500))]
+
+    #[test]
+    fn in_the_plane_equal_a_new_search(case in cases::<2>(), time_step in 1e-4..0.5_f64) {
+        check(&case, time_step)?;
+    }
+
+    #[test]
+    fn in_space_equal_a_new_search(case in cases::<3>(), time_step in 1e-4..0.5_f64) {
+        check(&case, time_step)?;
+    }
+}
+
+/// Two agents fly apart at 2 m/s, in steps of 0.5 s.
+#[test]
+fn candidates_are_found_anew_after_a_change() {
+    let vectors = |x: f64| [[-x, 0.0].into(), [x, 0.0].into()];
+    let mut agents = Agents::<2>::new(&vectors(1.0), &vectors(1.0));
+    let mut kept = Kept::new();
+    let plans: Vec<Listing> = [5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 6.0]
+        .into_iter()
+        .map(|range| {
+            let plan = kept.plan(&agents, Ranges::Shared(range));
+            if plan != Listing::Kept {
+                kept.store(&agents, Ranges::Shared(range), plan);
+            }
+            fly(&mut agents, 0.5);
+            plan
+        })
+        .collect();
+    let first = [Listing::Discarded, Listing::New(4.0)];
+    assert_eq!(plans[..2], first);
+    // The margin is the drift of four steps, less what covers rounding.
+    assert_eq!(
+        plans[2..6],
+        [
+            Listing::Kept,
+            Listing::Kept,
+            Listing::Kept,
+            Listing::New(4.0)
+        ]
+    );
+    assert_eq!(plans[6..], [Listing::Kept, Listing::Discarded]);
+}
