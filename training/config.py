@@ -272,7 +272,11 @@ class RunRecord:
     def write(self, run: Path) -> None:
         """Write the record into the run's folder."""
         args = {**dataclasses.asdict(self.args), "run": run.name}
-        document = {"learner": KINDS[type(self.args)], "args": args, "versions": self.versions}
+        document: dict[str, Any] = {
+            "learner": KINDS[type(self.args)],
+            "args": args,
+            "versions": self.versions,
+        }
         if self.continued_at:
             document["continued_at"] = self.continued_at
         with atomic_write(run / CONFIG_FILE) as file:

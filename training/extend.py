@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import shutil
 from pathlib import Path
+from typing import Any
 
 from flockesc_env import ArgumentError, load_policy
 from training.arguments import ExtendArgs
@@ -33,7 +34,7 @@ def extend(given: ExtendArgs) -> Path:
     if given.total <= before:
         raise ArgumentError("total", f"more than the {before} {budget} of {given.run}", given.total)
     output = given.output or given.run.with_name(f"{given.run.name}-{given.total}")
-    changes = {"run": output, budget: given.total, "progress": given.progress}
+    changes: dict[str, Any] = {"run": output, budget: given.total, "progress": given.progress}
     args = dataclasses.replace(record.args, **changes)
     _check(args, given.run)
     if not (output / CONFIG_FILE).exists():

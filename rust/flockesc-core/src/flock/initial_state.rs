@@ -40,7 +40,8 @@ impl InitialState {
     /// Checks the lengths and entries of the arrays.
     ///
     /// # Errors
-    /// [`Error::Argument`] if an array has the wrong length or an entry is out of bounds.
+    /// [`Error::Argument`] if an array has the wrong length, an entry is out of bounds, or an array of the
+    /// predators is given although one of them has a prescribed path.
     pub fn check(&self, config: &FlockConfig) -> Result<()> {
         let (n, p, d) = (config.num_agents, config.predators.len(), config.dimension);
         check("initial_positions", &self.positions, n, d)?;
