@@ -74,6 +74,7 @@ from flockesc_env.scenario.predators import (
     Herd,
     Intercept,
     Learned,
+    PrescribedPath,
     PurePursuit,
     Wandering,
 )
@@ -126,6 +127,7 @@ __all__ = [
     "OptionError",
     "Policy",
     "PolicySpec",
+    "PrescribedPath",
     "PurePursuit",
     "Pursue",
     "RandomHeadings",

@@ -1,11 +1,11 @@
-"""Entry point of ``python -m training``: the commands train, evaluate, compare and tune."""
+"""Entry point of ``python -m training``: the commands train, extend, evaluate, compare and tune."""
 
 import sys
 from typing import Annotated
 
 import tyro
 
-from training.arguments import CompareArgs, EvaluateArgs, TuneArgs
+from training.arguments import CompareArgs, EvaluateArgs, ExtendArgs, TuneArgs
 from training.config import train_descriptions, train_presets
 
 Preset = tyro.extras.subcommand_type_from_defaults(train_presets(), train_descriptions(), prefix_names=False)
@@ -19,6 +19,20 @@ def _train(args: Annotated[Preset, tyro.conf.arg(name="")]) -> None:  # type: ig
     from training.train import train
 
     print("Policy:", train(args))
+
+
+@app.command(name="extend")
+def _extend(args: Annotated[ExtendArgs, tyro.conf.arg(name="")]) -> None:
+    """Continue a finished run with a larger budget, in a new folder."""
+    from training.config import RunRecord
+    from training.extend import extend, scheduled
+
+    policy = extend(args)
+    print("Policy:", policy)
+    record = RunRecord.read(policy.parent)
+    if record.continued_at:
+        field, times = scheduled(record.args), ", ".join(map(str, record.continued_at))
+        print(f"It differs from the policy of one long run: the schedule of {field} changed at {times}.")
 
 
 @app.command(name="evaluate")

@@ -1,4 +1,4 @@
-"""Arguments of the commands evaluate, compare and tune.
+"""Arguments of the commands extend, evaluate, compare and tune.
 
 This module imports no heavy library, so that ``python -m training`` starts fast.
 """
@@ -10,6 +10,24 @@ from pathlib import Path
 from typing import Literal
 
 from tyro.conf import Positional
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExtendArgs:
+    """Arguments of ``extend``.
+
+    Attributes:
+        run: folder of the finished run.
+        total: number of generations (search) or rounds (PPO, TQC) of the longer run, those of the finished
+            run included.
+        output: folder of the longer run; default: <run>-<total>.
+        progress: show a progress bar.
+    """
+
+    run: Positional[Path]
+    total: Positional[int]
+    output: Path | None = None
+    progress: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)

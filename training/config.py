@@ -209,6 +209,12 @@ Args = SearchArgs | PPOArgs | TQCArgs
 _TYPES: dict[str, type[Args]] = {"search": SearchArgs, "ppo": PPOArgs, "tqc": TQCArgs}
 KINDS: dict[type[Args], str] = {args: kind for kind, args in _TYPES.items()}
 """Name of each learner in presets."""
+BUDGETS: dict[type[Args], str] = {
+    SearchArgs: "generations",
+    PPOArgs: "num_episodes",
+    TQCArgs: "num_episodes",
+}
+"""Field of each learner that holds the length of a run."""
 
 
 @dataclass(frozen=True)
@@ -250,15 +256,29 @@ class Preset:
 
 @dataclass(frozen=True)
 class RunRecord:
-    """Record of a run: its arguments and package versions, which suffice to repeat or continue it."""
+    """Record of a run, which suffices to repeat or continue it.
+
+    Attributes:
+        args: arguments of the run.
+        versions: versions of the packages that results depend on.
+        continued_at: budgets after which a finished run was continued, if its schedules changed there
+            (``training.extend``).
+    """
 
     args: Args
     versions: dict[str, str] = field(default_factory=versions)
+    continued_at: tuple[int, ...] = ()
 
     def write(self, run: Path) -> None:
         """Write the record into the run's folder."""
         args = {**dataclasses.asdict(self.args), "run": run.name}
-        document = {"learner": KINDS[type(self.args)], "args": args, "versions": self.versions}
+        document: dict[str, Any] = {
+            "learner": KINDS[type(self.args)],
+            "args": args,
+            "versions": self.versions,
+        }
+        if self.continued_at:
+            document["continued_at"] = self.continued_at
         with atomic_write(run / CONFIG_FILE) as file:
             file.write(json.dumps(document, indent=2).encode() + b"\n")
 
@@ -271,7 +291,7 @@ class RunRecord:
         """
         document = json.loads((run / CONFIG_FILE).read_text())
         args = _args(document["learner"], {**document["args"], "run": run})
-        return cls(args, document["versions"])
+        return cls(args, document["versions"], tuple(document.get("continued_at", ())))
 
 
 def presets() -> dict[str, Preset]:

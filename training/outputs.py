@@ -1,4 +1,4 @@
-"""Files of a training run: checkpoints and, at the end, policy, learning curve and speed."""
+"""Files of a training run: the last checkpoint and, at the end, policy, learning curve and speed."""
 
 from __future__ import annotations
 
@@ -56,9 +56,12 @@ def begin(args: Args) -> None:
         raise FileExistsError(f"run: expected a folder without a finished run, got {args.run}")
     args.run.mkdir(parents=True, exist_ok=True)
     record = RunRecord(args)
-    if (args.run / CONFIG_FILE).exists() and RunRecord.read(args.run) != record:
-        raise FileExistsError(f"run: expected the arguments and versions of {args.run}, got others")
-    record.write(args.run)
+    if (args.run / CONFIG_FILE).exists():
+        found = RunRecord.read(args.run)
+        if (found.args, found.versions) != (record.args, record.versions):
+            raise FileExistsError(f"run: expected the arguments and versions of {args.run}, got others")
+    else:
+        record.write(args.run)
 
 
 def save_checkpoint(state: Any, run: Path) -> None:
@@ -80,7 +83,7 @@ def write_table(table: pl.DataFrame, path: Path) -> None:
 
 
 def finish(args: Args, policy: Stored, measured: Measured) -> Path:
-    """Write curve, speed and policy, delete the checkpoint, and return the policy's file."""
+    """Write curve, speed and policy, and return the policy's file. The checkpoint stays, for ``extend``."""
     write_table(pl.DataFrame(measured.curve), args.run / CURVE_FILE)
     inside = measured.environment_seconds
     speed = {
@@ -96,5 +99,4 @@ def finish(args: Args, policy: Stored, measured: Measured) -> Path:
     entry = NamedPolicy(args.run.name, policy, per_agent=per_agent, options=options, scenario=args.model)
     # The policy comes last: its file marks the run as finished.
     save_policy(entry, args.run / POLICY_FILE)
-    (args.run / CHECKPOINT).unlink(missing_ok=True)  # another driver may do the same run
     return args.run / POLICY_FILE

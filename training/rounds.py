@@ -111,9 +111,13 @@ class Rounds(ABC, Generic[A]):
             while self.done < args.num_episodes:
                 report(self.done, args.num_episodes)
                 self._round()
-                if self.done % args.checkpoint_every == 0 or self.done == args.num_episodes:
+                is_point = self.done % args.checkpoint_every == 0
+                if is_point:
                     self._measured.add_point(args, self.policy())
+                if is_point or self.done == args.num_episodes:
                     save_checkpoint(self._state(), args.run)
+        if args.num_episodes % args.checkpoint_every:  # not in the checkpoint: a longer run lacks this point
+            self._measured.add_point(args, self.policy())
         return finish(args, self.policy(), self._measured)
 
     def _round(self) -> None:

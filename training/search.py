@@ -55,9 +55,13 @@ def search(args: SearchArgs) -> Path:
         while state.generation < args.generations:
             report(state.generation, args.generations)
             _generation(state, args, family)
-            if state.generation % args.checkpoint_every == 0 or state.generation == args.generations:
+            is_point = state.generation % args.checkpoint_every == 0
+            if is_point:
                 _measure(state, args, family)
+            if is_point or state.generation == args.generations:
                 save_checkpoint(state, args.run)
+    if args.generations % args.checkpoint_every:  # not in the checkpoint: a longer run lacks this point
+        _measure(state, args, family)
     return finish(args, family.policy(state.best), state.measured)
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import FlockScenario, simulate
+from flockesc_env import ConstantVelocity, FlockScenario, simulate
 
 Floats = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ class Flocks:
     def seeded(cls, scenario: FlockScenario, seeds: range) -> Flocks:
         """Return the initial states of ``sweep`` for some seeds."""
         runs = [simulate(scenario.replace(num_steps=1), 0.0, seed=seed) for seed in seeds]
-        (predator,) = scenario.predators
+        (predator,) = (p for p in scenario.predators if isinstance(p, ConstantVelocity))
         (x, y), (vx, vy) = np.array([predator.position, predator.velocity]).tolist()
         model = Model(
             scenario.time_step,

@@ -13,7 +13,7 @@ from flockesc_env.scenario.document import Document
 from flockesc_env.scenario.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
 from flockesc_env.scenario.motion import Inertial, Motion
 from flockesc_env.scenario.neighbors import Metric, NeighborRule
-from flockesc_env.scenario.predators import ConstantVelocity, Learned, Predator
+from flockesc_env.scenario.predators import ConstantVelocity, Learned, Predator, Start
 from flockesc_env.scenario.randomization import Distribution
 
 
@@ -51,7 +51,7 @@ class FlockScenario(Document):
         capture_radius: distance in m within which a predator catches an agent. The agent is removed from the
             flock at the end of the step. ``None``: no captures.
         predators: tuple of predators (``ConstantVelocity``, ``PurePursuit``, ``Intercept``, ``Wandering``,
-            ``Encircle``, ``Herd``, ``Learned``); may be empty.
+            ``Encircle``, ``Herd``, ``Learned``, ``PrescribedPath``); may be empty.
         neighbor_rule: definition of neighbors: ``Metric()``, ``Topological()`` or ``Voronoi()``.
         blind_angle: angle in rad of the sector behind an agent in which it sees no neighbors, from 0 to 2 pi.
         mutual: True: two agents are neighbors only if each is in the other's neighborhood.
@@ -123,21 +123,27 @@ class FlockScenario(Document):
         """Return a copy in which every predator is ``Learned``, with the same initial position and velocity.
 
         Raises:
-            ScenarioError: if the scenario has no predator.
+            ScenarioError: if the scenario has no predator, or one with a prescribed path.
         """
         if not self.predators:
             raise ScenarioError("predators", "at least one predator", "none")
-        learned = (
-            predator
-            if isinstance(predator, Learned)
-            else Learned(position=predator.position, velocity=predator.velocity)
-            for predator in self.predators
-        )
-        return self.replace(predators=tuple(learned))
+        learned = tuple(_learned(predator, k) for k, predator in enumerate(self.predators))
+        return self.replace(predators=learned)
+
+
+def _learned(predator: Predator, index: int) -> Learned:
+    if not isinstance(predator, Start):
+        expected = "a predator without a prescribed path, which no policy can control"
+        raise ScenarioError(f"predators[{index}]", expected, type(predator).__name__)
+    if isinstance(predator, Learned):
+        return predator
+    return Learned(position=predator.position, velocity=predator.velocity)
 
 
 def _with_start(predator: Predator, index: int, dimension: int) -> Predator:
     """Return a predator whose position and velocity are not ``None``, after a check of their dimension."""
+    if not isinstance(predator, Start):
+        return predator
     position, velocity = approach(dimension=dimension)
     position = position if predator.position is None else predator.position
     velocity = velocity if predator.velocity is None else predator.velocity

@@ -10,7 +10,7 @@ Target = Literal["nearest", "centroid", "most_isolated", "assigned"]
 
 @dataclass(frozen=True)
 class Start:
-    """Abstract base class of predators: initial position and velocity.
+    """Abstract base class of predators with a given initial position and velocity.
 
     The defaults are the paper's: the predator flies along the diagonal of the initial region,
     ``approach(dimension=D)``.
@@ -149,4 +149,21 @@ class Learned(Start):
     max_speed: float = 15.0
 
 
-Predator = ConstantVelocity | PurePursuit | Intercept | Wandering | Encircle | Herd | Learned
+@dataclass(frozen=True)
+class PrescribedPath:
+    """A predator that follows given positions, for example those of a tracked animal.
+
+    It flies straight between two positions, and straight on after the last one. Its initial position and
+    velocity follow from the path.
+
+    Attributes:
+        positions: r_p in m at the times 0, ``interval``, 2 ``interval``, ..; at least two, each of D numbers.
+        interval: time in s between two positions; ``None``: the scenario's ``time_step``.
+    """
+
+    kind: ClassVar[str] = "prescribed_path"
+    positions: tuple[tuple[float, ...], ...]
+    interval: float | None = None
+
+
+Predator = ConstantVelocity | PurePursuit | Intercept | Wandering | Encircle | Herd | Learned | PrescribedPath

@@ -30,6 +30,7 @@ _SCRIPTS = (
     "curves",
     "player",
     "live",
+    "save",
     "main",
 )
 """Scripts under ``js/``, in order of dependence."""

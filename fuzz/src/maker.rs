@@ -53,9 +53,8 @@ impl<'a, 'u> Maker<'a, 'u> {
         let u = &mut *self.u;
         match self.field {
             _ if self.depth > 0 => coordinate(u),
-            "time_step" | "mass" | "speed" | "initial_side" | "max_range" | "radius" => {
-                Ok(quantity(u)?.max(1e-20))
-            }
+            "time_step" | "mass" | "speed" | "initial_side" | "max_range" | "radius"
+            | "interval" => Ok(quantity(u)?.max(1e-20)),
             "max_speed" => Ok(LARGEST),
             "acceleration" if !self.context.has_max_speed => Ok(0.0),
             "confusion_rate" if self.context.target != "nearest" => Ok(0.0),

@@ -6,7 +6,8 @@
 use arbitrary::{Result, Unstructured};
 use flockesc_core::bindings::AtEnd;
 use flockesc_core::{
-    Batch, EpisodeConfig, FlockConfig, InitialState, Metrics, PerAgent, Progress, Ranges, View,
+    Batch, EpisodeConfig, FlockConfig, InitialState, Metrics, PerAgent, PredatorConfig, Progress,
+    Ranges, View,
 };
 use flockesc_fuzz::{any_range, assert_world_is_sound, coordinates, documents, rarely};
 use libfuzzer_sys::fuzz_target;
@@ -23,15 +24,17 @@ fuzz_target!(|bytes: &[u8]| {
 });
 
 fn start(scenario: &FlockConfig, u: &mut Unstructured<'_>) -> Result<InitialState> {
-    let mut given = |rows: usize| match rarely(u, 3)? {
+    let is_path = |predator| matches!(predator, &PredatorConfig::PrescribedPath(_));
+    let are_free = !scenario.predators.iter().any(is_path);
+    let mut given = |rows: usize, is_allowed: bool| match is_allowed && rarely(u, 3)? {
         true => coordinates(u, rows * scenario.dimension).map(Some),
         false => Ok(None),
     };
     Ok(InitialState {
-        positions: given(scenario.num_agents)?,
-        velocities: given(scenario.num_agents)?,
-        predator_positions: given(scenario.predators.len())?,
-        predator_velocities: given(scenario.predators.len())?,
+        positions: given(scenario.num_agents, true)?,
+        velocities: given(scenario.num_agents, true)?,
+        predator_positions: given(scenario.predators.len(), are_free)?,
+        predator_velocities: given(scenario.predators.len(), are_free)?,
         seed: u.arbitrary()?,
     })
 }

@@ -79,8 +79,8 @@ def scenario(speed: float, *, longer: int = 1) -> FlockScenario:
         longer: factor of the episode's length.
     """
     paper = FlockScenario()
-    (predator,) = paper.predators
-    velocity = tuple(speed * component for component in predator.velocity or ())
+    (given,) = (p.velocity for p in paper.predators if isinstance(p, ConstantVelocity))
+    velocity = tuple(speed * component for component in given or ())
     steps = paper.num_steps * (2 if speed <= 1 else 1) * longer
     return paper.replace(
         predators=(ConstantVelocity(velocity=velocity),), neighbor_rule=Topological(), num_steps=steps

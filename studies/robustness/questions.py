@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.predators import ConstantVelocity
 
-_STRAIGHT = "constant_velocity"
-_BLIND = ("constant_velocity", "wandering")
+_BLIND = ("constant_velocity", "wandering", "prescribed_path")
 
 
 def _steers(scenario: FlockScenario) -> bool:
@@ -21,7 +21,7 @@ def _misses_the_center(scenario: FlockScenario) -> bool:
     """Whether a predator flies straight past the center, by a quarter of the region's side or more."""
     center = np.full(2, scenario.initial_side / 2)
     for predator in scenario.predators:
-        if predator.kind != _STRAIGHT:
+        if not isinstance(predator, ConstantVelocity):
             continue
         position, velocity = np.array(predator.position)[:2], np.array(predator.velocity)[:2]
         (x, y), (u, v) = center - position, velocity

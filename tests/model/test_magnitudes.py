@@ -22,6 +22,7 @@ from flockesc_env import (
     Learned,
     LineEscapeEnv,
     LineScenario,
+    PrescribedPath,
     PurePursuit,
     Reynolds,
     Topological,
@@ -126,6 +127,7 @@ def predators(draw: st.DrawFn) -> tuple[Any, ...]:
     kinds = [
         ConstantVelocity(**start),
         Wandering(**start, angular_diffusion=draw(computed)),
+        PrescribedPath((start["position"], start["velocity"]), interval=draw(st.none() | dividing)),
         Learned(**start, max_acceleration=draw(computed), max_speed=draw(dividing)),
         PurePursuit(**steering, confusion_rate=draw(computed), sight=draw(compared)),
         PurePursuit(**steering, target=draw(st.sampled_from(["centroid", "most_isolated", "assigned"]))),

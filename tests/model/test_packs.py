@@ -18,6 +18,7 @@ from flockesc_env import (
     FlockVectorEnv,
     Herd,
     Intercept,
+    PrescribedPath,
     PurePursuit,
     Trajectory,
     Wandering,
@@ -45,6 +46,7 @@ PACKS: dict[str, Any] = {
     "encircle": lambda s: [Encircle(*start, radius=25.0, **FAST) for start in s],
     "closing in": lambda s: [Encircle(*start, radius=25.0, closing_speed=12.0) for start in s],
     "herd": lambda s: [PurePursuit(*s[0]), Herd(*s[1], distance=20.0, **FAST), Herd(*s[2], partner=1)],
+    "path": lambda s: [PrescribedPath([place for place, _ in s], interval=0.5)],
     "all at once": lambda s: [
         Wandering(*s[0], angular_diffusion=1.0),
         PurePursuit(*s[1], target="assigned"),
@@ -53,6 +55,7 @@ PACKS: dict[str, Any] = {
         PurePursuit(*s[4], target="assigned", **FAST),
         Encircle(*s[5], radius=10.0),
         Encircle(*s[6], radius=20.0),
+        PrescribedPath([place for place, _ in s[::2]], interval=0.7),
     ],
 }
 every_pack = pytest.mark.parametrize("pack", PACKS)

@@ -18,6 +18,7 @@ from flockesc_env import (
     Inertial,
     Intercept,
     LineScenario,
+    PrescribedPath,
     PurePursuit,
     Reynolds,
     Trajectory,
@@ -31,7 +32,7 @@ from flockesc_env.scenario.predators import Predator, Target
 SIDE = 40.0
 HUGE = 1e200  # its square is not a finite number
 STEPS = 5
-KINDS = ("straight", "wandering", "pursuit", "confused", "intercept", "encircle", "herd")
+KINDS = ("straight", "wandering", "pursuit", "confused", "intercept", "encircle", "herd", "path")
 LINE_STEPS = 8
 
 seeds = st.integers(0, 2**32 - 1)
@@ -47,6 +48,9 @@ def predators(draw: st.DrawFn, dimension: int) -> tuple[Any, ...]:
             return ConstantVelocity(position, velocity)
         if kind == "wandering":
             return Wandering(position, velocity, angular_diffusion=draw(st.sampled_from([0.0, 2.0])))
+        if kind == "path":
+            positions = np.cumsum(rng.normal(0, 6, (draw(st.integers(2, 8)), dimension)), axis=0)
+            return PrescribedPath(positions, interval=draw(st.sampled_from([None, 0.02, 0.11, 0.3])))
         turn_rate = draw(st.sampled_from([0.0, 1.0, 1e3]))
         limits = draw(st.sampled_from([{}, {"max_speed": 1e3}, {"max_speed": 60.0, "acceleration": 30.0}]))
         steering = {"position": position, "velocity": velocity, "max_turn_rate": turn_rate, **limits}

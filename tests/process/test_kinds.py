@@ -49,6 +49,7 @@ FIELDS = {
     "distributions": "randomization",
 }
 EXCEPTIONS: dict[str, dict[str, str]] = {
+    "predators": {"prescribed_path": "positions come from a user's data"},
     "initial_positions": {
         "ring": "like a disc, with a predator's path of the same length",
         "segment": "like a thin disc",

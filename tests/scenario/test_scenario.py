@@ -30,6 +30,7 @@ from flockesc_env import (
     LineOptions,
     LineScenario,
     Metric,
+    PrescribedPath,
     PurePursuit,
     RandomHeadings,
     Reynolds,
@@ -71,6 +72,7 @@ def predators(dimension: int) -> st.SearchStrategy[Predator]:
     return st.one_of(
         st.builds(ConstantVelocity, vectors, vectors),
         st.builds(Wandering, vectors, vectors, angular_diffusion=not_negative),
+        st.builds(PrescribedPath, st.tuples(vectors, vectors), interval=st.none() | positive),
         st.builds(PurePursuit, **steering),
         st.builds(Intercept, **faster, navigation_constant=not_negative),
         st.builds(Encircle, **steering, radius=not_negative, closing_speed=not_negative),

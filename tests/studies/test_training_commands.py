@@ -71,7 +71,7 @@ def test_training_seeds_stay_in_their_range() -> None:
 
 def test_a_run_leaves_policy_curve_speed_and_record(run: Path) -> None:
     files = {file.name for file in run.iterdir()}
-    assert files == {"config.json", "curve.parquet", "policy.npz", "run.json"}
+    assert files == {"checkpoint.pickle", "config.json", "curve.parquet", "policy.npz", "run.json"}
     record = RunRecord.read(run)
     assert record.args == small_run(run)
     assert {"python", "torch", "flockesc-env", "stable-baselines3", "sb3-contrib"} <= record.versions.keys()

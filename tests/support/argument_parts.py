@@ -127,6 +127,10 @@ PREDATORS: dict[type[Any], dict[str, Kind]] = {
     fe.Encircle: STEERING | {"radius": LEAST_0, "closing_speed": LEAST_0},
     fe.Herd: STEERING | {"distance": LEAST_0, "partner": Count(0, low=0)},
     fe.Wandering: START | {"angular_diffusion": LEAST_0},
+    fe.PrescribedPath: {
+        "positions": Floats([[1.0, 2.0], [3.0, 5.0]], is_any_length=True),
+        "interval": Number(0.5, True, low=0.0, is_above=True),
+    },
     fe.Learned: START | {"max_acceleration": LEAST_0, "max_speed": Number(15.0, low=0.0, is_above=True)},
 }
 LENGTH = Number(8.0, low=0.0, is_above=True)

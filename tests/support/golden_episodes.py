@@ -25,6 +25,7 @@ from flockesc_env import (
     FlockVectorEnv,
     LineEscapeEnv,
     LineScenario,
+    PrescribedPath,
     PurePursuit,
     Wandering,
     parallel_env,
@@ -43,6 +44,7 @@ CHASED = {
     ),
     "capture_radius": 1.0,
 }
+ZIGZAG = ((-20.0, 10.0), (10.0, 16.0), (5.0, -8.0), (30.0, 30.0))
 RANDOM = {**CHASED, **UNLIKE}
 
 Case = Callable[[int, int], Iterator[Any]]
@@ -166,6 +168,9 @@ def cases() -> dict[str, Case]:
                     initial_side=500.0,
                     predators=(ConstantVelocity((-30.0, -30.0), (10.0, 10.0)),),
                 )
+            ),
+            f"a prescribed path, {dimension}D": flock(
+                small_flock(dimension, num_steps=40, predators=(PrescribedPath(ZIGZAG, interval=0.3),))
             ),
             f"a torus, {dimension}D": run(
                 FlockScenario(dimension=dimension, num_steps=40, predators=(), periodic_side=60.0), 9.0

@@ -92,4 +92,3 @@ def check_killed_run(learner: str, folder: Path) -> None:
         one, other = (pickle.loads((folder / name).read_bytes()) for name in ("one", "other"))  # noqa: S301
         assert same(one, other)
         assert not same(one, {**other, "num_timesteps": 0})
-    assert not (killed.run / CHECKPOINT).exists()

@@ -10,7 +10,7 @@ from covertable import make
 
 from flockesc_env import FlockScenario
 from flockesc_env.episodes.options import ActionMode, IndividualReward, LineReward, Objective, TeamReward
-from flockesc_env.scenario.predators import Start
+from flockesc_env.scenario.predators import PrescribedPath, Start
 
 # Read from the schema, so that a new variant is tested without a change here.
 ACTION_MODES = get_args(ActionMode)
@@ -97,6 +97,9 @@ def small_flock(dimension: int = 2, **changes: Any) -> FlockScenario:
 
 def embedded(predator: Any, dimension: int) -> Any:
     """Return a predator that starts in the plane z = 0 of a world with the given dimension."""
+    if isinstance(predator, PrescribedPath):
+        positions = tuple((*position, 0.0)[:dimension] for position in predator.positions)
+        return dataclasses.replace(predator, positions=positions)
     if not isinstance(predator, Start):
         return predator
     vectors = {"position": predator.position, "velocity": predator.velocity}

@@ -16,9 +16,11 @@ from flockesc_env import (
     Herd,
     Intercept,
     Learned,
+    PrescribedPath,
     PurePursuit,
     Wandering,
 )
+from flockesc_env.scenario.predators import Predator
 
 Floats = NDArray[np.float64]
 
@@ -45,6 +47,9 @@ def steered(
         own, nearest = velocities[k], int(np.argmin(np.linalg.norm(r - places[k], axis=1)))
         match predator:
             case ConstantVelocity() | Learned():  # no action: straight on
+                continue
+            case PrescribedPath():
+                new[k] = (path_position(predator, minds.steps + 1, dt) - places[k]) / dt
                 continue
             case Wandering():
                 new[k] = wandered(own, predator.angular_diffusion * dt, minds.draws)
@@ -73,6 +78,23 @@ def steered(
             turned_own = turned_own / speed * min(speed + predator.acceleration * dt, predator.max_speed)
         new[k] = turned_own
     return new
+
+
+def start(predator: Predator, scenario: FlockScenario) -> tuple[Floats, Floats]:
+    """Return the initial position and velocity of a predator."""
+    if isinstance(predator, PrescribedPath):
+        first, second = (path_position(predator, steps, scenario.time_step) for steps in (0, 1))
+        return first, (second - first) / scenario.time_step
+    return np.array(predator.position), np.array(predator.velocity)
+
+
+def path_position(predator: PrescribedPath, steps: int, dt: float) -> Floats:
+    """Return the position on the path after ``steps`` steps, extended straight on beyond its end."""
+    points, interval = np.array(predator.positions), predator.interval or dt
+    end, time = (len(points) - 1) * interval, steps * dt
+    times = interval * np.arange(len(points))
+    position = np.array([np.interp(time, times, column) for column in points.T])
+    return position + max(time - end, 0) * (points[-1] - points[-2]) / interval
 
 
 def assignment(pack: tuple, r: Floats, places: Floats) -> dict[int, int]:

@@ -40,8 +40,8 @@ def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats, 
     return FlockState(
         positions,
         velocities,
-        rows([predator.position for predator in scenario.predators]),
-        rows([predator.velocity for predator in scenario.predators]),
+        rows([predator_reference.start(predator, scenario)[0] for predator in scenario.predators]),
+        rows([predator_reference.start(predator, scenario)[1] for predator in scenario.predators]),
         predator_reference.Minds(chacha.Stream(seed, chacha.PREDATORS)),
     )
 

@@ -121,6 +121,42 @@ def test_a_picture_of_all_panels_is_saved(tab: Page, file: str) -> None:
     assert np.ptp(picture[40:, width:]) > 100
 
 
+def test_a_video_of_the_replay_is_saved(tab: Page, file: str) -> None:
+    """The video is as long as the replay at its speed and shows all panels, in motion."""
+    open_page(tab, f"{file}#t=2")
+    width, height = tab.evaluate("[page.panels[0].canvas.width, page.panels[0].canvas.height]")
+    tab.select_option("#speed", "2")
+    with tab.expect_download() as download:
+        tab.click("#save-video")
+        assert tab.text_content("#save-video") == "Stop and save"
+    assert tab.evaluate("[page.player.time, page.player.isPlaying]") == [4, False]
+    assert tab.text_content("#save-video") == "Save video"
+    assert download.value.suggested_filename == "flock.webm"
+    frames = iio.imread(download.value.path(), plugin="FFMPEG", extension=".webm", fps=10)
+    assert 15 <= len(frames) <= 30  # 2 s
+    assert frames.shape[1:3] == (height + 30, 2 * width)
+    for panel in (frames[:, 40:, :width], frames[:, 40:, width:]):
+        assert np.ptp(panel[0]) > 100
+        assert np.abs(panel[-1].astype(int) - panel[0]).max() > 100
+
+
+def test_a_video_ends_when_playback_stops(tab: Page, file: str) -> None:
+    open_page(tab, file)
+    with tab.expect_download():
+        tab.click("#save-video")
+        wait(tab, "page.player.time > 0.3")
+        tab.click("#save-video")
+    assert tab.evaluate("page.player.time") < 4
+
+
+def test_a_browser_without_recorder_offers_no_video(tab: Page, file: str) -> None:
+    open_page(tab, file)
+    assert tab.is_visible("#save-video")
+    tab.add_init_script("delete window.MediaRecorder")
+    open_page(tab, f"{file}?old")
+    assert not tab.is_visible("#save-video")
+
+
 def test_space_plays_and_stops_and_playback_stops_at_the_end(tab: Page, file: str) -> None:
     open_page(tab, file)
     assert tab.evaluate("[page.player.time, page.player.isPlaying]") == [0, False]

@@ -21,7 +21,8 @@ class Page {
     this.player.addEventListener("change", () => this.draw());
     new ResizeObserver(() => this.draw()).observe(document.getElementById("panels"));
     this.showRuns();
-    document.getElementById("save").addEventListener("click", () => this.savePicture());
+    document.getElementById("save").addEventListener("click", () => savePicture(this));
+    this.videoButton = new VideoButton(document.getElementById("save-video"), this);
     if (live) this.live = new Live(live, this.panels, (index, run) => this.replaceRun(index, run));
     this.start(new URLSearchParams(location.hash.slice(1)).get("t"));
   }
@@ -59,29 +60,6 @@ class Page {
 
   draw() {
     this.panels.forEach((panel) => panel.draw(this.player.time, this.look));
-  }
-
-  /** Saves the panels, side by side with their titles, as a PNG file. */
-  savePicture() {
-    const canvases = this.panels.map((panel) => panel.canvas);
-    const { width, height } = canvases[0];
-    const columns = Math.min(canvases.length, canvases.length === 4 ? 2 : 3);
-    const bar = Math.round(30 * (window.devicePixelRatio || 1));
-    const picture = element("canvas", {
-      width: columns * width,
-      height: Math.ceil(canvases.length / columns) * (height + bar),
-    });
-    const context = picture.getContext("2d");
-    context.fillStyle = this.look.theme.page;
-    context.fillRect(0, 0, picture.width, picture.height);
-    context.font = `600 ${Math.round(bar / 2)}px system-ui, sans-serif`;
-    canvases.forEach((canvas, at) => {
-      const [x, y] = [(at % columns) * width, Math.floor(at / columns) * (height + bar)];
-      context.fillStyle = this.look.theme.runs[this.runs[at].color % this.look.theme.runs.length];
-      context.fillText(`${this.runs[at].title}, ${this.player.time.toFixed(2)} s`, x + bar / 3, y + 0.65 * bar);
-      context.drawImage(canvas, x, y + bar, width, height);
-    });
-    element("a", { href: picture.toDataURL(), download: `flock-${this.player.time.toFixed(2)}s.png` }).click();
   }
 
   bindLooks() {

@@ -42,8 +42,8 @@ pub use network::{Architecture, NetworkRanges, Networks, NormalizedRange, Squash
 pub use observation::{ExtraEntries, SensingRange, View, flock_entries, predator_entries};
 pub use parallel::Progress;
 pub use predator::{
-    ConstantVelocity, Encircle, Herd, Intercept, Learned, Predator, PredatorConfig, PurePursuit,
-    Target, Wandering,
+    ConstantVelocity, Encircle, Herd, Intercept, Learned, Predator, PredatorConfig, PrescribedPath,
+    PurePursuit, Target, Wandering,
 };
 pub use reward::{Objective, Reward};
 pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};

@@ -7,7 +7,7 @@ use crate::base::error::{Error, Result};
 use crate::base::rng::{self, Stream};
 use crate::base::vector::unit;
 use crate::flock::scenario::FlockConfig;
-use crate::predator::Predator;
+use crate::predator::{Predator, PredatorConfig};
 
 /// The initial state of an episode. If an array of the agents is `None`, it is drawn from the seed. If an
 /// array of the predators is `None`, it is taken from the scenario.
@@ -40,13 +40,26 @@ impl InitialState {
     /// Checks the lengths and entries of the arrays.
     ///
     /// # Errors
-    /// [`Error::Argument`] if an array has the wrong length or an entry is out of bounds.
+    /// [`Error::Argument`] if an array has the wrong length, an entry is out of bounds, or an array of the
+    /// predators is given although one of them has a prescribed path.
     pub fn check(&self, config: &FlockConfig) -> Result<()> {
         let (n, p, d) = (config.num_agents, config.predators.len(), config.dimension);
         check("initial_positions", &self.positions, n, d)?;
         check("initial_velocities", &self.velocities, n, d)?;
-        check("predator_positions", &self.predator_positions, p, d)?;
-        check("predator_velocities", &self.predator_velocities, p, d)
+        for (field, given) in [
+            ("predator_positions", &self.predator_positions),
+            ("predator_velocities", &self.predator_velocities),
+        ] {
+            let mut predators = config.predators.iter();
+            if let (Some(_), Some(index)) =
+                (given, predators.position(PredatorConfig::has_fixed_start))
+            {
+                let expected = format!("None, because predators[{index}] has a prescribed path");
+                return Err(Error::argument(field, expected, "an array"));
+            }
+            check(field, given, p, d)?;
+        }
+        Ok(())
     }
 
     pub(super) fn positions<const D: usize>(&self, config: &FlockConfig) -> Vec<SVector<f64, D>> {
@@ -74,7 +87,10 @@ impl InitialState {
     }
 
     pub(super) fn predators<const D: usize>(&self, config: &FlockConfig) -> Vec<Predator<D>> {
-        let mut predators: Vec<_> = config.predators.iter().map(Predator::new).collect();
+        let predators = config.predators.iter();
+        let mut predators: Vec<_> = predators
+            .map(|predator| Predator::new(predator, config.time_step))
+            .collect();
         if let Some(given) = &self.predator_positions {
             for (predator, row) in predators.iter_mut().zip(rows(given)) {
                 predator.position = row;

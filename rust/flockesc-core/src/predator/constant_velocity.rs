@@ -3,6 +3,7 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
+use super::shared::start::given_start;
 use super::strategy::{Flight, Strategy, Surroundings};
 use crate::base::error::Result;
 
@@ -15,6 +16,8 @@ pub struct ConstantVelocity {
     /// v_p in m/s.
     pub velocity: Vec<f64>,
 }
+
+given_start!(ConstantVelocity);
 
 impl Strategy for ConstantVelocity {
     type Memory<const D: usize> = ();

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::shared::prey::Prey;
 use super::shared::sighting::Sighting;
+use super::shared::start::given_start;
 use super::strategy::{ActionLimits, Flight, Memory, Pack, Strategy, Surroundings};
 use crate::base::check::{positive_quantity, quantity};
 use crate::base::error::Result;
@@ -23,6 +24,8 @@ pub struct Learned {
     /// Largest speed in m/s, from 1e-20 to 1e20.
     pub max_speed: f64,
 }
+
+given_start!(Learned);
 
 impl Learned {
     fn limits(&self) -> ActionLimits {

@@ -5,6 +5,7 @@ mod encircle;
 mod herd;
 mod intercept;
 mod learned;
+mod prescribed_path;
 mod pure_pursuit;
 mod shared;
 mod state;
@@ -19,9 +20,9 @@ pub(crate) use shared::prey::Prey;
 pub(crate) use shared::sighting::Sighting;
 pub(crate) use state::PredatorState;
 
+use shared::start::Start;
 use strategy::{ActionLimits, Flight, Member, Memory, Pack, Strategy, Surroundings, strategies};
 
-use crate::base::check;
 use crate::base::error::Result;
 use crate::snapshot;
 
@@ -40,6 +41,8 @@ strategies! {
     herd::Herd,
     /// Accelerates by the action of a policy.
     learned::Learned,
+    /// Follows a prescribed path.
+    prescribed_path::PrescribedPath,
 }
 
 impl PredatorConfig {
@@ -51,10 +54,7 @@ impl PredatorConfig {
     /// Checks the predator at `index` of `count`.
     fn check(&self, index: usize, count: usize, dimension: usize) -> Result<()> {
         let path = format!("predators[{index}].{}", self.kind());
-        let (position, velocity) = self.start();
-        for (name, entries) in [("position", position), ("velocity", velocity)] {
-            check::vector(&format!("{path}.{name}"), entries, dimension)?;
-        }
+        self.check_start(&path, dimension)?;
         self.check_strategy(&path, index, count)
     }
 }
@@ -81,14 +81,12 @@ pub struct Predator<const D: usize> {
 }
 
 impl<const D: usize> Predator<D> {
-    /// Creates the predator at t = 0. Missing coordinates of its position and velocity are 0.
+    /// Creates the predator at t = 0 for steps of `time_step` s. Missing coordinates are 0.
     #[must_use]
-    pub fn new(config: &PredatorConfig) -> Self {
-        let (position, velocity) = config.start();
-        let embed = |vector: &[f64]| SVector::from_fn(|k, _| vector.get(k).copied().unwrap_or(0.0));
-        let velocity: SVector<f64, D> = embed(velocity);
+    pub fn new(config: &PredatorConfig, time_step: f64) -> Self {
+        let (position, velocity) = config.start(time_step);
         Self {
-            position: embed(position),
+            position,
             velocity,
             speed: velocity.norm(),
             strategy: StrategyState::new(config),

@@ -8,10 +8,11 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::shared::prey::Prey;
+use super::shared::start::Start;
 use crate::base::error::Result;
 
 /// The rule by which a predator sets its next velocity (step 5).
-pub(crate) trait Strategy: Sized + 'static {
+pub(super) trait Strategy: Start + Sized + 'static {
     /// The state of the strategy between steps.
     type Memory<const D: usize>: Memory;
 
@@ -143,10 +144,24 @@ macro_rules! strategies {
                 }
             }
 
-            /// Returns the initial position in m and velocity in m/s, each with D or 2 coordinates.
-            fn start(&self) -> (&[f64], &[f64]) {
+            /// Returns whether an initial state cannot replace the initial position and velocity.
+            pub(crate) fn has_fixed_start(&self) -> bool {
                 match self {
-                    $(Self::$Strategy(strategy) => (&strategy.position, &strategy.velocity),)*
+                    $(Self::$Strategy(_) => $Strategy::IS_FIXED,)*
+                }
+            }
+
+            /// Checks the fields of the initial position and velocity.
+            fn check_start(&self, path: &str, dimension: usize) -> Result<()> {
+                match self {
+                    $(Self::$Strategy(strategy) => strategy.check_start(path, dimension),)*
+                }
+            }
+
+            /// Returns the initial position in m and velocity in m/s.
+            fn start<const D: usize>(&self, time_step: f64) -> (SVector<f64, D>, SVector<f64, D>) {
+                match self {
+                    $(Self::$Strategy(strategy) => strategy.start(time_step),)*
                 }
             }
 

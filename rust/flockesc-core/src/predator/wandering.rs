@@ -4,6 +4,7 @@ use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
+use super::shared::start::given_start;
 use super::strategy::{Flight, Strategy, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::Result;
@@ -21,6 +22,8 @@ pub struct Wandering {
     /// Rotational diffusion coefficient of the heading in rad^2/s, at least 0.
     pub angular_diffusion: f64,
 }
+
+given_start!(Wandering);
 
 impl Wandering {
     /// Returns the next velocity; `speed` is the norm of `velocity`.

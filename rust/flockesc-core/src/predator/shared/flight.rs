@@ -33,6 +33,8 @@ macro_rules! steering {
             $($(#[$doc])* pub $field: $kind,)*
         }
 
+        $crate::predator::shared::start::given_start!($name);
+
         impl $name {
             pub(in crate::predator) fn limits(&self) -> $crate::predator::shared::flight::Limits {
                 $crate::predator::shared::flight::Limits {

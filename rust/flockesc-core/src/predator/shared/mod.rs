@@ -4,4 +4,5 @@ pub(super) mod assignment;
 pub(super) mod flight;
 pub(super) mod prey;
 pub(super) mod sighting;
+pub(super) mod start;
 pub(super) mod steering;

@@ -1,0 +1,122 @@
+//! The strategy of a predator on a prescribed path, for example that of a tracked animal.
+
+use nalgebra::SVector;
+use serde::{Deserialize, Serialize};
+
+use super::shared::start::{Start, embed};
+use super::strategy::{Flight, Memory, Strategy, Surroundings};
+use crate::base::check::{MAX_STEPS, positive_quantity, vector};
+use crate::base::error::{Error, Result};
+use crate::snapshot;
+
+/// Follows given positions: straight between two of them, and straight on after the last one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PrescribedPath {
+    /// r_p in m at the times 0, `interval`, 2 `interval`, ..; at least two positions.
+    pub positions: Vec<Vec<f64>>,
+    /// Time in s between two positions, from 1e-20 to 1e20; `None` is the scenario's time step.
+    pub interval: Option<f64>,
+}
+
+impl PrescribedPath {
+    /// Returns r_p in m after `steps` steps.
+    fn at<const D: usize>(&self, steps: usize, time_step: f64) -> SVector<f64, D> {
+        let intervals = match self.interval {
+            Some(interval) => steps as f64 * time_step / interval,
+            None => steps as f64,
+        };
+        let last = self.positions.len().saturating_sub(2);
+        let segment = (intervals as usize).min(last);
+        let point = |k: usize| embed(self.positions.get(k).map_or(&[], Vec::as_slice));
+        let (from, to): (SVector<f64, D>, _) = (point(segment), point(segment + 1));
+        from + (to - from) * (intervals - segment as f64)
+    }
+}
+
+impl Start for PrescribedPath {
+    const IS_FIXED: bool = true;
+
+    fn check_start(&self, path: &str, dimension: usize) -> Result<()> {
+        let (field, count) = (format!("{path}.positions"), self.positions.len());
+        if count < 2 {
+            return Err(Error::config(field, "at least 2 positions", count));
+        }
+        let mut positions = self.positions.iter().enumerate();
+        positions.try_for_each(|(k, entries)| vector(&format!("{field}[{k}]"), entries, dimension))
+    }
+
+    fn start<const D: usize>(&self, time_step: f64) -> (SVector<f64, D>, SVector<f64, D>) {
+        let position = self.at(0, time_step);
+        (position, (self.at(1, time_step) - position) / time_step)
+    }
+}
+
+/// Number of steps so far.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(crate) struct Steps(usize);
+
+impl Memory for Steps {
+    fn check(&self, _num_agents: usize) -> Result<()> {
+        snapshot::check(self.0 <= MAX_STEPS, "a predator's number of steps")
+    }
+}
+
+impl Strategy for PrescribedPath {
+    type Memory<const D: usize> = Steps;
+
+    fn check(&self, path: &str, _index: usize, _count: usize) -> Result<()> {
+        let field = format!("{path}.interval");
+        self.interval
+            .map_or(Ok(()), |interval| positive_quantity(&field, interval))
+    }
+
+    /// Returns the velocity from the present position to the path's position at the end of the next step, so
+    /// that rounding errors do not accumulate.
+    fn steer<const D: usize>(
+        &self,
+        steps: &mut Steps,
+        flight: &Flight<D>,
+        surroundings: &mut Surroundings<'_, D>,
+    ) -> (SVector<f64, D>, f64) {
+        steps.0 += 1;
+        let time_step = surroundings.time_step;
+        let velocity = (self.at(steps.0 + 1, time_step) - flight.position) / time_step;
+        (velocity, velocity.norm())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::vector;
+
+    fn path(interval: Option<f64>) -> PrescribedPath {
+        PrescribedPath {
+            positions: vec![vec![0.0, 0.0], vec![4.0, 0.0], vec![4.0, 2.0]],
+            interval,
+        }
+    }
+
+    #[test]
+    fn is_straight_between_positions_and_after_the_last_one() {
+        let slow = path(Some(2.0));
+        let at = |steps| slow.at::<2>(steps, 0.5);
+        assert_eq!(at(1), vector![1.0, 0.0]);
+        assert_eq!(at(4), vector![4.0, 0.0]);
+        assert_eq!(at(6), vector![4.0, 1.0]);
+        assert_eq!(at(8), vector![4.0, 2.0]);
+        assert_eq!(at(12), vector![4.0, 4.0]);
+    }
+
+    #[test]
+    fn has_a_position_per_step_without_an_interval() {
+        assert_eq!(path(None).at::<2>(2, 0.3), vector![4.0, 2.0]);
+    }
+
+    #[test]
+    fn a_step_may_span_several_positions() {
+        let start = path(Some(1.0)).start::<2>(2.0);
+        assert_eq!(start, (vector![0.0, 0.0], vector![2.0, 1.0]));
+    }
+}
