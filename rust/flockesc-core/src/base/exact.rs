@@ -2,6 +2,8 @@
 //! exactly, so that a sum has the same bits in any order, on any instruction set and on any number of
 //! threads.
 
+use pulp::Simd;
+
 /// 1.5 * 2^52. The sum of it and a number of magnitude at most 2^51 has the nearest integer in its low bits.
 const SHIFT: f64 = 6_755_399_441_055_744.0;
 
@@ -59,6 +61,17 @@ impl Scale {
         (value * self.up + SHIFT)
             .to_bits()
             .wrapping_sub(SHIFT.to_bits()) as i64
+    }
+
+    /// Returns a register of values as [`Scale::quantize`] does.
+    #[inline(always)]
+    pub(crate) fn quantize_register<S: Simd>(self, simd: S, values: S::f64s) -> S::u64s {
+        let scaled = simd.mul_f64s(values, simd.splat_f64s(self.up));
+        let shifted = simd.add_f64s(scaled, simd.splat_f64s(SHIFT));
+        simd.sub_u64s(
+            simd.transmute_u64s_f64s(shifted),
+            simd.splat_u64s(SHIFT.to_bits()),
+        )
     }
 
     /// Returns `value` in units of any scale, rounded toward 0.

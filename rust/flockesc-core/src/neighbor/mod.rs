@@ -9,6 +9,7 @@ mod rules;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use engine::candidates::Candidates;
 pub(crate) use engine::field_of_view::{FieldOfView, Torus};
 pub(crate) use engine::pairs::Pairs;
 pub(crate) use engine::sums::NeighborSums;

@@ -6,7 +6,7 @@ use super::parameters::Parameters;
 use crate::agents::Group;
 use crate::base::error::Result;
 use crate::base::exact::Scale;
-use crate::neighbor::Pairs;
+use crate::neighbor::{Candidates, Pairs};
 
 /// The pairs of the agents in one group and their neighbors.
 #[derive(Clone, Copy)]
@@ -23,6 +23,7 @@ pub(super) struct GroupPairs<'a, const D: usize> {
 #[derive(Debug, Clone, Default)]
 pub(super) struct PairBuffers<const D: usize> {
     pub(super) tiles: Vec<u32>,
+    pub(super) candidates: Candidates,
     /// Pairs of an agent's lane and one neighbor's contribution to the force on the agent, in the order of
     /// lanes.
     pub(super) terms: Vec<(usize, [f64; D])>,

@@ -52,16 +52,15 @@ impl Law for Reynolds {
         } = *pairs;
         let PairBuffers {
             tiles,
+            candidates,
             terms: close,
         } = buffers;
+        let offsets = pairs.sum_offsets(group, scale, tiles, candidates);
         close.clear();
         let range = self.separation_range * self.separation_range;
-        let mut offsets = [[0; D]; GROUP];
-        pairs.visit(group, tiles, |lane, place| {
+        let near = pairs.within(self.separation_range);
+        near.visit(group, tiles, |lane, place| {
             let (offset, squared) = pairs.offset(group, lane, place);
-            for axis in 0..D {
-                offsets[lane][axis] += scale.quantize(offset[axis]);
-            }
             if squared > SHORTEST * SHORTEST && squared <= range {
                 close.push((lane, offset.map(|entry| -entry / squared)));
             }
@@ -75,13 +74,10 @@ impl Law for Reynolds {
                 }
             }
         };
-        for (lane, sum) in offsets.iter().enumerate() {
+        for lane in 0..GROUP {
             // The sum of the offsets has the same direction as their mean.
-            add(
-                lane,
-                sum.map(|units| scale.value(units)),
-                self.cohesion_strength,
-            );
+            let sum = std::array::from_fn(|axis| scale.value(offsets[axis][lane]));
+            add(lane, sum, self.cohesion_strength);
         }
         for neighbors in close.chunk_by(|a, b| a.0 == b.0) {
             add(neighbors[0].0, sum(neighbors), self.separation_strength);

@@ -17,8 +17,8 @@ pub(super) struct Search<'a, const D: usize> {
     pub(super) reaches: Reaches<'a>,
     /// Distance in m by which two agents may approach or leave each other while the candidates are in use.
     pub(super) margin: f64,
-    /// Whether agents have a blind sector, so that an agent within reach is not always a neighbor.
-    pub(super) is_blind: bool,
+    /// Whether each agent within reach is needed, and not only their sums.
+    pub(super) is_each: bool,
 }
 
 /// The children of one block of the tree, one bit per child.
@@ -31,7 +31,7 @@ pub(super) struct Children {
 
 /// The candidates of some groups.
 #[derive(Debug, Clone, Default)]
-pub(in crate::neighbor) struct Candidates {
+pub(crate) struct Candidates {
     groups: Vec<Whole>,
     tiles: Vec<(Whole, Ends)>,
     /// Nodes entirely within reach.
@@ -261,7 +261,7 @@ impl<const D: usize> Search<'_, D> {
         if self.margin > 0.0 {
             reach.widen(self.margin);
         }
-        reach.may_enclose &= !self.is_blind;
+        reach.may_enclose &= !self.is_each;
         reach
     }
 }

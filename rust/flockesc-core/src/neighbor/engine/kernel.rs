@@ -5,14 +5,14 @@
 
 use std::hint::black_box;
 
-use bytemuck::{NoUninit, cast_ref, cast_slice};
+use bytemuck::cast_ref;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::agents::{Agents, Column, FANOUT, GROUP, Group, TILE};
+use crate::agents::{Agents, FANOUT, GROUP, TILE};
 use crate::neighbor::engine::candidates::{Search, TileCandidates};
 use crate::neighbor::engine::field_of_view::FieldOfView;
 use crate::neighbor::engine::kept::Listing;
-use crate::neighbor::engine::reach::squared_norm;
+use crate::neighbor::engine::own::{Own, lanes};
 use crate::neighbor::engine::sums::{NeighborSums, Scratch};
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::ranges::Reaches;
@@ -89,7 +89,7 @@ impl<const D: usize> SumNeighbors<'_, D> {
             tree,
             reaches,
             margin,
-            is_blind: IS_BLIND,
+            is_each: IS_BLIND,
         };
         let candidates = &mut scratch.candidates;
         let mut work = 0;
@@ -114,18 +114,14 @@ impl<const D: usize> SumNeighbors<'_, D> {
                 let candidates = candidates.of(index, tile);
                 let whole = sum_whole(simd, tree, &candidates);
                 for start in (tile * TILE..(tile + 1) * TILE).step_by(S::F64_LANES) {
-                    let own =
-                        Own::<S, D>::load::<IS_BLIND>(simd, &agents.groups[group], &squared, start);
-                    sum_agents::<S, D, IS_BLIND>(
+                    let own = Own::<S, D>::load::<IS_BLIND>(
                         simd,
-                        own,
+                        &agents.groups[group],
+                        &squared,
                         field_of_view,
                         start,
-                        tree,
-                        &candidates,
-                        whole,
-                        sums,
                     );
+                    sum_agents::<S, D, IS_BLIND>(simd, own, tree, &candidates, whole, sums);
                 }
             }
         }
@@ -175,59 +171,17 @@ fn sum_whole<S: Simd, const D: usize>(
 /// The bit of every child.
 const BITS: [u64; FANOUT] = [1, 2, 4, 8, 16, 32, 64, 128];
 
-/// One register of agents.
-#[derive(Clone, Copy)]
-struct Own<S: Simd, const D: usize> {
-    position: [S::f64s; D],
-    /// In m/s; only for agents with a blind sector.
-    velocity: [S::f64s; D],
-    /// Squared reaches in m^2.
-    squared: S::f64s,
-}
-
-impl<S: Simd, const D: usize> Own<S, D> {
-    /// Loads the agents from lane `start` on.
-    #[inline(always)]
-    fn load<const IS_BLIND: bool>(
-        simd: S,
-        group: &Group<D>,
-        squared: &Column<f64>,
-        start: usize,
-    ) -> Self {
-        let load =
-            |column: &Column<f64>| S::as_simd_f64s(&column[start..start + S::F64_LANES]).0[0];
-        let mut own = Self {
-            position: [simd.splat_f64s(0.0); D],
-            velocity: [simd.splat_f64s(0.0); D],
-            squared: load(squared),
-        };
-        for axis in 0..D {
-            own.position[axis] = load(&group.position[axis]);
-            if IS_BLIND {
-                own.velocity[axis] = load(&group.velocity[axis]);
-            }
-        }
-        own
-    }
-}
-
-/// Computes the sums of one register of agents, which begins at lane `start`: `whole` plus the sums over the
-/// candidates within reach and, with `IS_BLIND`, in view.
+/// Computes the sums of one register of agents: `whole` plus the sums over the candidates within reach and, with
+/// `IS_BLIND`, in view.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "a struct would only rename them")]
 fn sum_agents<S: Simd, const D: usize, const IS_BLIND: bool>(
     simd: S,
     own: Own<S, D>,
-    field_of_view: FieldOfView,
-    start: usize,
     tree: &Tree<D>,
     candidates: &TileCandidates<'_>,
     whole: [i64; D],
     sums: &mut NeighborSums<D>,
 ) {
-    let places = start..start + S::F64_LANES;
-    let edge = simd.splat_f64s(field_of_view.edge);
-    let speed = simd.sqrt_f64s(squared_norm(simd, own.velocity));
     // The compiler does not know that it is 1. It would replace each masked addition by two operations.
     let one = simd.splat_u64s(black_box(1));
     let mut sum = [one; D];
@@ -238,30 +192,17 @@ fn sum_agents<S: Simd, const D: usize, const IS_BLIND: bool>(
     let rows = tree.agents.as_flattened();
     for &place in candidates.across {
         let other = &rows[place as usize];
-        let mut offset = own.position;
-        for axis in 0..D {
-            offset[axis] = simd.sub_f64s(simd.splat_f64s(other.position[axis]), offset[axis]);
-        }
-        let squared = squared_norm(simd, offset);
-        let mut is_near = simd.less_than_or_equal_f64s(squared, own.squared);
-        if IS_BLIND {
-            let mut along = simd.mul_f64s(own.velocity[0], offset[0]);
-            for axis in 1..D {
-                along = simd.add_f64s(along, simd.mul_f64s(own.velocity[axis], offset[axis]));
-            }
-            let least = simd.mul_f64s(edge, simd.mul_f64s(speed, simd.sqrt_f64s(squared)));
-            is_near = simd.and_m64s(is_near, simd.less_than_or_equal_f64s(least, along));
-        }
+        let (_, is_neighbor) = own.senses::<IS_BLIND>(simd, &other.position);
         for axis in 0..D {
             let added = simd.add_u64s(sum[axis], simd.splat_u64s(other.velocity[axis] as u64));
-            sum[axis] = simd.select_u64s(is_near, added, sum[axis]);
+            sum[axis] = simd.select_u64s(is_neighbor, added, sum[axis]);
         }
-        count = simd.select_u64s(is_near, simd.add_u64s(count, one), count);
+        count = simd.select_u64s(is_neighbor, simd.add_u64s(count, one), count);
     }
     for axis in 0..D {
-        sums.sum[axis][places.clone()].copy_from_slice(lanes(&sum[axis]));
+        sums.sum[axis][own.lanes()].copy_from_slice(lanes(&sum[axis]));
     }
-    sums.count[places].copy_from_slice(lanes(&count));
+    sums.count[own.lanes()].copy_from_slice(lanes(&count));
 }
 
 /// Loads one register of eight integers.
@@ -269,10 +210,4 @@ fn sum_agents<S: Simd, const D: usize, const IS_BLIND: bool>(
 fn load<S: Simd>(_: S, values: &[i64; FANOUT], register: usize) -> S::u64s {
     let values: &[u64; FANOUT] = cast_ref(values);
     S::as_simd_u64s(values).0[register]
-}
-
-/// Returns the integers in a register.
-#[inline(always)]
-fn lanes<T: NoUninit>(register: &T) -> &[i64] {
-    cast_slice(std::slice::from_ref(register))
 }

@@ -2,7 +2,7 @@
 
 use crate::agents::{Agents, GROUP};
 use crate::neighbor::engine::lists::{Lists, NO_PLACE};
-use crate::neighbor::engine::pairs::{Candidates, Pairs};
+use crate::neighbor::engine::pairs::{Choice, Pairs};
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::options::NeighborOptions;
 use crate::neighbor::ranges::{Ranges, Reaches};
@@ -79,10 +79,11 @@ impl Links {
             tree,
             options,
             squares: &self.found.squares,
-            candidates: match options.rule.criterion() {
-                _ if self.is_frozen => Candidates::Frozen(lists, places),
-                Criterion::List => Candidates::Listed(lists, places),
-                Criterion::Range | Criterion::Reach => Candidates::All,
+            limit: f64::MAX,
+            choice: match options.rule.criterion() {
+                _ if self.is_frozen => Choice::Frozen(lists, places),
+                Criterion::List => Choice::Listed(lists, places),
+                Criterion::Range | Criterion::Reach => Choice::All,
             },
         }
     }

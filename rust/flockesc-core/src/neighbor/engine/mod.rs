@@ -1,6 +1,6 @@
 //! The neighbor search and the sums over neighbors, for all neighbor rules.
 
-mod candidates;
+pub(super) mod candidates;
 pub(super) mod components;
 pub(super) mod field_of_view;
 pub(super) mod isolation;
@@ -9,6 +9,8 @@ pub(super) mod kernel;
 pub(super) mod links;
 pub(super) mod lists;
 pub(super) mod nodes;
+mod offsets;
+mod own;
 pub(super) mod pairs;
 pub(super) mod profile;
 pub(super) mod reach;

@@ -5,11 +5,15 @@ use std::ops::Range;
 use multiversion::multiversion;
 
 use crate::agents::{Agents, Column, FANOUT, GROUP, TILE};
-use crate::base::vector::{larger, squared_norm};
+use crate::base::exact::Scale;
+use crate::base::vector::{larger, smaller, squared_norm};
+use crate::neighbor::engine::candidates::{Candidates, Search};
 use crate::neighbor::engine::field_of_view::FieldOfView;
 use crate::neighbor::engine::lists::{Lists, NO_PLACE};
+use crate::neighbor::engine::offsets::sum_offsets;
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::options::NeighborOptions;
+use crate::neighbor::ranges::Reaches;
 
 /// The neighbor graph at one time.
 #[derive(Clone, Copy)]
@@ -19,12 +23,14 @@ pub(crate) struct Pairs<'a, const D: usize> {
     pub(in crate::neighbor) options: &'a NeighborOptions,
     /// Squared reaches in m^2 of the agents, group by group.
     pub(in crate::neighbor) squares: &'a [Column<f64>],
-    pub(in crate::neighbor) candidates: Candidates<'a>,
+    pub(in crate::neighbor) choice: Choice<'a>,
+    /// Square in m^2 of the largest distance of pairs. Pairs of a frozen graph may be farther apart.
+    pub(in crate::neighbor) limit: f64,
 }
 
-/// The agents among which neighbors are searched.
+/// The agents among which neighbors are chosen.
 #[derive(Clone, Copy)]
-pub(in crate::neighbor) enum Candidates<'a> {
+pub(in crate::neighbor) enum Choice<'a> {
     /// All agents. Neighbors are the ones within reach and in view.
     All,
     /// The agents in lists. Neighbors are the ones within reach and in view. The second field has the places
@@ -35,6 +41,41 @@ pub(in crate::neighbor) enum Candidates<'a> {
 }
 
 impl<const D: usize> Pairs<'_, D> {
+    /// Returns the neighbor graph without the pairs farther apart than `distance` in m.
+    pub(crate) fn within(self, distance: f64) -> Self {
+        let limit = (distance * distance).min(f64::MAX);
+        Self { limit, ..self }
+    }
+
+    /// Returns the sums of the offsets from the agents of a group to their neighbors, in units of `scale`.
+    pub(crate) fn sum_offsets(
+        &self,
+        group: usize,
+        scale: Scale,
+        tiles: &mut Vec<u32>,
+        candidates: &mut Candidates,
+    ) -> [Column<i64>; D] {
+        if self.options.is_by_view() {
+            let search = Search {
+                agents: self.agents,
+                tree: self.tree,
+                reaches: Reaches::Squares(self.squares),
+                margin: 0.0,
+                is_each: true,
+            };
+            let field_of_view = self.options.field_of_view;
+            return sum_offsets(search, field_of_view, scale, group, candidates);
+        }
+        let mut sums = [[0; GROUP]; D];
+        self.visit(group, tiles, |lane, place| {
+            let (offset, _) = self.offset(group, lane, place);
+            for axis in 0..D {
+                sums[axis][lane] += scale.quantize(offset[axis]);
+            }
+        });
+        sums
+    }
+
     /// Calls `visit(lane, place)` for every agent of a group and each of its neighbors, where `place` is the
     /// neighbor's. The first neighbor is the agent itself. Returns the number of tested pairs of tiles.
     /// `tiles` is a buffer.
@@ -45,8 +86,8 @@ impl<const D: usize> Pairs<'_, D> {
         mut visit: impl FnMut(usize, usize),
     ) -> usize {
         let lanes = self.agents.ids_of(group).len();
-        match self.candidates {
-            Candidates::All => {
+        match self.choice {
+            Choice::All => {
                 let mut num_tile_pairs = 0;
                 for tile in 0..lanes.div_ceil(TILE) {
                     self.list_near(group, tile, tiles);
@@ -56,7 +97,7 @@ impl<const D: usize> Pairs<'_, D> {
                 }
                 num_tile_pairs
             }
-            Candidates::Listed(lists, places) => {
+            Choice::Listed(lists, places) => {
                 for (lane, &id) in self.agents.ids_of(group).iter().enumerate() {
                     visit(lane, group * GROUP + lane);
                     for &other in lists.of(id as usize) {
@@ -68,7 +109,7 @@ impl<const D: usize> Pairs<'_, D> {
                 }
                 0
             }
-            Candidates::Frozen(lists, places) => {
+            Choice::Frozen(lists, places) => {
                 for (lane, &id) in self.agents.ids_of(group).iter().enumerate() {
                     visit(lane, group * GROUP + lane);
                     let others = lists.of(id as usize).iter();
@@ -102,6 +143,7 @@ impl<const D: usize> Pairs<'_, D> {
     fn list_near(&self, group: usize, tile: usize, tiles: &mut Vec<u32>) {
         let lanes = tile * TILE..self.agents.ids_of(group).len().min((tile + 1) * TILE);
         let longest = self.squares[group][lanes].iter().copied().fold(0.0, larger);
+        let longest = smaller(longest, self.limit);
         let bounds = self.tree.levels[0][group].bounds_of(tile);
         let torus = self.options.torus;
         self.tree
@@ -123,7 +165,7 @@ impl<const D: usize> Pairs<'_, D> {
             &self.agents.groups[tile / FANOUT],
         );
         let first = tile % FANOUT * TILE;
-        let reach = self.squares[group][lane];
+        let reach = smaller(self.squares[group][lane], self.limit);
         let (mut squared, mut reaches) = ([0.0; TILE], [reach; TILE]);
         for axis in 0..D {
             let own = one.position[axis][lane];
@@ -170,7 +212,7 @@ impl<const D: usize> Pairs<'_, D> {
         } = *self.options;
         let (offset, squared) = self.offset(group, lane, place);
         let other = self.squares[place / GROUP][place % GROUP];
-        let own = self.squares[group][lane];
+        let own = smaller(self.squares[group][lane], self.limit);
         if squared > if is_mutual && other < own { other } else { own } {
             return false;
         }

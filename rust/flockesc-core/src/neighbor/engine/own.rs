@@ -1,0 +1,95 @@
+//! `Own`: one register of agents that look for their neighbors.
+
+use std::ops::Range;
+
+use bytemuck::{NoUninit, cast_slice};
+use pulp::Simd;
+
+use crate::agents::{Column, Group};
+use crate::neighbor::engine::field_of_view::FieldOfView;
+use crate::neighbor::engine::reach::squared_norm;
+
+/// One register of agents.
+#[derive(Clone, Copy)]
+pub(super) struct Own<S: Simd, const D: usize> {
+    /// Lane of the first agent.
+    start: usize,
+    position: [S::f64s; D],
+    /// In m/s; only for agents with a blind sector, as the speed.
+    velocity: [S::f64s; D],
+    speed: S::f64s,
+    /// Cosine of the largest visible angle from the heading.
+    edge: S::f64s,
+    /// Squared reaches in m^2.
+    squared: S::f64s,
+}
+
+impl<S: Simd, const D: usize> Own<S, D> {
+    /// Loads the agents of a group from lane `start` on. `IS_BLIND`: whether agents have a blind sector.
+    #[inline(always)]
+    pub(super) fn load<const IS_BLIND: bool>(
+        simd: S,
+        group: &Group<D>,
+        squared: &Column<f64>,
+        field_of_view: FieldOfView,
+        start: usize,
+    ) -> Self {
+        let load =
+            |column: &Column<f64>| S::as_simd_f64s(&column[start..start + S::F64_LANES]).0[0];
+        let mut own = Self {
+            start,
+            position: [simd.splat_f64s(0.0); D],
+            velocity: [simd.splat_f64s(0.0); D],
+            speed: simd.splat_f64s(0.0),
+            edge: simd.splat_f64s(field_of_view.edge),
+            squared: load(squared),
+        };
+        for axis in 0..D {
+            own.position[axis] = load(&group.position[axis]);
+            if IS_BLIND {
+                own.velocity[axis] = load(&group.velocity[axis]);
+            }
+        }
+        if IS_BLIND {
+            own.speed = simd.sqrt_f64s(squared_norm(simd, own.velocity));
+        }
+        own
+    }
+
+    /// Returns the lanes of the agents in their group.
+    pub(super) fn lanes(&self) -> Range<usize> {
+        self.start..self.start + S::F64_LANES
+    }
+
+    /// Returns the offsets in m to an agent at `position`, and a mask of the agents to which it is within reach
+    /// and, with `IS_BLIND`, in view.
+    #[inline(always)]
+    pub(super) fn senses<const IS_BLIND: bool>(
+        &self,
+        simd: S,
+        position: &[f64; D],
+    ) -> ([S::f64s; D], S::m64s) {
+        let mut offset = self.position;
+        for axis in 0..D {
+            offset[axis] = simd.sub_f64s(simd.splat_f64s(position[axis]), offset[axis]);
+        }
+        let squared = squared_norm(simd, offset);
+        let mut is_near = simd.less_than_or_equal_f64s(squared, self.squared);
+        if IS_BLIND {
+            let mut along = simd.mul_f64s(self.velocity[0], offset[0]);
+            for axis in 1..D {
+                along = simd.add_f64s(along, simd.mul_f64s(self.velocity[axis], offset[axis]));
+            }
+            let distance = simd.mul_f64s(self.speed, simd.sqrt_f64s(squared));
+            let least = simd.mul_f64s(self.edge, distance);
+            is_near = simd.and_m64s(is_near, simd.less_than_or_equal_f64s(least, along));
+        }
+        (offset, is_near)
+    }
+}
+
+/// Returns the integers in a register.
+#[inline(always)]
+pub(super) fn lanes<T: NoUninit>(register: &T) -> &[i64] {
+    cast_slice(std::slice::from_ref(register))
+}
