@@ -52,8 +52,8 @@ class FlockTaskClass(TaskClass):
         return True
 
     def max_steps(self, env: EnvBase) -> int:
-        """Return the number of actions of an episode."""
-        return int(-(-env.scenario.num_steps // env.options.steps_per_action))
+        """Return the number of actions of an episode; the largest if the flocks have different scenarios."""
+        return int(-(-env.policy_spec.num_steps // env.options.steps_per_action))
 
     def has_render(self, env: EnvBase) -> bool:  # noqa: ARG002
         """Return False: BenchMARL does not record videos of flocks."""
