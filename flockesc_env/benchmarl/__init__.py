@@ -24,7 +24,8 @@ class FlockTaskClass(TaskClass):
     """A flock under attack as a BenchMARL task.
 
     The entries of ``config`` are keyword arguments of ``FlockTorchRLEnv``: a scenario and options.
-    BenchMARL's ``prefer_continuous_actions`` decides between normalized and discrete actions.
+    BenchMARL's ``prefer_continuous_actions`` decides between normalized and discrete actions. A list of
+    scenarios needs as many flocks in training as in evaluation (``evaluation_episodes``).
 
     The logs contain the objectives (``collection/info/min_mean_distance``, ..) of the episodes that ended.
     """
