@@ -26,8 +26,8 @@ impl<const D: usize> Batch<D> {
         num_flocks: usize,
         num_threads: Option<usize>,
     ) -> Result<Self> {
-        let scenarios = vec![Arc::new(scenario); num_flocks];
-        Self::with_scenarios(&scenarios, config, num_threads)
+        let scenario = Arc::new(scenario);
+        Self::with_scenarios(&vec![scenario; num_flocks], config, num_threads)
     }
 
     /// Creates a batch with one empty slot per scenario. Scenarios are checked once per `Arc`, so equal ones
