@@ -26,6 +26,7 @@ from flockesc_env.episodes.scenarios import Scenarios, as_scenarios
 from flockesc_env.episodes.views import FlockView
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.presets import as_scenario
 
 if TYPE_CHECKING:
     from flockesc_env.render.viewer import FlockViewer, Viewer
@@ -106,8 +107,8 @@ class FlockEnvironment(Viewed):
     """Base class of the flock environments; holds one ``FlockBatch``.
 
     Args:
-        scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
-            scenario per flock.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's. With many flocks also
+            a list with one scenario per flock.
         arguments: keyword arguments, see ``FlockArguments``.
         num_flocks: number of flocks.
         per_agent: True: every agent has its own range and observation. False: every flock has one.
@@ -134,7 +135,7 @@ class FlockEnvironment(Viewed):
         num_flocks: int = 1,
         per_agent: bool = False,
     ) -> None:
-        given = as_scenarios(scenario)
+        given = self._as_scenarios(scenario)
         first = given if isinstance(given, FlockScenario) else given[0]
         check_names(arguments, self._arguments.__annotations__, FlockScenario)
         options = {name: value for name, value in arguments.items() if name in EnvOptionsDict.__annotations__}
@@ -152,6 +153,11 @@ class FlockEnvironment(Viewed):
         self.render_mode = arguments.get("render_mode")
         self._viewer = flock_viewer(batch, self.render_mode, arguments.get("render_options"), fps)
         self._set_frames_per_second(fps)
+
+    @staticmethod
+    def _as_scenarios(scenario: Any) -> FlockScenario | list[FlockScenario]:
+        """Return the scenario of all flocks, or one per flock."""
+        return as_scenario(scenario, FlockScenario)
 
     def _show(self) -> None:
         """Pass the current state to the viewer, after a reset or a step."""
@@ -205,6 +211,8 @@ class OneFlock(FlockEnvironment, Rendered, Generic[ObsType]):
 
 class ManyFlocks(FlockEnvironment):
     """Base class of environments with many flocks. Snapshots contain all flocks or some."""
+
+    _as_scenarios = staticmethod(as_scenarios)
 
     @property
     def scenarios(self) -> list[FlockScenario]:
