@@ -107,8 +107,8 @@ class FlockEnvironment(Viewed):
     """Base class of the flock environments; holds one ``FlockBatch``.
 
     Args:
-        scenario: the flock model's parameters, or a preset's name; default: the paper's. With many flocks also
-            a list with one scenario per flock.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's. With many flocks
+            also a list with one scenario per flock.
         arguments: keyword arguments, see ``FlockArguments``.
         num_flocks: number of flocks.
         per_agent: True: every agent has its own range and observation. False: every flock has one.
@@ -154,10 +154,10 @@ class FlockEnvironment(Viewed):
         self._viewer = flock_viewer(batch, self.render_mode, arguments.get("render_options"), fps)
         self._set_frames_per_second(fps)
 
-    @staticmethod
-    def _as_scenarios(scenario: Any) -> FlockScenario | list[FlockScenario]:
-        """Return the scenario of all flocks, or one per flock."""
-        return as_scenario(scenario, FlockScenario)
+    def _as_scenarios(self, given: Any) -> FlockScenario | list[FlockScenario]:
+        """Return the scenario of the flock or, in environments of many flocks, one or a list."""
+        scenario: FlockScenario = as_scenario(given, FlockScenario)
+        return scenario
 
     def _show(self) -> None:
         """Pass the current state to the viewer, after a reset or a step."""
@@ -212,7 +212,8 @@ class OneFlock(FlockEnvironment, Rendered, Generic[ObsType]):
 class ManyFlocks(FlockEnvironment):
     """Base class of environments with many flocks. Snapshots contain all flocks or some."""
 
-    _as_scenarios = staticmethod(as_scenarios)
+    def _as_scenarios(self, given: Any) -> FlockScenario | list[FlockScenario]:
+        return as_scenarios(given)
 
     @property
     def scenarios(self) -> list[FlockScenario]:
