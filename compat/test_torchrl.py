@@ -117,6 +117,23 @@ def test_a_shared_range_equals_the_gymnasium_environment() -> None:
         same(episode["next", "observation"][-1], observation)
 
 
+def test_several_scenarios() -> None:
+    scenarios = [SCENARIO, SCENARIO.replace(num_steps=6, speed=5.0)]
+    env = FlockTorchRLEnv(2, scenarios)
+    env.set_seed(3)
+    episodes = env.rollout(2 * STEPS, break_when_any_done=False)
+    for flock, (episode, scenario) in enumerate(zip(episodes, scenarios, strict=True)):
+        plain = parallel_env(scenario)
+        observations, _ = plain.reset_array(seed=3 + flock)
+        for step in episode:
+            same(step["agents", "observation"], observations)
+            observations, *_ = plain.step_array(step["agents", "action"].numpy())
+            same(step["next", "agents", "observation"], observations)
+            same(step["next", "done"], [not plain.agents])
+            if not plain.agents:
+                observations, _ = plain.reset_array()
+
+
 def test_a_partial_reset_leaves_other_flocks() -> None:
     env, other = FlockTorchRLEnv(3, SCENARIO), FlockTorchRLEnv(3, SCENARIO)
     for each in (env, other):

@@ -51,10 +51,10 @@ class RangeMap:
 class FlockBatch:
     def __new__(
         cls,
-        scenario: str,
+        scenarios: Sequence[str],
+        slots: Sequence[int],
         options: str,
         actions: RangeMap,
-        num_flocks: int,
         num_threads: int | None,
         count_components: bool,
         seed: int,

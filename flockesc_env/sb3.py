@@ -16,9 +16,9 @@ from flockesc_env.common.extras import require
 from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, ManyFlocks
 from flockesc_env.episodes.batch import Columns, infos
+from flockesc_env.episodes.scenarios import Scenarios
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.render import render
-from flockesc_env.scenario.flock import FlockScenario
 
 require("sb3", ["stable_baselines3"])
 from stable_baselines3.common.vec_env import VecEnv  # noqa: E402, after the check
@@ -41,7 +41,7 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
     def __init__(
         self,
         num_flocks: int,
-        scenario: FlockScenario | str | None = None,
+        scenario: Scenarios | None = None,
         **arguments: Unpack[FlockArguments],
     ) -> None:
         super().__init__(scenario, arguments, num_flocks=num_flocks, per_agent=self._per_agent)
@@ -68,7 +68,8 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
         rows, flocks = self._batch.rows, range(self._batch.num_flocks)
         seeds = self._seeds[::rows]
         if any(self._options):
-            starts = [self._batch.start(options) for options in self._options[::rows]]
+            given = self._options[::rows]
+            starts = [self._batch.start(given[flock], flock) for flock in flocks]
             parts = [self._batch.reset([flock], [seeds[flock]], starts[flock]) for flock in flocks]
             observations = np.concatenate([rows for rows, _ in parts])
             reset_infos = [info for _, columns in parts for info in self._slot_infos(columns, np.zeros(rows))]
@@ -166,13 +167,14 @@ class FlockVecEnv(_BatchVecEnv):
 
     Args:
         num_flocks: number of flocks, and of slots.
-        scenario: the flock model's parameters, or a preset's name; default: the paper's.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
+            scenario per flock (docs/environments.md, "Several scenarios").
         **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image of all flocks.
 
     Raises:
         ArgumentError: if an argument has the wrong type or value.
         OptionError: if an option is unknown, missing or out of bounds.
-        ScenarioError: if the scenario has no predator.
+        ScenarioError: if the scenario has no predator, or scenarios of a list do not agree.
         DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
@@ -189,13 +191,14 @@ class AgentVecEnv(_BatchVecEnv):
 
     Args:
         num_flocks: number of flocks; there are ``num_flocks * scenario.num_agents`` slots.
-        scenario: the flock model's parameters, or a preset's name; default: the paper's.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
+            scenario per flock (docs/environments.md, "Several scenarios").
         **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image of all flocks.
 
     Raises:
         ArgumentError: if an argument has the wrong type or value.
         OptionError: if an option is unknown, missing or out of bounds.
-        ScenarioError: if the scenario has no predator.
+        ScenarioError: if the scenario has no predator, or scenarios of a list do not agree.
         DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 

@@ -12,9 +12,9 @@ from flockesc_env.common.checks import FloatArray, as_seed
 from flockesc_env.common.extras import require
 from flockesc_env.envs._base import FlockArguments, ManyFlocks
 from flockesc_env.episodes.batch import Columns, Observations, is_over
+from flockesc_env.episodes.scenarios import Scenarios
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.render import render
-from flockesc_env.scenario.flock import FlockScenario
 
 require("torchrl", ["torchrl"])
 import torch  # noqa: E402, after the check
@@ -45,13 +45,14 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
     It returns the same values as ``parallel_env``. ``set_seed(s)`` gives flock f the seed ``s + f``; later
     episodes follow the seed schedule (``episode_seed``). An entry ``"_reset"`` resets some flocks.
 
-    If the scenario has a ``capture_radius``, ``("agents", "mask")`` is False for caught agents. A caught
+    If a scenario has a ``capture_radius``, ``("agents", "mask")`` is False for caught agents. A caught
     agent keeps its row until the episode of its flock ends: its observation is zeros, its reward is 0, its
     action is ignored, and it is terminated.
 
     Args:
         num_flocks: number of flocks.
-        scenario: the flock model's parameters, or a preset's name; default: the paper's.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
+            scenario per flock (docs/environments.md, "Several scenarios").
         per_agent: True: every agent has its own range and observation. False: every flock has one.
         device: device of the tensors. The flocks are computed on the CPU.
         **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image per flock.
@@ -62,14 +63,14 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
     Raises:
         ArgumentError: if an argument has the wrong type or value.
         OptionError: if an option is unknown, missing or out of bounds.
-        ScenarioError: if the scenario has no predator.
+        ScenarioError: if the scenario has no predator, or scenarios of a list do not agree.
         DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
     def __init__(
         self,
         num_flocks: int,
-        scenario: FlockScenario | str | None = None,
+        scenario: Scenarios | None = None,
         *,
         per_agent: bool = True,
         device: torch.device | str = "cpu",
@@ -80,7 +81,7 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
         flocks, agents = self._batch.num_flocks, self._batch.rows
         EnvBase.__init__(self, device=torch.device(device), batch_size=torch.Size([flocks]))
         self._rows = (flocks, agents) if self.policy_spec.per_agent else (flocks,)
-        self._has_mask = self.policy_spec.per_agent and self.scenario.capture_radius is not None
+        self._has_mask = self._batch.rows_can_be_caught
         self._seeds: list[int | None] = [None] * flocks
         self.group_map = {GROUP: _names(agents)} if self.policy_spec.per_agent else {}
         self._make_specs()
@@ -137,7 +138,7 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
         flocks = range(len(self._seeds))
         mask = None if tensordict is None else tensordict.get("_reset", None)
         slots = list(flocks) if mask is None else np.flatnonzero(mask.cpu().numpy()).tolist()
-        start = self._batch.start(options)
+        start = self._batch.start(options, min(slots, default=0))
         observations, _ = self._batch.reset(slots, [self._seeds[slot] for slot in slots], start)
         for slot in slots:
             self._seeds[slot] = None

@@ -24,7 +24,8 @@ class FlockTaskClass(TaskClass):
     """A flock under attack as a BenchMARL task.
 
     The entries of ``config`` are keyword arguments of ``FlockTorchRLEnv``: a scenario and options.
-    BenchMARL's ``prefer_continuous_actions`` decides between normalized and discrete actions.
+    BenchMARL's ``prefer_continuous_actions`` decides between normalized and discrete actions. A list of
+    scenarios needs as many flocks in training as in evaluation (``evaluation_episodes``).
 
     The logs contain the objectives (``collection/info/min_mean_distance``, ..) of the episodes that ended.
     """
@@ -52,8 +53,8 @@ class FlockTaskClass(TaskClass):
         return True
 
     def max_steps(self, env: EnvBase) -> int:
-        """Return the number of actions of an episode."""
-        return int(-(-env.scenario.num_steps // env.options.steps_per_action))
+        """Return the number of actions of an episode; the largest if the flocks have different scenarios."""
+        return int(-(-env.policy_spec.num_steps // env.options.steps_per_action))
 
     def has_render(self, env: EnvBase) -> bool:  # noqa: ARG002
         """Return False: BenchMARL does not record videos of flocks."""

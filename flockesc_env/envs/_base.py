@@ -22,6 +22,7 @@ from flockesc_env.episodes.options import (
     env_options,
 )
 from flockesc_env.episodes.predators import PredatorPolicy
+from flockesc_env.episodes.scenarios import Scenarios, as_scenarios
 from flockesc_env.episodes.views import FlockView
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario.flock import FlockScenario
@@ -106,13 +107,14 @@ class FlockEnvironment(Viewed):
     """Base class of the flock environments; holds one ``FlockBatch``.
 
     Args:
-        scenario: the flock model's parameters, or a preset's name; default: the paper's.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's. With many flocks
+            also a list with one scenario per flock.
         arguments: keyword arguments, see ``FlockArguments``.
         num_flocks: number of flocks.
         per_agent: True: every agent has its own range and observation. False: every flock has one.
 
     Attributes:
-        scenario: the scenario of all flocks.
+        scenario: the scenario of the flock, or of the first flock.
         options: options of actions, rewards and observations.
 
     Raises:
@@ -127,18 +129,19 @@ class FlockEnvironment(Viewed):
 
     def __init__(
         self,
-        scenario: FlockScenario | str | None,
+        scenario: Scenarios | None,
         arguments: CommonArguments,
         *,
         num_flocks: int = 1,
         per_agent: bool = False,
     ) -> None:
-        given = as_scenario(scenario, FlockScenario)
+        given = self._as_scenarios(scenario)
+        first = given if isinstance(given, FlockScenario) else given[0]
         check_names(arguments, self._arguments.__annotations__, FlockScenario)
         options = {name: value for name, value in arguments.items() if name in EnvOptionsDict.__annotations__}
         self._batch = batch = FlockBatch(
             given,
-            env_options(given, cast("EnvOptionsDict", options)),
+            env_options(first, cast("EnvOptionsDict", options)),
             num_flocks=num_flocks,
             per_agent=per_agent,
             num_threads=arguments.get("num_threads"),
@@ -146,10 +149,15 @@ class FlockEnvironment(Viewed):
         )
         self.scenario: FlockScenario = batch.scenario
         self.options: EnvOptions = batch.options
-        fps = frames_per_second(given.time_step * self.options.steps_per_action)
+        fps = frames_per_second(first.time_step * self.options.steps_per_action)
         self.render_mode = arguments.get("render_mode")
         self._viewer = flock_viewer(batch, self.render_mode, arguments.get("render_options"), fps)
         self._set_frames_per_second(fps)
+
+    def _as_scenarios(self, given: Any) -> FlockScenario | list[FlockScenario]:
+        """Return the scenario of the flock or, in environments of many flocks, one or a list."""
+        scenario: FlockScenario = as_scenario(given, FlockScenario)
+        return scenario
 
     def _show(self) -> None:
         """Pass the current state to the viewer, after a reset or a step."""
@@ -204,6 +212,14 @@ class OneFlock(FlockEnvironment, Rendered, Generic[ObsType]):
 class ManyFlocks(FlockEnvironment):
     """Base class of environments with many flocks. Snapshots contain all flocks or some."""
 
+    def _as_scenarios(self, given: Any) -> FlockScenario | list[FlockScenario]:
+        return as_scenarios(given)
+
+    @property
+    def scenarios(self) -> list[FlockScenario]:
+        """The scenario of each flock."""
+        return self._batch.scenarios
+
     @property
     def flocks(self) -> list[FlockView]:
         """Read-only access to the state of each flock."""
@@ -231,7 +247,7 @@ class ManyFlocks(FlockEnvironment):
 
         Raises:
             ArgumentError: if an index is out of bounds, or the snapshot is damaged or belongs to another
-                version, scenario, interface, number of flocks or other options; the running episodes
+                version, interface, number of flocks, other scenarios or options; the running episodes
                 continue.
             ResetNeededError: if called before ``reset`` and ``flocks`` leaves some out.
         """

@@ -15,9 +15,9 @@ from flockesc_env.common.errors import ArgumentError, ResetNeededError, shown
 from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, ManyFlocks
 from flockesc_env.episodes.batch import MAX_FLOCKS, Columns, FlockBatch, Observations
+from flockesc_env.episodes.scenarios import Scenarios, as_scenarios
 from flockesc_env.render import render
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.presets import as_scenario
 
 VectorStep = tuple[Observations, FloatArray, NDArray[np.bool], NDArray[np.bool], dict[str, Any]]
 
@@ -28,7 +28,7 @@ class _BatchVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[
     def __init__(
         self,
         num_flocks: int,
-        scenario: FlockScenario | str | None,
+        scenario: Scenarios | None,
         autoreset_mode: AutoresetMode | str,
         copy: bool,
         max_episode_steps: int | None,
@@ -77,7 +77,7 @@ class _BatchVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[
         mask = self._mask(given.pop("reset_mask", None))
         flocks = np.flatnonzero(mask[:: self._batch.rows]).tolist()
         seeds = self._seeds(seed)
-        start = self._batch.start(given)
+        start = self._batch.start(given, flocks[0])
         is_partial = len(flocks) < self._batch.num_flocks
         if is_partial and not self._is_started:
             raise ResetNeededError("first reset() called with a reset_mask that leaves slots out")
@@ -210,7 +210,8 @@ class FlockVectorEnv(_BatchVectorEnv):
 
     Args:
         num_envs: number of flocks.
-        scenario: the flock model's parameters, or a preset's name; default: the paper's.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
+            scenario per flock (docs/environments.md, "Several scenarios").
         autoreset_mode: what happens after the end of an episode, as the enum or its value (``"NextStep"``,
             ``"SameStep"``, ``"Disabled"``).
         copy: True: ``reset`` and ``step`` return new arrays. False: the next call overwrites the returned
@@ -222,14 +223,14 @@ class FlockVectorEnv(_BatchVectorEnv):
     Raises:
         ArgumentError: if an argument has the wrong type or value.
         OptionError: if an option is unknown, missing or out of bounds.
-        ScenarioError: if the scenario has no predator.
+        ScenarioError: if the scenario has no predator, or scenarios of a list do not agree.
         DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
     def __init__(
         self,
         num_envs: int = 1,
-        scenario: FlockScenario | str | None = None,
+        scenario: Scenarios | None = None,
         *,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         copy: bool = True,
@@ -249,12 +250,14 @@ class AgentVectorEnv(_BatchVectorEnv):
 
     The slots of a flock start and end an episode together. A caught agent keeps its slot until then, as in
     SuperSuit's ``black_death``: its observation is zeros, its reward is 0, and its action is ignored. At the
-    end of the episode its slot terminates and the others are truncated. If the scenario has a
+    end of the episode its slot terminates and the others are truncated. If a scenario has a
     ``capture_radius``, ``infos["active"]`` is the mask of the agents that are not caught.
 
     Args:
-        num_envs: number of slots, a multiple of ``scenario.num_agents``; ``None``: one flock.
-        scenario: the flock model's parameters, or a preset's name; default: the paper's.
+        num_envs: number of slots, a multiple of ``scenario.num_agents``; ``None``: one flock, or one
+            per scenario of a list.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
+            scenario per flock (docs/environments.md, "Several scenarios").
         autoreset_mode: see ``FlockVectorEnv``.
         copy: see ``FlockVectorEnv``.
         max_episode_steps: see ``FlockVectorEnv``.
@@ -263,23 +266,26 @@ class AgentVectorEnv(_BatchVectorEnv):
     Raises:
         ArgumentError: if an argument has the wrong type or value.
         OptionError: if an option is unknown, missing or out of bounds.
-        ScenarioError: if the scenario has no predator.
+        ScenarioError: if the scenario has no predator, or scenarios of a list do not agree.
         DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
     def __init__(
         self,
         num_envs: int | None = None,
-        scenario: FlockScenario | str | None = None,
+        scenario: Scenarios | None = None,
         *,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         copy: bool = True,
         max_episode_steps: int | None = None,
         **arguments: Unpack[FlockArguments],
     ) -> None:
-        given = as_scenario(scenario, FlockScenario)
-        agents = given.num_agents
-        slots = agents if num_envs is None else as_count(num_envs, "num_envs", most=MAX_FLOCKS * agents)
+        given = as_scenarios(scenario)
+        scenarios = [given] if isinstance(given, FlockScenario) else given
+        agents = scenarios[0].num_agents
+        slots = len(scenarios) * agents
+        if num_envs is not None:
+            slots = as_count(num_envs, "num_envs", most=MAX_FLOCKS * agents)
         if slots % agents:
             raise ArgumentError("num_envs", f"a multiple of scenario.num_agents = {agents}", slots)
         super().__init__(
@@ -294,7 +300,7 @@ def _mode(mode: Any) -> AutoresetMode:
 
 
 def _check_limit(max_episode_steps: Any, batch: FlockBatch) -> None:
-    actions = -(-batch.scenario.num_steps // batch.options.steps_per_action)
+    actions = -(-batch.policy_spec.num_steps // batch.options.steps_per_action)
     if max_episode_steps is not None and as_count(max_episode_steps, "max_episode_steps") < actions:
         expected = f"None or at least {actions}, the number of actions of an episode"
         raise ArgumentError("max_episode_steps", expected, max_episode_steps)

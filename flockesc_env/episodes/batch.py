@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, Final, Literal
 
@@ -25,6 +26,7 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
+from flockesc_env.episodes.scenarios import distinct_scenarios
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.episodes.spaces import Label, ObservationLayout, PolicySpec, RangeActions
 from flockesc_env.scenario.flock import FlockScenario
@@ -54,10 +56,12 @@ NO_START: Final[Start] = MappingProxyType({})
 
 
 class FlockBatch:
-    """Episodes of one scenario, stepped together; slots do not influence each other.
+    """Episodes of many flocks, stepped together; slots do not influence each other.
 
     Args:
-        scenario: the flock model's parameters.
+        scenario: the flock model's parameters, or a list with one scenario per slot. The scenarios of a list
+            must agree in ``num_agents``, ``dimension``, ``initial_side``, the number of ``Learned`` predators
+            and the unit of the range (m, or neighbors under a topological rule).
         options: options of actions, rewards and observations.
         num_flocks: number of slots.
         per_agent: True: every agent has its own range and observation row. False: every flock has one.
@@ -66,8 +70,9 @@ class FlockBatch:
             otherwise they fly straight on.
 
     Attributes:
+        scenario: the scenario of the first slot.
         rows: observation rows and ranges per flock: 1, or the number of agents.
-        rows_can_be_caught: whether a row is an agent and agents can be caught.
+        rows_can_be_caught: whether a row is an agent and agents of some slot can be caught.
         policy_spec: shapes and meaning of observations and actions.
         predator_policy_spec: the same for ``Learned`` predators.
 
@@ -75,12 +80,13 @@ class FlockBatch:
         ArgumentError: if an argument has the wrong type or value, or ``predator_policy`` is given and no
             predator is ``Learned``.
         OptionError: if the reward needs one range per agent and ``per_agent`` is False.
-        ScenarioError: if the scenario has no predator.
+        ScenarioError: if the scenario has no predator, or the list has another length or its scenarios do not
+            agree.
     """
 
     def __init__(
         self,
-        scenario: FlockScenario,
+        scenario: FlockScenario | Sequence[FlockScenario],
         options: EnvOptions,
         *,
         num_flocks: int = 1,
@@ -89,42 +95,50 @@ class FlockBatch:
         predator_policy: PredatorPolicy | None = None,
     ) -> None:
         per_agent = as_flag(per_agent, "per_agent")
-        self.scenario = scenario
-        self.predator_policy_spec = PredatorPolicySpec.of(scenario)
+        self.num_flocks = as_count(num_flocks, "num_flocks", most=MAX_FLOCKS)
+        self._distinct, self._scenario_of_slot = distinct_scenarios(scenario, self.num_flocks)
+        self.scenario = first = self._distinct[0]
+        num_steps = max(distinct.num_steps for distinct in self._distinct)
+        self.predator_policy_spec = replace(PredatorPolicySpec.of(first), num_steps=num_steps)
         if predator_policy is not None:
             as_policy(predator_policy, "predator_policy")
             if not self.predator_policy_spec.count:
                 expected = "a scenario with a Learned predator; scenario.with_learned_predators() makes one"
-                kinds = ", ".join(type(predator).__name__ for predator in scenario.predators)
+                kinds = ", ".join(type(predator).__name__ for predator in first.predators)
                 raise ArgumentError("predator_policy", expected, kinds or "no predator")
         self._predator_policy = predator_policy
         self._begun: list[int] = []  # slots whose episode began after the predator policy's last action
         self.options = options
-        self.num_flocks = as_count(num_flocks, "num_flocks", most=MAX_FLOCKS)
-        self.rows = scenario.num_agents if per_agent else 1
-        self.rows_can_be_caught = per_agent and scenario.capture_radius is not None
+        self.rows = first.num_agents if per_agent else 1
+        can_be_caught = any(distinct.capture_radius is not None for distinct in self._distinct)
+        self.rows_can_be_caught = per_agent and can_be_caught
         threads = as_threads(num_threads)
         document = options.to_core(per_agent=per_agent)
         self.policy_spec = PolicySpec(
             actions=RangeActions(options),
-            layout=ObservationLayout.of(_core.observation_entries(document, scenario.dimension)),
+            layout=ObservationLayout.of(_core.observation_entries(document, first.dimension)),
             per_agent=per_agent,
-            num_agents=scenario.num_agents,
-            num_steps=scenario.num_steps,
-            length_scale=scenario.initial_side,
+            num_agents=first.num_agents,
+            num_steps=num_steps,
+            length_scale=first.initial_side,
             profile_ranges=tuple(options.profile_ranges or ()),
         )
         self._core = _core.FlockBatch(
-            scenario.to_json(),
+            [distinct.to_json() for distinct in self._distinct],
+            self._scenario_of_slot,
             document,
             self.policy_spec.actions.core,
-            self.num_flocks,
             threads,
             options.count_components,
             fresh_seed(),
         )
 
-    def start(self, options: Mapping[str, Any] | None) -> Start:
+    @property
+    def scenarios(self) -> list[FlockScenario]:
+        """The scenario of every slot."""
+        return [self._distinct[index] for index in self._scenario_of_slot]
+
+    def start(self, options: Mapping[str, Any] | None, slot: int = 0) -> Start:
         """Return the ``options`` of a reset after validation.
 
         Args:
@@ -132,14 +146,15 @@ class FlockBatch:
                 ``predator_positions`` and ``predator_velocities``, shape (P, D), in m and m/s; and
                 ``episode``, the index of the episode in its seed schedule (``episode_seed``). ``None``: no
                 options.
+            slot: the first slot to reset. Its scenario determines the shapes.
 
         Raises:
             ArgumentError: if an option has an unknown name, a wrong shape or an entry that is not finite, or
                 ``episode`` is not an integer in [0, 2^64).
         """
-        dimension = self.scenario.dimension
-        agents = (self.scenario.num_agents, dimension)
-        predators = (len(self.scenario.predators), dimension)
+        scenario = self._distinct[self._scenario_of_slot[slot]]
+        agents = (scenario.num_agents, scenario.dimension)
+        predators = (len(scenario.predators), scenario.dimension)
         shapes = dict(zip(STARTS, (agents, agents, predators, predators), strict=True))
         start: dict[str, Any] = {}
         for name, value in as_options(options, RESET_OPTIONS).items():
@@ -229,9 +244,9 @@ class FlockBatch:
         seeds: Sequence[int],
         progress: Callable[[int, int], None] | None = None,
     ) -> Columns:
-        """Play the flock of every seed to its end under networks. The slots stay as they are.
+        """Play the flock of every seed of the first slot's scenario to its end under networks.
 
-        Learned predators fly straight on.
+        Learned predators fly straight on. The slots stay as they are.
 
         Args:
             architecture: the networks' architecture, as the core takes it.
@@ -292,9 +307,8 @@ class FlockBatch:
 
     def drawn(self, slot: int) -> FlockScenario:
         """Return the scenario of the current episode in one slot, with the drawn values of random fields."""
-        if not self.scenario.randomization:
-            return self.scenario
-        return self.scenario.drawn(self._core.episode_seed(slot))
+        scenario = self._distinct[self._scenario_of_slot[slot]]
+        return scenario.drawn(self._core.episode_seed(slot)) if scenario.randomization else scenario
 
     def state(self, slot: int) -> dict[str, Any]:
         """Return a copy of the state of one slot: step, positions, velocities, ranges, predators."""

@@ -29,7 +29,7 @@ class PredatorPolicySpec:
         dimension: dimension D of space. An action has D numbers in [-1, 1]: the acceleration ahead, to the
             left and, if D = 3, up, in units of the predator's ``max_acceleration``.
         count: number of ``Learned`` predators per flock. Rows are ordered by flock, then by predator.
-        num_steps: number of model steps of an episode.
+        num_steps: number of model steps of an episode; the largest if flocks have different scenarios.
     """
 
     layout: ObservationLayout

@@ -157,7 +157,7 @@ class PolicySpec:
         layout: names and bounds of the entries of an observation row.
         per_agent: True: one row and one action per agent. False: one per flock.
         num_agents: number of agents per flock. Rows are ordered by flock, then by agent.
-        num_steps: number of model steps of an episode.
+        num_steps: number of model steps of an episode; the largest if flocks have different scenarios.
         length_scale: a length of this many m is observed as 1/2; 1 on the line.
         profile_ranges: candidate ranges of the observation; empty without a profile.
     """

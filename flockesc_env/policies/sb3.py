@@ -20,8 +20,10 @@ class SB3Policy(RowMemory):
     """A range policy or predator policy from a model of stable-baselines3 or sb3-contrib.
 
     The state of a recurrent model is kept per row and reset at the start of every episode. Use the
-    environment options with which the model was trained. Different spaces are rejected, and, while the model
-    holds its environment, other bounds of the range. Other options cannot be checked.
+    environment options with which the model was trained. Different spaces are rejected. While the model holds
+    its environment, so are other values of ``min_range``, ``max_range``, ``range_grid`` and
+    ``profile_ranges``. A saved model contains its spaces but no environment: after ``model.load(path)``,
+    without ``env``, only the spaces are compared. Options such as ``steps_per_action`` are never compared.
 
     Args:
         model: a model, or any object with a method ``predict(observation, state, episode_start,
@@ -95,10 +97,10 @@ class SB3Policy(RowMemory):
                 raise ArgumentError(f"model.{name}", f"the environment's, {space}", trained)
         trained_spec = self._trained_spec()
         if isinstance(spec, PolicySpec) and trained_spec is not None:
-            for name in ("min_range", "max_range"):
-                trained, given = getattr(trained_spec.actions, name), getattr(spec.actions, name)
-                if trained != given:
-                    raise ArgumentError(name, f"{trained}, with which the model was trained", given)
+            trained_ranges, ranges = _ranges(trained_spec), _ranges(spec)
+            for name, trained in trained_ranges.items():
+                if trained != ranges[name]:
+                    raise ArgumentError(name, f"{trained}, with which the model was trained", ranges[name])
 
     def _trained_spec(self) -> PolicySpec | None:
         """Return the spec of the environment in the model; ``None`` if it was loaded without one."""
@@ -107,6 +109,17 @@ class SB3Policy(RowMemory):
             return None
         found = env.get_attr("policy_spec", [0])[0]
         return found if isinstance(found, PolicySpec) else None
+
+
+def _ranges(spec: PolicySpec) -> dict[str, Any]:
+    """Return the options that give actions and candidates their ranges and leave spaces equal."""
+    actions = spec.actions
+    return {
+        "min_range": actions.min_range,
+        "max_range": actions.max_range,
+        "range_grid": None if actions.grid is None else actions.grid.tolist(),
+        "profile_ranges": spec.profile_ranges,
+    }
 
 
 def layer_parameters(linear: Sequence[Any]) -> tuple[tuple[int, ...], NDArray[np.float32]]:

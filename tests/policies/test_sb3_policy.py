@@ -114,6 +114,26 @@ def test_a_model_of_another_environment_is_refused(options: dict[str, Any], fiel
     assert caught.value.field == field
 
 
+@pytest.mark.parametrize(
+    ("trained", "other"),
+    [
+        ({"action_mode": "discrete", "range_grid": [0.0, 5.0]}, {"range_grid": [0.0, 9.0]}),
+        ({"profile_ranges": [0.0, 5.0]}, {"profile_ranges": [0.0, 9.0]}),
+    ],
+)
+def test_a_model_of_other_ranges_is_refused_while_it_holds_its_environment(
+    trained: dict[str, Any], other: dict[str, Any], tmp_path: Path
+) -> None:
+    env = FlockVecEnv(1, SCENARIO, **trained)
+    model = PPO("MlpPolicy", env, n_steps=8, batch_size=8, device="cpu")
+    rollout(SCENARIO, SB3Policy(model), [1], **trained)
+    with pytest.raises(ArgumentError, match=next(iter(other))):
+        rollout(SCENARIO, SB3Policy(model), [1], **{**trained, **other})
+    model.save(tmp_path / "model")
+    loaded = PPO.load(tmp_path / "model", device="cpu")
+    rollout(SCENARIO, SB3Policy(loaded), [1], **{**trained, **other})
+
+
 class Moody(Mood):
     """A recurrent model of a predator that accelerates to the left, more with each action of an episode."""
 

@@ -42,7 +42,7 @@ def known_to(check: Callable[[str], Any], document: Any) -> set[str]:
 
 def check_options(document: str) -> None:
     actions = FlockEscapeEnv(small_flock()).policy_spec.actions.core
-    _core.FlockBatch(small_flock().to_json(), document, actions, 1, 1, False, 0)
+    _core.FlockBatch([small_flock().to_json()], [0], document, actions, 1, False, 0)
 
 
 def check_line_options(document: str) -> None:

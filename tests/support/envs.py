@@ -60,6 +60,9 @@ ADAPTERS = {
     "vector in the same step": Adapter(lambda: _vector("SameStep", action_mode="discrete")),
     "vector in pictures": Adapter(lambda: _vector("SameStep", **PICTURES), has_pictures=True),
     "vector without copies": Adapter(lambda: _vector("NextStep", copy=False), reuses_buffers=True),
+    "vector of several scenarios": Adapter(
+        lambda: fe.FlockVectorEnv(3, [FLOCK, CAPTURE, small_flock(num_steps=7)], num_threads=2)
+    ),
     "a slot per agent": Adapter(lambda: fe.AgentVectorEnv(10, CAPTURE, num_threads=2)),
     "parallel": Adapter(lambda: fe.parallel_env(small_flock(3), reward="individual_running_minimum")),
     "parallel with capture": Adapter(lambda: fe.parallel_env(CAPTURE, reward="individual_distance")),

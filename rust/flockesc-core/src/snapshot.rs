@@ -22,7 +22,7 @@ const LARGEST: f64 = 1e120;
 
 /// CRC-32 of the scenario and options that a snapshot belongs to. Different ones collide with probability
 /// 2^-32.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub(crate) struct Fingerprint(u32);
 
 impl Fingerprint {

@@ -3,8 +3,10 @@
 mod inner;
 mod step;
 
+use std::sync::Arc;
+
 use flockesc_core::{
-    Batch, EpisodeConfig, FlockConfig, InitialState, flock_entries, predator_entries,
+    Batch, EpisodeConfig, Error, FlockConfig, InitialState, flock_entries, predator_entries,
 };
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
@@ -28,34 +30,49 @@ pub(crate) struct FlockBatch {
     rows: usize,
     row_length: usize,
     num_flocks: usize,
-    /// Scenario, options and number of threads, as given to the constructor.
-    made_from: (String, String, Option<usize>),
+    made_from: MadeFrom,
     /// Buffers for observations and rewards, before they are copied into `out`.
     scratch: (Vec<f32>, Vec<f64>),
 }
 
+/// Arguments of the constructor: the different scenarios, the index of each slot's scenario, options and number
+/// of threads.
+type MadeFrom = (Vec<String>, Vec<usize>, String, Option<usize>);
+
 #[pymethods]
 impl FlockBatch {
+    /// `scenarios` are the different scenarios, and `slots` is the index of each slot's scenario.
     #[new]
-    #[pyo3(signature = (scenario, options, actions, num_flocks, num_threads, count_components, seed))]
+    #[pyo3(signature = (scenarios, slots, options, actions, num_threads, count_components, seed))]
     fn new(
-        scenario: &str,
-        options: &str,
+        scenarios: Vec<String>,
+        slots: Vec<usize>,
+        options: String,
         actions: &Bound<'_, RangeMap>,
-        num_flocks: usize,
         num_threads: Option<usize>,
         count_components: bool,
         seed: u64,
     ) -> Result<Self, CoreError> {
-        let made_from = (scenario.to_owned(), options.to_owned(), num_threads);
-        let scenario = FlockConfig::from_json(scenario)?;
-        let options = EpisodeConfig::from_json(options).map_err(option_error)?;
-        let mut inner = match scenario.dimension {
-            2 => Inner::Plane(Batch::new(scenario, options, num_flocks, num_threads)?),
-            _ => Inner::Space(Batch::new(scenario, options, num_flocks, num_threads)?),
+        let parsed = scenarios
+            .iter()
+            .map(|document| Ok(Arc::new(FlockConfig::from_json(document)?)))
+            .collect::<flockesc_core::Result<Vec<_>>>()?;
+        let config = EpisodeConfig::from_json(&options).map_err(option_error)?;
+        let per_slot: Option<Vec<_>> = slots
+            .iter()
+            .map(|index| parsed.get(*index).cloned())
+            .collect();
+        let Some(per_slot) = per_slot else {
+            let expected = format!("indices below {}", parsed.len());
+            return Err(Error::argument("slots", expected, format!("{slots:?}")).into());
+        };
+        let mut inner = match per_slot.first().map_or(2, |scenario| scenario.dimension) {
+            2 => Inner::Plane(Batch::with_scenarios(&per_slot, config, num_threads)?),
+            _ => Inner::Space(Batch::with_scenarios(&per_slot, config, num_threads)?),
         };
         on_batch!(&mut inner, batch => batch.seed(seed));
         let (rows, row_length) = on_batch!(&inner, batch => (batch.rows(), batch.row_length()));
+        let num_flocks = slots.len();
         Ok(Self {
             inner,
             actions: actions.get().clone(),
@@ -63,7 +80,7 @@ impl FlockBatch {
             rows,
             row_length,
             num_flocks,
-            made_from,
+            made_from: (scenarios, slots, options, num_threads),
             scratch: Default::default(),
         })
     }
@@ -318,17 +335,25 @@ impl FlockBatch {
         slf: &Bound<'py, Self>,
     ) -> PyResult<(
         Bound<'py, PyType>,
-        (String, String, RangeMap, usize, Option<usize>, bool, u64),
+        (
+            Vec<String>,
+            Vec<usize>,
+            String,
+            RangeMap,
+            Option<usize>,
+            bool,
+            u64,
+        ),
         Bound<'py, PyBytes>,
     )> {
         let batch = &*try_borrow(slf)?;
-        let (scenario, options, num_threads) = batch.made_from.clone();
+        let (scenarios, slots, options, num_threads) = batch.made_from.clone();
         let all: Vec<usize> = (0..batch.num_flocks).collect();
         let arguments = (
-            scenario,
+            scenarios,
+            slots,
             options,
             batch.actions.clone(),
-            batch.num_flocks,
             num_threads,
             batch.count_components,
             0, // the state contains the seeds of all slots

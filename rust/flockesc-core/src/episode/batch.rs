@@ -1,6 +1,7 @@
-//! `Batch`: many flocks of one scenario, stepped together on several threads. Results depend
+//! `Batch`: many flocks of one or more scenarios, stepped together on several threads. Results depend
 //! neither on the number of threads nor on a flock's slot.
 
+mod create;
 mod reset;
 mod state;
 mod step;
@@ -22,10 +23,8 @@ use crate::base::rng::episode_seed;
 use crate::flock::FlockConfig;
 use crate::observation;
 use crate::parallel::{self, Pool, dispatch};
-use crate::reward::Term;
-use crate::snapshot::Fingerprint;
 
-/// A batch of episodes of one scenario. Each flock has a slot.
+/// A batch of episodes. Each flock has a slot; all have one scenario, or each its own.
 ///
 /// ```
 /// use flockesc_core::{Batch, EpisodeConfig, FlockConfig, InitialState};
@@ -45,61 +44,15 @@ use crate::snapshot::Fingerprint;
 /// ```
 #[derive(Debug, Clone)]
 pub struct Batch<const D: usize> {
-    pub(super) scenario: Arc<FlockConfig>,
     pub(super) config: Arc<EpisodeConfig>,
     slots: Vec<Slot<D>>,
     num_threads: Option<usize>,
     row_length: usize,
-    fingerprint: Fingerprint,
-    /// Estimated number of agents that a step of one flock visits.
-    work_per_flock: usize,
+    /// Estimated number of agents that a step visits.
+    work: usize,
 }
 
 impl<const D: usize> Batch<D> {
-    /// Creates a batch of `num_flocks` empty slots for a scenario of dimension D. `num_threads` of
-    /// `None` is one thread per core.
-    ///
-    /// # Errors
-    /// [`Error::Config`] if the scenario or `config` is out of bounds, or if the scenario has no
-    /// predator or another dimension; [`Error::Argument`] if `num_flocks` is 0 or `num_threads` is
-    /// out of bounds.
-    pub fn new(
-        scenario: FlockConfig,
-        config: EpisodeConfig,
-        num_flocks: usize,
-        num_threads: Option<usize>,
-    ) -> Result<Self> {
-        scenario.check()?;
-        config.check()?;
-        config.check_scenario(&scenario)?;
-        if scenario.dimension != D {
-            return Err(Error::config(
-                "dimension",
-                D.to_string(),
-                scenario.dimension,
-            ));
-        }
-        if scenario.predators.is_empty() {
-            let expected = "at least one predator, because rewards depend on the distance to it";
-            return Err(Error::config("predators", expected, "none"));
-        }
-        if num_flocks == 0 {
-            return Err(Error::argument("num_flocks", "an integer of at least 1", 0));
-        }
-        if num_flocks > 1 || num_threads.is_some() {
-            parallel::pool(num_threads)?; // reports a bad number of threads before the first step
-        }
-        Ok(Self {
-            fingerprint: Fingerprint::of(&(&scenario, &config)),
-            row_length: config.entries(D).len(),
-            work_per_flock: work_per_flock(&scenario, &config),
-            scenario: Arc::new(scenario),
-            config: Arc::new(config),
-            slots: (0..num_flocks as u64).map(Slot::new).collect(),
-            num_threads,
-        })
-    }
-
     /// Returns the number of slots.
     #[must_use]
     pub fn num_flocks(&self) -> usize {
@@ -109,7 +62,7 @@ impl<const D: usize> Batch<D> {
     /// Returns the number of ranges and observation rows per flock: 1, or the number of agents.
     #[must_use]
     pub fn rows(&self) -> usize {
-        rows(&self.config, &self.scenario)
+        rows(&self.config, self.scenario())
     }
 
     /// Returns the number of entries of an observation row.
@@ -133,7 +86,13 @@ impl<const D: usize> Batch<D> {
     /// Returns the number of learned predators per flock.
     #[must_use]
     pub fn num_learned(&self) -> usize {
-        self.scenario.num_learned()
+        self.scenario().num_learned()
+    }
+
+    /// Returns the scenario of the first slot. All scenarios have the same numbers of agents and of learned
+    /// predators.
+    pub(super) fn scenario(&self) -> &Arc<FlockConfig> {
+        self.slots[0].scenario()
     }
 
     /// Restarts the seed schedules of all slots: slot i from [`episode_seed`]`(seed, i + 1)`.
@@ -148,23 +107,25 @@ impl<const D: usize> Batch<D> {
     #[must_use]
     pub fn without_episodes(&self) -> Self {
         Self {
-            scenario: self.scenario.clone(),
             config: self.config.clone(),
             slots: self.slots.iter().map(Slot::without_episode).collect(),
             ..*self
         }
     }
 
-    /// Returns the number of model steps per action.
+    /// Returns the largest number of model steps that an action can last.
     #[must_use]
     pub fn steps_per_action(&self) -> usize {
-        self.config.steps_per_action.min(self.scenario.num_steps)
+        let num_steps = self.slots.iter().map(|slot| slot.scenario().num_steps);
+        self.config
+            .steps_per_action
+            .min(num_steps.max().unwrap_or(0))
     }
 
     /// Estimates the number of agents that a step visits, a measure of its run time.
     #[must_use]
     pub fn work(&self) -> usize {
-        self.num_flocks().saturating_mul(self.work_per_flock)
+        self.work
     }
 
     /// Returns the episode in `slot`.
@@ -225,7 +186,7 @@ impl<const D: usize> Batch<D> {
     /// # Errors
     /// As [`Self::observe`].
     pub fn observe_flock(&self, slots: &[usize], observations: &mut [f32]) -> Result<()> {
-        let size = observation::flock_entries(self.scenario.dimension).len();
+        let size = observation::flock_entries(D).len();
         check_length("observations", observations.len(), slots.len() * size)?;
         let episodes = self.episodes(slots.iter().copied())?;
         let work = episodes.iter().zip(observations.chunks_exact_mut(size));
@@ -241,7 +202,7 @@ impl<const D: usize> Batch<D> {
     /// # Errors
     /// As [`Self::observe`].
     pub fn observe_predators(&self, slots: &[usize], observations: &mut [f32]) -> Result<()> {
-        let entries = observation::predator_entries(self.scenario.dimension).len();
+        let entries = observation::predator_entries(D).len();
         let size = self.num_learned() * entries;
         check_length("observations", observations.len(), slots.len() * size)?;
         let episodes = self.episodes(slots.iter().copied())?;
@@ -284,7 +245,7 @@ impl<const D: usize> Batch<D> {
     /// Returns the threads for work on `flocks` flocks. One small flock, or a batch of one thread,
     /// needs no pool.
     pub(super) fn pool(&self, flocks: usize) -> Result<Pool> {
-        let is_large = agents::is_large(self.scenario.num_agents);
+        let is_large = agents::is_large(self.scenario().num_agents);
         if self.num_threads == Some(1) || (flocks <= 1 && !is_large) {
             return Ok(Pool::None);
         }
@@ -295,17 +256,6 @@ impl<const D: usize> Batch<D> {
             Pool::WithCaller(pool)
         })
     }
-}
-
-/// Estimates the number of agents that a step of one flock visits.
-fn work_per_flock(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
-    let n = scenario.num_agents;
-    let visits = match config.reward.term::<2>() {
-        Term::Team(_) | Term::Individual(_) => scenario.neighbor_options().work_per_agent(n),
-        Term::Counterfactual(_) => n,
-    };
-    let steps = config.steps_per_action.min(scenario.num_steps);
-    n.saturating_mul(visits).saturating_mul(steps)
 }
 
 fn never_reset(slot: usize) -> Error {

@@ -26,7 +26,8 @@ pub struct EpisodeOutcome {
 }
 
 impl<const D: usize> Batch<D> {
-    /// Plays the first episode in the schedule of every seed to its end, and returns the outcomes.
+    /// Plays the first episode in the schedule of every seed to its end, in the scenario of the first slot, and
+    /// returns the outcomes.
     /// There is one network for all episodes, or one per episode. The slots stay unchanged.
     /// `progress` counts episodes.
     ///
@@ -62,7 +63,7 @@ impl<const D: usize> Batch<D> {
         progress: &Progress,
     ) -> Result<Vec<EpisodeOutcome>> {
         networks.check_count(seeds.len())?;
-        let (scenario, config) = (&self.scenario, &self.config);
+        let (scenario, config) = (self.scenario(), &self.config);
         let rows = rows(config, scenario);
         let work = seeds.iter().enumerate();
         let outcomes = dispatch(self.pool(seeds.len())?, work, |(index, seed)| {

@@ -11,10 +11,14 @@ use crate::base::rng::episode_seed;
 use crate::flock::{FlockConfig, InitialState};
 use crate::parallel::Progress;
 use crate::reward::exact_sum;
+use crate::snapshot::Fingerprint;
 
 /// A slot of a batch.
 #[derive(Debug, Clone)]
 pub(crate) struct Slot<const D: usize> {
+    scenario: Arc<FlockConfig>,
+    /// Fingerprint of the scenario and of the batch's options.
+    fingerprint: Fingerprint,
     /// First seed of the schedule (see [`episode_seed`]).
     seed: u64,
     /// Number of the next episode in the schedule.
@@ -36,8 +40,10 @@ pub(crate) struct SlotState<const D: usize> {
 }
 
 impl<const D: usize> Slot<D> {
-    pub(crate) fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64, scenario: Arc<FlockConfig>, fingerprint: Fingerprint) -> Self {
         Self {
+            scenario,
+            fingerprint,
             seed,
             next: 0,
             episode_seed: seed,
@@ -55,9 +61,10 @@ impl<const D: usize> Slot<D> {
         }
     }
 
-    pub(crate) fn restore(
+    /// Returns the slot of a snapshot with the same scenario.
+    pub(crate) fn restored(
+        &self,
         state: SlotState<D>,
-        scenario: &Arc<FlockConfig>,
         config: &Arc<EpisodeConfig>,
     ) -> Result<Self> {
         let seed = state.episode_seed;
@@ -67,15 +74,16 @@ impl<const D: usize> Slot<D> {
             next: state.next,
             episode_seed: seed,
             episode: episode
-                .map(|episode| Episode::restore(episode, scenario, config, seed))
+                .map(|episode| Episode::restore(episode, &self.scenario, config, seed))
                 .transpose()?,
-            last_rewards: Vec::new(),
+            ..self.without_episode()
         })
     }
 
     /// Returns a copy of the slot without its episode.
     pub(crate) fn without_episode(&self) -> Self {
         Self {
+            scenario: self.scenario.clone(),
             episode: None,
             last_rewards: Vec::new(),
             ..*self
@@ -94,12 +102,7 @@ impl<const D: usize> Slot<D> {
 
     /// Starts the next episode of the schedule. `start` must pass [`InitialState::check`]; its seed is
     /// ignored.
-    pub(crate) fn start(
-        &mut self,
-        scenario: &Arc<FlockConfig>,
-        config: &Arc<EpisodeConfig>,
-        start: &InitialState,
-    ) {
+    pub(crate) fn start(&mut self, config: &Arc<EpisodeConfig>, start: &InitialState) {
         self.episode_seed = episode_seed(self.seed, self.next);
         let start = InitialState {
             seed: self.episode_seed,
@@ -107,7 +110,18 @@ impl<const D: usize> Slot<D> {
         };
         self.next = self.next.wrapping_add(1);
         self.last_rewards.clear();
-        self.episode = Some(Episode::new(scenario.clone(), config.clone(), &start));
+        let scenario = self.scenario.clone();
+        self.episode = Some(Episode::new(scenario, config.clone(), &start));
+    }
+
+    /// Returns the scenario of the episodes, before random fields are drawn.
+    pub(crate) fn scenario(&self) -> &Arc<FlockConfig> {
+        &self.scenario
+    }
+
+    /// Returns the fingerprint of the scenario and of the batch's options.
+    pub(crate) fn fingerprint(&self) -> Fingerprint {
+        self.fingerprint
     }
 
     /// Returns the seed of the current episode.

@@ -8,7 +8,7 @@ use super::Batch;
 use crate::base::error::{Error, Result};
 use crate::episode::options::EpisodeConfig;
 use crate::episode::slot::Slot;
-use crate::flock::{FlockConfig, InitialState};
+use crate::flock::InitialState;
 use crate::parallel::{Pool, Progress, dispatch};
 
 /// Cost of drawing and sorting an agent, in units of the cost of its step.
@@ -17,7 +17,6 @@ const RESET_COST: usize = 16;
 /// The new slots of a reset, before they replace the slots of the batch.
 #[derive(Debug)]
 pub struct Reset<const D: usize> {
-    scenario: Arc<FlockConfig>,
     config: Arc<EpisodeConfig>,
     start: InitialState,
     slots: BTreeMap<usize, Slot<D>>,
@@ -30,10 +29,10 @@ impl<const D: usize> Reset<D> {
     /// # Errors
     /// [`Error::Interrupted`] if `progress` was cancelled.
     pub fn build(mut self, progress: &Progress) -> Result<Self> {
-        let (scenario, config, start) = (&self.scenario, &self.config, &self.start);
+        let (config, start) = (&self.config, &self.start);
         let built = dispatch(self.pool, self.slots.values_mut(), |slot| {
             progress.check()?;
-            slot.start(scenario, config, start);
+            slot.start(config, start);
             Ok(())
         });
         built.into_iter().collect::<Result<()>>()?;
@@ -45,7 +44,7 @@ impl<const D: usize> Batch<D> {
     /// Starts a new episode in `slot` and the schedule of seeds that begins with `start.seed`.
     ///
     /// # Errors
-    /// [`Error::Argument`] if `slot` does not exist or `start` does not fit the scenario.
+    /// [`Error::Argument`] if `slot` does not exist or `start` does not fit its scenario.
     pub fn reset(&mut self, slot: usize, start: &InitialState) -> Result<()> {
         self.reset_many(&[(slot, Some(start.seed))], None, start)
     }
@@ -57,7 +56,7 @@ impl<const D: usize> Batch<D> {
     /// seed is ignored.
     ///
     /// # Errors
-    /// [`Error::Argument`] if a slot does not exist or `start` does not fit the scenario. The batch is then
+    /// [`Error::Argument`] if a slot does not exist or `start` does not fit the scenario of one. The batch is then
     /// unchanged.
     pub fn reset_many(
         &mut self,
@@ -81,7 +80,6 @@ impl<const D: usize> Batch<D> {
         episode: Option<u64>,
         start: InitialState,
     ) -> Result<Reset<D>> {
-        start.check(&self.scenario)?;
         let slots = self.slots.len();
         if let Some((slot, _)) = resets.iter().find(|(slot, _)| *slot >= slots) {
             let expected = format!("an integer below {slots}");
@@ -89,6 +87,7 @@ impl<const D: usize> Batch<D> {
         }
         let mut new_slots = BTreeMap::new();
         for &(index, seed) in resets {
+            start.check(self.slots[index].scenario())?;
             let slot = new_slots
                 .entry(index)
                 .or_insert_with(|| self.slots[index].without_episode());
@@ -100,7 +99,6 @@ impl<const D: usize> Batch<D> {
             }
         }
         Ok(Reset {
-            scenario: self.scenario.clone(),
             config: self.config.clone(),
             start,
             slots: new_slots,
@@ -122,6 +120,6 @@ impl<const D: usize> Batch<D> {
     pub fn work_of_reset(&self, slots: usize) -> usize {
         slots
             .saturating_mul(RESET_COST)
-            .saturating_mul(self.scenario.num_agents)
+            .saturating_mul(self.scenario().num_agents)
     }
 }

@@ -66,13 +66,13 @@ impl<const D: usize> Batch<D> {
         measure: impl Fn(&Episode<D>) -> T + Send + Sync,
     ) -> Result<Vec<T>> {
         self.check_step(ranges, at_end, rewards.len(), observations.len())?;
-        let num_entries = self.num_flocks() * self.num_learned() * self.scenario.dimension;
+        let num_entries = self.num_flocks() * self.num_learned() * D;
         check_predator_actions(predator_actions, num_entries)?;
         let entries_per_flock = predator_actions.len() / self.num_flocks();
         let rows = self.rows();
         let size = rows * self.row_length;
         let pool = self.pool(self.num_flocks())?;
-        let (scenario, config) = (&self.scenario, &self.config);
+        let config = &self.config;
         let work = self
             .slots
             .iter_mut()
@@ -85,7 +85,7 @@ impl<const D: usize> Batch<D> {
             let predator_actions = &predator_actions[first..first + entries_per_flock];
             let has_advanced = slot.advance(ranges, predator_actions, rewards, progress)?;
             if !has_advanced && at_end == AtEnd::Restart {
-                slot.start(scenario, config, &InitialState::default());
+                slot.start(config, &InitialState::default());
             }
             Ok(slot.episode().map(|episode| {
                 episode.observe(out);

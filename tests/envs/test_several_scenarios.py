@@ -1,0 +1,285 @@
+"""One scenario per flock: slots equal environments of one flock; scenarios that do not agree are rejected."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+from option_table import AGENT_REWARDS, FLOCK_REWARDS, UNLIKE, covering, label, small_flock
+from same import plain, same
+
+from flockesc_env import (
+    AgentVectorEnv,
+    FlockEscapeEnv,
+    FlockScenario,
+    FlockVectorEnv,
+    Learned,
+    PurePursuit,
+    Pursue,
+    RenderOptions,
+    Topological,
+    Uniform,
+    Voronoi,
+    parallel_env,
+    simulate,
+)
+from flockesc_env.common.errors import ArgumentError, ScenarioError
+from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+
+HUNTED = small_flock(
+    num_steps=7,
+    capture_radius=6.0,
+    predators=[
+        PurePursuit((0.0, 0.0), (20.0, 20.0), max_turn_rate=6.0),
+        PurePursuit((30.0, 30.0), (-9.0, 0.0)),
+    ],
+)
+DRAWN = small_flock(
+    num_steps=16, randomization=[Uniform("predator_range", 5.0, 25.0)], neighbor_rule=Voronoi()
+)
+SCENARIOS = [small_flock(**UNLIKE), HUNTED, DRAWN, HUNTED]
+FLOCKS, AGENTS = len(SCENARIOS), 5
+
+Slots = list[Any]
+"""What an environment returned to each slot."""
+
+
+def gymnasium_slots(infos: dict[str, Any], count: int) -> list[dict[str, Any]]:
+    """Return the info of each slot. A scenario without captures has no mask; all its agents are active."""
+    slots: list[dict[str, Any]] = [{} for _ in range(count)]
+    for name, column in infos.items():
+        if not name.startswith("_"):
+            column = gymnasium_slots(column, count) if isinstance(column, dict) else column
+            for slot in np.flatnonzero(infos[f"_{name}"]):
+                slots[slot][name] = column[slot]
+    for info in slots:
+        if "interaction_range" in info:
+            info.setdefault("active", True)
+    return slots
+
+
+class Gymnasium:
+    """A vector environment of Gymnasium. In mode ``DISABLED`` it is reset after the end of an episode."""
+
+    def __init__(
+        self, per_agent: bool, mode: AutoresetMode, scenarios: list[FlockScenario], **options: Any
+    ) -> None:
+        count = len(scenarios) * (AGENTS if per_agent else 1)
+        kind = AgentVectorEnv if per_agent else FlockVectorEnv
+        self.env = kind(count, scenarios, autoreset_mode=mode, **options)
+        self.rows = count // len(scenarios)
+
+    def reset(self, seed: int) -> Slots:
+        observations, infos = self.env.reset(seed=seed)
+        return list(zip(observations, gymnasium_slots(infos, len(observations)), strict=True))
+
+    def step(self, actions: np.ndarray) -> Slots:
+        *returned, infos = self.env.step(actions)
+        count = len(actions)
+        slots = [list(row) for row in zip(*returned, gymnasium_slots(infos, count), strict=True)]
+        flocks = (returned[2] | returned[3]).reshape(-1, self.rows).any(axis=1)
+        if self.env.autoreset_mode is AutoresetMode.DISABLED and flocks.any():
+            mask = np.repeat(flocks, self.rows)
+            observations, infos = self.env.reset(options={"reset_mask": mask})
+            began = gymnasium_slots(infos, count)
+            for slot in np.flatnonzero(mask):
+                slots[slot] += [observations[slot], began[slot]]
+        return slots
+
+
+class StableBaselines3:
+    """A vectorized environment of stable-baselines3."""
+
+    def __init__(self, per_agent: bool, scenarios: list[FlockScenario], **options: Any) -> None:
+        kind = AgentVecEnv if per_agent else FlockVecEnv
+        self.env = kind(len(scenarios), scenarios, **options)
+
+    def reset(self, seed: int) -> Slots:
+        self.env.seed(seed)
+        return list(zip(self.env.reset(), self.env.reset_infos, strict=True))
+
+    def step(self, actions: np.ndarray) -> Slots:
+        return list(zip(*self.env.step(actions), strict=True))
+
+
+OPTIONS: dict[str, tuple[Any, ...]] = {
+    "per_agent": (False, True),
+    "reward": AGENT_REWARDS,
+    "num_threads": (1, 2),
+    "steps_per_action": (1, 3),
+    "extra_entries": ((), ("escape_direction",)),
+}
+MODES = {f"gymnasium, {mode.value}": partial(Gymnasium, mode=mode) for mode in AutoresetMode}
+INTERFACES: dict[str, Callable[..., Any]] = {**MODES, "stable-baselines3": StableBaselines3}
+
+
+@pytest.mark.parametrize("interface", INTERFACES)
+@pytest.mark.parametrize("options", covering(2, **OPTIONS), ids=label)
+def test_slots_equal_environments_of_one_flock(interface: str, options: dict[str, Any]) -> None:
+    options = dict(options)
+    per_agent, reward = options.pop("per_agent"), options.pop("reward")
+    reward = reward if per_agent or reward in FLOCK_REWARDS else "running_minimum"
+    make = partial(INTERFACES[interface], per_agent, reward=reward, count_components=True, **options)
+    together, alone = make(scenarios=SCENARIOS), [make(scenarios=[scenario]) for scenario in SCENARIOS]
+    rng = np.random.default_rng(0)
+    rows = AGENTS if per_agent else 1
+    returned = together.reset(5)
+    for flock, env in enumerate(alone):
+        same(env.reset(5 + flock), returned[flock * rows : (flock + 1) * rows])
+    for _ in range(40):
+        actions = rng.uniform(-1, 1, (FLOCKS * rows, 1)).astype(np.float32)
+        returned = together.step(actions)
+        for flock, env in enumerate(alone):
+            slots = slice(flock * rows, (flock + 1) * rows)
+            same(env.step(actions[slots]), returned[slots])
+
+
+def test_seeds() -> None:
+    presets = ["pursuit", "capture", "stubborn-leaders"]
+    envs = gymnasium.make_vec(
+        "flockesc_env:flockesc/FlockEscape-v0", num_envs=3, scenario=presets, action_mode="range"
+    )
+    envs.reset(seed=[4, 9, 4])
+    for flock, (name, seed) in enumerate(zip(presets, (4, 9, 4), strict=True)):
+        run = simulate(name, 10.0, seed=seed)
+        view = envs.unwrapped.flocks[flock]
+        np.testing.assert_array_equal(view.positions, run.positions[0])
+    for _ in range(240):
+        *_, infos = envs.step(np.full((3, 1), 10.0, np.float32))
+    for flock, (name, seed) in enumerate(zip(presets, (4, 9, 4), strict=True)):
+        assert infos["min_mean_distance"][flock] == simulate(name, 10.0, seed=seed).mean_distance.min()
+
+
+def test_attributes() -> None:
+    envs = FlockVectorEnv(FLOCKS, SCENARIOS)
+    assert envs.scenarios == SCENARIOS
+    assert envs.scenario == SCENARIOS[0]
+    assert envs.policy_spec.num_steps == 16
+    assert FlockVectorEnv(2, HUNTED).scenarios == [HUNTED, HUNTED]
+
+
+def test_make_vec_takes_a_list_for_a_slot_per_agent() -> None:
+    name = "flockesc_env:flockesc/FlockAgents-v0"
+    envs = gymnasium.make_vec(name, num_envs=FLOCKS * AGENTS, scenario=SCENARIOS)
+    assert envs.unwrapped.scenarios == SCENARIOS
+    assert AgentVectorEnv(scenario=SCENARIOS).num_envs == FLOCKS * AGENTS
+    with pytest.raises(ScenarioError, match="scenario: expected a list of 3"):
+        gymnasium.make_vec(name, num_envs=3 * AGENTS, scenario=SCENARIOS)
+
+
+@pytest.mark.parametrize("make", [FlockVectorEnv, FlockVecEnv, AgentVecEnv])
+@pytest.mark.parametrize(
+    ("field", "other"),
+    [
+        ("num_agents", small_flock(num_agents=6)),
+        ("dimension", small_flock(3)),
+        ("initial_side", small_flock(initial_side=31.0)),
+        ("neighbor_rule", small_flock(neighbor_rule=Topological())),
+        ("predators", small_flock(predators=[Learned()])),
+        ("predators", small_flock(predators=[])),
+    ],
+)
+def test_scenarios_that_differ_too_much(make: Any, field: str, other: FlockScenario) -> None:
+    with pytest.raises(ScenarioError) as raised:
+        make(3, [SCENARIOS[0], HUNTED, other], max_range=4.0)
+    assert raised.value.field == f"scenario[2].{field}"
+
+
+@pytest.mark.parametrize(
+    ("field", "scenario"),
+    [
+        ("scenario", []),
+        ("scenario", [small_flock()]),
+        ("scenario", [small_flock()] * 4),
+        ("scenario[1]", ["pursuit", "prsuit", "pursuit"]),
+        ("scenario[2]", ["pursuit", "pursuit", "paper-line"]),
+        ("scenario[0]", [3, 4, 5]),
+    ],
+)
+def test_bad_lists(field: str, scenario: Any) -> None:
+    with pytest.raises(ScenarioError) as raised:
+        FlockVectorEnv(3, scenario)
+    assert raised.value.field == field
+
+
+def test_one_flock_has_one_scenario() -> None:
+    for make in (FlockEscapeEnv, parallel_env):
+        with pytest.raises(ScenarioError, match="scenario"):
+            make(SCENARIOS)  # type: ignore[operator]
+
+
+def test_snapshots_belong_to_scenarios() -> None:
+    envs, other = FlockVectorEnv(FLOCKS, SCENARIOS), FlockVectorEnv(FLOCKS, SCENARIOS[::-1])
+    envs.reset(seed=3)
+    other.reset(seed=8)
+    actions = np.zeros((FLOCKS, 1), np.float32)
+    envs.step(actions)
+    state, one = envs.get_state(), envs.get_state(1)
+    before = other.get_state()
+    for refused, flocks in ((state, None), (one, 3), (one, [0, 1]), (envs.get_state([0, 1]), [0, 1])):
+        with pytest.raises(ArgumentError, match="same scenario"):
+            other.set_state(refused, flocks)
+    assert other.get_state() == before
+    other.set_state(one, [0, 2])  # both have the scenario HUNTED
+    single = FlockEscapeEnv(HUNTED)
+    single.set_state(one)
+    assert other.get_state(0) == other.get_state(2) == single.get_state() == one
+    twin = FlockVectorEnv(FLOCKS, list(SCENARIOS), num_threads=2)
+    twin.set_state(state)
+    copy = pickle.loads(pickle.dumps(envs))  # noqa: S301
+    for _ in range(20):
+        expected = plain(envs.step(actions))
+        assert plain(twin.step(actions)) == plain(copy.step(actions)) == expected
+
+
+def test_initial_states_fit_the_scenario() -> None:
+    envs = FlockVectorEnv(FLOCKS, SCENARIOS)
+    envs.reset(seed=0)
+    start = {"predator_positions": np.arange(4.0).reshape(2, 2)}
+    hunted = np.array([False, True, False, True])
+    envs.reset(options={**start, "reset_mask": hunted})
+    for flock in (1, 3):
+        np.testing.assert_array_equal(envs.flocks[flock].predator_positions, start["predator_positions"])
+    before = envs.get_state()
+    for mask in (~hunted, np.ones(FLOCKS, bool), hunted | np.eye(FLOCKS, dtype=bool)[2]):
+        with pytest.raises(ArgumentError, match="predator_positions"):
+            envs.reset(options={**start, "reset_mask": mask})
+    assert envs.get_state() == before
+    vec = FlockVecEnv(FLOCKS, SCENARIOS)
+    vec.set_options([{}, start, {}, start])
+    vec.reset()
+    np.testing.assert_array_equal(vec.flocks[3].predator_positions, start["predator_positions"])
+
+
+def test_predator_policies() -> None:
+    scenarios = [small_flock(predators=[Learned(max_speed=speed)]) for speed in (12.0, 24.0)]
+    options = {"action_mode": "range", "predator_policy": Pursue(), "autoreset_mode": "SameStep"}
+    together = FlockVectorEnv(2, scenarios, **options)
+    alone = [FlockVectorEnv(1, scenario, **options) for scenario in scenarios]
+    together.reset(seed=1)
+    for seed, env in enumerate(alone, 1):
+        env.reset(seed=seed)
+    for _ in range(25):
+        observations, rewards, *_ = together.step(np.full((2, 1), 5.0, np.float32))
+        steps = [env.step(np.full((1, 1), 5.0, np.float32)) for env in alone]
+        same(observations, np.concatenate([step[0] for step in steps]))
+        same(rewards, np.concatenate([step[1] for step in steps]))
+
+
+def test_pictures() -> None:
+    pictures = {"render_mode": "rgb_array", "render_options": RenderOptions(size=160)}
+    envs = FlockVectorEnv(FLOCKS, SCENARIOS, **pictures)
+    envs.reset(seed=2)
+    envs.step(np.zeros((FLOCKS, 1), np.float32))
+    single = FlockEscapeEnv(HUNTED, **pictures)
+    single.reset(seed=3)
+    single.step(np.zeros(1, np.float32))
+    images = envs.render()
+    assert images is not None
+    np.testing.assert_array_equal(images[1], single.render())
