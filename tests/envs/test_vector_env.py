@@ -338,6 +338,11 @@ def test_refused_resets_leave_no_trace(seed: Any, options: dict[str, Any], field
     [
         ({"num_envs": 0}, ArgumentError, "num_envs"),
         ({"num_envs": 1.5}, ArgumentError, "num_envs"),
+        (
+            {"num_envs": 1_000_000, "scenario": small_flock(num_agents=10_000_000)},
+            ArgumentError,
+            "num_flocks",
+        ),
         ({"num_threads": 0}, ArgumentError, "num_threads"),
         ({"autoreset_mode": "Never"}, ArgumentError, "autoreset_mode"),
         ({"autoreset_mode": None}, ArgumentError, "autoreset_mode"),
