@@ -87,7 +87,7 @@ test-rust: $(UV) ## run the Rust tests
 
 .PHONY: test-python
 test-python: build ## run the Python tests
-	$(PYTEST)
+	$(PYTEST) --dist worksteal
 
 # Requires a nightly compiler and cargo-fuzz. No sanitizer is used, because the core has no unsafe code.
 FUZZ_SECONDS := 60

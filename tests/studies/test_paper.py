@@ -210,10 +210,10 @@ def test_the_paper_is_reproduced(capsys: pytest.CaptureFixture[str], tmp_path: P
     for name in pictures:
         (output / f"{name}.svg").unlink()
     jobs_before = sorted((output / "cache").iterdir())
-    some = Ran(capsys, "paper", *flags[:6], "--figures", "3", "9", "edge", run=STUDIES.main)
+    some = Ran(capsys, "paper", *flags[:6], "--figures", "3", "9", run=STUDIES.main)
     assert some.code == Exit.DONE
     found = {path.stem: path.read_bytes() for path in output.glob("*.svg")}
-    assert found == {name: drawn[name] for name in ("figure_3", "figure_9", "edge")}
+    assert found == {name: drawn[name] for name in ("figure_3", "figure_9")}
     assert sorted((output / "cache").iterdir()) == jobs_before
 
 

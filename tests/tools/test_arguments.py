@@ -90,10 +90,12 @@ def test_taken(row: Row) -> None:
             for value in (kind.good, *kind.alike().values()):
                 same(row.after(called(row, None, **{name: value})), expected)
             continue
+        twin = row.subject()
+        told, end = called(row, twin, **{name: kind.good}), row.after(twin)
         for value in (kind.good, *kind.alike().values()):
-            subject, twin = row.subject(), row.subject()
-            same(called(row, subject, **{name: value}), called(row, twin, **{name: kind.good}))
-            same(row.after(subject), row.after(twin))
+            subject = row.subject()
+            same(called(row, subject, **{name: value}), told)
+            same(row.after(subject), end)
 
 
 @rows
