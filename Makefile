@@ -173,7 +173,8 @@ SHARD := 0/40
 .PHONY: mutants
 mutants: build $(CARGO_TOOLS)/cargo-mutants ## mutation testing of samples of the package and the core (hours)
 	$(UV) run --quiet --no-project --isolated --python $(BIN)/python --with cosmic-ray==8.7.0 tests/support/mutants.py $(MUTANTS)
-	$(CARGO_TOOLS)/cargo-mutants mutants --package flockesc-core --shard $(SHARD) --output runs
+	$(CARGO_TOOLS)/cargo-mutants mutants --package flockesc-core --shard $(SHARD) --sharding round-robin \
+	  --output runs
 
 .PHONY: instructions
 instructions: build $(CARGO_TOOLS)/gungraun-runner ## count the instructions of the kernels with valgrind, beside the committed counts

@@ -36,6 +36,7 @@ def note_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv(CALLS, str(folder))
     if find_spec("submitit"):  # its wait for the result of a killed process
         monkeypatch.setattr("submitit.core.core.Job._results_timeout_s", 0.1)
+        monkeypatch.setattr("flockesc_env.jobs.slurm.POLL_SECONDS", 0.05)
     support, package = Path(__file__).parent, Path(flockesc_env.__file__).parents[1]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(support), str(package)]))
     return folder
