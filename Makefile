@@ -6,8 +6,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 UV := $(BIN)/uv
 INSTALL := $(UV) pip install --quiet --constraint constraints.txt --requirement pyproject.toml
-# -rfEs lists failed tests, and the reasons of skipped ones, for example how to install a browser.
-PYTEST := $(BIN)/python -m pytest --numprocesses auto -rfEs
+# -rfEs lists failed tests, and the reasons of skipped ones, for example how to install a browser. Bytecode is kept, also
+# where the environment disables that: every worker and every child of a test imports in half the time.
+PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto -rfEs
 DEMO := runs/demo
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
@@ -85,9 +86,10 @@ notebooks: build ## run the notebooks of examples/ and store their outputs (abou
 test-rust: $(UV) ## run the Rust tests
 	cargo test --locked --package flockesc-core --package flockesc-py
 
+# Each worker begins with half of the files, in order, so that fixtures of a file are set up once.
 .PHONY: test-python
 test-python: build ## run the Python tests
-	$(PYTEST)
+	$(PYTEST) --dist worksteal
 
 # Requires a nightly compiler and cargo-fuzz. No sanitizer is used, because the core has no unsafe code.
 FUZZ_SECONDS := 60
@@ -173,7 +175,8 @@ SHARD := 0/40
 .PHONY: mutants
 mutants: build $(CARGO_TOOLS)/cargo-mutants ## mutation testing of samples of the package and the core (hours)
 	$(UV) run --quiet --no-project --isolated --python $(BIN)/python --with cosmic-ray==8.7.0 tests/support/mutants.py $(MUTANTS)
-	$(CARGO_TOOLS)/cargo-mutants mutants --package flockesc-core --shard $(SHARD) --output runs
+	$(CARGO_TOOLS)/cargo-mutants mutants --package flockesc-core --shard $(SHARD) --sharding round-robin \
+	  --output runs
 
 .PHONY: instructions
 instructions: build $(CARGO_TOOLS)/gungraun-runner ## count the instructions of the kernels with valgrind, beside the committed counts

@@ -30,7 +30,7 @@ from flockesc_env.policies import Architecture, BestCandidate, NetworkPolicy
 from flockesc_env.scenario.motion import Reynolds
 from flockesc_env.scenario.neighbors import Topological, Voronoi
 
-RANGES = (0.0, 4.0, 17.0, 40.0, 90.0)
+RANGES = (0.0, 9.0, 40.0)
 ENTRIES = ("escape_direction", "closest_approach")
 AXES = ("ahead", "left", "up")
 
@@ -51,7 +51,7 @@ def closest_approach(offset: Floats, relative: Floats) -> tuple[float, float]:
     """Return the smallest length of offset + relative t for t >= 0, and t."""
     speed = relative @ relative
     time = max(0.0, -(offset @ relative) / speed) if speed > 0 else 0.0
-    return float(np.linalg.norm(offset + relative * time)), time
+    return reference.length(offset + relative * time), time
 
 
 def cosine(vector: Floats, direction: Floats) -> float:

@@ -27,8 +27,8 @@ from flockesc_env import (
 )
 from flockesc_env.policies.predators import Pursue
 
-STEPS = 50
-"""Number of steps, which reaches the fifth episode."""
+STEPS = 25
+"""Number of steps, which reaches the third episode."""
 
 
 MAKERS: dict[str, Callable[[], Any]] = {

@@ -13,16 +13,15 @@ FLOCKS, STEPS, TRANSIENT = 60, 200, 100
 
 def order_of_1995(eta: float, rng: np.random.Generator) -> np.ndarray:
     """Return the order parameter v_a of many flocks, shape (FLOCKS, STEPS + 1): Eqs. (1) and (2)."""
-    places = rng.uniform(0, SIDE, (FLOCKS, N, 2))
+    places = rng.uniform(0, SIDE, (2, FLOCKS, N))
     angles = rng.uniform(0, 2 * np.pi, (FLOCKS, N))
     order = [np.abs(np.exp(1j * angles).mean(axis=1))]
     for _ in range(STEPS):
-        offsets = places[:, :, None] - places[:, None]
-        offsets -= SIDE * np.round(offsets / SIDE)
-        is_near = (offsets**2).sum(axis=-1) <= 1
-        sines = (is_near * np.sin(angles)[:, None]).sum(axis=2)
-        cosines = (is_near * np.cos(angles)[:, None]).sum(axis=2)
-        places = (places + STEP * np.stack([np.cos(angles), np.sin(angles)], axis=-1)) % SIDE
+        x, y = np.abs(places[..., None] - places[..., None, :])
+        is_near = np.minimum(x, SIDE - x) ** 2 + np.minimum(y, SIDE - y) ** 2 <= 1
+        heading = np.stack([np.cos(angles), np.sin(angles)])
+        cosines, sines = (is_near.astype(float) @ heading[..., None])[..., 0]
+        places = (places + STEP * heading) % SIDE
         angles = np.arctan2(sines, cosines) + rng.uniform(-eta / 2, eta / 2, (FLOCKS, N))
         order.append(np.abs(np.exp(1j * angles).mean(axis=1)))
     return np.stack(order, axis=1)

@@ -11,11 +11,11 @@ from multiprocessing.queues import SimpleQueue
 import gymnasium
 import numpy as np
 import pytest
-from forking import forked_while
+from forking import forked_while, played
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 from option_table import small_flock
 
-from flockesc_env import FlockEscapeEnv, FlockScenario, FlockVectorEnv, LineScenario, rollout, sweep
+from flockesc_env import FlockEscapeEnv, FlockScenario, LineScenario, rollout, sweep
 from flockesc_env.policies import FixedRange
 
 TIMEOUT = 120.0  # seconds; reached only by a child that hangs
@@ -64,22 +64,13 @@ def test_async_vector_env_equals_sync_vector_env(method: str, name: str) -> None
         sync.close()
 
 
-def large_played(num_threads: int | None) -> list[np.ndarray]:
-    """Return the observations of one flock large enough to be split over threads."""
-    env = FlockEscapeEnv(FlockScenario(num_agents=5000, initial_side=400.0), num_threads=num_threads)
-    env.action_space.seed(0)
-    observations = [env.reset(seed=4)[0]]
-    return observations + [env.step(env.action_space.sample())[0] for _ in range(5)]
-
-
 @METHODS
-def test_a_child_can_step_a_large_flock_after_its_parent(method: str) -> None:
-    here = large_played(2)
+def test_a_child_can_step_a_large_flock_and_a_batch_after_its_parent(method: str) -> None:
+    here = played(2)
     with multiprocessing.get_context(method).Pool(2) as pool:
-        there = [pool.apply_async(large_played, (num_threads,)) for num_threads in (1, 2, None, 2)]
-        for result in there:
-            np.testing.assert_array_equal(result.get(TIMEOUT), here)
-    np.testing.assert_array_equal(large_played(2), here)
+        there = [pool.apply_async(played, (num_threads,)) for num_threads in (1, 2, None, 2)]
+        assert all(result.get(TIMEOUT) == here for result in there)
+    assert played(2) == here
 
 
 def step_on(env: FlockEscapeEnv, results: SimpleQueue) -> None:
@@ -100,24 +91,6 @@ def test_forked_child_continues_the_flock_of_its_parent() -> None:
     there = results.get()
     step_on(env, results)
     np.testing.assert_array_equal(there, results.get())
-
-
-def played(num_threads: int | None) -> list[np.ndarray]:
-    """Return the observations of a vector environment into the third episode."""
-    env = FlockVectorEnv(6, small_flock(num_steps=6), num_threads=num_threads)
-    env.action_space.seed(0)
-    observations = [env.reset(seed=4)[0]]
-    return observations + [env.step(env.action_space.sample())[0] for _ in range(15)]
-
-
-@METHODS
-def test_a_child_can_step_a_vector_environment_after_its_parent(method: str) -> None:
-    here = played(2)
-    with multiprocessing.get_context(method).Pool(2) as pool:
-        there = [pool.apply_async(played, (num_threads,)) for num_threads in (1, 2, None, 2)]
-        for result in there:
-            np.testing.assert_array_equal(result.get(TIMEOUT), here)
-    np.testing.assert_array_equal(played(2), here)
 
 
 @pytest.mark.parametrize("busy", ["stepping", "starting pools", "sweeping"])

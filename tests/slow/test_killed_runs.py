@@ -3,7 +3,10 @@
 from pathlib import Path
 
 import pytest
-from killed_runs import check_killed_run
+from killed_runs import check_killed_run, context
+
+# Imported once, by the server that forks the runs; PyTorch imports the second at the first gradient step.
+context.set_forkserver_preload(["training.train", "torch._dynamo"])
 
 
 @pytest.mark.parametrize("learner", ["search", "per-agent PPO", "shared PPO", "TQC"])

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 import polars as pl
 import pytest
+from committed_pages import check_race, skip_bootstraps, without_intervals
 
 from flockesc_env import FlockScenario
 from flockesc_env.jobs import Cache, find_backend
-from studies.arms_race.page import markdown_page as race_page
-from studies.arms_race.results import load_race
 from studies.learned.results import BEST_FIXED, load_study
 from studies.related import within_episode
 from studies.related.attack_speed import NEIGHBORS, SPEEDS, attack_jobs, attack_results, falls, scenario
@@ -104,11 +103,18 @@ def test_the_bandit_is_tuned_on_tuning_flocks_and_paired_on_held_out_ones(
     assert results.difference.mean == pytest.approx((values - study.values(BEST_FIXED)[0]).mean())
 
 
-def test_the_committed_pages_follow_from_the_committed_results() -> None:
-    related, race = ROOT / "docs" / "related.md", ROOT / "docs" / "arms-race.md"
+def test_the_committed_page_follows_from_the_committed_results() -> None:
+    related = ROOT / "docs" / "related.md"
     results = RelatedResults.from_json((COMMITTED / "related" / RESULTS_FILE).read_text())
     assert related.read_text() == related_page(results, COMMITTED / "related", related)
-    assert race.read_text() == race_page(load_race(COMMITTED / "arms_race"), COMMITTED / "arms_race", race)
+
+
+def test_the_committed_page_of_the_arms_race_follows_from_its_results(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Without intervals, which tests/slow/test_committed_pages.py compares."""
+    skip_bootstraps(monkeypatch)
+    check_race(without_intervals)
 
 
 def test_committed_results_survive_a_round_trip() -> None:

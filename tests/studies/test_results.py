@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from rliable.library import score_distributions
-from rliable.metrics import aggregate_iqm
+from committed_pages import check_results, skip_bootstraps, without_intervals
 from scipy.stats import bootstrap
 from study_folders import write_study
 
@@ -21,7 +20,7 @@ from flockesc_env.common.stats import Estimate
 from flockesc_env.policies import FixedRange, StubbornLeaders
 from flockesc_env.policies.registry import NamedPolicy
 from studies.learned.aggregate import RESAMPLES, aggregate, iqm, means, profile
-from studies.learned.page import FIGURES, listened, markdown_page, readme_table, write_page
+from studies.learned.page import FIGURES, markdown_page, readme_table, write_page
 from studies.learned.questions import QUESTIONS
 from studies.learned.results import BEST_FIXED, ORACLE, load_studies, load_study
 from studies.learned.submit import check_fits, submit
@@ -83,6 +82,10 @@ def test_aggregates_of_known_episodes() -> None:
 
 @pytest.mark.parametrize("seeds", [1, 3])
 def test_intervals_are_those_of_the_plain_bootstrap_over_seeds_and_flocks(seeds: int) -> None:
+    # Imported here, because it takes seconds in every worker that collects this file.
+    from rliable.library import score_distributions
+    from rliable.metrics import aggregate_iqm
+
     values = drawn(seeds, 12)
     samples = [np.arange(size) for size in values.shape if size > 1]
 
@@ -357,12 +360,14 @@ def test_policies_for_other_problems_do_not(entry: NamedPolicy, setting: Setting
     assert caught.value.field == field
 
 
-def test_the_committed_page_and_table_are_those_of_the_committed_results() -> None:
-    page = ROOT / "docs" / "results.md"
-    summaries = summarize(load_studies(COMMITTED))
-    assert page.read_text() == markdown_page(summaries, COMMITTED / FIGURES, page, listened(COMMITTED))
-    assert readme_table(summaries) in (ROOT / "README.md").read_text()
+def test_the_committed_page_and_table_are_those_of_the_committed_results(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Without intervals, which tests/slow/test_committed_pages.py compares."""
+    skip_bootstraps(monkeypatch)
+    summaries = check_results(without_intervals)
     assert {summary.study.setting for summary in summaries} <= set(QUESTIONS)
+    page = ROOT / "docs" / "results.md"
     for picture in re.findall(r"\]\((.*?\.png)\)", page.read_text()):
         assert (page.parent / picture).is_file()
 

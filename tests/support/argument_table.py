@@ -70,11 +70,11 @@ class Row:
         return {**self.arguments, **self.others}
 
 
-def write_files() -> None:
-    """Write the files that the table uses into the working directory."""
-    fe.save_policy(CONTENDER, "policy.npz")
-    records.save_run(RUN, "run.npz")
-    Path("state.csv").write_text("x,y\n1,2\n3,4\n")
+def write_files(folder: Path) -> None:
+    """Write the files that the table uses."""
+    fe.save_policy(CONTENDER, folder / "policy.npz")
+    records.save_run(RUN, folder / "run.npz")
+    (folder / "state.csv").write_text("x,y\n1,2\n3,4\n")
 
 
 def optional(kind: Kind) -> Kind:

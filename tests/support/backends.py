@@ -8,9 +8,9 @@ import time
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pytest
 
 import flockesc_env
 from flockesc_env import FlockScenario
@@ -19,6 +19,9 @@ from flockesc_env.jobs import Arrays, Backend, Cache, Job
 from flockesc_env.jobs.job import Outcomes
 from flockesc_env.jobs.serial import serial
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
+
+if TYPE_CHECKING:  # every worker process imports this file, and pytest takes half of that time
+    import pytest
 
 CALLS = "CALLS_OF_JOBS"
 """Environment variable: a folder in which every call leaves a file."""
@@ -33,6 +36,7 @@ def note_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv(CALLS, str(folder))
     if find_spec("submitit"):  # its wait for the result of a killed process
         monkeypatch.setattr("submitit.core.core.Job._results_timeout_s", 0.1)
+        monkeypatch.setattr("flockesc_env.jobs.slurm.POLL_SECONDS", 0.05)
     support, package = Path(__file__).parent, Path(flockesc_env.__file__).parents[1]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(support), str(package)]))
     return folder

@@ -34,7 +34,7 @@ def forked_while(*busy: str, count: int) -> dict[str, float]:
     return found
 
 
-def played(num_threads: int) -> bytes:
+def played(num_threads: int | None) -> bytes:
     """Return the observations of a large flock, split over threads, and of a batch of small ones."""
     large = FlockEscapeEnv(LARGE, num_threads=num_threads, action_mode="range")
     shown = [large.reset(seed=4)[0]]

@@ -28,8 +28,6 @@ ROUNDS = {"num_episodes": 10, "checkpoint_every": 1}
 GENERATIONS = {"generations": 16, "checkpoint_every": 1}
 
 context = get_context("forkserver")
-# Imported once, by the server that forks the runs; PyTorch imports the second at the first gradient step.
-context.set_forkserver_preload(["training.train", "torch._dynamo"])
 
 
 def started(args: Args, weights: Path) -> BaseProcess:

@@ -42,7 +42,7 @@ def squash(value: float, scale: float) -> float:
 
 def unit(vector: Floats) -> Floats:
     """Return the direction of a vector; 0 for the vector 0."""
-    norm = np.linalg.norm(vector)
+    norm = reference.length(vector)
     return vector / norm if norm > 0 else vector
 
 

@@ -6,7 +6,9 @@ A refused value leaves no trace: the environment goes on like one that was never
 from __future__ import annotations
 
 import inspect
+import shutil
 from contextlib import suppress
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -40,10 +42,18 @@ PROTOCOLS = {
 }
 
 
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("files")
+    write_files(folder)
+    return folder
+
+
 @pytest.fixture(autouse=True)
-def _files(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def _files(files: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Give every test its own copies of the files, in the working directory."""
+    shutil.copytree(files, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
-    write_files()
 
 
 def called(row: Row, subject: Any, **changes: Any) -> Any:
@@ -90,10 +100,12 @@ def test_taken(row: Row) -> None:
             for value in (kind.good, *kind.alike().values()):
                 same(row.after(called(row, None, **{name: value})), expected)
             continue
+        twin = row.subject()
+        told, end = called(row, twin, **{name: kind.good}), row.after(twin)
         for value in (kind.good, *kind.alike().values()):
-            subject, twin = row.subject(), row.subject()
-            same(called(row, subject, **{name: value}), called(row, twin, **{name: kind.good}))
-            same(row.after(subject), row.after(twin))
+            subject = row.subject()
+            same(called(row, subject, **{name: value}), told)
+            same(row.after(subject), end)
 
 
 @rows

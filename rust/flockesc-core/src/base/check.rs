@@ -133,3 +133,17 @@ fn check(field: &str, value: impl ToString, expected: &str, good: bool) -> Resul
         Err(Error::config(field, expected, value))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_show_numbers_in_their_shortest_form() {
+        for (value, shown) in [(-1.0, "-1"), (-0.25, "-0.25"), (f64::NAN, "NaN")] {
+            let error = not_negative("reach", value).unwrap_err();
+            let expected = "reach: expected a finite number of at least 0, got";
+            assert_eq!(error.to_string(), format!("{expected} {shown}"));
+        }
+    }
+}

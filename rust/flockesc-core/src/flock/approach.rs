@@ -246,3 +246,43 @@ fn add_up<const D: usize>(
     let total = |column: Column<i64>| reduce(column, |a, b| a + b);
     (velocity.map(total), total(expansion), total(square))
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::vector;
+
+    use super::*;
+    use crate::agents::Agents;
+
+    #[test]
+    fn a_minimum_is_at_a_finite_time_of_at_least_0() {
+        for (closing, squared_speed, time) in [
+            (-2.0, 4.0, 0.5),
+            (2.0, 4.0, 0.0),
+            (0.0, 0.0, 0.0),
+            (-1e-300, 0.0, 0.0), // the square of a tiny velocity is 0
+        ] {
+            assert_eq!(time_of_minimum(closing, squared_speed), time);
+        }
+    }
+
+    #[test]
+    fn drift_averages_over_the_agents() {
+        let positions = [vector![-30.0, 0.0], vector![30.0, 0.0], vector![0.0, 6.0]];
+        let velocities = [
+            vector![-200.0, 0.0],
+            vector![200.0, 0.0],
+            vector![0.0, 40.0],
+        ];
+        let drift = Drift::of(&Agents::new(&positions, &velocities).groups, 3);
+        assert_eq!(drift.centroid, [0.0, 2.0]);
+        for (found, expected) in [
+            (drift.velocity[0], 0.0),
+            (drift.velocity[1], 40.0 / 3.0),
+            (drift.expansion, (2.0 * 6000.0 + 160.0) / 3.0),
+            (drift.squared_speed, (2.0 * 40_000.0 + 1600.0) / 3.0),
+        ] {
+            assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+        }
+    }
+}

@@ -2,6 +2,7 @@ use serde_json::{Value, json};
 
 use super::*;
 use crate::base::error::Error;
+use crate::predator::Learned;
 
 /// Returns the document of the paper's flock.
 pub(in crate::flock) fn paper() -> Value {
@@ -28,6 +29,19 @@ fn the_default_is_accepted() {
     assert_eq!(FlockConfig::default().check(), Ok(()));
     let parsed = FlockConfig::from_json(&paper().to_string());
     assert_eq!(parsed, Ok(FlockConfig::default()));
+}
+
+#[test]
+fn learned_predators_are_those_that_take_actions() {
+    let mut flock = FlockConfig::default();
+    assert_eq!(flock.num_learned(), 0);
+    flock.predators.push(PredatorConfig::Learned(Learned {
+        position: vec![0.0, 0.0],
+        velocity: vec![1.0, 0.0],
+        max_acceleration: 20.0,
+        max_speed: 15.0,
+    }));
+    assert_eq!((flock.predators.len(), flock.num_learned()), (2, 1));
 }
 
 #[test]
