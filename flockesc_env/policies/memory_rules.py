@@ -252,7 +252,8 @@ def _heard_velocity(observations: Observations, k: int, spec: PolicySpec) -> Flo
     prefix = f"profile_{k}_velocity_"
     columns = [column for column, name in enumerate(spec.layout.names) if name.startswith(prefix)]
     scaled = observations[:, columns].astype(np.float64)
-    return scaled / (1 - np.linalg.norm(scaled, axis=1, keepdims=True))
+    velocity: FloatArray = scaled / (1 - np.linalg.norm(scaled, axis=1, keepdims=True))
+    return velocity
 
 
 def _neighbor_count(observations: Observations, entry: str, spec: PolicySpec) -> FloatArray:

@@ -51,7 +51,10 @@ EXPLAINED_FLOCKS = 100
 TrainingRun = tuple[str, int, Path]
 """Learner, training seed and folder."""
 
-VISIBLE_RULES = ("stubborn-leaders", "win-stay-lose-shift")
+VISIBLE_RULES = {
+    "mean": ("stubborn-leaders",),
+    "minimum": ("stubborn-leaders", "win-stay-lose-shift"),
+}
 LOCAL_RULES = ("stubborn-leaders-local", "stubborn-witnesses", "listen-while-threatened")
 LOCAL_PROFILE_RULES = ("stubborn-witnesses", "spread-out")
 PROFILE_RULES = ("turn-away", "keep-distance")
@@ -206,7 +209,7 @@ def _rules(preset: Preset) -> tuple[str, ...]:
     if not setting.per_agent:
         return SHARED_PROFILE_RULES if informed else ()
     if setting.predator_visible:
-        return PROFILE_RULES if informed else VISIBLE_RULES
+        return PROFILE_RULES if informed else VISIBLE_RULES[setting.objective]
     return LOCAL_PROFILE_RULES if informed else LOCAL_RULES
 
 
