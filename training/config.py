@@ -95,7 +95,9 @@ class SearchArgs(TrainArgs):
     """Arguments of the search with CMA-ES, which maximizes the objective itself.
 
     Attributes:
-        rule: search for the parameters of the rule ``StubbornWitnesses`` instead of a network.
+        rule: search for the parameters of this rule instead of a network: ``"stubborn-witnesses"``,
+            ``"listen-while-threatened"``, ``"win-stay-lose-shift"`` or ``"spread-out"``. The learning curve
+            begins with parameters chosen by hand. Empty: a network.
         inputs: observation entries that the network sees; empty: all. With ``time`` alone the network is an
             open-loop schedule.
         candidate_inputs: entries of a candidate range that the network sees; it then scores every candidate.
@@ -115,7 +117,7 @@ class SearchArgs(TrainArgs):
             best checkpoint of all parts is kept.
     """
 
-    rule: bool = False
+    rule: str = ""
     inputs: tuple[str, ...] = ()
     candidate_inputs: tuple[str, ...] = ()
     hidden: tuple[int, ...] = (8,)

@@ -4,22 +4,54 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import Architecture, NetworkPolicy, Policy, StubbornWitnesses
+from flockesc_env import Architecture, ArgumentError, NetworkPolicy, Policy
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies import BestCandidate
+from flockesc_env.policies import (
+    BestCandidate,
+    ListenWhileThreatened,
+    SpreadOut,
+    StubbornWitnesses,
+    WinStayLoseShift,
+)
+from flockesc_env.policies.files import Rule
 from training.config import SearchArgs, Setting
 from training.evaluation import objective, play_networks, policy_spec
 from training.policies import named_policy
 
 _SLOPE = 0.1
 """Factor of the inputs of tanh in a network that starts as a linear one; tanh is nearly linear up to 0.1."""
+
+_Number = tuple[float, float, Literal["share", "range", "other"]]
+
+_RULES: dict[str, tuple[type[Rule], tuple[_Number, ...]]] = {
+    "stubborn-witnesses": (
+        StubbornWitnesses,
+        (
+            (0.1, 0.02, "share"),
+            (50.0, 10.0, "range"),
+            (13.0, 3.0, "range"),
+            (96.0, 40.0, "other"),
+            (5.0, 2.0, "other"),
+        ),
+    ),
+    "listen-while-threatened": (
+        ListenWhileThreatened,
+        ((150.0, 30.0, "range"), (20.0, 10.0, "range"), (25.0, 10.0, "other")),
+    ),
+    "win-stay-lose-shift": (
+        WinStayLoseShift,
+        ((10.0, 3.0, "range"), (50.0, 10.0, "range"), (32.0, 3.0, "other")),
+    ),
+    "spread-out": (SpreadOut, ((0.12, 0.03, "share"), (0.3, 0.1, "other"), (35.0, 10.0, "range"))),
+}
+"""Rules by name: the class; of each parameter the start of a search, its standard deviation and kind."""
 
 
 class Family(Protocol):
@@ -30,7 +62,7 @@ class Family(Protocol):
         """Number of parameters."""
         ...
 
-    def policy(self, vector: FloatArray) -> NetworkPolicy | StubbornWitnesses:
+    def policy(self, vector: FloatArray) -> NetworkPolicy | Rule:
         """Return the policy with the parameters ``vector``, shape (size,)."""
         ...
 
@@ -70,23 +102,31 @@ class Networks:
 
 
 @dataclass(frozen=True)
-class Witnesses:
-    """The rule ``StubbornWitnesses`` with its three parameters.
+class Rules:
+    """A rule with its parameters.
 
     Attributes:
+        name: name of the rule.
         max_range: largest range in m.
     """
 
+    name: str
     max_range: float
-    size: int = 3
 
-    def policy(self, vector: FloatArray) -> StubbornWitnesses:
-        """Return the rule. The vector 0 waits for 10 % of the episode, then sets 40 m once, then 20 m."""
-        patience, first_range, interaction_range = vector
-        return StubbornWitnesses(
-            np.clip(0.1 + 0.05 * patience, 0, 1),
-            np.clip(40 + 20 * first_range, 0, self.max_range),
-            np.clip(20 + 10 * interaction_range, 0, self.max_range),
+    @property
+    def size(self) -> int:
+        """Number of parameters."""
+        return len(_RULES[self.name][1])
+
+    def policy(self, vector: FloatArray) -> Rule:
+        """Return the rule; the vector 0 stands for parameters that were chosen by hand."""
+        make, numbers = _RULES[self.name]
+        highest = {"share": 1.0, "range": self.max_range, "other": np.inf}
+        return make(
+            *(
+                np.clip(start + scale * entry, 0, highest[kind])
+                for (start, scale, kind), entry in zip(numbers, vector, strict=True)
+            )
         )
 
     def play(self, setting: Setting, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
@@ -125,13 +165,15 @@ def family_of(args: SearchArgs) -> Family:
     """Return the family of policies of a search.
 
     Raises:
-        ArgumentError: if ``args.start`` is not found.
+        ArgumentError: if ``args.rule`` is unknown, or ``args.start`` is not found.
         ValueError: if ``args.start`` is another kind of policy, or a network of another architecture.
     """
     if args.rule:
         if args.start:
-            raise ValueError(f"start: expected no policy with rule=True, got {args.start!r}")
-        return Witnesses(args.max_range)
+            raise ValueError(f"start: expected no policy with a rule, got {args.start!r}")
+        if args.rule not in _RULES:
+            raise ArgumentError("rule", f"one of {', '.join(_RULES)}", repr(args.rule))
+        return Rules(args.rule, args.max_range)
     inputs = args.inputs if args.inputs or args.candidate_inputs else policy_spec(args).layout.names
     candidates = args.candidate_inputs
     architecture = Architecture(inputs, args.hidden, args.memory, args.mirror, candidate_inputs=candidates)

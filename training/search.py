@@ -49,7 +49,7 @@ def search(args: SearchArgs) -> Path:
     family = family_of(args)
     begin(args)
     state: SearchState = load_checkpoint(args.run) or SearchState(_optimizer(args, family))
-    if args.start and not state.measured.curve:
+    if (args.start or args.rule) and not state.measured.curve:
         _measure(state, args, family)
     with progress_bar(f"Search {args.run.name}", args.generations, always=args.progress) as report:
         while state.generation < args.generations:

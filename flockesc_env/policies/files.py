@@ -5,31 +5,40 @@ from __future__ import annotations
 import dataclasses
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from flockesc_env.common.array_files import read_document, write_document
 from flockesc_env.common.checks import as_instance, as_path
 from flockesc_env.common.errors import ArgumentError, RecordError, ScenarioError
 from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.models.records import versions
+from flockesc_env.policies.memory_rules import (
+    ListenWhileThreatened,
+    SpreadOut,
+    StubbornWitnesses,
+    WinStayLoseShift,
+)
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import NAMES, NamedPolicy, built_in
-from flockesc_env.policies.rules import StubbornWitnesses
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
 SUFFIX = ".npz"
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
 
-Stored = NetworkPolicy | StubbornWitnesses
+Rule = StubbornWitnesses | ListenWhileThreatened | WinStayLoseShift | SpreadOut
+Stored = NetworkPolicy | Rule
 """Policies that can be saved: their parameters are an array."""
+
+_RULES: dict[str, type[Rule]] = {rule.__name__: rule for rule in get_args(Rule)}
 
 
 def save_policy(policy: NamedPolicy, path: str | Path) -> None:
     """Write a policy with its scenario and options to an npz file; an existing file is replaced atomically.
 
     Args:
-        policy: a ``NetworkPolicy`` or ``StubbornWitnesses`` with the scenario in which it was trained.
+        policy: a ``NetworkPolicy``, ``StubbornWitnesses``, ``ListenWhileThreatened``,
+            ``WinStayLoseShift`` or ``SpreadOut`` with the scenario in which it was trained.
         path: path of the file.
 
     Raises:
@@ -40,7 +49,7 @@ def save_policy(policy: NamedPolicy, path: str | Path) -> None:
     as_instance(policy, "policy", NamedPolicy)
     inner, scenario = policy.policy, policy.scenario
     if not isinstance(inner, Stored) or scenario is None:
-        expected = "a NetworkPolicy or StubbornWitnesses with its scenario"
+        expected = f"a NetworkPolicy, {', '.join(_RULES)} with its scenario"
         raise RecordError("policy", expected, type(inner).__name__)
     header = {
         "name": policy.name,
@@ -49,7 +58,9 @@ def save_policy(policy: NamedPolicy, path: str | Path) -> None:
         "per_agent": policy.per_agent,
         "options": policy.options,
         "architecture": (
-            dataclasses.asdict(inner.architecture) if isinstance(inner, NetworkPolicy) else None
+            dataclasses.asdict(inner.architecture)
+            if isinstance(inner, NetworkPolicy)
+            else type(inner).__name__
         ),
         "versions": versions(),
     }
@@ -109,10 +120,12 @@ def _named_policy(header: dict[str, Any], parameters: Any) -> NamedPolicy:
     return NamedPolicy(name, policy, per_agent=per_agent, options=options, scenario=scenario)
 
 
-def _policy(fields: dict[str, Any] | None, parameters: Any) -> Stored:
-    """Return a network or, if there is no architecture, a rule."""
-    if fields is None:
-        return StubbornWitnesses(*parameters)
+def _policy(architecture: dict[str, Any] | str, parameters: Any) -> Stored:
+    """Return a network with an architecture, or a rule by its name."""
+    if isinstance(architecture, str):
+        return _RULES[architecture](*parameters)
     values: dict[str, Any]
-    values = {name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()}
+    values = {
+        name: tuple(value) if isinstance(value, list) else value for name, value in architecture.items()
+    }
     return NetworkPolicy(Architecture(**values), parameters)

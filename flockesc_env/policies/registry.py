@@ -11,14 +11,15 @@ from flockesc_env.common.errors import ArgumentError, shown_name
 from flockesc_env.episodes.options import PROFILE_RANGES, EnvOptions, EnvOptionsDict, env_options
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.base import Policy
+from flockesc_env.policies.memory_rules import (
+    ListenWhileThreatened,
+    SpreadOut,
+    StubbornWitnesses,
+    WinStayLoseShift,
+)
 from flockesc_env.policies.playing import record_flock
 from flockesc_env.policies.ranges import FixedRange, RandomRange
-from flockesc_env.policies.rules import (
-    BestCandidate,
-    ListenWhileThreatened,
-    StubbornLeaders,
-    StubbornWitnesses,
-)
+from flockesc_env.policies.rules import BestCandidate, StubbornLeaders
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_model, as_scenario
@@ -30,6 +31,8 @@ NAMES = (
     "stubborn-leaders-local",
     "stubborn-witnesses",
     "listen-while-threatened",
+    "win-stay-lose-shift",
+    "spread-out",
     "turn-away",
     "keep-distance",
     "turn-flock-away",
@@ -43,6 +46,8 @@ NAMES = (
 - ``stubborn-leaders-local``: ``StubbornLeaders``, with the predator visible within its range only.
 - ``stubborn-witnesses``: ``StubbornWitnesses``, with the predator visible within its range only.
 - ``listen-while-threatened``: ``ListenWhileThreatened``, likewise.
+- ``win-stay-lose-shift``: ``WinStayLoseShift``, with the predator visible at any distance.
+- ``spread-out``: ``SpreadOut``, with a profile and the predator visible within its range only.
 - ``turn-away``: ``BestCandidate("escape_cosine")``, with a profile and the predator visible at any distance.
 - ``keep-distance``: ``BestCandidate("closest_approach")``, likewise.
 - ``turn-flock-away``: ``BestCandidate("heading_escape")`` with one range for the flock, likewise.
@@ -132,6 +137,12 @@ def built_in(name: str, argument: str = "policies") -> NamedPolicy:
     if name == "listen-while-threatened":
         options = {"extra_entries": ("closest_approach",), "max_range": 150.0}
         return NamedPolicy(name, ListenWhileThreatened(), per_agent=True, options=options)
+    if name == "win-stay-lose-shift":
+        options = {"extra_entries": ("closest_approach",), "predator_sensing_range": None}
+        return NamedPolicy(name, WinStayLoseShift(), per_agent=True, options=options)
+    if name == "spread-out":
+        options = {"profile_ranges": PROFILE_RANGES, "steps_per_action": 4}
+        return NamedPolicy(name, SpreadOut(), per_agent=True, options=options)
     if name in _CANDIDATE_ENTRIES:
         entry, extra, per_agent = _CANDIDATE_ENTRIES[name]
         options = {**_PROFILE, "extra_entries": extra}

@@ -1,4 +1,4 @@
-"""Hand-written rules: which range an agent or the flock sets, from simple comparisons of its observation."""
+"""Hand-written rules without a memory: simple comparisons of the entries of an observation."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from flockesc_env.common.checks import FloatArray, as_flag, as_floats, as_text
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies.base import Observations, RowMemory
+from flockesc_env.policies.base import Observations
 
 
 class StubbornLeaders:
@@ -40,108 +40,11 @@ class StubbornLeaders:
         Raises:
             ArgumentError: if ``spec.per_agent`` is False.
         """
-        _check_rows_are_agents(spec)
+        check_rows_are_agents(spec)
         # Directions are in the agent's frame, whose first axis is its heading.
         cosine_away = -observations[:, spec.layout.index("predator_direction_ahead")]
         ranges: FloatArray = np.where(cosine_away > self.min_cosine, 0.0, self.interaction_range)
         return spec.actions.from_ranges(ranges)
-
-
-class StubbornWitnesses(RowMemory):
-    """A rule for a predator that is visible only nearby: agents that have seen it stop listening.
-
-    rho_i = 0 until the share ``patience`` of the episode has passed, and also from the moment at which agent
-    i observes the predator until the end of the episode. Otherwise rho_i = ``first_range`` in the first
-    action after the wait and ``interaction_range`` in all later ones. The rule requires one observation per
-    agent and all agents in every call, because it remembers which agents have seen the predator. Its default
-    parameters are for ``steps_per_action=1``.
-
-    Args:
-        patience: share of the episode during which no agent listens. Before the predator arrives, listening
-            only aligns the flock in an arbitrary direction.
-        first_range: rho in m of the first action after the wait. A long range spreads the news fast.
-        interaction_range: rho in m of later actions.
-
-    Raises:
-        ArgumentError: if an argument is not a finite number >= 0.
-    """
-
-    per_agent: ClassVar[bool] = True
-
-    def __init__(
-        self, patience: float = 0.125, first_range: float = 60.0, interaction_range: float = 17.0
-    ) -> None:
-        given = {"patience": patience, "first_range": first_range, "interaction_range": interaction_range}
-        numbers = [as_floats(value, name, (), least=0.0) for name, value in given.items()]
-        self.parameters: FloatArray = np.array(numbers)
-        self._has_seen = self._has_heard = np.zeros(0, bool)
-
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Return the action of every agent; see ``Policy.act``.
-
-        Raises:
-            ArgumentError: if ``spec.per_agent`` is False, or the number of rows changes during an episode.
-        """
-        _check_rows_are_agents(spec)
-        begins = self._take_begins(len(observations))
-        if begins.all():
-            self._has_seen = self._has_heard = np.zeros(len(observations), bool)
-        patience, first, later = self.parameters
-        time = observations[:, spec.layout.index("time")]
-        is_seen = observations[:, spec.layout.index("predator_sensed")] > 0
-        self._has_seen = (self._has_seen & ~begins) | is_seen
-        heard = self._has_heard & ~begins
-        waits = time < patience
-        ranges = np.where(waits | self._has_seen, 0.0, np.where(heard, later, first))
-        self._has_heard = heard | ~waits
-        return spec.actions.from_ranges(ranges)
-
-
-class ListenWhileThreatened(RowMemory):
-    """A rule for the nearest agent and a predator that is visible only nearby.
-
-    An agent that has not yet observed the predator listens to all: rho_i = ``unaware_range``. One that has
-    observed it listens, rho_i = ``aware_range``, as long as its closest approach is below ``safe_distance``
-    and the heading of the heard velocity would keep it farther away. Otherwise rho_i = 0. The rule requires
-    one observation per agent, with ``extra_entries=("closest_approach",)``.
-
-    Args:
-        unaware_range: rho in m before the agent has observed the predator.
-        aware_range: rho in m of agents that listen later.
-        safe_distance: closest approach in m at which an agent stops listening.
-
-    Raises:
-        ArgumentError: if an argument is not a finite number >= 0.
-    """
-
-    per_agent: ClassVar[bool] = True
-
-    def __init__(
-        self, unaware_range: float = 150.0, aware_range: float = 20.0, safe_distance: float = 25.0
-    ) -> None:
-        self.unaware_range = float(as_floats(unaware_range, "unaware_range", (), least=0.0))
-        self.aware_range = float(as_floats(aware_range, "aware_range", (), least=0.0))
-        self.safe_distance = float(as_floats(safe_distance, "safe_distance", (), least=0.0))
-        self._has_seen = np.zeros(0, bool)
-
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Return the action of every agent; see ``Policy.act``.
-
-        Raises:
-            ArgumentError: if ``spec.per_agent`` is False, the observation has no closest approach, or the
-                number of rows changes during an episode.
-        """
-        _check_rows_are_agents(spec)
-        begins = self._take_begins(len(observations))
-        if begins.all():
-            self._has_seen = np.zeros(len(observations), bool)
-        own = observations[:, spec.layout.index("closest_approach")]
-        heard = observations[:, spec.layout.index("heard_closest_approach")]
-        is_seen = observations[:, spec.layout.index("predator_sensed")] > 0
-        self._has_seen = (self._has_seen & ~begins) | is_seen
-        is_threatened = own < self.safe_distance / (self.safe_distance + spec.length_scale)
-        aware = np.where(is_threatened & (heard > own), self.aware_range, 0.0)
-        return spec.actions.from_ranges(np.where(self._has_seen, aware, self.unaware_range))
 
 
 class BestCandidate:
@@ -181,7 +84,8 @@ class BestCandidate:
         return spec.actions.from_ranges(np.where(is_aware, chosen, self.unaware_range))
 
 
-def _check_rows_are_agents(spec: PolicySpec) -> None:
+def check_rows_are_agents(spec: PolicySpec) -> None:
+    """Raise an ``ArgumentError`` if there is one row per flock."""
     if not spec.per_agent:
         expected = "True, because the policy needs one observation per agent"
         raise ArgumentError("per_agent", expected, spec.per_agent)

@@ -8,6 +8,7 @@ SETTINGS = {
     "shared": "one range for the flock",
     "per-agent-visible": "one range per agent, predator always visible",
     "per-agent-local": "one range per agent, predator visible within 30 m",
+    "per-agent-local-profile": "one range per agent, predator visible within 30 m, profile of 8 ranges",
     "shared-minimum": "one range for the flock",
     "per-agent-visible-minimum": "one range per agent, predator always visible",
     "per-agent-local-minimum": "one range per agent, predator visible within 30 m",
@@ -19,6 +20,7 @@ SETTINGS = {
     "line": "one range for the line",
     "line-profile": "one range for the line, with its profile",
     "steering-predator": "one range per agent, pursuing predator",
+    "steering-predator-profile": "one range per agent, pursuing predator, profile of 8 ranges",
 }
 """Short titles; the panel or the caption names the objective."""
 
@@ -27,7 +29,7 @@ LEARNERS = {
     "ppo": "learned (PPO)",
     "tqc": "learned (TQC)",
     "schedule": "learned (schedule of time)",
-    "rule": "learned (rule of 3 numbers)",
+    "rule": "learned (numbers of a rule)",
     "ppo-team": "PPO: team reward",
     "ppo-own-minimum": "PPO: own running minimum",
     "ppo-own-change": "PPO: own distance change",
@@ -42,7 +44,9 @@ LEARNERS = {
     "turn-flock-from-predator": "rule: turn the flock from the predator",
     "stubborn-leaders": "rule: stubborn leaders",
     "stubborn-leaders-local": "rule: stubborn leaders, local",
+    "spread-out": "rule: spread out",
     "stubborn-witnesses": "rule: stubborn witnesses",
+    "win-stay-lose-shift": "rule: win stay, lose shift",
 }
 
 

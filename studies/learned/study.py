@@ -51,8 +51,12 @@ EXPLAINED_FLOCKS = 100
 TrainingRun = tuple[str, int, Path]
 """Learner, training seed and folder."""
 
-VISIBLE_RULES = ("stubborn-leaders",)
+VISIBLE_RULES = {
+    "mean": ("stubborn-leaders",),
+    "minimum": ("stubborn-leaders", "win-stay-lose-shift"),
+}
 LOCAL_RULES = ("stubborn-leaders-local", "stubborn-witnesses", "listen-while-threatened")
+LOCAL_PROFILE_RULES = ("stubborn-witnesses", "spread-out")
 PROFILE_RULES = ("turn-away", "keep-distance")
 SHARED_PROFILE_RULES = ("turn-flock-away", "turn-flock-from-predator")
 
@@ -201,11 +205,12 @@ def _rules(preset: Preset) -> tuple[str, ...]:
     setting = preset.setting
     if not isinstance(setting.model, FlockScenario):
         return ()
-    if setting.profile_ranges and setting.predator_visible:
-        return PROFILE_RULES if setting.per_agent else SHARED_PROFILE_RULES
-    if setting.per_agent:
-        return VISIBLE_RULES if setting.predator_visible else LOCAL_RULES
-    return ()
+    informed = bool(setting.profile_ranges)
+    if not setting.per_agent:
+        return SHARED_PROFILE_RULES if informed else ()
+    if setting.predator_visible:
+        return PROFILE_RULES if informed else VISIBLE_RULES[setting.objective]
+    return LOCAL_PROFILE_RULES if informed else LOCAL_RULES
 
 
 def _rows(name: str, seed: int | None, flocks: range, values: FloatArray) -> pl.DataFrame:

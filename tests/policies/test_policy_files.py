@@ -13,7 +13,13 @@ from option_table import small_flock
 
 from flockesc_env import LineScenario, load_policy, rollout, save_policy
 from flockesc_env.common.errors import ArgumentError, RecordError, ScenarioError
-from flockesc_env.policies import FixedRange, StubbornWitnesses
+from flockesc_env.policies import (
+    FixedRange,
+    ListenWhileThreatened,
+    SpreadOut,
+    StubbornWitnesses,
+    WinStayLoseShift,
+)
 from flockesc_env.policies.files import find_policy
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import NamedPolicy, built_in
@@ -66,7 +72,7 @@ def test_a_loaded_policy_plays_as_before(tmp_path: Path) -> None:
 )
 def test_policies_that_cannot_be_saved_are_refused(changes: dict[str, Any], tmp_path: Path) -> None:
     entry = dataclasses.replace(flock_policy(), **changes)
-    with pytest.raises(RecordError, match="policy: expected a NetworkPolicy or StubbornWitnesses"):
+    with pytest.raises(RecordError, match="policy: expected a NetworkPolicy, StubbornWitnesses, "):
         save_policy(entry, tmp_path / "policy.npz")
     assert not list(tmp_path.iterdir())
 
@@ -114,6 +120,7 @@ def rewritten(path: Path, parameters: Any = None, **header: Any) -> Path:
         {"architecture": {"inputs": ["time"], "hidden": [3], "layers": 2}},
         {"architecture": {"inputs": ["time", "offset_0"], "hidden": [], "squash": "cut"}},
         {"architecture": 3},
+        {"architecture": "FixedRange"},
         {"model": "swarm"},
         {"scenario": 3},
     ],
@@ -180,12 +187,22 @@ def test_a_policy_for_a_line_records_no_flock() -> None:
         line_policy().record(0, SCENARIO)
 
 
-def test_rules_are_saved_like_networks(tmp_path: Path) -> None:
-    rule = StubbornWitnesses(0.25, 50.0, 12.0)
-    entry = NamedPolicy("mine", rule, per_agent=True, options={"steps_per_action": 1}, scenario=SCENARIO)
+@pytest.mark.parametrize(
+    "rule",
+    [
+        StubbornWitnesses(0.25, 50.0, 12.0, 30.0, 2.0),
+        ListenWhileThreatened(40.0, 20.0, 30.0),
+        WinStayLoseShift(10.0, 30.0, 20.0),
+        SpreadOut(0.5, 0.2, 20.0),
+    ],
+    ids=lambda rule: type(rule).__name__,
+)
+def test_rules_are_saved_like_networks(rule: Any, tmp_path: Path) -> None:
+    options = {"extra_entries": ("closest_approach",), "profile_ranges": (0.0, 10.0, 30.0)}
+    entry = NamedPolicy("mine", rule, per_agent=True, options=options, scenario=SCENARIO)
     save_policy(entry, tmp_path / "rule.npz")
     found = load_policy(tmp_path / "rule.npz")
-    assert isinstance(found.policy, StubbornWitnesses)
+    assert type(found.policy) is type(rule)
     np.testing.assert_array_equal(found.policy.parameters, rule.parameters)
-    again = [rollout(SCENARIO, each.policy, [1, 2], per_agent=True) for each in (entry, found)]
+    again = [rollout(SCENARIO, each, [1, 2]) for each in (entry, found)]
     np.testing.assert_array_equal(again[0].min_mean_distance, again[1].min_mean_distance)

@@ -15,7 +15,7 @@ from flockesc_env import Architecture, load_policy
 from flockesc_env.policies import BestCandidate
 from training.config import CURVE_FILE, SearchArgs
 from training.evaluation import objective, policy_spec
-from training.families import Family, Networks, Witnesses, family_of
+from training.families import Family, Networks, Rules, family_of
 from training.outputs import CURVE_FLOCKS
 from training.search import search
 from training.seeds import TUNING, first_seeds
@@ -26,7 +26,10 @@ INPUTS = ("time", "predator_sensed", "predator_direction_ahead", "predator_direc
 FAMILIES = {
     "networks": Networks(Architecture(INPUTS, memory=2)),
     "linear networks": Networks(Architecture(INPUTS, ())),
-    "rules": Witnesses(max_range=30.0),
+    **{
+        name: Rules(name, max_range=30.0)
+        for name in ("stubborn-witnesses", "win-stay-lose-shift", "spread-out")
+    },
 }
 
 
@@ -38,6 +41,8 @@ def test_a_generation_plays_as_its_policies_do(family: Family, tmp_path: Path) -
         "per_agent": True,
         "max_range": 30.0,
         "predator_visible": False,
+        "profile_ranges": (0.0, 10.0, 30.0),
+        "extra_entries": ("closest_approach",),
     }
     args = small_run(tmp_path / "run", "search", steps_per_action=1, **chosen)
     assert isinstance(args, SearchArgs)
@@ -111,7 +116,8 @@ def test_a_start_that_cannot_improve_is_kept(stored: Path, tmp_path: Path) -> No
     ("changes", "message"),
     [
         ({"hidden": (4,)}, "start: expected a network with the run's Architecture"),
-        ({"rule": True}, "start: expected no policy with rule=True"),
+        ({"rule": "spread-out"}, "start: expected no policy with a rule"),
+        ({"rule": "mine", "start": ""}, "rule: expected one of stubborn-witnesses, .* got 'mine'"),
         ({"start": "keep-distance"}, "start: expected a network with the run's .* got BestCandidate"),
     ],
 )

@@ -167,8 +167,11 @@ def test_presets_are_valid(name: str) -> None:
         assert not setting.is_line  # its observations have no groups of entries
     for learner, entry in preset.learners.items():
         args = entry.args
-        # Learners may choose the largest range of an action and how long it holds.
-        own = {"max_range": args.max_range, "steps_per_action": args.steps_per_action}
+        # Learners may choose the largest range of an action, how long it holds, and entries about the closest
+        # approach, which an agent could compute from its other entries.
+        own: dict[str, Any] = {"max_range": args.max_range, "steps_per_action": args.steps_per_action}
+        if args.extra_entries == ("closest_approach",):
+            own["extra_entries"] = args.extra_entries
         assert args.setting() == dataclasses.replace(setting, **own)
         assert args.run == Path("runs") / f"{name}-{learner}"
         assert 0 <= entry.seeds <= seeds.TUNING_RUN

@@ -210,6 +210,8 @@ _RULE: dict[str, Kind] = {
     "patience": Number(0.25, low=0.0),
     "first_range": Number(8.0, low=0.0),
     "interaction_range": Number(4.0, low=0.0),
+    "growth": Number(3.0, low=0.0),
+    "min_neighbors": Number(2.0, low=0.0),
 }
 POLICIES: dict[str, Row] = {
     "FixedRange": Row(policies.FixedRange, {"interaction_range": RANGE}, after=vars),
@@ -233,6 +235,16 @@ POLICIES: dict[str, Row] = {
     "ListenWhileThreatened": Row(
         policies.ListenWhileThreatened,
         {name: Number(20.0, low=0.0) for name in ("unaware_range", "aware_range", "safe_distance")},
+        after=vars,
+    ),
+    "WinStayLoseShift": Row(
+        policies.WinStayLoseShift,
+        {name: Number(20.0, low=0.0) for name in ("short_range", "long_range", "safe_distance")},
+        after=vars,
+    ),
+    "SpreadOut": Row(
+        policies.SpreadOut,
+        {name: Number(0.5, low=0.0) for name in ("spread_time", "gain", "interaction_range")},
         after=vars,
     ),
     "BestCandidate": Row(

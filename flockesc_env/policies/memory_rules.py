@@ -1,0 +1,263 @@
+"""Hand-written rules with a memory: what an agent has seen or heard before decides which range it sets."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flockesc_env.common.checks import FloatArray, as_floats
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.episodes.spaces import PolicySpec
+from flockesc_env.policies.base import Observations, RowMemory
+from flockesc_env.policies.rules import check_rows_are_agents
+
+
+class StubbornWitnesses(RowMemory):
+    """A rule for a predator that is visible only nearby: agents that have seen it stop listening.
+
+    rho_i = 0 until the share ``patience`` of the episode has passed, and also from the moment at which agent
+    i observes the predator until the end of the episode. Otherwise rho_i = ``first_range`` in the first
+    action after the wait and ``interaction_range``, which grows, in all later ones. The rule requires one
+    observation per agent and all agents in every call, because it remembers which agents have seen the
+    predator. Its default parameters are for ``steps_per_action=1``.
+
+    Args:
+        patience: share of the episode during which no agent listens. Meanwhile the agents that head out of
+            the flock get to its edge, so that neighbors come to head outward on average.
+        first_range: rho in m of the first action after the wait.
+        interaction_range: rho in m of later actions, at the end of the wait.
+        growth: growth of this range in m per episode, up to the largest range.
+        min_neighbors: an agent that hears fewer others in a later action stops listening for good.
+
+    Raises:
+        ArgumentError: if an argument is not a finite number >= 0.
+    """
+
+    per_agent: ClassVar[bool] = True
+
+    def __init__(
+        self,
+        patience: float = 0.125,
+        first_range: float = 60.0,
+        interaction_range: float = 17.0,
+        growth: float = 0.0,
+        min_neighbors: float = 0.0,
+    ) -> None:
+        given = {
+            "patience": patience,
+            "first_range": first_range,
+            "interaction_range": interaction_range,
+            "growth": growth,
+            "min_neighbors": min_neighbors,
+        }
+        numbers = [as_floats(value, name, (), least=0.0) for name, value in given.items()]
+        self.parameters: FloatArray = np.array(numbers)
+        self._has_stopped = self._has_heard = self._is_later = np.zeros(0, bool)
+
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+        """Return the action of every agent; see ``Policy.act``.
+
+        Raises:
+            ArgumentError: if ``spec.per_agent`` is False, or the number of rows changes during an episode.
+        """
+        check_rows_are_agents(spec)
+        begins = self._take_begins(len(observations))
+        if begins.all():
+            self._has_stopped = self._has_heard = self._is_later = np.zeros(len(observations), bool)
+        patience, first, later, growth, min_neighbors = self.parameters
+        time = observations[:, spec.layout.index("time")].astype(np.float64)
+        is_seen = observations[:, spec.layout.index("predator_sensed")] > 0
+        is_alone = self._is_later & (_neighbor_count(observations, "neighbor_count", spec) < min_neighbors)
+        self._has_stopped = ((self._has_stopped | is_alone) & ~begins) | is_seen
+        heard = self._has_heard & ~begins
+        waits = time < patience
+        growing = np.minimum(later + growth * (time - patience), spec.actions.max_range)
+        ranges = np.where(waits | self._has_stopped, 0.0, np.where(heard, growing, first))
+        self._has_heard = heard | ~waits
+        self._is_later = heard
+        return spec.actions.from_ranges(ranges)
+
+
+class ListenWhileThreatened(RowMemory):
+    """A rule for the nearest agent and a predator that is visible only nearby.
+
+    An agent that has not yet observed the predator listens to all: rho_i = ``unaware_range``. One that has
+    observed it listens, rho_i = ``aware_range``, as long as its closest approach is below ``safe_distance``
+    and the heading of the heard velocity would keep it farther away. Otherwise rho_i = 0. The rule requires
+    one observation per agent, with ``extra_entries=("closest_approach",)``.
+
+    Args:
+        unaware_range: rho in m before the agent has observed the predator.
+        aware_range: rho in m of agents that listen later.
+        safe_distance: closest approach in m at which an agent stops listening.
+
+    Raises:
+        ArgumentError: if an argument is not a finite number >= 0.
+    """
+
+    per_agent: ClassVar[bool] = True
+
+    def __init__(
+        self, unaware_range: float = 150.0, aware_range: float = 20.0, safe_distance: float = 25.0
+    ) -> None:
+        given = {"unaware_range": unaware_range, "aware_range": aware_range, "safe_distance": safe_distance}
+        numbers = [as_floats(value, name, (), least=0.0) for name, value in given.items()]
+        self.parameters: FloatArray = np.array(numbers)
+        self._has_seen = np.zeros(0, bool)
+
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+        """Return the action of every agent; see ``Policy.act``.
+
+        Raises:
+            ArgumentError: if ``spec.per_agent`` is False, the observation has no closest approach, or the
+                number of rows changes during an episode.
+        """
+        check_rows_are_agents(spec)
+        begins = self._take_begins(len(observations))
+        if begins.all():
+            self._has_seen = np.zeros(len(observations), bool)
+        own = observations[:, spec.layout.index("closest_approach")]
+        heard = observations[:, spec.layout.index("heard_closest_approach")]
+        is_seen = observations[:, spec.layout.index("predator_sensed")] > 0
+        self._has_seen = (self._has_seen & ~begins) | is_seen
+        unaware_range, aware_range, safe_distance = self.parameters
+        is_threatened = own < safe_distance / (safe_distance + spec.length_scale)
+        aware = np.where(is_threatened & (heard > own), aware_range, 0.0)
+        return spec.actions.from_ranges(np.where(self._has_seen, aware, unaware_range))
+
+
+class WinStayLoseShift(RowMemory):
+    """A rule for the nearest agent: stay with a range that helps, otherwise try the other one.
+
+    An agent listens as long as its closest approach is below ``safe_distance`` or the heading that it heard
+    in the last action would keep the predator farther away than its own. It then stays with its range if
+    that heading is better than its own, and otherwise shifts from ``short_range`` to ``long_range`` or back.
+    All other agents have rho_i = 0. The rule requires one observation per agent, with
+    ``extra_entries=("closest_approach",)`` and a predator that is visible at any distance, and all agents in
+    every call. Its default parameters are for ``steps_per_action=1``.
+
+    Args:
+        short_range: one rho in m.
+        long_range: the other rho in m.
+        safe_distance: closest approach in m below which an agent listens.
+
+    Raises:
+        ArgumentError: if an argument is not a finite number >= 0.
+    """
+
+    per_agent: ClassVar[bool] = True
+
+    def __init__(
+        self, short_range: float = 10.0, long_range: float = 50.0, safe_distance: float = 32.0
+    ) -> None:
+        given = {"short_range": short_range, "long_range": long_range, "safe_distance": safe_distance}
+        numbers = [as_floats(value, name, (), least=0.0) for name, value in given.items()]
+        self.parameters: FloatArray = np.array(numbers)
+        self._listens = self._is_long = np.zeros(0, bool)
+
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+        """Return the action of every agent; see ``Policy.act``.
+
+        Raises:
+            ArgumentError: if ``spec.per_agent`` is False, the observation has no closest approach, or the
+                number of rows changes during an episode.
+        """
+        check_rows_are_agents(spec)
+        begins = self._take_begins(len(observations))
+        if begins.all():
+            self._listens = self._is_long = np.zeros(len(observations), bool)
+        short_range, long_range, safe_distance = self.parameters
+        own = observations[:, spec.layout.index("closest_approach")]
+        heard = observations[:, spec.layout.index("heard_closest_approach")]
+        listened = self._listens & ~begins
+        wins = listened & (heard > own)
+        self._is_long = (self._is_long & ~begins) ^ (listened & ~wins)
+        self._listens = wins | (own < safe_distance / (safe_distance + spec.length_scale))
+        ranges = np.where(self._is_long, long_range, short_range)
+        return spec.actions.from_ranges(np.where(self._listens, ranges, 0.0))
+
+
+class SpreadOut(RowMemory):
+    """A rule for observations with a profile and a predator that is visible only nearby: fly apart.
+
+    Until the share ``spread_time`` of the episode has passed, every agent takes the candidate range whose
+    heard velocity points nearest to the way out of the flock. It estimates the way out from two things: the
+    mean velocity heard within the second longest candidate minus that within the longest one, in units of
+    the largest speed, and its own heading times ``gain`` times the rate at which the number of neighbors
+    within the second longest candidate has fallen since its last turn (fall of ln(1 + number) per episode).
+    In the first action nobody listens. Later rho_i = ``interaction_range``, and rho_i = 0 from the moment at
+    which agent i observes the predator. The rule requires one observation per agent, and all agents in every
+    call.
+
+    Args:
+        spread_time: share of the episode during which agents turn to the way out.
+        gain: weight of the falling number of neighbors.
+        interaction_range: rho in m after ``spread_time``.
+
+    Raises:
+        ArgumentError: if an argument is not a finite number >= 0.
+    """
+
+    per_agent: ClassVar[bool] = True
+
+    def __init__(self, spread_time: float = 0.12, gain: float = 0.3, interaction_range: float = 35.0) -> None:
+        given = {"spread_time": spread_time, "gain": gain, "interaction_range": interaction_range}
+        numbers = [as_floats(value, name, (), least=0.0) for name, value in given.items()]
+        self.parameters: FloatArray = np.array(numbers)
+        self._has_seen = np.zeros(0, bool)
+        self._turned_at = self._count_then = np.zeros(0)
+
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+        """Return the action of every agent; see ``Policy.act``.
+
+        Raises:
+            ArgumentError: if ``spec.per_agent`` is False, the profile has fewer than two candidates, or the
+                number of rows changes during an episode.
+        """
+        check_rows_are_agents(spec)
+        ranges = np.array(spec.profile_ranges)
+        if ranges.size < 2:
+            raise ArgumentError("profile_ranges", "at least two candidate ranges", ranges.size)
+        begins = self._take_begins(len(observations))
+        if begins.all():
+            self._has_seen = np.zeros(len(observations), bool)
+            self._turned_at = self._count_then = np.zeros(len(observations))
+        spread_time, gain, interaction_range = self.parameters
+        time = observations[:, spec.layout.index("time")].astype(np.float64)
+        count = np.log1p(_neighbor_count(observations, f"profile_{ranges.size - 2}_neighbor_count", spec))
+        is_seen = observations[:, spec.layout.index("predator_sensed")] > 0
+        self._has_seen = (self._has_seen & ~begins) | is_seen
+        self._turned_at = np.where(begins, time, self._turned_at)
+        self._count_then = np.where(begins, count, self._count_then)
+
+        velocities = np.stack([_heard_velocity(observations, k, spec) for k in range(ranges.size)], axis=1)
+        elapsed = time - self._turned_at
+        fall = np.divide(self._count_then - count, elapsed, out=np.zeros_like(count), where=elapsed > 0)
+        outward = velocities[:, -2] - velocities[:, -1]
+        outward[:, 0] += gain * fall
+        headings = velocities / np.maximum(np.linalg.norm(velocities, axis=2, keepdims=True), 1e-9)
+        chosen = np.einsum("rka,ra->rk", headings, outward).argmax(axis=1)
+        chosen[begins] = 0
+        turns = ranges[chosen] > 0
+        self._turned_at = np.where(turns, time, self._turned_at)
+        self._count_then = np.where(turns, count, self._count_then)
+        later = np.where(self._has_seen, 0.0, interaction_range)
+        return spec.actions.from_ranges(np.where(time < spread_time, ranges[chosen], later))
+
+
+def _heard_velocity(observations: Observations, k: int, spec: PolicySpec) -> FloatArray:
+    """Return the velocity heard within candidate k in units of the largest v0, shape (rows, axes)."""
+    prefix = f"profile_{k}_velocity_"
+    columns = [column for column, name in enumerate(spec.layout.names) if name.startswith(prefix)]
+    scaled = observations[:, columns].astype(np.float64)
+    velocity: FloatArray = scaled / (1 - np.linalg.norm(scaled, axis=1, keepdims=True))
+    return velocity
+
+
+def _neighbor_count(observations: Observations, entry: str, spec: PolicySpec) -> FloatArray:
+    """Return the number of neighbors that an entry shows scaled, shape (rows,)."""
+    scaled = observations[:, spec.layout.index(entry)].astype(np.float64)
+    counts: FloatArray = np.rint(8 * scaled / (1 - scaled))
+    return counts
