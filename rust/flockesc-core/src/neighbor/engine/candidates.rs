@@ -1,6 +1,8 @@
 //! `Candidates`: for every tile the agents that may be neighbors of its agents, and the agents that are
 //! neighbors of all of them.
 
+use std::ops::Range;
+
 use pulp::Simd;
 
 use crate::agents::{Agents, FANOUT, GROUP, TILE};
@@ -32,8 +34,8 @@ pub(super) struct Children {
 /// The candidates of some groups.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Candidates {
-    groups: Vec<Whole>,
-    tiles: Vec<(Whole, Ends)>,
+    groups: Vec<Nodes>,
+    tiles: Vec<Tile>,
     /// Nodes entirely within reach.
     nodes: Vec<Children>,
     /// Agents within reach of a whole tile.
@@ -49,18 +51,19 @@ pub(crate) struct Candidates {
     near_tiles: Places,
 }
 
-/// The nodes entirely within reach of a group or a tile: the end of their list, and their number of agents.
-#[derive(Debug, Clone, Copy, Default)]
-struct Whole {
-    nodes: usize,
+/// The nodes entirely within reach of a group or a tile, and their number of agents.
+#[derive(Debug, Clone)]
+struct Nodes {
+    listed: Range<usize>,
     count: i64,
 }
 
-/// The ends of a tile's lists of agents.
-#[derive(Debug, Clone, Copy, Default)]
-struct Ends {
-    enclosed: usize,
-    across: usize,
+/// The candidates of one tile, as parts of the lists of all.
+#[derive(Debug, Clone)]
+struct Tile {
+    nodes: Nodes,
+    enclosed: Range<usize>,
+    across: Range<usize>,
 }
 
 /// The candidates of one tile.
@@ -94,28 +97,14 @@ impl Candidates {
 
     /// Returns the candidates of one tile of the group that was added as number `group`.
     pub(super) fn of(&self, group: usize, tile: usize) -> TileCandidates<'_> {
-        let index = group * FANOUT + tile;
-        let (whole, ends) = self.tiles[index];
-        let start = match index.checked_sub(1) {
-            Some(previous) => self.tiles[previous].1,
-            None => Ends::default(),
-        };
-        let shared = self.groups[group];
-        let first = if tile == 0 {
-            shared
-        } else {
-            self.tiles[index - 1].0
-        };
-        let before = match group.checked_sub(1) {
-            Some(_) => self.tiles[group * FANOUT - 1].0,
-            None => Whole::default(),
-        };
+        let shared = &self.groups[group];
+        let own = &self.tiles[group * FANOUT + tile];
         TileCandidates {
-            shared_nodes: &self.nodes[before.nodes..shared.nodes],
-            nodes: &self.nodes[first.nodes..whole.nodes],
-            enclosed: &self.enclosed.places[start.enclosed..ends.enclosed],
-            across: &self.across.places[start.across..ends.across],
-            count: shared.count + whole.count,
+            shared_nodes: &self.nodes[shared.listed.clone()],
+            nodes: &self.nodes[own.nodes.listed.clone()],
+            enclosed: &self.enclosed.places[own.enclosed.clone()],
+            across: &self.across.places[own.across.clone()],
+            count: shared.count + own.nodes.count + own.enclosed.len() as i64,
         }
     }
 
@@ -138,30 +127,31 @@ impl Candidates {
         reaches.square(group, ids, &mut squared);
         let tiles = &tree.levels[0][group];
         let reach = search.reach(tiles.bounds(), &squared[..ids.len()]);
-        self.find_groups(simd, tree, &reach);
-        for tile in 0..FANOUT {
+        let nodes = self.find_groups(simd, tree, &reach);
+        self.groups.push(nodes);
+        for tile in 0..ids.len().div_ceil(TILE) {
             let lanes = tile * TILE..ids.len().min((tile + 1) * TILE);
-            let mut count = 0;
-            if !lanes.is_empty() {
-                let reach = search.reach(tiles.bounds_of(tile), &squared[lanes]);
-                count = self.find_tiles(simd, tree, &reach);
-                count += self.find_agents(simd, agents, &reach);
-            }
-            let (nodes, ends) = (
-                self.nodes.len(),
-                Ends {
-                    enclosed: self.enclosed.len,
-                    across: self.across.len,
-                },
-            );
-            self.tiles.push((Whole { nodes, count }, ends));
+            let reach = search.reach(tiles.bounds_of(tile), &squared[lanes]);
+            let nodes = self.find_tiles(simd, tree, &reach);
+            let (enclosed, across) = (self.enclosed.len, self.across.len);
+            self.find_agents(simd, agents, &reach);
+            self.tiles.push(Tile {
+                nodes,
+                enclosed: enclosed..self.enclosed.len,
+                across: across..self.across.len,
+            });
         }
     }
 
-    /// Finds the groups partly within reach of a group, and adds the nodes entirely within reach.
+    /// Finds the groups partly within reach of a group, and returns the nodes entirely within reach.
     #[inline(always)]
-    fn find_groups<S: Simd, const D: usize>(&mut self, simd: S, tree: &Tree<D>, reach: &Reach<D>) {
-        let mut count = 0;
+    fn find_groups<S: Simd, const D: usize>(
+        &mut self,
+        simd: S,
+        tree: &Tree<D>,
+        reach: &Reach<D>,
+    ) -> Nodes {
+        let (first, mut count) = (self.nodes.len(), 0);
         self.near_groups.clear();
         self.stack.push((tree.levels.len() - 1, 0));
         while let Some((level, block)) = self.stack.pop() {
@@ -181,20 +171,21 @@ impl Candidates {
                 self.stack.push((level - 1, block * FANOUT + child));
             }
         }
-        let nodes = self.nodes.len();
-        self.groups.push(Whole { nodes, count });
+        Nodes {
+            listed: first..self.nodes.len(),
+            count,
+        }
     }
 
-    /// Finds the tiles partly within reach of a tile, and adds the tiles entirely within reach. Returns the
-    /// number of agents of the latter.
+    /// Finds the tiles partly within reach of a tile, and returns the tiles entirely within reach.
     #[inline(always)]
     fn find_tiles<S: Simd, const D: usize>(
         &mut self,
         simd: S,
         tree: &Tree<D>,
         reach: &Reach<D>,
-    ) -> i64 {
-        let mut count = 0;
+    ) -> Nodes {
+        let (first, mut count) = (self.nodes.len(), 0);
         self.near_tiles.len = 0;
         self.near_tiles.reserve(self.near_groups.len());
         for &block in &self.near_groups {
@@ -211,19 +202,21 @@ impl Candidates {
             self.near_tiles.add(block * FANOUT, across);
         }
         self.num_tile_pairs += self.near_tiles.len;
-        count
+        Nodes {
+            listed: first..self.nodes.len(),
+            count,
+        }
     }
 
     /// Adds the agents partly within reach of a tile, and the agents within reach of the whole tile, among the
-    /// tiles partly within reach. Returns the number of the latter.
+    /// tiles partly within reach.
     #[inline(always)]
     fn find_agents<S: Simd, const D: usize>(
         &mut self,
         simd: S,
         agents: &Agents<D>,
         reach: &Reach<D>,
-    ) -> i64 {
-        let start = self.enclosed.len;
+    ) {
         let num_tiles = self.near_tiles.len;
         self.enclosed.reserve(num_tiles);
         self.across.reserve(num_tiles);
@@ -249,7 +242,6 @@ impl Candidates {
                 self.enclosed.add(tile * TILE, inside);
             }
         }
-        (self.enclosed.len - start) as i64
     }
 }
 
