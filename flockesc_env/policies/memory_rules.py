@@ -189,7 +189,7 @@ class SpreadOut(RowMemory):
     within the second longest candidate has fallen since its last turn (fall of ln(1 + number) per episode).
     In the first action nobody listens. Later rho_i = ``interaction_range``, and rho_i = 0 from the moment at
     which agent i observes the predator. The rule requires one observation per agent, and all agents in every
-    call.
+    call. Its default parameters are for the paper's flock, ``PROFILE_RANGES`` and ``steps_per_action=4``.
 
     Args:
         spread_time: share of the episode during which agents turn to the way out.

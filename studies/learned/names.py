@@ -8,7 +8,7 @@ SETTINGS = {
     "shared": "one range for the flock",
     "per-agent-visible": "one range per agent, predator always visible",
     "per-agent-local": "one range per agent, predator visible within 30 m",
-    "per-agent-local-profile": "one range per agent, predator visible within 30 m, profile of 8 ranges",
+    "per-agent-local-profile": "one range per agent, predator within 30 m, profile of 8 ranges",
     "shared-minimum": "one range for the flock",
     "per-agent-visible-minimum": "one range per agent, predator always visible",
     "per-agent-local-minimum": "one range per agent, predator visible within 30 m",

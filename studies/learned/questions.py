@@ -20,7 +20,9 @@ QUESTIONS: Final = {
     "per-agent-visible-profile-minimum": "What is that worth for the nearest agent?",
     "shared-profile": "What is it worth to know how the whole flock would turn under each of 8 ranges?",
     "shared-profile-minimum": "What is that worth for the nearest agent?",
-    "per-agent-local-profile": "What is that worth where only agents near the predator see it?",
+    "per-agent-local-profile": (
+        "What is it worth to know what each of 8 ranges would bring, if only agents near the predator see it?"
+    ),
     "line": "Does a range that changes over time move the line away farther than a constant one?",
     "line-profile": "What is it worth on the line to know what each range would do in one step?",
     "steering-predator": "Does learning help against a predator that steers?",

@@ -12,7 +12,7 @@ from option_table import small_flock
 from small_runs import small_run
 
 from flockesc_env import Architecture, load_policy
-from flockesc_env.policies import BestCandidate
+from flockesc_env.policies import BestCandidate, WinStayLoseShift
 from training.config import CURVE_FILE, SearchArgs
 from training.evaluation import objective, policy_spec
 from training.families import Family, Networks, Rules, family_of
@@ -110,6 +110,15 @@ def test_a_start_that_cannot_improve_is_kept(stored: Path, tmp_path: Path) -> No
     np.testing.assert_array_equal(
         load_policy(search(args)).policy.parameters, load_policy(stored).policy.parameters
     )
+
+
+def test_a_search_of_a_rule_begins_with_parameters_chosen_by_hand(tmp_path: Path) -> None:
+    own = {"extra_entries": ("closest_approach",), "steps_per_action": 1, "max_range": 100.0}
+    args = search_args(tmp_path / "run", rule="win-stay-lose-shift", step_size=1e-12, **own)
+    found = load_policy(search(args)).policy
+    assert isinstance(found, WinStayLoseShift)
+    np.testing.assert_allclose(found.parameters, WinStayLoseShift().parameters)
+    assert pl.read_parquet(args.run / CURVE_FILE)["episodes"][0] == 0
 
 
 @pytest.mark.parametrize(
