@@ -194,4 +194,26 @@ mod tests {
         assert_eq!(sizes, [3, 1]);
         assert_eq!(states(&groups), [3.0, 1.5, 1.5, 1.5]);
     }
+
+    #[test]
+    fn groups_with_one_wrong_number_do_not_fit() {
+        let groups = Groups::new(&[3.0, 1.0, 2.0, 1.0]);
+        assert!(groups.fit(4));
+        assert!(!groups.fit(3));
+        let spoilings: [fn(&mut Groups); 8] = [
+            |groups| groups.companion.truncate(3),
+            |groups| groups.companion[0] = 1,
+            |groups| groups.sorted[0].size = 2,
+            |groups| (groups.sorted[0].size, groups.sorted[1].size) = (0, 2),
+            |groups| groups.sorted[0].first = 4,
+            |groups| groups.sorted[0].state = f64::NAN,
+            |groups| groups.sorted.swap(0, 3),
+            |groups| groups.sorted.push(NO_GROUP),
+        ];
+        for (index, spoil) in spoilings.into_iter().enumerate() {
+            let mut spoiled = groups.clone();
+            spoil(&mut spoiled);
+            assert!(!spoiled.fit(4), "{index}");
+        }
+    }
 }

@@ -146,4 +146,22 @@ mod tests {
         let next = learned.pushed(&vector![3.0, 0.0], &vector![3.0, 8.0]);
         assert!((next - vector![3.0, 4.0]).norm() < 1e-15);
     }
+
+    #[test]
+    fn snapshots_without_a_finite_action_or_push_are_rejected() {
+        let memory = ActionMemory::<2>::default();
+        assert_eq!(memory.check(1), Ok(()));
+        let nan = vector![0.0, f64::NAN];
+        let spoiled = [
+            ActionMemory {
+                action: nan,
+                ..memory.clone()
+            },
+            ActionMemory {
+                push: nan,
+                ..memory
+            },
+        ];
+        assert!(spoiled.iter().all(|memory| memory.check(1).is_err()));
+    }
 }

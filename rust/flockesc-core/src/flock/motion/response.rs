@@ -199,3 +199,33 @@ impl<const D: usize> Response<D> {
         self.noise.turn(agents);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::vector;
+
+    use super::*;
+    use crate::flock::FlockConfig;
+
+    #[test]
+    fn past_forces_are_one_finite_force_per_agent_and_delayed_step() {
+        let scenario = FlockConfig {
+            num_agents: 2,
+            sensing_delay: 1,
+            ..FlockConfig::default()
+        };
+        let restored = |past: &[&[SVector<f64, 2>]]| {
+            let past = past.iter().map(|forces| forces.to_vec()).collect();
+            let state = ResponseState {
+                stream_position: 0,
+                past,
+            };
+            Response::restore(state, &scenario.motion_parameters(), 0)
+        };
+        let (force, nan) = (vector![1.0, 2.0], vector![1.0, f64::NAN]);
+        assert!(restored(&[&[force, force], &[force, force]]).is_ok());
+        assert!(restored(&[&[force, force], &[force]]).is_err());
+        assert!(restored(&[&[force, nan]]).is_err());
+        assert!(restored(&[&[force, force][..]; 3]).is_err());
+    }
+}
