@@ -13,6 +13,7 @@ use crate::neighbor::engine::candidates::{Search, TileCandidates};
 use crate::neighbor::engine::field_of_view::FieldOfView;
 use crate::neighbor::engine::kept::Listing;
 use crate::neighbor::engine::own::{Own, lanes};
+use crate::neighbor::engine::reach::BITS;
 use crate::neighbor::engine::sums::{NeighborSums, Scratch};
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::ranges::Reaches;
@@ -167,9 +168,6 @@ fn sum_whole<S: Simd, const D: usize>(
     }
     whole
 }
-
-/// The bit of every child.
-const BITS: [u64; FANOUT] = [1, 2, 4, 8, 16, 32, 64, 128];
 
 /// Computes the sums of one register of agents: `whole` plus the sums over the candidates within reach and, with
 /// `IS_BLIND`, in view.

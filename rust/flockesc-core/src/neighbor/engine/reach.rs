@@ -151,10 +151,10 @@ pub(in crate::neighbor) fn bits<S: Simd>(simd: S, mask: S::m64s) -> u8 {
     if let [bits] = bytes_of(&mask) {
         return *bits; // AVX-512 keeps masks as bits
     }
-    let flags = simd.select_u64s(mask, simd.splat_u64s(1), simd.splat_u64s(0));
+    let flags = simd.select_u64s(mask, S::as_simd_u64s(&BITS).0[0], simd.splat_u64s(0));
     let flags: &[u64] = cast_slice(std::slice::from_ref(&flags));
-    flags
-        .iter()
-        .enumerate()
-        .fold(0, |bits, (lane, flag)| bits | (*flag as u8) << lane)
+    flags.iter().fold(0, |bits, flag| bits | flag) as u8
 }
+
+/// The bit of every child of a node.
+pub(in crate::neighbor) const BITS: [u64; FANOUT] = [1, 2, 4, 8, 16, 32, 64, 128];
