@@ -121,6 +121,8 @@ def test_a_picture_of_all_panels_is_saved(tab: Page, file: str) -> None:
     assert np.ptp(picture[40:, width:]) > 100
 
 
+# imageio leaves the pipes of its reader open until garbage collection.
+@pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
 def test_a_video_of_the_replay_is_saved(tab: Page, file: str) -> None:
     """The video is as long as the replay at its speed and shows all panels, in motion."""
     open_page(tab, f"{file}#t=2")
