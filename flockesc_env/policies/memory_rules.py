@@ -52,8 +52,7 @@ class StubbornWitnesses(RowMemory):
             "growth": growth,
             "min_neighbors": min_neighbors,
         }
-        numbers = [as_floats(value, name, (), least=0.0) for name, value in given.items()]
-        self.parameters: FloatArray = np.array(numbers)
+        self.parameters = _not_negative(given)
         self._has_stopped = self._has_heard = self._is_later = np.zeros(0, bool)
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
@@ -103,8 +102,7 @@ class ListenWhileThreatened(RowMemory):
         self, unaware_range: float = 150.0, aware_range: float = 20.0, safe_distance: float = 25.0
     ) -> None:
         given = {"unaware_range": unaware_range, "aware_range": aware_range, "safe_distance": safe_distance}
-        numbers = [as_floats(value, name, (), least=0.0) for name, value in given.items()]
-        self.parameters: FloatArray = np.array(numbers)
+        self.parameters = _not_negative(given)
         self._has_seen = np.zeros(0, bool)
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
@@ -153,8 +151,7 @@ class WinStayLoseShift(RowMemory):
         self, short_range: float = 10.0, long_range: float = 50.0, safe_distance: float = 32.0
     ) -> None:
         given = {"short_range": short_range, "long_range": long_range, "safe_distance": safe_distance}
-        numbers = [as_floats(value, name, (), least=0.0) for name, value in given.items()]
-        self.parameters: FloatArray = np.array(numbers)
+        self.parameters = _not_negative(given)
         self._listens = self._is_long = np.zeros(0, bool)
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
@@ -204,8 +201,7 @@ class SpreadOut(RowMemory):
 
     def __init__(self, spread_time: float = 0.12, gain: float = 0.3, interaction_range: float = 35.0) -> None:
         given = {"spread_time": spread_time, "gain": gain, "interaction_range": interaction_range}
-        numbers = [as_floats(value, name, (), least=0.0) for name, value in given.items()]
-        self.parameters: FloatArray = np.array(numbers)
+        self.parameters = _not_negative(given)
         self._has_seen = np.zeros(0, bool)
         self._turned_at = self._count_then = np.zeros(0)
 
@@ -261,3 +257,8 @@ def _neighbor_count(observations: Observations, entry: str, spec: PolicySpec) ->
     scaled = observations[:, spec.layout.index(entry)].astype(np.float64)
     counts: FloatArray = np.rint(8 * scaled / (1 - scaled))
     return counts
+
+
+def _not_negative(given: dict[str, float]) -> FloatArray:
+    """Return the numbers after validation."""
+    return np.array([as_floats(value, name, (), least=0.0) for name, value in given.items()])

@@ -1,4 +1,4 @@
-"""A predator on a prescribed path: its positions are those of the path, whatever the flock does."""
+"""A predator on a prescribed path is at the positions of the path. The flock does not change them."""
 
 from __future__ import annotations
 

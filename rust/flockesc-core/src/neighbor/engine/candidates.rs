@@ -159,12 +159,7 @@ impl Candidates {
                 self.near_groups.push(block);
                 continue;
             }
-            let nodes = &tree.levels[level][block];
-            let (bits, mut across) = reach.classify(simd, nodes);
-            if bits != 0 {
-                self.nodes.push(Children { level, block, bits });
-                count += nodes.count_of(bits);
-            }
+            let mut across = self.add_enclosed(simd, tree, reach, (level, block), &mut count);
             while across != 0 {
                 let child = across.trailing_zeros() as usize;
                 across &= across - 1;
@@ -188,17 +183,9 @@ impl Candidates {
         let (first, mut count) = (self.nodes.len(), 0);
         self.near_tiles.len = 0;
         self.near_tiles.reserve(self.near_groups.len());
-        for &block in &self.near_groups {
-            let nodes = &tree.levels[0][block];
-            let (bits, across) = reach.classify(simd, nodes);
-            if bits != 0 {
-                self.nodes.push(Children {
-                    level: 0,
-                    block,
-                    bits,
-                });
-                count += nodes.count_of(bits);
-            }
+        for index in 0..self.near_groups.len() {
+            let block = self.near_groups[index];
+            let across = self.add_enclosed(simd, tree, reach, (0, block), &mut count);
             self.near_tiles.add(block * FANOUT, across);
         }
         self.num_tile_pairs += self.near_tiles.len;
@@ -206,6 +193,26 @@ impl Candidates {
             listed: first..self.nodes.len(),
             count,
         }
+    }
+
+    /// Adds the children of a block, given as (level, block), that are entirely within reach, and their agents to
+    /// `count`. Returns one bit per child partly within reach.
+    #[inline(always)]
+    fn add_enclosed<S: Simd, const D: usize>(
+        &mut self,
+        simd: S,
+        tree: &Tree<D>,
+        reach: &Reach<D>,
+        (level, block): (usize, usize),
+        count: &mut i64,
+    ) -> u8 {
+        let nodes = &tree.levels[level][block];
+        let (bits, across) = reach.classify(simd, nodes);
+        if bits != 0 {
+            self.nodes.push(Children { level, block, bits });
+            *count += nodes.count_of(bits);
+        }
+        across
     }
 
     /// Adds the agents partly within reach of a tile, and the agents within reach of the whole tile, among the

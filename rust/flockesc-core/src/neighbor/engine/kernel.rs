@@ -99,10 +99,12 @@ impl<const D: usize> SumNeighbors<'_, D> {
             let group = first + index;
             if listing != Listing::Kept {
                 if index == 0 || listing == Listing::Discarded {
-                    work += candidates.work();
                     candidates.clear();
                 }
                 candidates.find(simd, search, group);
+            }
+            if listing == Listing::Discarded {
+                work += candidates.work();
             }
             let index = if listing == Listing::Discarded {
                 0
@@ -126,7 +128,10 @@ impl<const D: usize> SumNeighbors<'_, D> {
                 }
             }
         }
-        scratch.work = work + scratch.candidates.work();
+        scratch.work = match listing {
+            Listing::Discarded => work,
+            Listing::New(_) | Listing::Kept => candidates.work(),
+        };
     }
 }
 

@@ -1,0 +1,163 @@
+"""Rules with a memory follow their definitions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from option_table import small_flock
+
+from flockesc_env import (
+    ConstantVelocity,
+    EnvOptions,
+    FlockScenario,
+    parallel_env,
+    simulate,
+)
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.episodes.batch import FlockBatch
+from flockesc_env.policies import (
+    ListenWhileThreatened,
+    SpreadOut,
+    StubbornWitnesses,
+    WinStayLoseShift,
+    bind,
+)
+
+
+def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
+    predators = (ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
+    scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0, predators=predators)
+    env = parallel_env(scenario, action_mode="range", predator_sensing_range=20.0)
+    act = bind(StubbornWitnesses(patience=0.25, first_range=30.0, interaction_range=14.0), env)
+    for seed in (0, 1):  # the second episode starts with empty memory
+        observations, _ = env.reset(seed=seed)
+        schedule = np.zeros((scenario.num_steps, 20))
+        has_seen = np.zeros(20, bool)
+        forgot = False
+        for t in range(scenario.num_steps):
+            run = simulate(scenario, schedule=schedule, seed=seed)  # up to time t
+            distance = np.linalg.norm(run.positions[t] - run.predator_positions[t], axis=1)
+            forgot |= bool((has_seen & (distance > 20.0)).any())
+            has_seen |= distance <= 20.0
+            schedule[t] = np.where(has_seen | (t < 4), 0.0, 30.0 if t == 4 else 14.0)
+            observations, _, _, _, infos = env.step(act(observations))
+            ranges = [info["interaction_range"] for info in infos.values()]
+            np.testing.assert_allclose(ranges, schedule[t], atol=1e-6)
+        assert forgot  # some agent lost sight of the predator and used its memory
+        assert 0 < has_seen.sum() < 20
+
+
+def test_stubborn_witnesses_listen_farther_and_farther_unless_they_are_alone() -> None:
+    scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0)
+    env = parallel_env(scenario, action_mode="range", predator_sensing_range=0.0, max_range=20.0)
+    act = bind(StubbornWitnesses(0.25, 30.0 / 2, 14.0, growth=16.0, min_neighbors=3.0), env)
+    observations, _ = env.reset(seed=0)
+    schedule = np.zeros((scenario.num_steps, 20))
+    has_stopped = np.zeros(20, bool)
+    for t in range(scenario.num_steps):
+        if t > 5:
+            run = simulate(scenario, schedule=schedule, seed=0)
+            offsets = run.positions[t - 1][:, None] - run.positions[t - 1]
+            heard = np.linalg.norm(offsets, axis=2) <= schedule[t - 1][:, None]
+            has_stopped |= heard.sum(axis=1) - 1 < 3
+        later = 15.0 if t == 4 else min(14.0 + t - 4, 20.0)
+        schedule[t] = np.where(has_stopped | (t < 4), 0.0, later)
+        observations, _, _, _, infos = env.step(act(observations))
+        ranges = [info["interaction_range"] for info in infos.values()]
+        np.testing.assert_allclose(ranges, schedule[t], atol=1e-6)
+    assert 0 < has_stopped.sum() < 20
+
+
+def test_spread_out_follows_its_definition() -> None:
+    predators = (ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
+    scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0, predators=predators)
+    candidates = np.array([0.0, 10.0, 20.0, 40.0])
+    options: Any = {"profile_ranges": candidates, "predator_sensing_range": 20.0, "steps_per_action": 2}
+    env = parallel_env(scenario, action_mode="range", **options)
+    act = bind(SpreadOut(spread_time=0.5, gain=0.3, interaction_range=12.0), env)
+    for seed in (0, 1):
+        observations, _ = env.reset(seed=seed)
+        schedule = np.zeros((scenario.num_steps, 20))
+        has_seen = np.zeros(20, bool)
+        turned_at, count_then = np.zeros(20), np.zeros(20)
+        for t in range(0, scenario.num_steps, 2):
+            run = simulate(scenario, schedule=schedule, seed=seed)  # up to time t
+            r, v = run.positions[t], run.velocities[t] / scenario.speed
+            has_seen |= np.linalg.norm(r - run.predator_positions[t], axis=1) <= 20.0
+            hears = np.linalg.norm(r[:, None] - r, axis=2) <= candidates[:, None, None]
+            heard = (hears @ v) / hears.sum(axis=2)[..., None]
+            count = np.log(hears[2].sum(axis=1))  # the agent itself is the 1 in ln(1 + number)
+            elapsed = t / scenario.num_steps - turned_at
+            fall = (count_then - count) / np.where(elapsed > 0, elapsed, np.inf)
+            outward = heard[2] - heard[3] + 0.3 * fall[:, None] * v
+            cosines = (heard * outward).sum(axis=2) / np.linalg.norm(heard, axis=2)
+            chosen = np.where(t == 0, 0.0, candidates[cosines.argmax(axis=0)])
+            turns = (chosen > 0) | (t == 0)
+            turned_at = np.where(turns, t / scenario.num_steps, turned_at)
+            count_then = np.where(turns, count, count_then)
+            later = np.where(has_seen, 0.0, 12.0)
+            schedule[t : t + 2] = chosen if t < 8 else later
+            observations, _, _, _, infos = env.step(act(observations))
+            ranges = [info["interaction_range"] for info in infos.values()]
+            np.testing.assert_allclose(ranges, schedule[t], atol=1e-5)
+        assert 0 < has_seen.sum() < 20
+
+
+def test_a_memory_refuses_rows_added_within_an_episode() -> None:
+    env = parallel_env(small_flock(num_agents=4))
+    observations, _ = env.reset(seed=0)
+    act = bind(StubbornWitnesses(), env)
+    observations, *_ = env.step(act(observations))
+    del observations["agent_3"]
+    with pytest.raises(ArgumentError, match="observations: expected 4 rows as before, got 3"):
+        act(observations)
+
+
+def test_listen_while_threatened() -> None:
+    """Before, while and after an agent sees the predator; its heading and the heard one may be safe."""
+    scenario = FlockScenario(num_agents=4, initial_side=100.0)
+    batch = FlockBatch(
+        scenario, EnvOptions(extra_entries=("closest_approach",), max_range=150.0), per_agent=True
+    )
+    spec = batch.policy_spec
+    rows = np.zeros((4, len(spec.layout.names)), np.float32)
+
+    def show(name: str, values: list[float]) -> None:
+        rows[:, spec.layout.index(name)] = values
+
+    def ranges() -> list[float]:
+        return spec.actions.to_ranges(policy.act(rows, spec), 4).round(4).tolist()
+
+    policy = ListenWhileThreatened(aware_range=20.0, safe_distance=25.0)
+    assert ranges() == [150.0] * 4
+    show("predator_sensed", [0, 1, 1, 1])
+    show("closest_approach", [0, 0.1, 0.1, 0.21])  # 0.2 is 25 m
+    show("heard_closest_approach", [0, 0.15, 0.05, 0.3])
+    assert ranges() == [150.0, 20.0, 0.0, 0.0]
+    show("predator_sensed", [0, 0, 0, 0])
+    show("closest_approach", [0, 0, 0, 0])
+    show("heard_closest_approach", [0, 0, 0, 0])
+    assert ranges() == [150.0, 0.0, 0.0, 0.0]
+
+
+def test_win_stay_lose_shift() -> None:
+    scenario = FlockScenario(num_agents=4, initial_side=100.0)
+    batch = FlockBatch(scenario, EnvOptions(extra_entries=("closest_approach",)), per_agent=True)
+    spec = batch.policy_spec
+    rows = np.zeros((4, len(spec.layout.names)), np.float32)
+    policy = WinStayLoseShift(short_range=10.0, long_range=40.0, safe_distance=25.0)
+
+    def ranges(own: list[float], heard: list[float]) -> list[float]:
+        rows[:, spec.layout.index("closest_approach")] = own
+        rows[:, spec.layout.index("heard_closest_approach")] = heard
+        return spec.actions.to_ranges(policy.act(rows, spec), 4).round(4).tolist()
+
+    assert ranges([0.1, 0.1, 0.1, 0.21], [0.1, 0.1, 0.1, 0.3]) == [10.0, 10.0, 10.0, 0.0]  # 0.2 is 25 m
+    # The first wins, the second loses, the third wins although it is safe; the fourth is now threatened.
+    assert ranges([0.1, 0.1, 0.3, 0.1], [0.2, 0.05, 0.4, 0.3]) == [10.0, 40.0, 10.0, 10.0]
+    # They win, lose, are safe, and lose.
+    assert ranges([0.1, 0.1, 0.4, 0.1], [0.2, 0.1, 0.4, 0.05]) == [10.0, 10.0, 0.0, 40.0]
+    # An agent that begins to listen again stays with its last range, which has shifted.
+    assert ranges([0.1, 0.1, 0.1, 0.1], [0.2, 0.2, 0.1, 0.2]) == [10.0, 10.0, 40.0, 40.0]
