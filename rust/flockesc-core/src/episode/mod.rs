@@ -8,7 +8,7 @@ mod running;
 mod slot;
 mod state;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 pub use batch::{AtEnd, Batch, Reset};
 pub use metrics::Metrics;
@@ -39,7 +39,8 @@ pub struct Episode<const D: usize> {
     mean_distance: Running,
     min_distance: Running,
     fraction_surviving: Running,
-    summary: Summary<D>,
+    /// Computed when it is needed first after an action.
+    summary: OnceLock<Summary<D>>,
     /// Ranges in m of the last action, one or n; 0 before the first action.
     ranges: Vec<f64>,
     /// Team reward of the last action; 0 for individual rewards.
@@ -64,7 +65,7 @@ impl<const D: usize> Episode<D> {
             mean_distance: Running::new(world.predator_distance().mean),
             min_distance: Running::new(world.predator_distance().minimum),
             fraction_surviving: Running::new(world.fraction_surviving()),
-            summary: Summary::of(&world),
+            summary: OnceLock::new(),
             config,
             world,
             step: 0,
@@ -93,21 +94,7 @@ impl<const D: usize> Episode<D> {
         rewards: &mut [f64],
         progress: &Progress,
     ) -> Result<()> {
-        self.hold(ranges, predator_actions, rewards, progress)?;
-        self.summarize();
-        Ok(())
-    }
-
-    /// Advances as [`Self::advance`] does, without the summary.
-    ///
-    /// The flock's and the predators' observations and the polarization then need [`Self::summarize`].
-    fn hold(
-        &mut self,
-        ranges: &[f64],
-        predator_actions: &[f64],
-        rewards: &mut [f64],
-        progress: &Progress,
-    ) -> Result<()> {
+        self.summary.take();
         self.world.set_predator_actions(predator_actions);
         self.ranges.copy_from_slice(ranges);
         let caught_before = self.world.caught().len();
@@ -172,10 +159,6 @@ impl<const D: usize> Episode<D> {
             }
         }
         Ok(())
-    }
-
-    fn summarize(&mut self) {
-        self.summary = Summary::of(&self.world);
     }
 
     /// Writes the observation: one row for the flock, or one per agent.
@@ -271,7 +254,7 @@ impl<const D: usize> Episode<D> {
     /// Returns the norm of the mean heading, in [0, 1].
     #[must_use]
     pub fn polarization(&self) -> f64 {
-        self.summary.polarization
+        self.scene().summary().polarization
     }
 
     /// Returns the ranges in m of the last action: one entry, or one per agent.

@@ -105,10 +105,7 @@ fn play<const D: usize>(
             num_rewarded -= caught.len();
             caught.for_each(|agent| ranges[agent] = 0.0);
         }
-        episode.hold(&ranges, &[], &mut rewards, progress)?;
-        if config.view == View::Flock || episode.has_ended() {
-            episode.summarize();
-        }
+        episode.advance(&ranges, &[], &mut rewards, progress)?;
         mean_return += if config.reward.is_individual() {
             exact_sum(&rewards) / rows as f64
         } else {

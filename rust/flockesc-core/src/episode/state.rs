@@ -1,13 +1,13 @@
 //! Snapshots of an episode.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 
 use super::{Episode, Running, rows};
 use crate::base::error::Result;
 use crate::episode::options::EpisodeConfig;
-use crate::flock::{FlockConfig, Summary, World, WorldState};
+use crate::flock::{FlockConfig, World, WorldState};
 use crate::snapshot::{check, check_numbers, is_range};
 
 /// The serialized form of an [`Episode`]; fields have the same meaning.
@@ -75,7 +75,7 @@ impl<const D: usize> Episode<D> {
         let world = World::restore(state.world, scenario, seed)?;
         Ok(Self {
             config: config.clone(),
-            summary: Summary::of(&world),
+            summary: OnceLock::new(),
             world,
             step: state.step,
             agent_distances: state.agent_distances,

@@ -97,7 +97,7 @@ impl<const D: usize> Features<'_, D> {
 
 /// Writes one row.
 pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
-    let (world, flock) = (scene.world, scene.summary);
+    let (world, flock) = (scene.world, scene.summary());
     let distance = world.predator_distance();
     let centroid = SVector::from(flock.centroid);
     let is_sensed = world.fraction_surviving() > 0.0 && scene.is_sensed(distance.minimum);

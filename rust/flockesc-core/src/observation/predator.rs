@@ -110,7 +110,7 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
             speed: scene.speed(),
             frame: sighting.frame(),
             sighting,
-            flock: scene.summary,
+            flock: scene.summary(),
             fraction_in_range: in_range as f64 / world.agents().len().max(1) as f64,
         };
         table(&mut Row::new(&features, row));

@@ -1,5 +1,7 @@
 //! `Scene`: the state of an episode that observations are computed from.
 
+use std::sync::OnceLock;
+
 use super::table::squash;
 use super::{Extras, SensingRange};
 use crate::flock::{FlockConfig, Summary, World};
@@ -9,7 +11,7 @@ use crate::reward::Objective;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scene<'a, const D: usize> {
     pub(crate) world: &'a World<D>,
-    pub(crate) summary: &'a Summary<D>,
+    pub(crate) summary: &'a OnceLock<Summary<D>>,
     pub(crate) objective: Objective,
     /// Running minimum of the objective's value.
     pub(crate) minimum: f64,
@@ -28,6 +30,11 @@ pub(crate) struct Scene<'a, const D: usize> {
 impl<'a, const D: usize> Scene<'a, D> {
     pub(super) fn scenario(&self) -> &'a FlockConfig {
         self.world.config()
+    }
+
+    /// Returns the averages over the flock.
+    pub(crate) fn summary(&self) -> &'a Summary<D> {
+        self.summary.get_or_init(|| Summary::of(self.world))
     }
 
     /// Returns the distance in m up to which a predator is sensed.

@@ -7,6 +7,7 @@ use pulp::Simd;
 
 use crate::agents::{Agents, FANOUT, GROUP, TILE};
 use crate::neighbor::engine::nodes::Bounds;
+use crate::neighbor::engine::places::Places;
 use crate::neighbor::engine::reach::{Reach, bits};
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::ranges::Reaches;
@@ -264,50 +265,3 @@ impl<const D: usize> Search<'_, D> {
         reach
     }
 }
-
-/// A list of places or tiles. Entries from `len` on are unspecified.
-#[derive(Debug, Clone, Default)]
-struct Places {
-    places: Vec<u32>,
-    len: usize,
-}
-
-impl Places {
-    /// Makes room for `count` calls of [`Self::add`].
-    #[inline(always)]
-    fn reserve(&mut self, count: usize) {
-        let room = self.len + (count + 1) * FANOUT;
-        if self.places.len() < room {
-            self.places.resize(2 * room, 0);
-        }
-    }
-
-    /// Adds `first` plus the position of every set bit. There is no branch per bit, because it would be
-    /// unpredictable.
-    #[inline(always)]
-    fn add(&mut self, first: usize, bits: u8) {
-        let places = &mut self.places[self.len..self.len + FANOUT];
-        for (place, bit) in places.iter_mut().zip(SET_BITS[bits as usize]) {
-            *place = first as u32 + bit;
-        }
-        self.len += bits.count_ones() as usize;
-    }
-}
-
-/// Positions of the set bits of every byte, lowest first, padded with zeros.
-static SET_BITS: [[u32; FANOUT]; 256] = {
-    let mut table = [[0; FANOUT]; 256];
-    let mut byte = 0;
-    while byte < 256 {
-        let (mut bit, mut found) = (0, 0);
-        while bit < FANOUT {
-            if byte >> bit & 1 == 1 {
-                table[byte][found] = bit as u32;
-                found += 1;
-            }
-            bit += 1;
-        }
-        byte += 1;
-    }
-    table
-};

@@ -12,6 +12,7 @@ pub(super) mod nodes;
 mod offsets;
 mod own;
 pub(super) mod pairs;
+mod places;
 pub(super) mod profile;
 pub(super) mod reach;
 pub(super) mod sums;

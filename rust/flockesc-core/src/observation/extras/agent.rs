@@ -10,7 +10,7 @@ use crate::base::vector::{SHORTEST, squared_norm};
 use crate::flock::{Drift, HALF_COUNT, Straight, approaches};
 use crate::neighbor::{NeighborSums, Profile};
 use crate::observation::Scene;
-use crate::observation::columns::{ColumnTable, Rows};
+use crate::observation::columns::{ColumnTable, GroupRows, Rows, put_in_frames};
 use crate::observation::table::squash;
 
 /// Columns of values of the agents of one group, scaled as in their rows. Vectors are in the agents' body
@@ -38,6 +38,7 @@ struct Candidate<const D: usize> {
 }
 
 /// Adds the entries of a row to `table`.
+#[inline(always)]
 pub(in crate::observation) fn table<const D: usize>(
     extras: Extras<'_>,
     table: &mut impl ColumnTable<Features<D>>,
@@ -82,7 +83,6 @@ pub(in crate::observation) struct Writer<'a, const D: usize> {
     profile: Profile<'a, D>,
     common: Common<D>,
     features: Features<D>,
-    columns: Vec<Column<f32>>,
 }
 
 /// The values that are the same for all agents of a flock.
@@ -130,7 +130,6 @@ impl<'a, const D: usize> Writer<'a, D> {
             extras,
             profile,
             features: Features::new(extras.ranges.len()),
-            columns: Vec::new(),
         })
     }
 
@@ -145,15 +144,15 @@ impl<'a, const D: usize> Writer<'a, D> {
         cues.extend(self.profile.sums().iter().map(sum));
     }
 
-    /// Computes the entries of the group of the last call of [`Self::listen`]. `axes` are the axes of the
-    /// agents' body frames, and `heard` the sums over their neighbors in the last step. Returns one column per
-    /// entry.
-    pub(in crate::observation) fn columns(
+    /// Adds the entries of the group of the last call of [`Self::listen`] to `rows`. `axes` are the axes of the
+    /// agents' body frames, and `heard` the sums over their neighbors in the last step.
+    pub(in crate::observation) fn add_entries(
         &mut self,
         group: &Group<D>,
         axes: &[[Column<f64>; D]; D],
         heard: &NeighborSums<D>,
-    ) -> &[Column<f32>] {
+        rows: &mut GroupRows,
+    ) {
         let candidates = self.profile.sums();
         let features = &mut self.features;
         if self.extras.has(ExtraEntries::EscapeDirection) {
@@ -163,11 +162,7 @@ impl<'a, const D: usize> Writer<'a, D> {
             add_approaches(group, heard, candidates, &self.common, features);
         }
         add_candidates(axes, candidates, &self.common, features);
-        table(
-            self.extras,
-            &mut Rows::new(&self.features, &mut self.columns),
-        );
-        &self.columns
+        add_entries(self.extras, &self.features, rows);
     }
 }
 
@@ -190,6 +185,12 @@ impl<const D: usize> Features<D> {
     }
 }
 
+/// Adds all entries to `rows`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn add_entries<const D: usize>(extras: Extras<'_>, features: &Features<D>, rows: &mut GroupRows) {
+    table(extras, &mut Rows { features, rows });
+}
+
 /// Computes the escape directions of a group, and the cosines with them.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn add_escapes<const D: usize>(
@@ -201,7 +202,7 @@ fn add_escapes<const D: usize>(
     features: &mut Features<D>,
 ) {
     let escape = escape_directions(group, common);
-    features.escape = in_frames(axes, &escape);
+    put_in_frames(axes, &escape, &mut features.escape);
     let own = cosines(&group.velocity, &escape);
     let cosine = cosines(&mean_velocities(heard, common.units[0]), &escape);
     for lane in 0..GROUP {
@@ -254,7 +255,7 @@ fn add_candidates<const D: usize>(
             }
             candidate.neighbor_count[lane] = squash(sums.count[lane] as f64 - 1.0, HALF_COUNT);
         }
-        candidate.velocity = in_frames(axes, &velocity);
+        put_in_frames(axes, &velocity, &mut candidate.velocity);
     }
 }
 
@@ -352,22 +353,4 @@ fn cosines<const D: usize>(vectors: &[Column<f64>; D], units: &[Column<f64>; D])
         cosines[lane] = if norm > SHORTEST { product / norm } else { 0.0 };
     }
     cosines
-}
-
-/// Returns the coordinates of vectors in the agents' body frames.
-#[inline(always)]
-fn in_frames<const D: usize>(
-    axes: &[[Column<f64>; D]; D],
-    vectors: &[Column<f64>; D],
-) -> [Column<f64>; D] {
-    let mut coordinates = [[0.0; GROUP]; D];
-    for k in 0..D {
-        for lane in 0..GROUP {
-            let product = (0..D).fold(0.0, |sum, axis| {
-                sum + axes[k][axis][lane] * vectors[axis][lane]
-            });
-            coordinates[k][lane] = product;
-        }
-    }
-    coordinates
 }
