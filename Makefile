@@ -42,6 +42,7 @@ bench paper robustness: PROFILE := release
 bench: build ## benchmark this project and its peers (about 15 minutes; Rust core only: cargo bench --package flockesc-kernels)
 	$(INSTALL) --extra bench
 	$(BIN)/python -m benchmarks run
+	$(BIN)/python -m benchmarks page
 
 .PHONY: paper
 paper: build ## reproduce the figures and check the claims of the paper (about 6 minutes)

@@ -11,7 +11,19 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import PROJECT, frameworks, instructions, kernel, line, measure, peers, plots, rules, size
+from benchmarks import (
+    PROJECT,
+    frameworks,
+    instructions,
+    kernel,
+    line,
+    measure,
+    page,
+    peers,
+    plots,
+    rules,
+    size,
+)
 from benchmarks.measure import Candidate, Record
 from benchmarks.peers.model import Flocks, Outcome, Peer
 
@@ -96,18 +108,26 @@ def test_figures_are_drawn_from_the_file_alone(tmp_path: Path) -> None:
     assert all(path.stat().st_size > 10_000 for path in tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("path", page.PAGES, ids=str)
+def test_the_tables_of_the_pages_show_the_committed_run(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(Path(__file__).parents[2])
+    text = path.read_text("utf-8")
+    assert text.count("<!-- end -->") == {"README.md": 1, "performance.md": 6}[path.name]
+    assert page.rendered(text, json.loads(Path("results/benchmarks/benchmarks.json").read_text())) == text
+
+
 def test_the_table_of_instructions_shows_the_committed_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(Path(__file__).parents[2])
-    page, counts = instructions.PAGE.read_text("utf-8"), json.loads(instructions.RESULTS.read_text())
-    assert instructions.rendered(page, counts) == page
+    text, counts = instructions.PAGE.read_text("utf-8"), json.loads(instructions.RESULTS.read_text())
+    assert instructions.rendered(text, counts) == text
     assert len(counts) > 20
 
 
 def test_the_table_of_frameworks_shows_the_committed_measurements(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(Path(__file__).parents[2])
-    page = frameworks.PAGE.read_text("utf-8")
-    assert page.count("\n| stable-baselines3: [sb3_ppo.py]") == 1
-    assert frameworks.rendered(page) == page
+    text = frameworks.PAGE.read_text("utf-8")
+    assert text.count("\n| stable-baselines3: [sb3_ppo.py]") == 1
+    assert frameworks.rendered(text) == text
     found = json.loads((frameworks.RESULTS / "sb3_ppo.json").read_text())
     low, high = found["interval"]
     readme = " ".join(Path("README.md").read_text("utf-8").split())

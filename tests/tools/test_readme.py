@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import fields
 from pathlib import Path
 from textwrap import dedent
@@ -71,49 +70,6 @@ def test_the_readme_counts_the_presets_with_an_interior_best_range() -> None:
     rows = [row for row in re.findall(r"^\|.*\|$", section, flags=re.MULTILINE) if row.count("|") == 7][2:]
     interior = sum(row.endswith("| interior |") for row in rows)
     assert f"in {interior} of {len(rows)} presets" in README
-
-
-def figures(page: Path, head: str) -> Iterator[tuple[str, list[float]]]:
-    """Yield the first cell and the numbers in the other cells of each row below a table's head."""
-    table = page.read_text("utf-8").split(f"{head}\n", 1)[1].split("\n\n")[0]
-    for row in table.splitlines()[1:]:
-        name, *cells = (cell.strip() for cell in row.replace("*", "").strip("|").split("|"))
-        yield name, [float(cell.split()[0].replace(",", "")) for cell in cells]
-
-
-def microseconds(section: str) -> dict[tuple[str, float], float]:
-    """Return the committed time per step of one flock by contender and range (0 if there is none)."""
-    records = json.loads((ROOT / "results" / "benchmarks" / "benchmarks.json").read_text())["records"]
-    return {
-        (record["contender"], record["case"].get("rho", 0)): 1e6
-        * record["median"]
-        / record["case"].get("flocks", 1)
-        for record in records
-        if record["section"] == section
-    }
-
-
-def is_rounded(shown: float, measured: float) -> bool:
-    return shown in {float(f"{measured:.{digits}g}") for digits in (2, 3, 4)}
-
-
-def test_the_speed_of_the_model_is_that_of_the_committed_run() -> None:
-    measured, ranges = microseconds("kernel"), [0, 5, 10, 20, 30, 100]
-    head = f"| range (m) | {' | '.join(map(str, ranges))} |"
-    shown = dict(figures(ROOT / "docs" / "performance.md", head))
-    assert len(shown) * len(ranges) == len(measured)
-    for name, cells in shown.items():
-        for rho, cell in zip(ranges, cells, strict=True):
-            assert is_rounded(cell, measured[name, rho]), (name, rho)
-
-
-@pytest.mark.parametrize("page", ["README.md", "docs/performance.md"])
-def test_the_speed_of_environments_is_that_of_the_committed_run(page: str) -> None:
-    measured = microseconds("environments") | {
-        ("JAX, all pairs", 0): microseconds("kernel")["JAX, all pairs", 10]
-    }
-    for name, (*_, cell) in figures(ROOT / page, "| environment | agents | flocks | us per step |"):
-        assert is_rounded(cell, measured[name, 0]), name
 
 
 def test_the_table_of_the_demo_is_the_committed_one() -> None:

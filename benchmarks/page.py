@@ -1,0 +1,161 @@
+"""The tables of docs/performance.md and README.md that come from a benchmark run."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from textwrap import fill
+from typing import Any
+
+from benchmarks import PROJECT
+from benchmarks.measure import Record
+
+PAGES = (Path("docs/performance.md"), Path("README.md"))
+WIDTH = 110
+"""Of lines of text."""
+REPEATED = ("kernel", "environments")
+"""Sections that are measured again at the end of a run."""
+IN_README = ("Gymnasium vector", "PettingZoo, arrays", "VMAS flocking", "mpe2 simple_tag")
+
+
+def rendered(page: str, document: dict[str, Any]) -> str:
+    """Return the page with the blocks of a run, each between ``<!-- its name -->`` and ``<!-- end -->``."""
+    records = [Record.from_document(entry) for entry in document["records"]]
+    again = [Record.from_document(entry) for entry in document["again"]]
+    blocks = {
+        "kernel": _kernel(records),
+        "rules": _rules(records),
+        "size": _size(records),
+        "grid and line": _grid_and_line(records),
+        "environments": _environments(records),
+        "environments in short": _in_short(records),
+        "run": _run(document["machine"], records, again),
+    }
+    for name, block in blocks.items():
+        before, head, rest = page.partition(f"<!-- {name} -->\n")
+        if head:
+            page = before + head + block + rest[rest.index("\n<!-- end -->") :]
+    return page
+
+
+def _kernel(records: list[Record]) -> str:
+    medians = _medians(records, "kernel", "rho")
+    ranges = list(medians[PROJECT])
+    rows = []
+    for name, row in sorted(medians.items(), key=lambda item: sum(item[1].values())):
+        own = [medians[PROJECT][rho] for rho in ranges]
+        cells = [
+            f"**{_number(1e6 * row[rho])}**"
+            if name == PROJECT
+            else f"{_number(1e6 * row[rho])} ({_number(row[rho] / base)} x)"
+            for rho, base in zip(ranges, own, strict=True)
+        ]
+        rows.append([f"**{name}**" if name == PROJECT else name, *cells])
+    return _table(["range (m)", *(f"{rho:.0f}" for rho in ranges)], rows)
+
+
+def _rules(records: list[Record]) -> str:
+    names = {"topological": "{:,.0f} nearest", "voronoi": "Voronoi neighbors within {:,.0f} m"}
+    rows: dict[str, list[str]] = {}
+    for record in (record for record in records if record.section == "rules"):
+        row = rows.setdefault(names[record.case["rule"]].format(record.case["rho"]), [])
+        row.append(_number(1e6 * record.median))
+    return _table(["other neighbor rules", PROJECT, "SciPy"], [[name, *row] for name, row in rows.items()])
+
+
+def _size(records: list[Record]) -> str:
+    rows = []
+    for record in records:
+        agents = record.case.get("n", 0)
+        is_own = record.section == "size" and record.contender == PROJECT and "side" not in record.case
+        if is_own and agents >= 10_000 and record.seconds and record.case.get("threads", 2) == 2:
+            cores = "two cores" if "threads" in record.case else "one core"
+            rows.append([cores, f"{agents:,}", _number(1e9 * record.median / agents)])
+    return _table(["larger flocks, 0.03 agents per m^2, range 10 m", "agents", "ns per agent and step"], rows)
+
+
+def _grid_and_line(records: list[Record]) -> str:
+    grid = {r.case["threads"]: r for r in records if r.section == "grid"}
+    case = grid[1].case
+    line = _medians(records, "line", "rho")
+
+    def limits(contender: str) -> str:
+        micros = [1e6 * seconds for seconds in line[contender].values()]
+        return f"{_number(min(micros))} to {_number(max(micros))} us"
+
+    return fill(
+        f"The paper's grid search, {case['ranges']} ranges on {case['seeds']} flocks, takes "
+        f"{_number(grid[1].median)} s on one core and {_number(grid[2].median)} s on two. A step of the line "
+        f"of 100 agents takes {limits(PROJECT)}; all pairs in NumPy take {limits('NumPy, all pairs')}.",
+        WIDTH,
+    )
+
+
+def _environments(records: list[Record]) -> str:
+    return _environment_table(record for record in records if record.section == "environments")
+
+
+def _in_short(records: list[Record]) -> str:
+    """Return a few environments, and JAX, which steps 64 flocks without observations."""
+    chosen = []
+    for record in records:
+        if record.section == "environments" and record.contender.removeprefix(f"{PROJECT}, ") in IN_README:
+            chosen.append(record)
+        elif record.section == "kernel" and record.contender == "JAX, all pairs" and record.case["rho"] == 10:
+            seconds = [64 * each for each in record.seconds]
+            chosen.append(replace(record, case={"agents": 300, "flocks": 64}, seconds=seconds))
+    return _environment_table(chosen)
+
+
+def _environment_table(records: Iterable[Record]) -> str:
+    rows = []
+    for record in sorted(records, key=lambda record: record.median / record.case["flocks"]):
+        agents, flocks = record.case["agents"], record.case["flocks"]
+        is_own = record.contender.startswith(PROJECT)
+        name = record.contender.replace(PROJECT, f"**{PROJECT}**")
+        figure = _number(1e6 * record.median / flocks)
+        rows.append([name, str(agents), str(flocks), f"**{figure}**" if is_own else figure])
+    return _table(["environment", "agents", "flocks", "us per step"], rows)
+
+
+def _run(machine: dict[str, Any], records: list[Record], again: list[Record]) -> str:
+    first = {(r.section, r.contender, str(r.case)): r.median for r in records}
+    ratios = [first[r.section, r.contender, str(r.case)] / r.median for r in again if r.seconds]
+    changes = [100 * (max(ratio, 1 / ratio) - 1) for ratio in ratios]
+    widest = next(
+        name for name in reversed(machine["instruction_sets"]) if name in ("avx512f", "avx2", "sse2")
+    )
+    versions = ", ".join(f"{name} {number}" for name, number in machine["packages"].items())
+    items = (
+        f"Processor: {machine['cpu']}, {machine['cores']} cores, widest instruction set {widest}. "
+        f"Python {machine['python']}, {machine['rust'].split(' (')[0]}.",
+        f"Versions: {versions}.",
+        "The tables of the model and of environments were measured again at the end of the run. The two "
+        f"figures of a cell differ by {statistics.median(changes):.0f} % in the median and by at most "
+        f"{max(changes):.0f} %.",
+    )
+    return "\n".join(fill(f"- {item}", WIDTH, subsequent_indent="  ") for item in items)
+
+
+def _medians(records: list[Record], section: str, column: str) -> dict[str, dict[float, float]]:
+    """Return the medians in s by contender and by an entry of the case."""
+    medians: dict[str, dict[float, float]] = {}
+    for record in records:
+        if record.section == section:
+            medians.setdefault(record.contender, {})[record.case[column]] = record.median
+    return medians
+
+
+def _table(head: list[str], rows: list[list[str]]) -> str:
+    lines = [f"| {' | '.join(line)} |" for line in [head, *rows]]
+    return "\n".join([lines[0], "|" + "---|" * len(head), *lines[1:]])
+
+
+def _number(value: float) -> str:
+    """Return a number with two significant digits, or three from 100 on."""
+    digits = 2 if value < 100 else 3
+    rounded = round(value, digits - 1 - math.floor(math.log10(value)))
+    return f"{rounded:,.0f}" if rounded >= 10 else f"{rounded:.1f}"
