@@ -11,6 +11,7 @@ mod predator;
 mod scene;
 mod sensing;
 mod table;
+mod vectors;
 mod view;
 
 use crate::base::entry::Entry;
