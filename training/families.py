@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Literal, Protocol
 
 import numpy as np
@@ -15,8 +16,10 @@ from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import (
     BestCandidate,
+    BestNextHeading,
     ListenWhileThreatened,
     SpreadOut,
+    StepAside,
     StubbornWitnesses,
     WinStayLoseShift,
 )
@@ -30,7 +33,7 @@ _SLOPE = 0.1
 
 _Number = tuple[float, float, Literal["share", "range", "other"]]
 
-_RULES: dict[str, tuple[type[Rule], tuple[_Number, ...]]] = {
+_RULES: dict[str, tuple[Callable[..., Rule], tuple[_Number, ...]]] = {
     "stubborn-witnesses": (
         StubbornWitnesses,
         (
@@ -49,6 +52,12 @@ _RULES: dict[str, tuple[type[Rule], tuple[_Number, ...]]] = {
         WinStayLoseShift,
         ((10.0, 3.0, "range"), (50.0, 10.0, "range"), (32.0, 3.0, "other")),
     ),
+    "win-stay-lose-shift-escape": (
+        partial(WinStayLoseShift, pause=2.0, criterion="escape_direction"),
+        ((10.0, 2.0, "range"), (50.0, 8.0, "range"), (0.85, 0.04, "other")),
+    ),
+    "head-away": (BestNextHeading, ((0.5, 0.1, "other"), (0.01, 0.01, "other"))),
+    "step-aside": (StepAside, ((0.1, 0.05, "share"), (0.2, 0.1, "other"))),
     "spread-out": (SpreadOut, ((0.12, 0.03, "share"), (0.3, 0.1, "other"), (35.0, 10.0, "range"))),
 }
 """Rules by name: the class; of each parameter the start of a search, its standard deviation and kind."""

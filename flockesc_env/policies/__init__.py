@@ -12,15 +12,17 @@ from flockesc_env.policies.memory_rules import (
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.planner import Plan, PlannedEpisode, Planner
 from flockesc_env.policies.predators import FlyStraight, Pursue
+from flockesc_env.policies.profile_rules import BestCandidate, BestNextHeading, StepAside
 from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
 from flockesc_env.policies.registry import NAMES, NamedPolicy, built_in
-from flockesc_env.policies.rules import BestCandidate, StubbornLeaders
+from flockesc_env.policies.rules import StubbornLeaders
 from flockesc_env.policies.sb3 import SB3Policy
 
 __all__ = [
     "NAMES",
     "Architecture",
     "BestCandidate",
+    "BestNextHeading",
     "FixedRange",
     "FlyStraight",
     "ListenWhileThreatened",
@@ -37,6 +39,7 @@ __all__ = [
     "SB3Policy",
     "ScheduledRange",
     "SpreadOut",
+    "StepAside",
     "StubbornLeaders",
     "StubbornWitnesses",
     "WinStayLoseShift",

@@ -19,6 +19,7 @@ from flockesc_env.policies.memory_rules import (
     WinStayLoseShift,
 )
 from flockesc_env.policies.network import Architecture, NetworkPolicy
+from flockesc_env.policies.profile_rules import BestNextHeading, StepAside
 from flockesc_env.policies.registry import NAMES, NamedPolicy, built_in
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -26,7 +27,7 @@ from flockesc_env.scenario.line import LineScenario
 SUFFIX = ".npz"
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
 
-Rule = StubbornWitnesses | ListenWhileThreatened | WinStayLoseShift | SpreadOut
+Rule = StubbornWitnesses | ListenWhileThreatened | WinStayLoseShift | SpreadOut | BestNextHeading | StepAside
 Stored = NetworkPolicy | Rule
 """Policies that can be saved: their parameters are an array."""
 
@@ -38,7 +39,8 @@ def save_policy(policy: NamedPolicy, path: str | Path) -> None:
 
     Args:
         policy: a ``NetworkPolicy``, ``StubbornWitnesses``, ``ListenWhileThreatened``,
-            ``WinStayLoseShift`` or ``SpreadOut`` with the scenario in which it was trained.
+            ``WinStayLoseShift``, ``SpreadOut``, ``BestNextHeading`` or ``StepAside`` with the scenario in
+            which it was trained.
         path: path of the file.
 
     Raises:
@@ -62,6 +64,7 @@ def save_policy(policy: NamedPolicy, path: str | Path) -> None:
             if isinstance(inner, NetworkPolicy)
             else type(inner).__name__
         ),
+        **({"criterion": inner.criterion} if isinstance(inner, WinStayLoseShift) else {}),
         "versions": versions(),
     }
     try:
@@ -116,14 +119,15 @@ def _named_policy(header: dict[str, Any], parameters: Any) -> NamedPolicy:
         raise RecordError("header", "a string name, a bool per_agent", f"{name!r}, {per_agent!r}")
     scenario = _MODELS[header["model"]].from_json(json.dumps(header["scenario"]))
     (EnvOptions if isinstance(scenario, FlockScenario) else LineOptions)(**options)  # checks the options
-    policy = _policy(header["architecture"], parameters)
+    chosen = {"criterion": header["criterion"]} if "criterion" in header else {}
+    policy = _policy(header["architecture"], parameters, chosen)
     return NamedPolicy(name, policy, per_agent=per_agent, options=options, scenario=scenario)
 
 
-def _policy(architecture: dict[str, Any] | str, parameters: Any) -> Stored:
-    """Return a network with an architecture, or a rule by its name."""
+def _policy(architecture: dict[str, Any] | str, parameters: Any, chosen: dict[str, Any]) -> Stored:
+    """Return a network with an architecture, or a rule by its name with its other arguments."""
     if isinstance(architecture, str):
-        return _RULES[architecture](*parameters)
+        return _RULES[architecture](*parameters, **chosen)
     values: dict[str, Any]
     values = {
         name: tuple(value) if isinstance(value, list) else value for name, value in architecture.items()

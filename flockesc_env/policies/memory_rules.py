@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import FloatArray, as_floats
+from flockesc_env.common.checks import FloatArray, as_choice, as_floats
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations, RowMemory
+from flockesc_env.policies.profile_rules import heard_velocities
 from flockesc_env.policies.rules import check_rows_are_agents
+
+Criterion = Literal["closest_approach", "escape_direction"]
 
 
 class StubbornWitnesses(RowMemory):
@@ -127,51 +130,75 @@ class ListenWhileThreatened(RowMemory):
 
 
 class WinStayLoseShift(RowMemory):
-    """A rule for the nearest agent: stay with a range that helps, otherwise try the other one.
+    """A rule with two ranges: stay with the one that helps, otherwise try the other one.
 
-    An agent listens as long as its closest approach is below ``safe_distance`` or the heading that it heard
-    in the last action would keep the predator farther away than its own. It then stays with its range if
-    that heading is better than its own, and otherwise shifts from ``short_range`` to ``long_range`` or back.
-    All other agents have rho_i = 0. The rule requires one observation per agent, with
-    ``extra_entries=("closest_approach",)`` and a predator that is visible at any distance, and all agents in
-    every call. Its default parameters are for ``steps_per_action=1``.
+    An agent compares its own heading with the heading that it heard in the last action. With the criterion
+    ``"closest_approach"`` the better heading is the one that keeps the predator farther away, a rule for the
+    nearest agent. With ``"escape_direction"`` it is the one nearer to the escape direction, a rule for the
+    mean distance. An agent wins if it listened and heard a better heading than its own. It then stays
+    with its range. If it listened and does not win, it shifts from ``short_range`` to ``long_range`` or back,
+    and has rho_i = 0 in the next ``pause`` actions. After that it listens as long as the value of its own
+    heading is below ``threshold``. All other agents have rho_i = 0.
+
+    The rule requires one observation per agent, with the criterion as one of the ``extra_entries`` and a
+    predator that is visible at any distance, and all agents in every call. The parameters that fit
+    ``"escape_direction"`` best are about 10 m, 50 m, a cosine of 0.85 and 2 actions.
 
     Args:
         short_range: one rho in m.
         long_range: the other rho in m.
-        safe_distance: closest approach in m below which an agent listens.
+        threshold: closest approach in m, or cosine between heading and escape direction, below which an agent
+            listens.
+        pause: number of actions, of one model step each, in which an agent that did not win does not listen.
+        criterion: ``"closest_approach"`` or ``"escape_direction"``.
 
     Raises:
-        ArgumentError: if an argument is not a finite number >= 0.
+        ArgumentError: if ``criterion`` is unknown, or another argument is not a finite number >= 0.
     """
 
     per_agent: ClassVar[bool] = True
 
     def __init__(
-        self, short_range: float = 10.0, long_range: float = 50.0, safe_distance: float = 32.0
+        self,
+        short_range: float = 10.0,
+        long_range: float = 50.0,
+        threshold: float = 32.0,
+        pause: float = 0.0,
+        *,
+        criterion: Criterion = "closest_approach",
     ) -> None:
-        given = {"short_range": short_range, "long_range": long_range, "safe_distance": safe_distance}
+        given = {"short_range": short_range, "long_range": long_range, "threshold": threshold, "pause": pause}
         self.parameters = _not_negative(given)
+        self.criterion = as_choice(criterion, "criterion", get_args(Criterion))
         self._listens = self._is_long = np.zeros(0, bool)
+        self._pause = np.zeros(0)
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return the action of every agent; see ``Policy.act``.
 
         Raises:
-            ArgumentError: if ``spec.per_agent`` is False, the observation has no closest approach, or the
-                number of rows changes during an episode.
+            ArgumentError: if ``spec.per_agent`` is False, the observation lacks the entries of the criterion,
+                or the number of rows changes during an episode.
         """
         check_rows_are_agents(spec)
         begins = self._take_begins(len(observations))
         if begins.all():
             self._listens = self._is_long = np.zeros(len(observations), bool)
-        short_range, long_range, safe_distance = self.parameters
-        own = observations[:, spec.layout.index("closest_approach")]
-        heard = observations[:, spec.layout.index("heard_closest_approach")]
+            self._pause = np.zeros(len(observations))
+        short_range, long_range, threshold, pause = self.parameters
+        if self.criterion == "closest_approach":
+            own = observations[:, spec.layout.index("closest_approach")]
+            is_better = observations[:, spec.layout.index("heard_closest_approach")] > own
+            threshold = threshold / (threshold + spec.length_scale)
+        else:
+            own = observations[:, spec.layout.index("escape_direction_ahead")]
+            is_better = observations[:, spec.layout.index("heard_escape_gain")] > 0
         listened = self._listens & ~begins
-        wins = listened & (heard > own)
-        self._is_long = (self._is_long & ~begins) ^ (listened & ~wins)
-        self._listens = wins | (own < safe_distance / (safe_distance + spec.length_scale))
+        wins = listened & is_better
+        loses = listened & ~wins
+        self._is_long = (self._is_long & ~begins) ^ loses
+        self._pause = np.where(begins, 0, np.where(loses, pause, self._pause - 1))
+        self._listens = wins | ((own < threshold) & (self._pause <= 0))
         ranges = np.where(self._is_long, long_range, short_range)
         return spec.actions.from_ranges(np.where(self._listens, ranges, 0.0))
 
@@ -228,7 +255,7 @@ class SpreadOut(RowMemory):
         self._turned_at = np.where(begins, time, self._turned_at)
         self._count_then = np.where(begins, count, self._count_then)
 
-        velocities = np.stack([_heard_velocity(observations, k, spec) for k in range(ranges.size)], axis=1)
+        velocities = heard_velocities(observations, spec)
         elapsed = time - self._turned_at
         fall = np.divide(self._count_then - count, elapsed, out=np.zeros_like(count), where=elapsed > 0)
         outward = velocities[:, -2] - velocities[:, -1]
@@ -241,15 +268,6 @@ class SpreadOut(RowMemory):
         self._count_then = np.where(turns, count, self._count_then)
         later = np.where(self._has_seen, 0.0, interaction_range)
         return spec.actions.from_ranges(np.where(time < spread_time, ranges[chosen], later))
-
-
-def _heard_velocity(observations: Observations, k: int, spec: PolicySpec) -> FloatArray:
-    """Return the velocity heard within candidate k in units of the largest v0, shape (rows, axes)."""
-    prefix = f"profile_{k}_velocity_"
-    columns = [column for column, name in enumerate(spec.layout.names) if name.startswith(prefix)]
-    scaled = observations[:, columns].astype(np.float64)
-    velocity: FloatArray = scaled / (1 - np.linalg.norm(scaled, axis=1, keepdims=True))
-    return velocity
 
 
 def _neighbor_count(observations: Observations, entry: str, spec: PolicySpec) -> FloatArray:

@@ -18,8 +18,9 @@ from flockesc_env.policies.memory_rules import (
     WinStayLoseShift,
 )
 from flockesc_env.policies.playing import record_flock
+from flockesc_env.policies.profile_rules import BestCandidate, BestNextHeading, StepAside
 from flockesc_env.policies.ranges import FixedRange, RandomRange
-from flockesc_env.policies.rules import BestCandidate, StubbornLeaders
+from flockesc_env.policies.rules import StubbornLeaders
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_model, as_scenario
@@ -32,9 +33,12 @@ NAMES = (
     "stubborn-witnesses",
     "listen-while-threatened",
     "win-stay-lose-shift",
+    "win-stay-lose-shift-escape",
     "spread-out",
     "turn-away",
     "keep-distance",
+    "head-away",
+    "step-aside",
     "turn-flock-away",
     "turn-flock-from-predator",
 )
@@ -47,9 +51,12 @@ NAMES = (
 - ``stubborn-witnesses``: ``StubbornWitnesses``, with the predator visible within its range only.
 - ``listen-while-threatened``: ``ListenWhileThreatened``, likewise.
 - ``win-stay-lose-shift``: ``WinStayLoseShift``, with the predator visible at any distance.
+- ``win-stay-lose-shift-escape``: the same with the criterion ``"escape_direction"``.
 - ``spread-out``: ``SpreadOut``, with a profile and the predator visible within its range only.
 - ``turn-away``: ``BestCandidate("escape_cosine")``, with a profile and the predator visible at any distance.
 - ``keep-distance``: ``BestCandidate("closest_approach")``, likewise.
+- ``head-away``: ``BestNextHeading``, likewise.
+- ``step-aside``: ``StepAside``, likewise.
 - ``turn-flock-away``: ``BestCandidate("heading_escape")`` with one range for the flock, likewise.
 - ``turn-flock-from-predator``: ``BestCandidate("heading_away")`` with one range for the flock, likewise.
 """
@@ -140,6 +147,16 @@ def built_in(name: str, argument: str = "policies") -> NamedPolicy:
     if name == "win-stay-lose-shift":
         options = {"extra_entries": ("closest_approach",), "predator_sensing_range": None}
         return NamedPolicy(name, WinStayLoseShift(), per_agent=True, options=options)
+    if name == "win-stay-lose-shift-escape":
+        options = {"extra_entries": ("escape_direction",), "predator_sensing_range": None}
+        policy = WinStayLoseShift(10.0, 50.0, 0.85, 2.0, criterion="escape_direction")
+        return NamedPolicy(name, policy, per_agent=True, options=options)
+    if name == "head-away":
+        options = {**_PROFILE, "extra_entries": ("escape_direction",)}
+        return NamedPolicy(name, BestNextHeading(), per_agent=True, options=options)
+    if name == "step-aside":
+        options = {**_PROFILE, "extra_entries": ("closest_approach",)}
+        return NamedPolicy(name, StepAside(), per_agent=True, options=options)
     if name == "spread-out":
         options = {"profile_ranges": PROFILE_RANGES, "steps_per_action": 4}
         return NamedPolicy(name, SpreadOut(), per_agent=True, options=options)

@@ -1,4 +1,4 @@
-"""Hand-written rules without a memory: simple comparisons of the entries of an observation."""
+"""A hand-written rule without a memory that compares the entries of an observation."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import FloatArray, as_flag, as_floats, as_text
+from flockesc_env.common.checks import FloatArray, as_floats
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations
@@ -45,43 +45,6 @@ class StubbornLeaders:
         cosine_away = -observations[:, spec.layout.index("predator_direction_ahead")]
         ranges: FloatArray = np.where(cosine_away > self.min_cosine, 0.0, self.interaction_range)
         return spec.actions.from_ranges(ranges)
-
-
-class BestCandidate:
-    """A rule for observations with a profile: the candidate range under which one entry is largest.
-
-    Of equal candidates it sets the shortest. With ``"escape_cosine"`` an agent listens at the range at which
-    the heard velocity points nearest to its escape direction; with ``"closest_approach"`` at the one whose
-    heard heading keeps the predator farthest away. With one range for the flock, ``"heading_escape"`` turns
-    the flock toward the escape directions.
-
-    Args:
-        entry: name of an entry of the candidates, without ``profile_k_``.
-        per_agent: True: one range per agent. False: one per flock.
-        unaware_range: rho in m of rows that observe no predator.
-
-    Raises:
-        ArgumentError: if an argument has the wrong type, or ``unaware_range`` is negative.
-    """
-
-    def __init__(self, entry: str, *, per_agent: bool = True, unaware_range: float = 0.0) -> None:
-        self.entry = as_text(entry, "entry")
-        self.unaware_range = float(as_floats(unaware_range, "unaware_range", (), least=0.0))
-        self.per_agent = as_flag(per_agent, "per_agent")
-
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Return the action of every row; see ``Policy.act``.
-
-        Raises:
-            ArgumentError: if the observation has no profile, or no such entry.
-        """
-        ranges = np.array(spec.profile_ranges)
-        if not ranges.size:
-            raise ArgumentError("profile_ranges", "candidate ranges", "none")
-        columns = [spec.layout.index(f"profile_{k}_{self.entry}") for k in range(ranges.size)]
-        chosen = ranges[observations[:, columns].argmax(axis=1)]
-        is_aware = observations[:, spec.layout.index("predator_sensed")] > 0
-        return spec.actions.from_ranges(np.where(is_aware, chosen, self.unaware_range))
 
 
 def check_rows_are_agents(spec: PolicySpec) -> None:

@@ -40,6 +40,8 @@ LEARNERS = {
     "listen-while-threatened": "rule: listen while threatened",
     "turn-away": "rule: turn away",
     "keep-distance": "rule: keep distance",
+    "head-away": "rule: head away",
+    "step-aside": "rule: step aside",
     "turn-flock-away": "rule: turn the flock away",
     "turn-flock-from-predator": "rule: turn the flock from the predator",
     "stubborn-leaders": "rule: stubborn leaders",
@@ -47,6 +49,7 @@ LEARNERS = {
     "spread-out": "rule: spread out",
     "stubborn-witnesses": "rule: stubborn witnesses",
     "win-stay-lose-shift": "rule: win stay, lose shift",
+    "win-stay-lose-shift-escape": "rule: win stay, lose shift",
 }
 
 

@@ -59,6 +59,12 @@ LOCAL_RULES = ("stubborn-leaders-local", "stubborn-witnesses", "listen-while-thr
 LOCAL_PROFILE_RULES = ("stubborn-witnesses", "spread-out")
 PROFILE_RULES = ("turn-away", "keep-distance")
 SHARED_PROFILE_RULES = ("turn-flock-away", "turn-flock-from-predator")
+SETTING_RULES = {
+    "per-agent-visible-derived": ("win-stay-lose-shift-escape",),
+    "per-agent-visible-profile": ("head-away",),
+    "per-agent-visible-profile-minimum": ("step-aside",),
+}
+"""Further rules of single settings."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -106,7 +112,7 @@ def study(args: StudyArgs) -> Path:
         _rows("hindsight oracle", None, held_out, fixed.max(axis=0)),
     ]
     policies: list[tuple[str, int | None, str | bytes]]
-    policies = [(name, None, name) for name in _rules(preset)]
+    policies = [(name, None, name) for name in (*_rules(preset), *SETTING_RULES.get(args.setting, ()))]
     policies += [(name, seed, (folder / POLICY_FILE).read_bytes()) for name, seed, folder in runs]
     jobs = [play_job(policy, preset.setting, held_out) for _, _, policy in policies]
     results = run(jobs, cache, backend, title="Policies on held-out flocks")

@@ -147,7 +147,7 @@ def test_win_stay_lose_shift() -> None:
     batch = FlockBatch(scenario, EnvOptions(extra_entries=("closest_approach",)), per_agent=True)
     spec = batch.policy_spec
     rows = np.zeros((4, len(spec.layout.names)), np.float32)
-    policy = WinStayLoseShift(short_range=10.0, long_range=40.0, safe_distance=25.0)
+    policy = WinStayLoseShift(short_range=10.0, long_range=40.0, threshold=25.0)
 
     def ranges(own: list[float], heard: list[float]) -> list[float]:
         rows[:, spec.layout.index("closest_approach")] = own
@@ -161,3 +161,23 @@ def test_win_stay_lose_shift() -> None:
     assert ranges([0.1, 0.1, 0.4, 0.1], [0.2, 0.1, 0.4, 0.05]) == [10.0, 10.0, 0.0, 40.0]
     # An agent that begins to listen again stays with its last range, which has shifted.
     assert ranges([0.1, 0.1, 0.1, 0.1], [0.2, 0.2, 0.1, 0.2]) == [10.0, 10.0, 40.0, 40.0]
+
+
+def test_win_stay_lose_shift_pauses_after_a_range_that_did_not_help() -> None:
+    scenario = FlockScenario(num_agents=3)
+    batch = FlockBatch(scenario, EnvOptions(extra_entries=("escape_direction",)), per_agent=True)
+    spec = batch.policy_spec
+    rows = np.zeros((3, len(spec.layout.names)), np.float32)
+    policy = WinStayLoseShift(10.0, 40.0, threshold=0.8, pause=2.0, criterion="escape_direction")
+
+    def ranges(own: list[float], gain: list[float]) -> list[float]:
+        rows[:, spec.layout.index("escape_direction_ahead")] = own
+        rows[:, spec.layout.index("heard_escape_gain")] = gain
+        return spec.actions.to_ranges(policy.act(rows, spec), 3).round(4).tolist()
+
+    assert ranges([0.5, -0.5, 0.9], [0.0, 0.0, 0.1]) == [10.0, 10.0, 0.0]
+    # The first wins although its heading is good by now; the second loses; the third turns back.
+    assert ranges([0.9, -0.5, 0.7], [0.1, -0.1, 0.0]) == [10.0, 0.0, 10.0]
+    assert ranges([0.95, -0.5, 0.75], [0.0, 0.2, 0.1]) == [0.0, 0.0, 10.0]  # 0 is no gain
+    assert ranges([0.7, -0.5, 0.9], [0.0, 0.0, 0.0]) == [0.0, 40.0, 0.0]  # two actions have passed
+    assert ranges([0.7, -0.4, 0.7], [0.0, 0.1, 0.0]) == [40.0, 40.0, 0.0]

@@ -14,9 +14,11 @@ from option_table import small_flock
 from flockesc_env import LineScenario, load_policy, rollout, save_policy
 from flockesc_env.common.errors import ArgumentError, RecordError, ScenarioError
 from flockesc_env.policies import (
+    BestNextHeading,
     FixedRange,
     ListenWhileThreatened,
     SpreadOut,
+    StepAside,
     StubbornWitnesses,
     WinStayLoseShift,
 )
@@ -193,12 +195,16 @@ def test_a_policy_for_a_line_records_no_flock() -> None:
         StubbornWitnesses(0.25, 50.0, 12.0, 30.0, 2.0),
         ListenWhileThreatened(40.0, 20.0, 30.0),
         WinStayLoseShift(10.0, 30.0, 20.0),
+        WinStayLoseShift(10.0, 30.0, 0.8, 2.0, criterion="escape_direction"),
         SpreadOut(0.5, 0.2, 20.0),
+        BestNextHeading(0.4, 0.1),
+        StepAside(0.5, 0.1),
     ],
     ids=lambda rule: type(rule).__name__,
 )
 def test_rules_are_saved_like_networks(rule: Any, tmp_path: Path) -> None:
-    options = {"extra_entries": ("closest_approach",), "profile_ranges": (0.0, 10.0, 30.0)}
+    extra = ("closest_approach", "escape_direction")
+    options = {"extra_entries": extra, "profile_ranges": (0.0, 10.0, 30.0)}
     entry = NamedPolicy("mine", rule, per_agent=True, options=options, scenario=SCENARIO)
     save_policy(entry, tmp_path / "rule.npz")
     found = load_policy(tmp_path / "rule.npz")

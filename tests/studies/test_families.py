@@ -28,7 +28,11 @@ FAMILIES = {
     "linear networks": Networks(Architecture(INPUTS, ())),
     **{
         name: Rules(name, max_range=30.0)
-        for name in ("stubborn-witnesses", "win-stay-lose-shift", "spread-out")
+        for name in (
+            "stubborn-witnesses",
+            "win-stay-lose-shift-escape",
+            "spread-out",
+        )
     },
 }
 
@@ -42,7 +46,7 @@ def test_a_generation_plays_as_its_policies_do(family: Family, tmp_path: Path) -
         "max_range": 30.0,
         "predator_visible": False,
         "profile_ranges": (0.0, 10.0, 30.0),
-        "extra_entries": ("closest_approach",),
+        "extra_entries": ("closest_approach", "escape_direction"),
     }
     args = small_run(tmp_path / "run", "search", steps_per_action=1, **chosen)
     assert isinstance(args, SearchArgs)

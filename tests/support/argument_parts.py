@@ -239,13 +239,24 @@ POLICIES: dict[str, Row] = {
     ),
     "WinStayLoseShift": Row(
         policies.WinStayLoseShift,
-        {name: Number(20.0, low=0.0) for name in ("short_range", "long_range", "safe_distance")},
+        {
+            **{name: Number(2.0, low=0.0) for name in ("short_range", "long_range", "threshold", "pause")},
+            "criterion": Choice("escape_direction"),
+        },
         after=vars,
     ),
     "SpreadOut": Row(
         policies.SpreadOut,
         {name: Number(0.5, low=0.0) for name in ("spread_time", "gain", "interaction_range")},
         after=vars,
+    ),
+    "BestNextHeading": Row(
+        policies.BestNextHeading,
+        {name: Number(0.5, low=0.0) for name in ("turn", "long_cost")},
+        after=vars,
+    ),
+    "StepAside": Row(
+        policies.StepAside, {name: Number(0.5, low=0.0) for name in ("aside_time", "weight")}, after=vars
     ),
     "BestCandidate": Row(
         policies.BestCandidate,
