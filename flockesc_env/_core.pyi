@@ -18,9 +18,11 @@ __all__ = [
     "default_line_scenario",
     "drawn_flock_scenario",
     "episode_seed",
+    "infos",
     "kinds",
     "laplacian",
     "line_observation_entries",
+    "named_infos",
     "neighbor_pairs",
     "network_ranges",
     "observation_entries",
@@ -141,6 +143,12 @@ class LineEpisode:
     @property
     def has_ended(self) -> bool: ...
 
+def infos(
+    columns: dict[str, NDArray[Any]], ranges: NDArray[np.float64] | None = None
+) -> list[dict[str, Any]]: ...
+def named_infos(
+    names: list[str], columns: dict[str, NDArray[Any]], ranges: NDArray[np.float64]
+) -> dict[str, dict[str, Any]]: ...
 def check_flock_scenario(scenario: str) -> None: ...
 def check_line_scenario(scenario: str) -> None: ...
 def default_flock_scenario() -> str: ...

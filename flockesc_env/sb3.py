@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import chain, repeat
 from typing import Any, ClassVar, Unpack
 
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
+from flockesc_env import _core
 from flockesc_env.common.checks import as_array, as_seed
 from flockesc_env.common.errors import ActionError, ArgumentError
 from flockesc_env.common.extras import require
 from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, ManyFlocks
-from flockesc_env.episodes.batch import Columns, infos
+from flockesc_env.episodes.batch import Columns
 from flockesc_env.episodes.scenarios import Scenarios
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.render import render
@@ -153,13 +153,8 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
         return [False for _ in self._get_indices(indices)]
 
     def _slot_infos(self, columns: Columns, ranges: NDArray[np.float64]) -> list[dict[str, Any]]:
-        added = {"interaction_range": 0.0, "TimeLimit.truncated": False}
-        shared = [{**info, **added} for info in infos(columns)]
-        slots = chain.from_iterable(repeat(info, self._batch.rows) for info in shared)
-        slot_infos = list(map(dict.copy, slots))  # faster than a loop in Python
-        for info, rho in zip(slot_infos, ranges.tolist(), strict=True):
-            info["interaction_range"] = rho
-        return slot_infos
+        not_truncated = np.zeros(len(ranges) // self._batch.rows, np.bool)
+        return _core.infos({**columns, "TimeLimit.truncated": not_truncated}, ranges)
 
 
 class FlockVecEnv(_BatchVecEnv):

@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
+from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_seed
 from flockesc_env.common.errors import ActionError, OptionError, ResetNeededError, shown
 from flockesc_env.envs._base import FlockArguments, OneFlock, Rendered
-from flockesc_env.episodes.batch import RESET_OPTIONS, Columns, Step, infos, is_over
+from flockesc_env.episodes.batch import RESET_OPTIONS, Columns, Step, is_over
+from flockesc_env.episodes.options import TeamReward
 from flockesc_env.episodes.spaces import Label, flock_layout
 from flockesc_env.scenario.flock import FlockScenario
 
@@ -73,6 +75,8 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         self.possible_agents = self._flock + self._predators
         self.agents: list[str] = []
         self._caught = np.zeros(count, np.bool)
+        self._false: dict[str, bool] = {}  # False for every name in `agents`; its copy is faster than a new dict
+        self._is_team_reward = self.options.reward in get_args(TeamReward)
         self.observation_spaces = {agent: self.policy_spec.layout.space() for agent in self._flock}
         self.action_spaces = {agent: self.policy_spec.actions.space() for agent in self._flock}
         for predator in self._predators:
@@ -152,24 +156,29 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         self._check_running()
         if not isinstance(actions, Mapping):
             raise ActionError("actions", "a dict with an action per agent", shown(actions))
-        agents, acting = self.agents[: len(self.agents) - len(self._predators)], ~self._caught
+        false, acting = self._false, ~self._caught
+        agents = self.agents[: len(self.agents) - len(self._predators)]
+        some_are_caught = len(agents) < len(acting)
         predator_actions = None
         if self._predators:
             predator_actions = self.predator_policy_spec.plain_of(self._predators, actions)
             actions = {agent: action for agent, action in actions.items() if agent not in self._predators}
         stacked = self.policy_spec.actions.core.stack(actions, agents, self._flock)
-        if len(agents) < len(acting):
+        if some_are_caught:
             stacked = _add_caught_rows(stacked, acting)
         rows, rewards, ended, ranges, columns = self._step(stacked, self._label, predator_actions)
-        if len(agents) < len(acting):
+        if some_are_caught:
             rows, rewards, ranges = rows[acting], rewards[acting], ranges[acting]
-        caught = self._caught[acting]
         count, has_ended = len(self._predators), bool(ended[0])
-        predator_rewards = [self.predator_reward] * count if count else []
-        all_rewards = self._by_name(agents, rewards.tolist(), predator_rewards)
-        terminations = dict.fromkeys(all_rewards, False)
-        truncations = dict.fromkeys(all_rewards, has_ended)
-        if caught.any():
+        if self._is_team_reward:
+            all_rewards = dict.fromkeys(false, float(rewards[0]))
+        else:
+            all_rewards = dict(zip(agents, rewards.tolist(), strict=True))
+        if count:
+            all_rewards |= dict.fromkeys(self._predators, self.predator_reward)
+        terminations = false.copy()
+        truncations = dict.fromkeys(false, True) if has_ended else false.copy()
+        if self._batch.rows_can_be_caught and (caught := self._caught[acting]).any():
             terminated = bool(is_over(columns)[0])
             left = has_ended and not terminated
             terminations = self._by_name(agents, caught.tolist(), [terminated] * count)
@@ -245,6 +254,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         started = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
         self.agents = self.possible_agents.copy()
         self._caught = np.zeros(len(self._flock), np.bool)
+        self._false = dict.fromkeys(self.agents, False)
         self._show()
         return started
 
@@ -263,6 +273,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         """Update ``agents`` and the caught agents after a step."""
         self._caught = self._batch.caught()[0]
         self.agents = [] if has_ended else [*compress(self._flock, ~self._caught), *self._predators]
+        self._false = dict.fromkeys(self.agents, False)
 
     def _predator_observations(self) -> Observation:
         """Return the observations of the predators that are agents, one row each."""
@@ -277,14 +288,12 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     def _infos(
         self, agents: list[str], columns: Columns, ranges: NDArray[np.float64]
     ) -> dict[str, dict[str, Any]]:
-        shared = {**infos(columns)[0], "interaction_range": 0.0}
-        own = [shared.copy() for _ in agents]  # faster than building each dict from its entries
-        for info, rho in zip(own, ranges.tolist(), strict=True):
-            info["interaction_range"] = rho
-        return self._by_name(agents, own, [infos(columns)[0] for _ in self._predators])
+        named = _core.named_infos(agents, columns, ranges)
+        named.update((predator, _core.infos(columns)[0]) for predator in self._predators)
+        return named
 
     def _info(self, columns: Columns, ranges: NDArray[np.float64]) -> dict[str, Any]:
-        info = {**infos(columns)[0], "interaction_range": ranges}
+        info = {**_core.infos(columns)[0], "interaction_range": ranges}
         if self._predators:
             info["predator_observations"] = self._predator_observations()
         return info

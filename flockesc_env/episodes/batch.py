@@ -380,9 +380,3 @@ class FlockBatch:
 def is_over(columns: Mapping[str, Any]) -> Any:
     """Return whether all agents of each flock are caught: then its episode terminates."""
     return columns["fraction_surviving"] == 0.0
-
-
-def infos(columns: Columns) -> list[dict[str, Any]]:
-    """Return a new ``info`` dict of plain numbers for each flock, without ``interaction_range``."""
-    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    return [dict(zip(columns, row, strict=True)) for row in rows]

@@ -1,10 +1,10 @@
 //! Metrics and states of flocks as Python dictionaries.
 
 use flockesc_core::{Episode, Metrics};
-use numpy::IntoPyArray;
+use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyDict, PyList, PyString};
 
 use crate::arrays::{column, shaped};
 
@@ -111,4 +111,74 @@ pub(crate) fn columns<'py>(py: Python<'py>, measured: &[Measured]) -> PyResult<B
         )?;
     }
     Ok(dict)
+}
+
+/// Returns new `info` dicts: one per flock or, with `ranges`, one per range, which then has the key
+/// `interaction_range`.
+///
+/// `columns` are arrays with one entry per flock. `ranges` has the ranges of the first flock, then those of the
+/// second, and so on.
+#[pyfunction]
+#[pyo3(signature = (columns, ranges=None))]
+pub(crate) fn infos<'py>(
+    columns: &Bound<'py, PyDict>,
+    ranges: Option<PyReadonlyArray1<'py, f64>>,
+) -> PyResult<Bound<'py, PyList>> {
+    let infos = PyList::empty(columns.py());
+    each_info(columns, ranges, |info| infos.append(info))?;
+    Ok(infos)
+}
+
+/// Returns a dict with a new `info` dict for each of `names`, as [`infos`] returns them for `ranges`.
+#[pyfunction]
+pub(crate) fn named_infos<'py>(
+    names: &Bound<'py, PyList>,
+    columns: &Bound<'py, PyDict>,
+    ranges: PyReadonlyArray1<'py, f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let named = PyDict::new(columns.py());
+    let mut names = names.iter();
+    each_info(columns, Some(ranges), |info| {
+        names
+            .next()
+            .map_or(Ok(()), |name| named.set_item(name, info))
+    })?;
+    Ok(named)
+}
+
+/// Calls `add` with each new dict of [`infos`]. A dict is a copy of the one before, because adding all keys one by
+/// one takes longer.
+fn each_info<'py>(
+    columns: &Bound<'py, PyDict>,
+    ranges: Option<PyReadonlyArray1<'py, f64>>,
+    mut add: impl FnMut(Bound<'py, PyDict>) -> PyResult<()>,
+) -> PyResult<()> {
+    let py = columns.py();
+    let (names, arrays) = (columns.keys(), columns.values());
+    let values = arrays.iter().map(|array| {
+        let list = array.call_method0(intern!(py, "tolist"))?;
+        Ok(list.cast_into::<PyList>()?)
+    });
+    let values = values.collect::<PyResult<Vec<_>>>()?;
+    let flocks = values.first().map_or(0, PyListMethods::len);
+    let ranges = ranges
+        .as_ref()
+        .map(PyReadonlyArray1::as_slice)
+        .transpose()?;
+    let rows = ranges.map_or(0, <[f64]>::len) / flocks.max(1);
+    let info = PyDict::new(py);
+    for flock in 0..flocks {
+        for (name, values) in names.iter().zip(&values) {
+            info.set_item(name, values.get_item(flock)?)?;
+        }
+        let Some(ranges) = ranges else {
+            add(info.copy()?)?;
+            continue;
+        };
+        for range in &ranges[flock * rows..(flock + 1) * rows] {
+            info.set_item(intern!(py, "interaction_range"), range)?;
+            add(info.copy()?)?;
+        }
+    }
+    Ok(())
 }
