@@ -17,7 +17,7 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_seed
 from flockesc_env.common.errors import ActionError, OptionError, ResetNeededError, shown
 from flockesc_env.envs._base import InfoArguments, Infos, OneFlock, Rendered
-from flockesc_env.episodes.batch import RESET_OPTIONS, Columns, Step, is_over
+from flockesc_env.episodes.batch import RESET_OPTIONS, FlockStep, is_over
 from flockesc_env.episodes.options import TeamReward
 from flockesc_env.episodes.spaces import Label, flock_layout
 from flockesc_env.scenario.flock import FlockScenario
@@ -119,9 +119,9 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         Raises:
             ArgumentError: if the seed or an option is invalid; the running episode continues.
         """
-        rows, columns = self._reset(seed, options)
+        rows, info = self._reset(seed, options)
         observations = self._by_name(self._flock, rows, self._predator_observations())
-        return observations, self._infos(self._flock, columns, np.zeros(len(rows)))
+        return observations, self._infos(self._flock, info, np.zeros(len(rows)))
 
     def reset_array(
         self, seed: int | None = None, options: dict[str, Any] | None = None
@@ -137,8 +137,8 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             predators are agents, ``info`` also contains ``predator_observations``, shape (predators,
             entries).
         """
-        rows, columns = self._reset(seed, options)
-        return rows, self._info(columns, np.zeros(len(rows)))
+        rows, info = self._reset(seed, options)
+        return rows, self._with_arrays(info, np.zeros(len(rows)))
 
     def step(
         self, actions: dict[str, Any]
@@ -170,10 +170,10 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         stacked = self.policy_spec.actions.core.stack(actions, agents, self._flock)
         if some_are_caught:
             stacked = _add_caught_rows(stacked, acting)
-        rows, rewards, ended, ranges, columns = self._step(stacked, self._label, predator_actions)
+        rows, rewards, has_ended, ranges, info = self._step(stacked, self._label, predator_actions)
         if some_are_caught:
             rows, rewards, ranges = rows[acting], rewards[acting], ranges[acting]
-        count, has_ended = len(self._predators), bool(ended[0])
+        count = len(self._predators)
         if self._is_team_reward:
             all_rewards = dict.fromkeys(false, float(rewards[0]))
         else:
@@ -183,15 +183,15 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         terminations = false.copy()
         truncations = dict.fromkeys(false, True) if has_ended else false.copy()
         if self._which_infos == "all" or has_ended:
-            infos = self._infos(agents, columns, ranges)
+            infos = self._infos(agents, info, ranges)
         else:
             infos = {agent: {} for agent in false}
         if self._batch.rows_can_be_caught and (caught := self._caught[acting]).any():
-            terminated = bool(is_over(columns)[0])
+            terminated = is_over(info)
             left = has_ended and not terminated
             terminations = self._by_name(agents, caught.tolist(), [terminated] * count)
             truncations = self._by_name(agents, (has_ended & ~caught).tolist(), [left] * count)
-            infos |= _core.named_infos(list(compress(agents, caught)), columns, ranges[caught])
+            infos |= _core.named_infos(list(compress(agents, caught)), info, ranges[caught])
         observations = self._by_name(agents, rows, self._predator_observations())
         return observations, all_rewards, terminations, truncations, infos
 
@@ -219,11 +219,11 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         self._check_running()
         if self._predators or predator_actions is not None:
             predator_actions = self.predator_policy_spec.plain(predator_actions, len(self._predators))
-        rows, rewards, ended, ranges, columns = self._step(actions, None, predator_actions)
-        terminations, truncations = self._caught.copy(), np.full(len(self._caught), ended[0])
+        rows, rewards, has_ended, ranges, info = self._step(actions, None, predator_actions)
+        terminations, truncations = self._caught.copy(), np.full(len(self._caught), has_ended)
         if self.scenario.capture_radius is not None:
             truncations &= ~terminations
-        return rows, rewards, terminations, truncations, self._info(columns, ranges)
+        return rows, rewards, terminations, truncations, self._with_arrays(info, ranges)
 
     @property
     def predator_reward(self) -> float:
@@ -251,7 +251,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         flock = self.agents[: len(self.agents) - len(self._predators)]
         return self._by_name(flock, rows[~self._caught], self._predator_observations()) if self.agents else {}
 
-    def _reset(self, seed: int | None, options: dict[str, Any] | None) -> tuple[Observation, Columns]:
+    def _reset(self, seed: int | None, options: dict[str, Any] | None) -> tuple[Observation, dict[str, Any]]:
         given = as_mapping(options)
         known = {name: value for name, value in given.items() if name in RESET_OPTIONS}
         if len(known) < len(given):
@@ -260,21 +260,21 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             message = f"reset() ignores unknown options {unknown}; known options: {known_names}"
             warnings.warn(message, UserWarning, stacklevel=3)
         start = self._batch.start(known)
-        started = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
+        rows, columns = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
         self.agents = self.possible_agents.copy()
         self._caught = np.zeros(len(self._flock), np.bool)
         self._false = dict.fromkeys(self.agents, False)
         self._show()
-        return started
+        return rows, _core.infos(columns)[0]
 
     def _check_running(self) -> None:
         if not self.agents:
             raise ResetNeededError("step() called before reset() or after the end of the episode")
 
-    def _step(self, actions: Any, label: Label | None, predator_actions: FloatArray | None) -> Step:
-        step = self._batch.step(actions, label=label, predator_actions=predator_actions)
-        if step[2][0] or self.scenario.capture_radius is not None:
-            self._name_agents(has_ended=bool(step[2][0]))
+    def _step(self, actions: Any, label: Label | None, predator_actions: FloatArray | None) -> FlockStep:
+        step = self._batch.step_flock(actions, label=label, predator_actions=predator_actions)
+        if step[2] or self.scenario.capture_radius is not None:
+            self._name_agents(has_ended=step[2])
         self._show()
         return step
 
@@ -295,14 +295,14 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         return named
 
     def _infos(
-        self, agents: list[str], columns: Columns, ranges: NDArray[np.float64]
+        self, agents: list[str], info: dict[str, Any], ranges: NDArray[np.float64]
     ) -> dict[str, dict[str, Any]]:
-        named = _core.named_infos(agents, columns, ranges)
-        named.update((predator, _core.infos(columns)[0]) for predator in self._predators)
+        named = _core.named_infos(agents, info, ranges)
+        named.update((predator, info.copy()) for predator in self._predators)
         return named
 
-    def _info(self, columns: Columns, ranges: NDArray[np.float64]) -> dict[str, Any]:
-        info = {**_core.infos(columns)[0], "interaction_range": ranges}
+    def _with_arrays(self, info: dict[str, Any], ranges: NDArray[np.float64]) -> dict[str, Any]:
+        info["interaction_range"] = ranges
         if self._predators:
             info["predator_observations"] = self._predator_observations()
         return info

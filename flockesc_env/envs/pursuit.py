@@ -104,14 +104,14 @@ class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.fl
             raise ResetNeededError("step() called before reset()")
         predator_actions = self.policy_spec.plain_one(action)
         ranges = self.flock_policy.act(self._flock_observations, self._batch.policy_spec)
-        self._flock_observations, _, ended, _, columns = self._batch.step(
+        self._flock_observations, _, has_ended, _, info = self._batch.step_flock(
             ranges, predator_actions=predator_actions
         )
         self._show()
         reward = float(self._batch.predator_rewards()[0])
-        terminated = bool(is_over(columns)[0])
-        truncated = bool(ended[0]) and not terminated
-        return self._batch.observe_predators([0])[0], reward, terminated, truncated, _core.infos(columns)[0]
+        terminated = bool(is_over(info))
+        truncated = has_ended and not terminated
+        return self._batch.observe_predators([0])[0], reward, terminated, truncated, info
 
     def _observe(self) -> NDArray[np.float32]:
         self._flock_observations = self._batch.observe([0])

@@ -41,6 +41,9 @@ Step = tuple[Observations, FloatArray, NDArray[np.bool], FloatArray, Columns]
 """Observations (num_flocks * rows, entries), rewards (num_flocks * rows,), whether each flock's episode has
 ended (num_flocks,), ranges in m (num_flocks * rows,), and columns of ``info``."""
 
+FlockStep = tuple[Observations, FloatArray, bool, FloatArray, dict[str, Any]]
+"""``Step`` of one flock: whether its episode has ended, and its ``info`` as plain numbers."""
+
 AtEnd = Literal["refuse", "restart", "stay"]
 
 STARTS: Final = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
@@ -224,6 +227,14 @@ class FlockBatch:
         step = self._core.step(actions, label, at_end, out, predator_actions)
         self._note_begun(restarted)
         return step
+
+    def step_flock(
+        self, actions: Any, *, label: Label | None = None, predator_actions: FloatArray | None = None
+    ) -> FlockStep:
+        """Step a batch of one flock as ``step`` does, in less time."""
+        if predator_actions is None:
+            predator_actions = self._predator_actions()
+        return self._core.step_flock(actions, label, predator_actions)
 
     def step_one(self, action: Any) -> tuple[Observations, float, bool, dict[str, Any]]:
         """Step a batch that has a single row; faster than ``step``.

@@ -124,35 +124,6 @@ pub(crate) fn infos<'py>(
     columns: &Bound<'py, PyDict>,
     ranges: Option<PyReadonlyArray1<'py, f64>>,
 ) -> PyResult<Bound<'py, PyList>> {
-    let infos = PyList::empty(columns.py());
-    each_info(columns, ranges, |info| infos.append(info))?;
-    Ok(infos)
-}
-
-/// Returns a dict with a new `info` dict for each of `names`, as [`infos`] returns them for `ranges`.
-#[pyfunction]
-pub(crate) fn named_infos<'py>(
-    names: &Bound<'py, PyList>,
-    columns: &Bound<'py, PyDict>,
-    ranges: PyReadonlyArray1<'py, f64>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let named = PyDict::new(columns.py());
-    let mut names = names.iter();
-    each_info(columns, Some(ranges), |info| {
-        names
-            .next()
-            .map_or(Ok(()), |name| named.set_item(name, info))
-    })?;
-    Ok(named)
-}
-
-/// Calls `add` with each new dict of [`infos`]. A dict is a copy of the one before, because adding all keys one by
-/// one takes longer.
-fn each_info<'py>(
-    columns: &Bound<'py, PyDict>,
-    ranges: Option<PyReadonlyArray1<'py, f64>>,
-    mut add: impl FnMut(Bound<'py, PyDict>) -> PyResult<()>,
-) -> PyResult<()> {
     let py = columns.py();
     let (names, arrays) = (columns.keys(), columns.values());
     let values = arrays.iter().map(|array| {
@@ -167,18 +138,39 @@ fn each_info<'py>(
         .transpose()?;
     let rows = ranges.map_or(0, <[f64]>::len) / flocks.max(1);
     let info = PyDict::new(py);
+    let infos = PyList::empty(py);
     for flock in 0..flocks {
         for (name, values) in names.iter().zip(&values) {
             info.set_item(name, values.get_item(flock)?)?;
         }
-        let Some(ranges) = ranges else {
-            add(info.copy()?)?;
-            continue;
-        };
-        for range in &ranges[flock * rows..(flock + 1) * rows] {
-            info.set_item(intern!(py, "interaction_range"), range)?;
-            add(info.copy()?)?;
+        match ranges {
+            Some(ranges) => {
+                for range in &ranges[flock * rows..(flock + 1) * rows] {
+                    infos.append(with_range(&info, *range)?)?;
+                }
+            }
+            None => infos.append(info.copy()?)?,
         }
     }
-    Ok(())
+    Ok(infos)
+}
+
+/// Returns a dict with a new `info` dict for each of `names`: a copy of `info` with its range.
+#[pyfunction]
+pub(crate) fn named_infos<'py>(
+    names: &Bound<'py, PyList>,
+    info: &Bound<'py, PyDict>,
+    ranges: PyReadonlyArray1<'py, f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (info, named) = (info.copy()?, PyDict::new(info.py()));
+    for (name, range) in names.iter().zip(ranges.as_slice()?) {
+        named.set_item(name, with_range(&info, *range)?)?;
+    }
+    Ok(named)
+}
+
+/// Sets `interaction_range` and returns a copy of the dict. Adding all keys one by one takes longer.
+fn with_range<'py>(info: &Bound<'py, PyDict>, range: f64) -> PyResult<Bound<'py, PyDict>> {
+    info.set_item(intern!(info.py(), "interaction_range"), range)?;
+    info.copy()
 }
