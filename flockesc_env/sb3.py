@@ -100,7 +100,7 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
         if self._infos == "all":
             slot_infos = self._slot_infos(step.columns, step.ranges)
         else:
-            slot_infos = [{} for _ in range(self.num_envs)]
+            slot_infos = [{}] * self.num_envs
         if step.ending is not None:
             slots = np.flatnonzero(dones).tolist()
             if self._infos == "end":

@@ -78,7 +78,7 @@ class InfoArguments(FlockArguments, total=False):
 
     Attributes:
         infos: which ``info`` dicts of ``step`` have entries. ``"all"``: all. ``"end"``: those of agents or
-            slots whose episode has ended in this step; the others are new empty dicts, which is faster.
+            slots whose episode has ended in this step; the others share one new empty dict, which is faster.
     """
 
     infos: Infos

@@ -17,9 +17,10 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_seed
 from flockesc_env.common.errors import ActionError, OptionError, ResetNeededError, shown
 from flockesc_env.envs._base import InfoArguments, Infos, OneFlock, Rendered
-from flockesc_env.episodes.batch import RESET_OPTIONS, FlockStep, is_over
+from flockesc_env.episodes.batch import FlockStep, is_over
 from flockesc_env.episodes.options import TeamReward
 from flockesc_env.episodes.spaces import Label, flock_layout
+from flockesc_env.episodes.starts import RESET_OPTIONS
 from flockesc_env.scenario.flock import FlockScenario
 
 Observation = NDArray[np.float32]
@@ -185,7 +186,8 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         if self._which_infos == "all" or has_ended:
             infos = self._infos(agents, info, ranges)
         else:
-            infos = {agent: {} for agent in false}
+            shared: dict[str, Any] = {}
+            infos = dict.fromkeys(false, shared)
         if self._batch.rows_can_be_caught and (caught := self._caught[acting]).any():
             terminated = is_over(info)
             left = has_ended and not terminated

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from types import MappingProxyType
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -16,8 +15,6 @@ from flockesc_env.common.checks import (
     as_bytes,
     as_count,
     as_flag,
-    as_floats,
-    as_options,
     as_policy,
     as_seed,
     as_threads,
@@ -30,6 +27,7 @@ from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
 from flockesc_env.episodes.scenarios import distinct_scenarios
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.episodes.spaces import Label, ObservationLayout, PolicySpec, RangeActions
+from flockesc_env.episodes.starts import NO_START, Start, as_start
 from flockesc_env.scenario.flock import FlockScenario
 
 Observations = NDArray[np.float32]
@@ -46,17 +44,8 @@ FlockStep = tuple[Observations, FloatArray, bool, FloatArray, dict[str, Any]]
 
 AtEnd = Literal["refuse", "restart", "stay"]
 
-STARTS: Final = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
-RESET_OPTIONS: Final = (*STARTS, "episode")
-"""Keys of the ``options`` of a reset: arrays of the initial state, and the index of the episode."""
-
-Start = Mapping[str, Any]
-"""Validated options of a reset. The seed and the scenario determine missing ones."""
-
 MAX_FLOCKS: Final = 1_000_000
 """Largest number of flocks in a batch."""
-
-NO_START: Final[Start] = MappingProxyType({})
 
 
 class FlockBatch:
@@ -145,31 +134,16 @@ class FlockBatch:
         return [self._distinct[index] for index in self._scenario_of_slot]
 
     def start(self, options: Mapping[str, Any] | None, slot: int = 0) -> Start:
-        """Return the ``options`` of a reset after validation.
+        """Return the ``options`` of a reset after validation; see ``as_start``.
 
         Args:
-            options: any of ``initial_positions`` and ``initial_velocities``, shape (n, D), and
-                ``predator_positions`` and ``predator_velocities``, shape (P, D), in m and m/s; and
-                ``episode``, the index of the episode in its seed schedule (``episode_seed``). ``None``: no
-                options.
+            options: the options; ``None``: none.
             slot: the first slot to reset. Its scenario determines the shapes.
 
         Raises:
-            ArgumentError: if an option has an unknown name, a wrong shape or an entry that is not finite, or
-                ``episode`` is not an integer in [0, 2^64).
+            ArgumentError: see ``as_start``.
         """
-        scenario = self._distinct[self._scenario_of_slot[slot]]
-        agents = (scenario.num_agents, scenario.dimension)
-        predators = (len(scenario.predators), scenario.dimension)
-        shapes = dict(zip(STARTS, (agents, agents, predators, predators), strict=True))
-        start: dict[str, Any] = {}
-        for name, value in as_options(options, RESET_OPTIONS).items():
-            if value is not None:
-                shape = shapes.get(name)
-                start[name] = (
-                    as_seed(value, f"options[{name!r}]") if shape is None else as_floats(value, name, shape)
-                )
-        return start
+        return as_start(options, self._distinct[self._scenario_of_slot[slot]])
 
     def reset(
         self, slots: Sequence[int], seeds: Sequence[int | None] | None = None, start: Start = NO_START
