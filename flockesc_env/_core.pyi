@@ -18,9 +18,11 @@ __all__ = [
     "default_line_scenario",
     "drawn_flock_scenario",
     "episode_seed",
+    "infos",
     "kinds",
     "laplacian",
     "line_observation_entries",
+    "named_infos",
     "neighbor_pairs",
     "network_ranges",
     "observation_entries",
@@ -84,6 +86,12 @@ class FlockBatch:
         NDArray[np.float64],
         dict[str, NDArray[Any]],
     ]: ...
+    def step_flock(
+        self,
+        actions: Any,
+        label: Callable[[int], str] | None = None,
+        predator_actions: NDArray[np.float64] | None = None,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float64], bool, NDArray[np.float64], dict[str, Any]]: ...
     def step_one(
         self, action: Any, predator_actions: NDArray[np.float64] | None = None
     ) -> tuple[NDArray[np.float32], float, bool, dict[str, Any]]: ...
@@ -141,6 +149,12 @@ class LineEpisode:
     @property
     def has_ended(self) -> bool: ...
 
+def infos(
+    columns: dict[str, NDArray[Any]], ranges: NDArray[np.float64] | None = None
+) -> list[dict[str, Any]]: ...
+def named_infos(
+    names: list[str], info: dict[str, Any], ranges: NDArray[np.float64]
+) -> dict[str, dict[str, Any]]: ...
 def check_flock_scenario(scenario: str) -> None: ...
 def check_line_scenario(scenario: str) -> None: ...
 def default_flock_scenario() -> str: ...

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import chain, repeat
-from typing import Any, ClassVar, Unpack
+from typing import Any, ClassVar, Unpack, get_args
 
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import as_array, as_seed
-from flockesc_env.common.errors import ActionError, ArgumentError
+from flockesc_env import _core
+from flockesc_env.common.checks import as_array, as_choice, as_seed
+from flockesc_env.common.errors import ActionError, ArgumentError, OptionError
 from flockesc_env.common.extras import require
 from flockesc_env.envs import _autoreset
-from flockesc_env.envs._base import FlockArguments, ManyFlocks
-from flockesc_env.episodes.batch import Columns, infos
+from flockesc_env.envs._base import InfoArguments, Infos, ManyFlocks
+from flockesc_env.episodes.batch import Columns
 from flockesc_env.episodes.scenarios import Scenarios
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.render import render
@@ -36,16 +36,18 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
     steps.
     """
 
+    _arguments: ClassVar[type] = InfoArguments
     _per_agent: ClassVar[bool]
 
     def __init__(
         self,
         num_flocks: int,
         scenario: Scenarios | None = None,
-        **arguments: Unpack[FlockArguments],
+        **arguments: Unpack[InfoArguments],
     ) -> None:
         super().__init__(scenario, arguments, num_flocks=num_flocks, per_agent=self._per_agent)
         self.policy_spec = spec = self._batch.policy_spec
+        self._infos: Infos = as_choice(arguments.get("infos", "all"), "infos", get_args(Infos), OptionError)
         self._actions: NDArray[Any] | None = None
         slots, metadata, render_mode = (
             self._batch.num_flocks * self._batch.rows,
@@ -94,10 +96,18 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
             ResetNeededError: if called before ``reset``.
         """
         step = _autoreset.step(self._batch, self._actions, AutoresetMode.SAME_STEP)
-        slot_infos = self._slot_infos(step.columns, step.ranges)
         dones = step.terminations | step.truncations
+        if self._infos == "all":
+            slot_infos = self._slot_infos(step.columns, step.ranges)
+        else:
+            slot_infos = [{}] * self.num_envs
         if step.ending is not None:
-            for slot, last in zip(np.flatnonzero(dones).tolist(), step.ending.observations, strict=True):
+            slots = np.flatnonzero(dones).tolist()
+            if self._infos == "end":
+                ended = {name: column[dones[:: self._batch.rows]] for name, column in step.columns.items()}
+                for slot, info in zip(slots, self._slot_infos(ended, step.ranges[dones]), strict=True):
+                    slot_infos[slot] = info
+            for slot, last in zip(slots, step.ending.observations, strict=True):
                 slot_infos[slot]["TimeLimit.truncated"] = bool(step.truncations[slot])
                 slot_infos[slot]["terminal_observation"] = last
         self._show()
@@ -153,13 +163,8 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
         return [False for _ in self._get_indices(indices)]
 
     def _slot_infos(self, columns: Columns, ranges: NDArray[np.float64]) -> list[dict[str, Any]]:
-        added = {"interaction_range": 0.0, "TimeLimit.truncated": False}
-        shared = [{**info, **added} for info in infos(columns)]
-        slots = chain.from_iterable(repeat(info, self._batch.rows) for info in shared)
-        slot_infos = list(map(dict.copy, slots))  # faster than a loop in Python
-        for info, rho in zip(slot_infos, ranges.tolist(), strict=True):
-            info["interaction_range"] = rho
-        return slot_infos
+        not_truncated = np.zeros(len(ranges) // self._batch.rows, np.bool)
+        return _core.infos({**columns, "TimeLimit.truncated": not_truncated}, ranges)
 
 
 class FlockVecEnv(_BatchVecEnv):
@@ -169,7 +174,7 @@ class FlockVecEnv(_BatchVecEnv):
         num_flocks: number of flocks, and of slots.
         scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
             scenario per flock (docs/environments.md, "Several scenarios").
-        **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image of all flocks.
+        **arguments: see ``InfoArguments`` and ``EnvOptions``. ``render`` returns one image of all flocks.
 
     Raises:
         ArgumentError: if an argument has the wrong type or value.
@@ -193,7 +198,7 @@ class AgentVecEnv(_BatchVecEnv):
         num_flocks: number of flocks; there are ``num_flocks * scenario.num_agents`` slots.
         scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
             scenario per flock (docs/environments.md, "Several scenarios").
-        **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image of all flocks.
+        **arguments: see ``InfoArguments`` and ``EnvOptions``. ``render`` returns one image of all flocks.
 
     Raises:
         ArgumentError: if an argument has the wrong type or value.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from copy import deepcopy
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypedDict, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypedDict, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,6 +68,20 @@ class FlockArguments(CommonArguments, total=False):
     """
 
     predator_policy: PredatorPolicy | None
+
+
+Infos = Literal["all", "end"]
+
+
+class InfoArguments(FlockArguments, total=False):
+    """Keyword arguments of environments with many ``info`` dicts: ``FlockArguments`` and the following.
+
+    Attributes:
+        infos: which ``info`` dicts of ``step`` have entries. ``"all"``: all. ``"end"``: those of agents or
+            slots whose episode has ended in this step; the others share one new empty dict, which is faster.
+    """
+
+    infos: Infos
 
 
 class LineArguments(RenderArguments, LineOptionsDict, total=False):

@@ -8,9 +8,10 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
+from flockesc_env import _core
 from flockesc_env.common.checks import as_seed
 from flockesc_env.envs._base import FlockArguments, OneFlock
-from flockesc_env.episodes.batch import infos, is_over
+from flockesc_env.episodes.batch import is_over
 from flockesc_env.scenario.flock import FlockScenario
 
 
@@ -61,7 +62,7 @@ class FlockEscapeEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.flo
             super().reset(seed=seed)
         observations, columns = self._batch.reset([0], [seed], start)
         self._show()
-        return observations[0], {**infos(columns)[0], "interaction_range": 0.0}
+        return observations[0], _core.infos(columns, np.zeros(1))[0]
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Set the interaction range and run ``steps_per_action`` model steps.

@@ -13,19 +13,22 @@ from numpy.typing import NDArray
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
+from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_seed
 from flockesc_env.common.errors import ActionError, OptionError, ResetNeededError, shown
-from flockesc_env.envs._base import FlockArguments, OneFlock, Rendered
-from flockesc_env.episodes.batch import RESET_OPTIONS, Columns, Step, infos, is_over
+from flockesc_env.envs._base import InfoArguments, Infos, OneFlock, Rendered
+from flockesc_env.episodes.batch import FlockStep, is_over
+from flockesc_env.episodes.options import TeamReward
 from flockesc_env.episodes.spaces import Label, flock_layout
+from flockesc_env.episodes.starts import RESET_OPTIONS
 from flockesc_env.scenario.flock import FlockScenario
 
 Observation = NDArray[np.float32]
 StateKind = Literal["full", "flock_view"]
 
 
-class ParallelArguments(FlockArguments, total=False):
-    """Keyword arguments of the PettingZoo environments: ``FlockArguments`` and the following.
+class ParallelArguments(InfoArguments, total=False):
+    """Keyword arguments of the PettingZoo environments: ``InfoArguments`` and the following.
 
     Attributes:
         state: what the method ``state`` returns. ``"full"``: positions and velocities. ``"flock_view"``: the
@@ -73,6 +76,9 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         self.possible_agents = self._flock + self._predators
         self.agents: list[str] = []
         self._caught = np.zeros(count, np.bool)
+        # False for every name in `agents`. Copying this dict takes a tenth of the time of building one.
+        self._false: dict[str, bool] = {}
+        self._is_team_reward = self.options.reward in get_args(TeamReward)
         self.observation_spaces = {agent: self.policy_spec.layout.space() for agent in self._flock}
         self.action_spaces = {agent: self.policy_spec.actions.space() for agent in self._flock}
         for predator in self._predators:
@@ -81,6 +87,9 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         size = 2 * self.scenario.dimension * (count + len(self.scenario.predators)) + 3
         self.state_space: gymnasium.Space[Observation] = gymnasium.spaces.Box(
             -np.inf, np.inf, (size,), np.float32
+        )
+        self._which_infos: Infos = as_choice(
+            arguments.get("infos", "all"), "infos", get_args(Infos), OptionError
         )
         kind = as_choice(arguments.get("state", "full"), "state", get_args(StateKind), OptionError)
         self._is_flock_view = kind == "flock_view"
@@ -111,9 +120,9 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         Raises:
             ArgumentError: if the seed or an option is invalid; the running episode continues.
         """
-        rows, columns = self._reset(seed, options)
+        rows, info = self._reset(seed, options)
         observations = self._by_name(self._flock, rows, self._predator_observations())
-        return observations, self._infos(self._flock, columns, np.zeros(len(rows)))
+        return observations, self._infos(self._flock, info, np.zeros(len(rows)))
 
     def reset_array(
         self, seed: int | None = None, options: dict[str, Any] | None = None
@@ -129,8 +138,8 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             predators are agents, ``info`` also contains ``predator_observations``, shape (predators,
             entries).
         """
-        rows, columns = self._reset(seed, options)
-        return rows, self._info(columns, np.zeros(len(rows)))
+        rows, info = self._reset(seed, options)
+        return rows, self._with_arrays(info, np.zeros(len(rows)))
 
     def step(
         self, actions: dict[str, Any]
@@ -152,30 +161,41 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         self._check_running()
         if not isinstance(actions, Mapping):
             raise ActionError("actions", "a dict with an action per agent", shown(actions))
-        agents, acting = self.agents[: len(self.agents) - len(self._predators)], ~self._caught
+        false, acting = self._false, ~self._caught
+        agents = self.agents[: len(self.agents) - len(self._predators)]
+        some_are_caught = len(agents) < len(acting)
         predator_actions = None
         if self._predators:
             predator_actions = self.predator_policy_spec.plain_of(self._predators, actions)
             actions = {agent: action for agent, action in actions.items() if agent not in self._predators}
         stacked = self.policy_spec.actions.core.stack(actions, agents, self._flock)
-        if len(agents) < len(acting):
+        if some_are_caught:
             stacked = _add_caught_rows(stacked, acting)
-        rows, rewards, ended, ranges, columns = self._step(stacked, self._label, predator_actions)
-        if len(agents) < len(acting):
+        rows, rewards, has_ended, ranges, info = self._step(stacked, self._label, predator_actions)
+        if some_are_caught:
             rows, rewards, ranges = rows[acting], rewards[acting], ranges[acting]
-        caught = self._caught[acting]
-        count, has_ended = len(self._predators), bool(ended[0])
-        predator_rewards = [self.predator_reward] * count if count else []
-        all_rewards = self._by_name(agents, rewards.tolist(), predator_rewards)
-        terminations = dict.fromkeys(all_rewards, False)
-        truncations = dict.fromkeys(all_rewards, has_ended)
-        if caught.any():
-            terminated = bool(is_over(columns)[0])
+        count = len(self._predators)
+        if self._is_team_reward:
+            all_rewards = dict.fromkeys(false, float(rewards[0]))
+        else:
+            all_rewards = dict(zip(agents, rewards.tolist(), strict=True))
+        if count:
+            all_rewards |= dict.fromkeys(self._predators, self.predator_reward)
+        terminations = false.copy()
+        truncations = dict.fromkeys(false, True) if has_ended else false.copy()
+        if self._which_infos == "all" or has_ended:
+            infos = self._infos(agents, info, ranges)
+        else:
+            shared: dict[str, Any] = {}
+            infos = dict.fromkeys(false, shared)
+        if self._batch.rows_can_be_caught and (caught := self._caught[acting]).any():
+            terminated = is_over(info)
             left = has_ended and not terminated
             terminations = self._by_name(agents, caught.tolist(), [terminated] * count)
             truncations = self._by_name(agents, (has_ended & ~caught).tolist(), [left] * count)
+            infos |= _core.named_infos(list(compress(agents, caught)), info, ranges[caught])
         observations = self._by_name(agents, rows, self._predator_observations())
-        return observations, all_rewards, terminations, truncations, self._infos(agents, columns, ranges)
+        return observations, all_rewards, terminations, truncations, infos
 
     def step_array(
         self, actions: Any, predator_actions: Any = None
@@ -201,11 +221,11 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         self._check_running()
         if self._predators or predator_actions is not None:
             predator_actions = self.predator_policy_spec.plain(predator_actions, len(self._predators))
-        rows, rewards, ended, ranges, columns = self._step(actions, None, predator_actions)
-        terminations, truncations = self._caught.copy(), np.full(len(self._caught), ended[0])
+        rows, rewards, has_ended, ranges, info = self._step(actions, None, predator_actions)
+        terminations, truncations = self._caught.copy(), np.full(len(self._caught), has_ended)
         if self.scenario.capture_radius is not None:
             truncations &= ~terminations
-        return rows, rewards, terminations, truncations, self._info(columns, ranges)
+        return rows, rewards, terminations, truncations, self._with_arrays(info, ranges)
 
     @property
     def predator_reward(self) -> float:
@@ -233,7 +253,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         flock = self.agents[: len(self.agents) - len(self._predators)]
         return self._by_name(flock, rows[~self._caught], self._predator_observations()) if self.agents else {}
 
-    def _reset(self, seed: int | None, options: dict[str, Any] | None) -> tuple[Observation, Columns]:
+    def _reset(self, seed: int | None, options: dict[str, Any] | None) -> tuple[Observation, dict[str, Any]]:
         given = as_mapping(options)
         known = {name: value for name, value in given.items() if name in RESET_OPTIONS}
         if len(known) < len(given):
@@ -242,20 +262,21 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             message = f"reset() ignores unknown options {unknown}; known options: {known_names}"
             warnings.warn(message, UserWarning, stacklevel=3)
         start = self._batch.start(known)
-        started = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
+        rows, columns = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
         self.agents = self.possible_agents.copy()
         self._caught = np.zeros(len(self._flock), np.bool)
+        self._false = dict.fromkeys(self.agents, False)
         self._show()
-        return started
+        return rows, _core.infos(columns)[0]
 
     def _check_running(self) -> None:
         if not self.agents:
             raise ResetNeededError("step() called before reset() or after the end of the episode")
 
-    def _step(self, actions: Any, label: Label | None, predator_actions: FloatArray | None) -> Step:
-        step = self._batch.step(actions, label=label, predator_actions=predator_actions)
-        if step[2][0] or self.scenario.capture_radius is not None:
-            self._name_agents(has_ended=bool(step[2][0]))
+    def _step(self, actions: Any, label: Label | None, predator_actions: FloatArray | None) -> FlockStep:
+        step = self._batch.step_flock(actions, label=label, predator_actions=predator_actions)
+        if step[2] or self.scenario.capture_radius is not None:
+            self._name_agents(has_ended=step[2])
         self._show()
         return step
 
@@ -263,6 +284,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         """Update ``agents`` and the caught agents after a step."""
         self._caught = self._batch.caught()[0]
         self.agents = [] if has_ended else [*compress(self._flock, ~self._caught), *self._predators]
+        self._false = dict.fromkeys(self.agents, False)
 
     def _predator_observations(self) -> Observation:
         """Return the observations of the predators that are agents, one row each."""
@@ -275,16 +297,14 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         return named
 
     def _infos(
-        self, agents: list[str], columns: Columns, ranges: NDArray[np.float64]
+        self, agents: list[str], info: dict[str, Any], ranges: NDArray[np.float64]
     ) -> dict[str, dict[str, Any]]:
-        shared = {**infos(columns)[0], "interaction_range": 0.0}
-        own = [shared.copy() for _ in agents]  # faster than building each dict from its entries
-        for info, rho in zip(own, ranges.tolist(), strict=True):
-            info["interaction_range"] = rho
-        return self._by_name(agents, own, [infos(columns)[0] for _ in self._predators])
+        named = _core.named_infos(agents, info, ranges)
+        named.update((predator, info.copy()) for predator in self._predators)
+        return named
 
-    def _info(self, columns: Columns, ranges: NDArray[np.float64]) -> dict[str, Any]:
-        info = {**infos(columns)[0], "interaction_range": ranges}
+    def _with_arrays(self, info: dict[str, Any], ranges: NDArray[np.float64]) -> dict[str, Any]:
+        info["interaction_range"] = ranges
         if self._predators:
             info["predator_observations"] = self._predator_observations()
         return info

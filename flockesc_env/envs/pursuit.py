@@ -8,10 +8,11 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
+from flockesc_env import _core
 from flockesc_env.common.checks import as_policy, as_seed
 from flockesc_env.common.errors import ResetNeededError, ScenarioError
 from flockesc_env.envs._base import CommonArguments, OneFlock
-from flockesc_env.episodes.batch import Observations, infos, is_over
+from flockesc_env.episodes.batch import Observations, is_over
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.policies.base import Policy
 from flockesc_env.policies.ranges import FixedRange
@@ -83,7 +84,7 @@ class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.fl
         self._flock_observations, columns = self._batch.reset([0], [seed], start)
         reset_policy(self.flock_policy, np.ones(len(self._flock_observations), bool))
         self._show()
-        return self._batch.observe_predators([0])[0], infos(columns)[0]
+        return self._batch.observe_predators([0])[0], _core.infos(columns)[0]
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Set the predator's acceleration and run ``steps_per_action`` model steps.
@@ -103,14 +104,14 @@ class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.fl
             raise ResetNeededError("step() called before reset()")
         predator_actions = self.policy_spec.plain_one(action)
         ranges = self.flock_policy.act(self._flock_observations, self._batch.policy_spec)
-        self._flock_observations, _, ended, _, columns = self._batch.step(
+        self._flock_observations, _, has_ended, _, info = self._batch.step_flock(
             ranges, predator_actions=predator_actions
         )
         self._show()
         reward = float(self._batch.predator_rewards()[0])
-        terminated = bool(is_over(columns)[0])
-        truncated = bool(ended[0]) and not terminated
-        return self._batch.observe_predators([0])[0], reward, terminated, truncated, infos(columns)[0]
+        terminated = bool(is_over(info))
+        truncated = has_ended and not terminated
+        return self._batch.observe_predators([0])[0], reward, terminated, truncated, info
 
     def _observe(self) -> NDArray[np.float32]:
         self._flock_observations = self._batch.observe([0])

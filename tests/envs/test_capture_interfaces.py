@@ -52,6 +52,32 @@ def play_array(scenario: FlockScenario, seed: int, **options: Any) -> list[tuple
     return steps
 
 
+@pytest.mark.parametrize("scenario", [hunted(2), hunted(2).with_learned_predators()])
+def test_infos_at_the_end_only(scenario: FlockScenario) -> None:
+    """Agents that go on share a new empty dict; the infos of the others are the same as otherwise."""
+    full, sparse = (parallel_env(scenario, infos=infos) for infos in ("all", "end"))
+    full.reset(seed=SEEDS[0])
+    sparse.reset(seed=SEEDS[0])
+    num_full = 0
+    while sparse.agents:
+        agents = sparse.agents
+        actions = {agent: np.zeros(full.action_space(agent).shape, np.float32) for agent in agents}
+        *expected, all_infos = full.step(actions)
+        *given, infos = sparse.step(actions)
+        assert data_equivalence(given, expected)
+        assert list(infos) == agents
+        _, _, terminations, truncations = given
+        for agent, info in infos.items():
+            has_ended = terminations[agent] or truncations[agent]
+            assert info == (all_infos[agent] if has_ended else {})
+            num_full += has_ended
+        ended = [agent for agent in agents if terminations[agent] or truncations[agent]]
+        assert len({id(infos[agent]) for agent in ended}) == len(ended)
+        for info in infos.values():
+            info["written"] = True  # does not show in later steps
+    assert num_full == len(sparse.possible_agents)
+
+
 @dimensions
 @pytest.mark.parametrize("objective", OBJECTIVES)
 @pytest.mark.parametrize("reward", ["running_minimum", *INDIVIDUAL_REWARDS])

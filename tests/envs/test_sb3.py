@@ -149,6 +149,34 @@ def test_buffers_are_never_reused(make: type[VecEnv]) -> None:
 
 
 @ENVS
+def test_infos_at_the_end_only(make: type[VecEnv]) -> None:
+    """Infos of running slots are one new empty dict; ended slots have the same infos as otherwise."""
+    scenarios = [small_flock(num_steps=3), small_flock(num_steps=4, capture_radius=6.0)]
+    full = VecMonitor(VecNormalize(make(2, scenarios)), info_keywords=("min_mean_distance",))
+    sparse = VecMonitor(VecNormalize(make(2, scenarios, infos="end")), info_keywords=("min_mean_distance",))
+    rng = np.random.default_rng(0)
+    for env in (full, sparse):
+        env.seed(0)
+        env.reset()
+    for _ in range(6):
+        actions = sample(full, rng)
+        (*expected, all_infos), (*given, infos) = full.step(actions), sparse.step(actions)
+        for one, other in zip(expected, given, strict=True):
+            np.testing.assert_array_equal(one, other)
+        own = [id(info) for info, is_done in zip(infos, given[-1], strict=True) if is_done]
+        assert len(set(own)) == len(own)
+        for is_done, info, whole in zip(given[-1], infos, all_infos, strict=True):
+            if is_done:
+                for one in (info, whole):
+                    del one["episode"]["t"]  # a time on the clock
+                np.testing.assert_equal(info, whole)
+            else:
+                assert info == {}
+        for info in infos:
+            info["written"] = True  # does not show in later steps
+
+
+@ENVS
 def test_seeds_are_used_once(make: type[VecEnv]) -> None:
     env, twin = make(FLOCKS, small_flock()), make(FLOCKS, small_flock())
     rows = env.num_envs // FLOCKS

@@ -29,8 +29,9 @@ import flockesc_env as fe
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 PURSUIT = {key: kind for key, kind in ENV.items() if key != "predator_policy"}
-PARALLEL = ENV | {"state": Choice("flock_view")}
-SLOTS = {"num_flocks": Count(2)}
+INFOS = {"infos": Choice("end")}
+PARALLEL = ENV | INFOS | {"state": Choice("flock_view")}
+SLOTS = INFOS | {"num_flocks": Count(2)}
 VECTOR = {
     "num_envs": Count(2),
     "autoreset_mode": Choice("SameStep"),

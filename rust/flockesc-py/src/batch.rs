@@ -19,7 +19,7 @@ use crate::info::{self, Measured, columns, metric_columns};
 use crate::long_call::long_call;
 use crate::rollout::{networks, outcome_columns};
 use inner::{Inner, on_batch};
-use step::{Out, Step, StepOne};
+use step::{Out, Step, StepFlock, StepOne};
 
 #[pyclass(module = "flockesc_env._core")]
 #[derive(Clone)]
@@ -147,6 +147,18 @@ impl FlockBatch {
         predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
     ) -> PyResult<Step<'py>> {
         step::step(slf, py, actions, label, at_end, out, predator_actions)
+    }
+
+    /// Steps a batch of one flock, as `step` does. The end flag and the metrics are not arrays.
+    #[pyo3(signature = (actions, label=None, predator_actions=None))]
+    fn step_flock<'py>(
+        slf: &Bound<'py, Self>,
+        py: Python<'py>,
+        actions: &Bound<'py, PyAny>,
+        label: Option<&Bound<'py, PyAny>>,
+        predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+    ) -> PyResult<StepFlock<'py>> {
+        step::step_flock(slf, py, actions, label, predator_actions)
     }
 
     /// Steps a batch of one flock with one shared range, as `step` does.

@@ -40,6 +40,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(graph::neighbor_pairs, module)?)?;
     module.add_function(wrap_pyfunction!(graph::laplacian, module)?)?;
     module.add_function(wrap_pyfunction!(graph::perron_matrix, module)?)?;
+    module.add_function(wrap_pyfunction!(info::infos, module)?)?;
+    module.add_function(wrap_pyfunction!(info::named_infos, module)?)?;
     module.add_function(wrap_pyfunction!(layouts::episode_seed, module)?)?;
     module.add_function(wrap_pyfunction!(layouts::observation_entries, module)?)?;
     module.add_function(wrap_pyfunction!(

@@ -10,7 +10,7 @@ use pyo3::types::PyDict;
 use super::FlockBatch;
 use crate::arrays::{flat, overwrite, shaped};
 use crate::errors::{CoreError, try_borrow, try_borrow_mut};
-use crate::info::{columns, numbers};
+use crate::info::{Measured, columns, numbers};
 
 /// Observations, rewards, end flags of the episodes, ranges in m, metrics.
 pub(super) type Step<'py> = (
@@ -21,11 +21,28 @@ pub(super) type Step<'py> = (
     Bound<'py, PyDict>,
 );
 
+/// Observations, rewards, end flag of the episode, ranges in m, metrics.
+pub(super) type StepFlock<'py> = (
+    Bound<'py, PyAny>,
+    Bound<'py, PyArray1<f64>>,
+    bool,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyDict>,
+);
+
 /// Observation, reward, end flag of the episode, `info`.
 pub(super) type StepOne<'py> = (Bound<'py, PyArray1<f32>>, f64, bool, Bound<'py, PyDict>);
 
 /// Output arrays for observations and rewards.
 pub(super) type Out<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f64>>);
+
+/// Observations, rewards, ranges in m, metrics of each flock.
+type Stepped<'py> = (
+    Bound<'py, PyAny>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Vec<Measured>,
+);
 
 /// Steps all flocks; see [`FlockBatch::step`].
 pub(super) fn step<'py>(
@@ -38,6 +55,47 @@ pub(super) fn step<'py>(
     predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
 ) -> PyResult<Step<'py>> {
     let at_end = parsed(at_end)?;
+    let (observations, rewards, ranges, measured) =
+        stepped(slf, py, (actions, label), at_end, out, predator_actions)?;
+    let ended = try_borrow(slf)?.inner.ended()?.into_pyarray(py);
+    Ok((
+        observations,
+        rewards,
+        ended,
+        ranges,
+        columns(py, &measured)?,
+    ))
+}
+
+/// Steps a batch of one flock; see [`FlockBatch::step_flock`].
+pub(super) fn step_flock<'py>(
+    slf: &Bound<'py, FlockBatch>,
+    py: Python<'py>,
+    actions: &Bound<'py, PyAny>,
+    label: Option<&Bound<'py, PyAny>>,
+    predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+) -> PyResult<StepFlock<'py>> {
+    let action = (actions, label);
+    let (observations, rewards, ranges, measured) =
+        stepped(slf, py, action, AtEnd::Refuse, None, predator_actions)?;
+    let has_ended = try_borrow(slf)?.inner.has_ended(0)?;
+    Ok((
+        observations,
+        rewards,
+        has_ended,
+        ranges,
+        first(py, &measured)?,
+    ))
+}
+
+fn stepped<'py>(
+    slf: &Bound<'py, FlockBatch>,
+    py: Python<'py>,
+    (actions, label): (&Bound<'py, PyAny>, Option<&Bound<'py, PyAny>>),
+    at_end: AtEnd,
+    out: Option<Out<'py>>,
+    predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+) -> PyResult<Stepped<'py>> {
     let (map, rows) = {
         let this = try_borrow(slf)?;
         (this.actions.clone(), this.num_flocks * this.rows)
@@ -77,13 +135,7 @@ pub(super) fn step<'py>(
             rewards.into_pyarray(py),
         ),
     };
-    Ok((
-        observations,
-        rewards,
-        this.inner.ended()?.into_pyarray(py),
-        ranges.into_pyarray(py),
-        columns(py, &measured)?,
-    ))
+    Ok((observations, rewards, ranges.into_pyarray(py), measured))
 }
 
 /// Steps a batch of one flock; see [`FlockBatch::step_one`].
@@ -105,13 +157,18 @@ pub(super) fn step_one<'py>(
     let measured = this
         .inner
         .advance(py, action, AtEnd::Refuse, out_of_core, counts)?;
-    let info = match measured.first() {
-        Some(measured) => numbers(py, measured)?,
-        None => PyDict::new(py),
-    };
+    let info = first(py, &measured)?;
     info.set_item(intern!(py, "interaction_range"), range)?;
     let ended = this.inner.has_ended(0)?;
     Ok((observation.into_pyarray(py), reward[0], ended, info))
+}
+
+/// Returns the metrics of the first flock as numbers.
+fn first<'py>(py: Python<'py>, measured: &[Measured]) -> PyResult<Bound<'py, PyDict>> {
+    match measured.first() {
+        Some(measured) => numbers(py, measured),
+        None => Ok(PyDict::new(py)),
+    }
 }
 
 fn parsed(at_end: &str) -> Result<AtEnd, CoreError> {

@@ -1,0 +1,46 @@
+"""Options of a reset: initial states and the index of the episode."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, Final
+
+from flockesc_env.common.checks import as_floats, as_options, as_seed
+from flockesc_env.scenario.flock import FlockScenario
+
+_ARRAYS: Final = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
+RESET_OPTIONS: Final = (*_ARRAYS, "episode")
+"""Keys of the ``options`` of a reset: arrays of the initial state, and the index of the episode."""
+
+Start = Mapping[str, Any]
+"""Validated options of a reset. The seed and the scenario determine missing ones."""
+
+NO_START: Final[Start] = MappingProxyType({})
+
+
+def as_start(options: Mapping[str, Any] | None, scenario: FlockScenario) -> Start:
+    """Return the ``options`` of a reset after validation.
+
+    Args:
+        options: any of ``initial_positions`` and ``initial_velocities``, shape (n, D), and
+            ``predator_positions`` and ``predator_velocities``, shape (P, D), in m and m/s; and
+            ``episode``, the index of the episode in its seed schedule (``episode_seed``). ``None``: no
+            options.
+        scenario: the scenario, which determines the shapes.
+
+    Raises:
+        ArgumentError: if an option has an unknown name, a wrong shape or an entry that is not finite, or
+            ``episode`` is not an integer in [0, 2^64).
+    """
+    agents = (scenario.num_agents, scenario.dimension)
+    predators = (len(scenario.predators), scenario.dimension)
+    shapes = dict(zip(_ARRAYS, (agents, agents, predators, predators), strict=True))
+    start: dict[str, Any] = {}
+    for name, value in as_options(options, RESET_OPTIONS).items():
+        if value is not None:
+            shape = shapes.get(name)
+            start[name] = (
+                as_seed(value, f"options[{name!r}]") if shape is None else as_floats(value, name, shape)
+            )
+    return start
