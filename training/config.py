@@ -97,8 +97,8 @@ class SearchArgs(TrainArgs):
     Attributes:
         rule: search for the parameters of this rule instead of a network: ``"stubborn-witnesses"``,
             ``"listen-while-threatened"``, ``"win-stay-lose-shift"``, ``"win-stay-lose-shift-escape"``,
-            ``"spread-out"``, ``"head-away"`` or ``"step-aside"``. The learning curve begins with parameters
-            chosen by hand. Empty: a network.
+            ``"spread-out"`` or ``"step-aside"``. The learning curve begins with parameters chosen by hand.
+            Empty: a network.
         inputs: observation entries that the network sees; empty: all. With ``time`` alone the network is an
             open-loop schedule.
         candidate_inputs: entries of a candidate range that the network sees; it then scores every candidate.

@@ -16,7 +16,6 @@ from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import (
     BestCandidate,
-    BestNextHeading,
     ListenWhileThreatened,
     SpreadOut,
     StepAside,
@@ -56,7 +55,6 @@ _RULES: dict[str, tuple[Callable[..., Rule], tuple[_Number, ...]]] = {
         partial(WinStayLoseShift, pause=2.0, criterion="escape_direction"),
         ((10.0, 2.0, "range"), (50.0, 8.0, "range"), (0.85, 0.04, "other")),
     ),
-    "head-away": (BestNextHeading, ((0.5, 0.1, "other"), (0.01, 0.01, "other"))),
     "step-aside": (StepAside, ((0.1, 0.05, "share"), (0.2, 0.1, "other"))),
     "spread-out": (SpreadOut, ((0.12, 0.03, "share"), (0.3, 0.1, "other"), (35.0, 10.0, "range"))),
 }

@@ -19,7 +19,7 @@ from flockesc_env.policies.memory_rules import (
     WinStayLoseShift,
 )
 from flockesc_env.policies.network import Architecture, NetworkPolicy
-from flockesc_env.policies.profile_rules import BestNextHeading, StepAside
+from flockesc_env.policies.profile_rules import StepAside
 from flockesc_env.policies.registry import NAMES, NamedPolicy, built_in
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -27,7 +27,7 @@ from flockesc_env.scenario.line import LineScenario
 SUFFIX = ".npz"
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
 
-Rule = StubbornWitnesses | ListenWhileThreatened | WinStayLoseShift | SpreadOut | BestNextHeading | StepAside
+Rule = StubbornWitnesses | ListenWhileThreatened | WinStayLoseShift | SpreadOut | StepAside
 Stored = NetworkPolicy | Rule
 """Policies that can be saved: their parameters are an array."""
 
@@ -39,8 +39,7 @@ def save_policy(policy: NamedPolicy, path: str | Path) -> None:
 
     Args:
         policy: a ``NetworkPolicy``, ``StubbornWitnesses``, ``ListenWhileThreatened``,
-            ``WinStayLoseShift``, ``SpreadOut``, ``BestNextHeading`` or ``StepAside`` with the scenario in
-            which it was trained.
+            ``WinStayLoseShift``, ``SpreadOut`` or ``StepAside`` with the scenario in which it was trained.
         path: path of the file.
 
     Raises:

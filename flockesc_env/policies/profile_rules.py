@@ -58,17 +58,15 @@ class BestNextHeading:
     Args:
         turn: weight of the heard direction: the alignment strength times the time step over the mass, 0.5 in
             the paper.
-        long_cost: cost of the longest candidate, as a cosine. The cost of a candidate is proportional to it.
 
     Raises:
-        ArgumentError: if an argument is not a finite number >= 0.
+        ArgumentError: if ``turn`` is not a finite number >= 0.
     """
 
     per_agent: ClassVar[bool] = True
 
-    def __init__(self, turn: float = 0.5, long_cost: float = 0.0) -> None:
-        given = {"turn": turn, "long_cost": long_cost}
-        self.parameters = np.array([as_floats(value, name, (), least=0.0) for name, value in given.items()])
+    def __init__(self, turn: float = 0.5) -> None:
+        self.turn = float(as_floats(turn, "turn", (), least=0.0))
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return the action of every agent; see ``Policy.act``.
@@ -78,13 +76,11 @@ class BestNextHeading:
                 direction.
         """
         check_rows_are_agents(spec)
-        turn, long_cost = self.parameters
         own = observations[:, [spec.layout.index("escape_direction_ahead")]].astype(np.float64)
         heard = candidate_entries("escape_cosine", observations, spec)
         ahead = _unit(heard_velocities(observations, spec))[:, :, 0]
-        lengths = np.sqrt(np.maximum(1 + 2 * turn * ahead + turn**2, 1e-9))
-        costs = long_cost * np.array(spec.profile_ranges) / max(spec.profile_ranges[-1], 1e-9)
-        return _best((own + turn * heard) / lengths - costs, observations, spec)
+        lengths = np.sqrt(np.maximum(1 + 2 * self.turn * ahead + self.turn**2, 1e-9))
+        return _best((own + self.turn * heard) / lengths, observations, spec)
 
 
 class StepAside:
@@ -95,9 +91,10 @@ class StepAside:
     linearly to 0 until the share ``aside_time`` of the episode. The best heading is the one with the largest
     closest approach among all headings: it leads away from the predator's path at an angle to the predator's
     velocity V whose cosine is v0 / ‖V‖, or along V if the predator is not faster than v0. The agent takes the
-    candidate with the largest score. Without the weight the rule is
-    ``BestCandidate("closest_approach")``. Agents that observe no predator have rho_i = 0. The rule requires
-    one observation per agent with a profile and ``extra_entries=("closest_approach",)``.
+    candidate with the largest score. With ``weight=0`` the rule is ``BestCandidate("closest_approach")``.
+    Agents that observe no predator have rho_i = 0. The rule requires one observation per agent with a profile
+    and ``extra_entries=("closest_approach",)``. Its default parameters are for the paper's flock and
+    ``steps_per_action=1``.
 
     Args:
         aside_time: share of the episode after which only the closest approach counts.

@@ -14,7 +14,6 @@ from option_table import small_flock
 from flockesc_env import LineScenario, load_policy, rollout, save_policy
 from flockesc_env.common.errors import ArgumentError, RecordError, ScenarioError
 from flockesc_env.policies import (
-    BestNextHeading,
     FixedRange,
     ListenWhileThreatened,
     SpreadOut,
@@ -197,7 +196,6 @@ def test_a_policy_for_a_line_records_no_flock() -> None:
         WinStayLoseShift(10.0, 30.0, 20.0),
         WinStayLoseShift(10.0, 30.0, 0.8, 2.0, criterion="escape_direction"),
         SpreadOut(0.5, 0.2, 20.0),
-        BestNextHeading(0.4, 0.1),
         StepAside(0.5, 0.1),
     ],
     ids=lambda rule: type(rule).__name__,

@@ -250,11 +250,7 @@ POLICIES: dict[str, Row] = {
         {name: Number(0.5, low=0.0) for name in ("spread_time", "gain", "interaction_range")},
         after=vars,
     ),
-    "BestNextHeading": Row(
-        policies.BestNextHeading,
-        {name: Number(0.5, low=0.0) for name in ("turn", "long_cost")},
-        after=vars,
-    ),
+    "BestNextHeading": Row(policies.BestNextHeading, {"turn": Number(0.5, low=0.0)}, after=vars),
     "StepAside": Row(
         policies.StepAside, {name: Number(0.5, low=0.0) for name in ("aside_time", "weight")}, after=vars
     ),
