@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from flockesc_env import FlockScenario, NamedPolicy
 from flockesc_env.common.files import atomic_write
 from flockesc_env.render.palette import LIGHT
-from studies.learned.explain import watch
+from studies.learned.watching import watch
 from training.figure_style import RANGES, WIDTH
 from training.seeds import HELD_OUT, first_seeds
 
@@ -26,6 +26,8 @@ _HEADINGS = (-1.0, -0.5, 0.0, 0.5, 1.0)
 _QUANTILES = (0.1, 0.25, 0.5, 0.75, 0.9)
 LISTENING_FILE = "listening.npz"
 LISTENING_FLOCKS = 50
+WATCHED = ("per-agent-local", "per-agent-visible")
+"""Settings with a picture of the ranges that their headline policy sets."""
 
 
 def measure_listening(entry: NamedPolicy, path: Path) -> None:
