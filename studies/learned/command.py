@@ -123,16 +123,19 @@ def mechanism(
     runs: Annotated[Path, arg(help="folder that keeps finished parts")] = Path("runs/study"),
     backend: Backend = "processes",
 ) -> Exit:
-    """Measure what the page says about how policies work: one agent, and agents that fly apart.
+    """Measure what the page says about how policies work: one agent, agents that fly apart, a video.
 
     Example: python -m studies learned-mechanism
     """
     require("train", _MODULES)
+    require("video", ["pygame", "imageio_ffmpeg"])
     from flockesc_env.jobs import Cache, find_backend
     from studies.learned.dispersal import measure_dispersal
     from studies.learned.one_agent import measure_agent
+    from studies.learned.video import record_video
 
     note(f"saved: {measure_agent(results)}")
+    note(f"saved: {record_video(results)}")
     saved = measure_dispersal(results, Cache(runs / "mechanism"), find_backend(backend))
     note(f"saved: {saved}; now run python -m studies learned-page")
     return Exit.DONE

@@ -19,7 +19,7 @@ from studies.learned.names import KNOWLEDGE
 from studies.learned.one_agent import AGENT_FILE, draw_agent
 from studies.learned.questions import QUESTIONS
 from studies.learned.references import NUM_SEGMENTS, PLANNED_STEPS, SEGMENT_STEPS
-from studies.learned.results import BEST_FIXED, ORACLE, load_studies
+from studies.learned.results import BEST_FIXED, FIGURES, ORACLE, load_studies
 from studies.learned.story import story
 from studies.learned.summary import LENDERS, Summary, summarize
 from studies.learned.tables import ablation_table, transfer_tables, versions
@@ -27,7 +27,6 @@ from studies.pages import path_from, templates, write_text
 from studies.style import save
 from training.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
 
-FIGURES = "figures"
 DETAILS = "results-details.md"
 """The page beside that of results: tables per setting, ablation, transfer, throughput."""
 
@@ -68,7 +67,7 @@ def markdown_page(summaries: Sequence[Summary], results: Path, page: Path) -> st
         .render(
             summaries=summaries,
             pictures=path_from(page, results / FIGURES),
-            shown={file.stem for file in (results / FIGURES).glob("*.png")},
+            shown={file.name for file in (results / FIGURES).glob("*.*")},
             watched=[name for name in WATCHED if (results / name / LISTENING_FILE).is_file()],
             details=DETAILS,
             dispersal=dispersal_figures(dispersal) if dispersal.is_file() else None,

@@ -17,6 +17,7 @@ STUDY_FILE = "study.json"
 EPISODES_FILE = "episodes.parquet"
 REFERENCES_FILE = "references.parquet"
 POLICIES = "policies"
+FIGURES = "figures"
 BEST_FIXED = "best fixed range"
 ORACLE = "hindsight oracle"
 

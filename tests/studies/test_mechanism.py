@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flockesc_env import FlockScenario, built_in, record, rollout, simulate
+from flockesc_env import FlockScenario, Trajectory, built_in, record, rollout, simulate
+from studies.learned import video
 from studies.learned.dispersal import dispersal
-from studies.learned.one_agent import AGENT_FILE, CANDIDATES, draw_agent, measure_agent
+from studies.learned.one_agent import AGENT_FILE, BLIND_SETTING, CANDIDATES, draw_agent, measure_agent
+from studies.learned.results import load_study
 from training.seeds import HELD_OUT
 
 COMMITTED = Path(__file__).parents[2] / "results" / "learned"
@@ -40,8 +42,7 @@ def test_flying_apart() -> None:
 
 
 def test_one_agent_is_followed(tmp_path: Path) -> None:
-    for name in ("per-agent-visible-derived",):
-        (tmp_path / name).symlink_to(COMMITTED / name)
+    (tmp_path / BLIND_SETTING).symlink_to(COMMITTED / BLIND_SETTING)
     measure_agent(tmp_path)
     with np.load(tmp_path / AGENT_FILE) as file:
         kept = {name: file[name] for name in file.files}
@@ -56,3 +57,20 @@ def test_one_agent_is_followed(tmp_path: Path) -> None:
     assert (run.interaction_ranges == chosen[:, np.newaxis]).all(axis=0).sum() >= 1
     draw_agent(tmp_path / AGENT_FILE).savefig(tmp_path / "agent.png")
     assert (tmp_path / "agent.png").stat().st_size > 5_000
+
+
+def test_the_video_shows_the_best_policies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[str] = []
+
+    def write(runs: list[tuple[str, Trajectory]], path: Path, **_: object) -> None:
+        shown.extend(f"{name} {run.mean_distance.min():.1f}" for name, run in runs)
+
+    monkeypatch.setattr(video, "write_video", write)
+    for name in video.SHOWN:
+        (tmp_path / name).symlink_to(COMMITTED / name)
+    video.record_video(tmp_path)
+    fixed = rollout(None, "fixed:12", HELD_OUT[:1]).min_mean_distance[0]
+    assert shown[0] == f"best fixed range, 12 m {fixed:.1f}"
+    study = load_study(COMMITTED / "per-agent-visible-profile")
+    last = study.values(study.best_learner)[study.best_seed, 0]
+    assert shown[-1] == f"always seen, profile {last:.1f}"
