@@ -70,6 +70,12 @@ class Summary:
         values = self.study.runs.filter(learner=learner)[column].drop_nulls().to_numpy()
         return f"{np.median(values):{digits}}" if values.size else UNKNOWN
 
+    def throughput(self, learner: str) -> str:
+        """Return the samples per second of training, with the share of the time that environments take."""
+        share = self.median(learner, "environment_share", ".0%")
+        rate = self.median(learner, "samples_per_second", ",.0f")
+        return rate if share == UNKNOWN else f"{rate} ({share})"
+
     def show(self, estimate: Estimate, sign: str = "") -> str:
         """Return an estimate with its interval as text; with ``sign="+"`` as a difference."""
         digits = f"{sign}.{3 if self.study.is_line else 2}f"
