@@ -21,7 +21,7 @@ from studies.learned.summary import Summary, summarize
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "results"
-INTERVAL = re.compile(r"\[[-+]?[\d,.]+, [-+]?[\d,.]+\]")
+INTERVAL = re.compile(r"\[[-+]?[\d,.]+, [-+]?[\d,.]+\]|± [\d.]+")
 
 Shown = Callable[[str], str]
 
