@@ -105,7 +105,7 @@ def _draw(axes: Axes, rows: Sequence[Row], label: str) -> None:
             _write(axes, row.informed, place, _INFORMED)
         axes.barh(place, row.blind, 0.42, color=_BLIND)
         _write(axes, row.blind, place, _BLIND)
-        axes.vlines(list(row.references.values()), place - 0.27, place + 0.27, color=LIGHT.ink, lw=1.8)
+        axes.vlines(list(row.references.values()), place - 0.21, place + 0.27, color=LIGHT.ink, lw=1.8)
         ordered = sorted(row.references.items(), key=lambda item: item[1])
         names = [f"{_REFERENCES[name]} {gain:+.1f}" for name, gain in ordered]
         end = ordered[-1][1] if ordered else 0.0
