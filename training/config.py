@@ -248,13 +248,11 @@ class Preset:
         title: title in tables and on the page of results.
         setting: the task.
         learners: the learners by name.
-        explained: name of the learner whose policy the page of results analyzes; empty: none.
     """
 
     title: str
     setting: Setting
     learners: dict[str, Learner]
-    explained: str = ""
 
 
 @dataclass(frozen=True)
@@ -335,7 +333,7 @@ def _preset(document: dict[str, Any], name: str) -> Preset:
         fields = {**setting, "run": Path("runs") / f"{name}-{learner}", **values}
         seeds, note, kind = fields.pop("seeds", 0), fields.pop("note", ""), fields.pop("kind")
         learners[learner] = Learner(_args(kind, fields), seeds, note)
-    return Preset(document["title"], Setting(**_tuples(setting)), learners, document.get("explained", ""))
+    return Preset(document["title"], Setting(**_tuples(setting)), learners)
 
 
 def _args(kind: str, values: dict[str, Any]) -> Args:

@@ -74,6 +74,29 @@ def references(
     return Exit.DONE
 
 
+def explain(
+    setting: Setting,
+    *,
+    output: Annotated[
+        Path, arg(help="folder of results; the setting's go into a folder of its name")
+    ] = RESULTS,
+    runs: Annotated[Path, arg(help="folder that keeps finished parts")] = Path("runs/study"),
+    backend: Backend = "processes",
+) -> Exit:
+    """Run the headline policy of one setting in other scenarios, and hide entries of its observation.
+
+    ``python -m studies learned`` does the same after training. Interrupted, run it again to continue.
+
+    Example: python -m studies learned-explain shared
+    """
+    require("train", _MODULES)
+    from studies.learned.study import StudyArgs, study_explanations
+
+    args = StudyArgs(setting, output, runs, backend=backend)
+    note(f"saved: {study_explanations(args)}; now run python -m studies learned-page")
+    return Exit.DONE
+
+
 def information(
     *,
     results: Results = RESULTS,
@@ -94,8 +117,32 @@ def information(
     return Exit.DONE
 
 
+def mechanism(
+    *,
+    results: Results = RESULTS,
+    runs: Annotated[Path, arg(help="folder that keeps finished parts")] = Path("runs/study"),
+    backend: Backend = "processes",
+) -> Exit:
+    """Measure what the page says about how policies work: one agent, agents that fly apart, a video.
+
+    Example: python -m studies learned-mechanism
+    """
+    require("train", _MODULES)
+    require("video", ["pygame", "imageio_ffmpeg"])
+    from flockesc_env.jobs import Cache, find_backend
+    from studies.learned.dispersal import measure_dispersal
+    from studies.learned.one_agent import measure_agent
+    from studies.learned.video import record_video
+
+    note(f"saved: {measure_agent(results)}")
+    note(f"saved: {record_video(results)}")
+    saved = measure_dispersal(results, Cache(runs / "mechanism"), find_backend(backend))
+    note(f"saved: {saved}; now run python -m studies learned-page")
+    return Exit.DONE
+
+
 def page(*, results: Results = RESULTS, page: Page = PAGE) -> Exit:
-    """Write the pages of results and of policy files, and the figures; print the README's table.
+    """Write the pages of results, of details and of policy files, and the figures; print the README's table.
 
     Example: python -m studies learned-page
     """

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,109 +17,116 @@ from flockesc_env import (
     FixedRange,
     FlockScenario,
     NamedPolicy,
-    NetworkPolicy,
     Policy,
     PolicySpec,
     preset,
     rollout,
 )
 from flockesc_env.episodes.memory import reset_policy
-from flockesc_env.episodes.spaces import ObservationLayout
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
 from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
 from flockesc_env.jobs.sweeps import seed_jobs
 from studies.learned.held_out import stored_policy
+from studies.learned.listening import LISTENING_FILE, WATCHED, measure_listening
+from studies.learned.results import POLICIES, STUDY_FILE, Study
+from studies.learned.summary import BEST_THERE, LEARNED, NOTHING
+from studies.learned.watching import Observations, watch
 from studies.measurements import run_groups
 from training import seeds
 from training.config import Setting
 from training.evaluation import OUTCOMES, outcome
-
-Observations = NDArray[np.float32]
+from training.outputs import write_table
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "time": ("time",),
-    "running minimum": ("running_minimum",),
-    "last range": ("last_range",),
-    "number of neighbors": ("neighbor_count",),
-    "heard velocity": ("heard_velocity",),
-    "predator distance": ("predator_distance", "mean_distance", "min_distance", "centroid_distance"),
+    "escape direction": ("escape_", "heard_escape_gain", "heading_escape"),
+    "closest approach": ("closest_", "heard_closest_approach"),
     "predator direction": ("predator_direction", "heading_away", "velocity_away"),
+    "predator distance": ("predator_distance", "mean_distance", "min_distance", "centroid_distance"),
     "predator velocity": ("predator_velocity", "predator_speed", "predator_aim"),
+    "heard velocity": ("heard_velocity", "velocity_ahead", "velocity_left"),
+    "number of neighbors": ("neighbor_count",),
+    "alignment": ("polarization", "heard_alignment"),
+    "last range": ("last_range",),
+    "running minimum": ("running_minimum",),
 }
-"""Entries of an observation that are hidden together, by the beginnings of their names."""
+"""Entries of an observation that are hidden together, by the beginnings of their names.
+
+The entries of candidate ranges belong to them without ``profile_k_``.
+"""
 
 SIZES = (100, 1_000, 10_000)
+HOME = "paper-flock"
 WORLDS = ("edge-attack", "pursuit", "intercept", "wandering", "two-predators", "assigned-pair", "clusters")
-"""Presets in which the policy was not trained."""
+"""Presets in which policies are tried besides the paper's flock and its other sizes."""
+
+EXPLAINED_FLOCKS = 100
+"""Held-out flocks of ablations and other scenarios."""
+
+_PROFILE = re.compile(r"^profile_\d+_")
 
 _FLOCK_SECONDS = 0.05
 """Estimated time of an episode of 300 agents under a policy."""
 
 
 @dataclass
-class Watching:
-    """A policy that records the observations and ranges of another one.
-
-    Attributes:
-        policy: the other policy.
-        layouts: layout of its observations, one per action.
-        seen: its observations, one array per action.
-        ranges: its ranges in m.
-    """
-
-    policy: Policy
-
-    def __post_init__(self) -> None:
-        self.layouts: list[ObservationLayout] = []
-        self.seen: list[Observations] = []
-        self.ranges: list[NDArray[np.float64]] = []
-
-    def reset(self, rows: NDArray[np.bool]) -> None:
-        """Reset the other policy."""
-        reset_policy(self.policy, rows)
-
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Let the other policy choose."""
-        actions = self.policy.act(observations, spec)
-        self.layouts.append(spec.layout)
-        self.seen.append(observations.copy())
-        self.ranges.append(spec.actions.to_ranges(actions, len(observations)))
-        return actions
-
-
-@dataclass
 class Blinded:
-    """A network that sees some entries as constants.
+    """A policy that sees some entries as constants.
 
     Attributes:
-        policy: the network.
+        policy: the policy.
         shown: the constant of each hidden column.
     """
 
-    policy: NetworkPolicy
+    policy: Policy
     shown: dict[int, float]
 
     def reset(self, rows: NDArray[np.bool]) -> None:
-        """Reset the network."""
-        self.policy.reset(rows)
+        """Reset the policy."""
+        reset_policy(self.policy, rows)
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Let the network choose without the hidden entries."""
+        """Let the policy choose without the hidden entries."""
         hidden = observations.copy()
         for column, value in self.shown.items():
             hidden[:, column] = value
         return self.policy.act(hidden, spec)
 
 
-def watch(entry: NamedPolicy, flocks: range) -> tuple[ObservationLayout, Observations, NDArray[np.float64]]:
-    """Run a policy on some flocks of the scenario that it was trained in.
+def write_explanations(
+    study: Study,
+    setting: Setting,
+    grid: tuple[float, ...],
+    cache: Cache,
+    backend: Backend,
+    folder: Path,
+) -> None:
+    """Hide entries from the headline policy of a flock's setting, and run it in other scenarios.
 
-    Returns:
-        Layout; observations (actions, rows, entries); ranges in m (actions, rows).
+    The headline policy is that of the best learner on tuning flocks, and of its training seed that is best
+    there. Its name goes into the file of the study.
+
+    Args:
+        study: results of the setting.
+        setting: the task.
+        grid: fixed ranges among which the best of each scenario is chosen.
+        cache: of the measurements.
+        backend: where they run.
+        folder: folder of the results.
+
+    Raises:
+        JobError: if jobs fail.
     """
-    watching = Watching(entry.policy)
-    rollout(None, replace(entry, policy=watching), flocks, batch_size=len(flocks))
-    return watching.layouts[0], np.array(watching.seen), np.array(watching.ranges)
+    learner, seed = study.best_learner, study.best_seed
+    file = (folder / POLICIES / f"{learner}-{seed}.npz").read_bytes()
+    flocks = min(study.held_out_flocks, EXPLAINED_FLOCKS)
+    write_table(ablation(file, setting, flocks, cache, backend), folder / "ablation.parquet")
+    write_table(transfer(file, setting, flocks, grid, cache, backend), folder / "transfer.parquet")
+    if study.setting in WATCHED:
+        measure_listening(stored_policy(file), folder / LISTENING_FILE)
+    document = json.loads((folder / STUDY_FILE).read_text())
+    document |= {"explained": learner, "explained_seed": seed}
+    (folder / STUDY_FILE).write_text(json.dumps(document, indent=1) + "\n")
 
 
 def ablation(file: bytes, setting: Setting, flocks: int, cache: Cache, backend: Backend) -> pl.DataFrame:
@@ -132,9 +142,10 @@ def ablation(file: bytes, setting: Setting, flocks: int, cache: Cache, backend: 
     layout, seen, _ = watch(stored_policy(file), seeds.first_seeds(seeds.TUNING, 20))
     means = seen.reshape(-1, seen.shape[-1]).mean(axis=0)
     held_out = seeds.first_seeds(seeds.HELD_OUT, flocks)
-    hidden = {"nothing": dict[int, float]()}
+    hidden = {NOTHING: dict[int, float]()}
     for group, beginnings in GROUPS.items():
-        columns = [i for i, name in enumerate(layout.names) if name.startswith(beginnings)]
+        names = [_PROFILE.sub("", name) for name in layout.names]
+        columns = [column for column, name in enumerate(names) if name.startswith(beginnings)]
         if columns:
             hidden[group] = {column: float(means[column]) for column in columns}
     call, seconds = "studies.learned.explain:blinded", flocks * _FLOCK_SECONDS
@@ -152,7 +163,6 @@ def ablation(file: bytes, setting: Setting, flocks: int, cache: Cache, backend: 
 def blinded(file: bytes, objective: str, shown: tuple[tuple[int, float], ...], flocks: range) -> Arrays:
     """Return the objective of every flock under a policy that sees some columns as constants."""
     entry = stored_policy(file)
-    assert isinstance(entry.policy, NetworkPolicy)  # noqa: S101, learners train networks
     episodes = rollout(None, replace(entry, policy=Blinded(entry.policy, dict(shown))), flocks)
     return {"objective": outcome(episodes, objective)}
 
@@ -160,18 +170,16 @@ def blinded(file: bytes, objective: str, shown: tuple[tuple[int, float], ...], f
 def transfer(
     file: bytes,
     setting: Setting,
-    home: float,
     flocks: int,
     grid: tuple[float, ...],
     cache: Cache,
     backend: Backend,
 ) -> pl.DataFrame:
-    """Measure a policy and fixed ranges in scenarios that it was not trained in.
+    """Measure a policy and the best fixed range in several scenarios.
 
     Args:
         file: the policy file.
         setting: the one it was trained in.
-        home: best fixed range of that setting, in m.
         flocks: held-out flocks per scenario; fewer for the largest flock.
         grid: ranges among which the best of each scenario is chosen, on as many tuning flocks.
         cache: of the measurements.
@@ -190,11 +198,8 @@ def transfer(
     for name, world in worlds.items():
         held_out = seeds.first_seeds(seeds.HELD_OUT, counts[name])
         policies: dict[str, bytes | float] = {
-            "learned": file,
-            "best fixed range there": grid[
-                int(fixed[name][OUTCOMES[setting.objective]].mean(axis=1).argmax())
-            ],
-            "best fixed range of the paper's flock": home,
+            LEARNED: file,
+            BEST_THERE: grid[int(fixed[name][OUTCOMES[setting.objective]].mean(axis=1).argmax())],
         }
         seconds = len(held_out) * _FLOCK_SECONDS * world.num_agents / 300
         for contender, policy in policies.items():
@@ -220,6 +225,7 @@ def in_world(
 
 
 def _worlds() -> Iterator[tuple[str, FlockScenario]]:
+    yield HOME, FlockScenario()
     for size in SIZES:
         yield f"n = {size:,}", FlockScenario(num_agents=size)
     for name in WORLDS:

@@ -1,9 +1,8 @@
-"""Figures of the results page: gains, learning curves, performance profiles, ablation, transfer."""
+"""Figures of the details page: gains, learning curves, performance profiles."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from textwrap import fill
 
 import numpy as np
 import polars as pl
@@ -131,20 +130,6 @@ def forests(panels: Mapping[str, Sequence[Group]], color: str = LIGHT.learned) -
     for axes, (label, groups) in zip(drawn, panels.items(), strict=True):
         draw_forest(axes, groups, color, digits=3 if label.startswith("line") else 1)
         axes.set_xlabel(label)
-    return figure
-
-
-def side_by_side(panels: Mapping[str, Sequence[Group]], label: str) -> Figure:
-    """Draw a forest plot per title, side by side, with the same rows and the same axis."""
-    lines = max(num_lines(groups) for groups in panels.values())
-    figure = Figure(figsize=(WIDTH, ROW * (lines + 3)), layout="constrained")
-    drawn = figure.subplots(1, len(panels), squeeze=False, sharex=True)[0]
-    for axes, (title, groups) in zip(drawn, panels.items(), strict=True):
-        draw_forest(axes, groups, LIGHT.learned)
-        axes.set_title(fill(title, 30), fontsize=9)
-        axes.set_xlabel(label)
-    for axes in drawn[1:]:
-        axes.set_yticklabels([])
     return figure
 
 

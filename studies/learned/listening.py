@@ -1,4 +1,4 @@
-"""Ranges that a policy sets: by the predator's place, and the share of agents that listen over time."""
+"""Ranges that a policy sets: by the predator's place, or over time."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from flockesc_env import FlockScenario, NamedPolicy
 from flockesc_env.common.files import atomic_write
 from flockesc_env.render.palette import LIGHT
-from studies.learned.explain import watch
+from studies.learned.watching import watch
 from training.figure_style import RANGES, WIDTH
 from training.seeds import HELD_OUT, first_seeds
 
@@ -26,6 +26,8 @@ _HEADINGS = (-1.0, -0.5, 0.0, 0.5, 1.0)
 _QUANTILES = (0.1, 0.25, 0.5, 0.75, 0.9)
 LISTENING_FILE = "listening.npz"
 LISTENING_FLOCKS = 50
+WATCHED = ("per-agent-local", "per-agent-visible")
+"""Settings with a picture of the ranges that their headline policy sets."""
 
 
 def measure_listening(entry: NamedPolicy, path: Path) -> None:
@@ -82,7 +84,7 @@ def draw_listening(source: Path) -> Figure:
     """Draw the statistics in a file of ``measure_listening``.
 
     If every agent sees the predator at the start: the mean range by predator distance and heading. Otherwise:
-    the share of agents that listen, against time.
+    the ranges of the agents against time.
     """
     with np.load(source, allow_pickle=False) as file:
         kept = {name: file[name] for name in file.files}
@@ -108,8 +110,9 @@ def _by_place(figure: Figure, axes: Axes, kept: dict[str, NDArray[Any]]) -> None
 
 def _over_time(axes: Axes, kept: dict[str, NDArray[Any]]) -> None:
     times = kept["times"]
-    end = times[-1] + (times[1] - times[0])
-    share = 100 * (1 - kept["silent"])
-    axes.stairs(share, np.append(times, end), fill=True, color=LIGHT.learned, alpha=0.85, lw=0)
-    axes.set_title("Share of agents that listen (range of 1 m or more), predator visible within 30 m")
-    axes.set(xlabel="time (s)", ylabel="agents that listen (%)", xlim=(0, end), ylim=(0, 100))
+    edges = np.append(times, 2 * times[-1] - times[-2])
+    low, _, median, _, high = kept["quantiles"]
+    axes.stairs(high, edges, baseline=low, fill=True, color=LIGHT.learned, alpha=0.2, lw=0)
+    axes.stairs(median, edges, baseline=None, color=LIGHT.learned, lw=2)
+    axes.set_title("Range over time, predator visible within 30 m: median, and 10 to 90 % of the agents")
+    axes.set(xlabel="time (s)", ylabel="interaction range (m)", xlim=(0, edges[-1]), ylim=(0, None))

@@ -56,10 +56,12 @@ LEARNERS = {
 PLANNER = "planner (whole state)"
 CLAIRVOYANT = "clairvoyant schedule"
 FREE_HEADINGS = "free headings"
+INFORMED_GREEDY = "informed greedy rule"
 
 KNOWLEDGE = {
     PLANNER: "positions and velocities of all, and what each choice leads to until the end of the episode",
     CLAIRVOYANT: "how hundreds of episodes of this very flock ended; its 12 ranges were optimized on them",
+    INFORMED_GREEDY: "the predator at any distance, and what each of 15 ranges would bring at every step",
     FREE_HEADINGS: "where the predator will be; its agents turn at once and follow nobody: an upper bound",
 }
 """What each reference knows or can do that a policy does not or cannot."""

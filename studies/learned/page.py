@@ -1,4 +1,4 @@
-"""The results page and the README's table, made from the files of the studies."""
+"""The pages of results and details and the README's table, made from the files of the studies."""
 
 from __future__ import annotations
 
@@ -8,98 +8,113 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from flockesc_env.common.stats import CONFIDENCE
-from studies.forest import Group
 from studies.learned import figures
 from studies.learned.aggregate import RESAMPLES, profile
-from studies.learned.ceilings import ceilings
+from studies.learned.dispersal import DISPERSAL_FILE, DISPERSAL_FLOCKS, dispersal_figures
 from studies.learned.information import INFORMATION_FILE, STEPS_PER_ACTION, UNAWARE_RANGE, draw_information
 from studies.learned.leaderboard import PAGE as LEADERBOARD
 from studies.learned.leaderboard import leaderboard_page
-from studies.learned.listening import LISTENING_FILE, LISTENING_FLOCKS, draw_listening
-from studies.learned.names import KNOWLEDGE, setting_title
+from studies.learned.listening import LISTENING_FILE, LISTENING_FLOCKS, WATCHED, draw_listening
+from studies.learned.names import KNOWLEDGE
+from studies.learned.one_agent import AGENT_FILE, draw_agent
 from studies.learned.questions import QUESTIONS
 from studies.learned.references import NUM_SEGMENTS, PLANNED_STEPS, SEGMENT_STEPS
-from studies.learned.results import BEST_FIXED, ORACLE, load_studies
-from studies.learned.summary import Summary, elsewhere, hidden, summarize
+from studies.learned.results import BEST_FIXED, FIGURES, ORACLE, load_studies
+from studies.learned.story import story
+from studies.learned.summary import LENDERS, Summary, summarize
+from studies.learned.tables import ablation_table, transfer_tables, versions
 from studies.pages import path_from, templates, write_text
 from studies.style import save
 from training.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
 
-FIGURES = "figures"
+DETAILS = "results-details.md"
+"""The page beside that of results: tables per setting, ablation, transfer, throughput."""
+
 CREDIT = "per-agent-visible"
 """The setting that compares rewards."""
 
 
 def write_page(results: Path, page: Path) -> str:
-    """Write the page, the page of policy files beside it, and the pictures; return the README's table.
+    """Write the page, those of details and of policy files, and the pictures; return the README's table.
 
     Raises:
         RecordError: if the results are incomplete.
     """
     summaries = summarize(load_studies(results))
-    for name, picture in _pictures(summaries).items():
+    for name, picture in {**_pictures(summaries), **_measured(results)}.items():
         save(picture, results / FIGURES / name, ("png",))
-    for name in listened(results):
-        save(draw_listening(results / name / LISTENING_FILE), results / FIGURES / name, ("png",))
-    measured = results / INFORMATION_FILE
-    if measured.is_file():
-        save(draw_information(measured), results / FIGURES / "information", ("png",))
-    text = markdown_page(summaries, results / FIGURES, page, listened(results))
     page.parent.mkdir(parents=True, exist_ok=True)
-    write_text(page, text)
+    write_text(page, markdown_page(summaries, results, page))
+    details = page.with_name(DETAILS)
+    write_text(details, details_page(summaries, results, details))
     board = page.with_name(LEADERBOARD)
     write_text(board, leaderboard_page(summaries, results, board))
     return readme_table(summaries)
 
 
-def listened(results: Path) -> list[str]:
-    """Return the settings with a file of ``measure_listening``."""
-    return sorted(file.parent.name for file in results.glob(f"*/{LISTENING_FILE}"))
-
-
-def markdown_page(
-    summaries: Sequence[Summary], pictures: Path, page: Path, watched: Sequence[str] = ()
-) -> str:
+def markdown_page(summaries: Sequence[Summary], results: Path, page: Path) -> str:
     """Return the page as Markdown.
 
     Args:
         summaries: of the settings.
-        pictures: folder of the pictures.
+        results: folder of the results, with the pictures.
         page: file that the page is for.
-        watched: settings with a picture of their policy's ranges.
     """
-    folder = path_from(page, pictures)
+    dispersal = results / DISPERSAL_FILE
     rendered: str = (
         templates("studies.learned")
         .get_template("results.md")
         .render(
             summaries=summaries,
-            credit=[summary for summary in summaries if summary.study.setting == CREDIT],
-            hidden=hidden,
-            elsewhere=elsewhere,
-            pictures=folder,
-            watched=watched,
-            has_ceilings=(pictures / "ceilings.png").is_file(),
-            has_information=(pictures / "information.png").is_file(),
+            pictures=path_from(page, results / FIGURES),
+            shown={file.name for file in (results / FIGURES).glob("*.*")},
+            watched=[name for name in WATCHED if (results / name / LISTENING_FILE).is_file()],
+            details=DETAILS,
+            dispersal=dispersal_figures(dispersal) if dispersal.is_file() else None,
+            dispersal_flocks=DISPERSAL_FLOCKS,
             unaware_range=UNAWARE_RANGE,
             steps_per_action=STEPS_PER_ACTION,
             listening_flocks=LISTENING_FLOCKS,
             missing=[name for name in QUESTIONS if name not in {row.study.setting for row in summaries}],
-            best_fixed=BEST_FIXED,
-            oracle=ORACLE,
             knowledge=KNOWLEDGE,
-            planner_steps=PLANNED_STEPS,
-            segments=NUM_SEGMENTS,
-            segment_steps=SEGMENT_STEPS,
-            confidence=CONFIDENCE,
-            resamples=RESAMPLES,
-            tuning=TUNING,
-            held_out=HELD_OUT,
-            training=TRAINING,
-            flocks_per_run=FLOCKS_PER_RUN,
+            **_PROTOCOL,
         )
     )
     return rendered
+
+
+def details_page(summaries: Sequence[Summary], results: Path, page: Path) -> str:
+    """Return the page of details as Markdown; arguments as those of ``markdown_page``."""
+    rendered: str = (
+        templates("studies.learned")
+        .get_template("details.md")
+        .render(
+            summaries=summaries,
+            pictures=path_from(page, results / FIGURES),
+            credit=[summary for summary in summaries if summary.study.setting == CREDIT],
+            lenders=LENDERS,
+            ablation=ablation_table(summaries),
+            transfers=transfer_tables(summaries),
+            versions=versions(summaries),
+            **_PROTOCOL,
+        )
+    )
+    return rendered.rstrip() + "\n"
+
+
+_PROTOCOL = {
+    "best_fixed": BEST_FIXED,
+    "oracle": ORACLE,
+    "planner_steps": PLANNED_STEPS,
+    "segments": NUM_SEGMENTS,
+    "segment_steps": SEGMENT_STEPS,
+    "confidence": CONFIDENCE,
+    "resamples": RESAMPLES,
+    "tuning": TUNING,
+    "held_out": HELD_OUT,
+    "training": TRAINING,
+    "flocks_per_run": FLOCKS_PER_RUN,
+}
 
 
 def readme_table(summaries: Sequence[Summary]) -> str:
@@ -113,7 +128,7 @@ def readme_table(summaries: Sequence[Summary]) -> str:
 
 
 def _pictures(summaries: Sequence[Summary]) -> dict[str, Figure]:
-    """Return the figures by file name; figures without data are left out."""
+    """Return the figures of all settings by file name."""
     studies = [summary.study for summary in summaries]
     shown = figures.shown_studies(studies)
     profiles = {
@@ -122,31 +137,20 @@ def _pictures(summaries: Sequence[Summary]) -> dict[str, Figure]:
         }
         for study in shown
     }
-    bounded = ceilings(summaries)
-    drawn = {
-        **({"ceilings": bounded} if bounded else {}),
+    told = story(summaries)
+    return {
+        **({"story": told} if told else {}),
         "gains": figures.gains(summaries),
         "learning_curves": figures.learning_curves(shown),
         "performance_profiles": figures.performance_profiles(shown, profiles),
     }
-    explained = [study for study in studies if study.ablation is not None]
-    if explained:
-        drawn["ablation"] = figures.forests(
-            {
-                "change of the objective where the entries are hidden (m)": [
-                    Group(setting_title(study), hidden(study)) for study in explained
-                ]
-            }
-        )
-    moved = [study for study in studies if study.transfer is not None]
-    if moved:
-        drawn["transfer"] = figures.side_by_side(
-            {
-                setting_title(study): [
-                    Group(f"gain over the {name}", rows) for name, rows in elsewhere(study).items()
-                ]
-                for study in moved
-            },
-            "difference (m)",
-        )
-    return drawn
+
+
+def _measured(results: Path) -> dict[str, Figure]:
+    """Return the figures of single measurements by file name; those without a file are left out."""
+    drawn = {
+        "information": (results / INFORMATION_FILE, draw_information),
+        "one_agent": (results / AGENT_FILE, draw_agent),
+        **{name: (results / name / LISTENING_FILE, draw_listening) for name in WATCHED},
+    }
+    return {name: draw(file) for name, (file, draw) in drawn.items() if file.is_file()}

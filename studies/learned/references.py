@@ -2,6 +2,7 @@
 
 - ``planner``: a ``Planner`` reads the whole state and simulates the future of every choice.
 - ``clairvoyant``: a schedule of ranges that was optimized on the flock itself, in the true simulator.
+- ``informed_greedy``: a rule for agents that know at every step what each of 15 ranges would bring.
 - ``free_headings``: an upper bound for agents that can head anywhere at any time.
 """
 
@@ -13,14 +14,22 @@ import numpy as np
 import polars as pl
 from cmaes import CMA
 
-from flockesc_env import ArgumentError, ConstantVelocity, FlockEscapeEnv, FlockScenario, FlockVectorEnv
+from flockesc_env import (
+    ArgumentError,
+    ConstantVelocity,
+    FlockEscapeEnv,
+    FlockScenario,
+    FlockVectorEnv,
+    rollout,
+)
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
-from flockesc_env.policies import Planner
-from studies.learned.names import CLAIRVOYANT, FREE_HEADINGS, PLANNER
+from flockesc_env.policies import BestCandidate, Planner
+from studies.learned.information import CANDIDATES
+from studies.learned.names import CLAIRVOYANT, FREE_HEADINGS, INFORMED_GREEDY, PLANNER
 from studies.learned.results import REFERENCES_FILE
 from training.config import Setting
-from training.evaluation import OUTCOMES
+from training.evaluation import OUTCOMES, outcome
 from training.outputs import write_table
 
 SIMULATED_FLOCKS = 200
@@ -36,8 +45,8 @@ _CONSTANTS, _POPULATION, _GENERATIONS, _STEP_SIZE = 24, 12, 60, 0.5
 """Constant ranges that the search for a schedule tries first, and the parameters of CMA-ES."""
 
 _AGENT_STEP = 30e-9
-_PLANNED, _OPTIMIZED = 500, _CONSTANTS + _POPULATION * _GENERATIONS
-"""Estimated seconds of a step of one agent, and episodes per flock of the planner and of the search."""
+_PLANNED, _OPTIMIZED, _INFORMED = 500, _CONSTANTS + _POPULATION * _GENERATIONS, 20
+"""Estimated seconds of a step of one agent, and steps of a reference per step of an episode."""
 
 
 def write_references(
@@ -76,8 +85,9 @@ def reference_jobs(setting: Setting, flocks: range) -> dict[str, list[Job]]:
     """Return the jobs of the references that make sense in a setting, by the reference's name.
 
     The planner and the clairvoyant schedule set one range for the flock; they use the first
-    ``SIMULATED_FLOCKS`` flocks. Free headings are for settings with one range per agent and need predators
-    that fly straight on. A line and ``Learned`` predators, whose policy is not in the setting, have none.
+    ``SIMULATED_FLOCKS`` flocks. The informed greedy rule and free headings are for settings with one range
+    per agent; free headings need predators that fly straight on. A line and ``Learned`` predators, whose
+    policy is not in the setting, have none.
     References do not depend on observations, so those of one range with a profile are those without it.
     """
     model = setting.model
@@ -92,7 +102,11 @@ def reference_jobs(setting: Setting, flocks: range) -> dict[str, list[Job]]:
             PLANNER: [_job("planner", setting, chunk, _PLANNED) for chunk in chunks],
             CLAIRVOYANT: [_job("clairvoyant", setting, chunk, _OPTIMIZED) for chunk in chunks],
         }
-    return {FREE_HEADINGS: [_job("free_headings", setting, flocks, 1)]} if is_bounded(model) else {}
+    # The same for all settings with the same flocks, so that each is computed once.
+    task = Setting(scenario=setting.scenario, objective=setting.objective)
+    chunks = [flocks[start : start + 100] for start in range(0, len(flocks), 100)]
+    jobs = {INFORMED_GREEDY: [_job("informed_greedy", task, chunk, _INFORMED) for chunk in chunks]}
+    return jobs | ({FREE_HEADINGS: [_job("free_headings", setting, flocks, 1)]} if is_bounded(model) else {})
 
 
 def _job(function: str, setting: Setting, flocks: range, episodes: int) -> Job:
@@ -165,6 +179,28 @@ class _Replays:
             *_, infos = self._copies.step(ranges[:, [min(segment, NUM_SEGMENTS - 1)]])
         values: FloatArray = infos[OUTCOMES[self._setting.objective]]
         return values
+
+
+def informed_greedy(setting: Setting, flocks: range) -> Arrays:
+    """Return the objective of agents that take the best of 15 ranges by one number, at every step.
+
+    J_mean: the range whose heard velocity points nearest to the agent's escape direction. J_min: the one
+    whose heard heading keeps the predator farthest away. The agents know what few policies know: what they
+    would hear under each range, and where the predator is, at any distance. They do not look ahead.
+    """
+    is_mean = setting.objective == "mean"
+    episodes = rollout(
+        _flock(setting),
+        BestCandidate("escape_cosine" if is_mean else "closest_approach"),
+        flocks,
+        per_agent=True,
+        num_threads=1,
+        profile_ranges=(0.0, *CANDIDATES[15]),
+        extra_entries=("escape_direction" if is_mean else "closest_approach",),
+        predator_sensing_range=None,
+        max_range=max(CANDIDATES[15]),
+    )
+    return {"objective": outcome(episodes, setting.objective)}
 
 
 def free_headings(setting: Setting, flocks: range) -> Arrays:

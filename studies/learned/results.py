@@ -17,6 +17,7 @@ STUDY_FILE = "study.json"
 EPISODES_FILE = "episodes.parquet"
 REFERENCES_FILE = "references.parquet"
 POLICIES = "policies"
+FIGURES = "figures"
 BEST_FIXED = "best fixed range"
 ORACLE = "hindsight oracle"
 
@@ -63,8 +64,8 @@ class Study:
         learners: by name.
         versions: of Python and packages.
         machine: where it ran.
-        explained: the learner of ``ablation`` and ``transfer``.
-        explained_seed: its training seed: the one that was best on tuning flocks.
+        explained: the learner of ``ablation`` and ``transfer``: ``best_learner`` when they were measured.
+        explained_seed: its training seed: ``best_seed`` at that time.
         episodes: policy, training_seed (null where nothing was trained), seed, objective.
         runs: learner, training_seed, minutes, episodes, samples_per_second, environment_share.
         curves: learner, training_seed, episodes, seconds, objective (on tuning flocks).
@@ -123,6 +124,12 @@ class Study:
         """
         means = self._kept.group_by("learner").agg(pl.col("objective").mean())
         return str(means.sort("objective", "learner")["learner"][-1])
+
+    @property
+    def best_seed(self) -> int:
+        """The training seed of ``best_learner`` whose policy is best on tuning flocks."""
+        runs = self._kept.filter(learner=self.best_learner)
+        return int(runs.sort("objective", "training_seed")["training_seed"][-1])
 
     @property
     def tuned(self) -> dict[tuple[str, int], float]:
@@ -185,7 +192,7 @@ def load_study(folder: Path) -> Study:
     _check_episodes(study, folder / EPISODES_FILE)
     _check_references(study, folder / REFERENCES_FILE)
     _check_learners(study, folder)
-    if study.ablation is not None and study.explained not in study.learners:
+    if study.explained is not None and study.explained not in study.learners:
         raise RecordError(f"{folder / STUDY_FILE}: explained", "a learner", repr(study.explained))
     _check_pairs(study.ablation, folder / "ablation.parquet", (), "removed", "nothing")
     _check_pairs(study.transfer, folder / "transfer.parquet", ("world",), "policy", "learned")

@@ -19,11 +19,10 @@ from flockesc_env.common.stats import FloatArray, mean
 from flockesc_env.jobs import Backend, Cache, find_backend, run
 from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
 from flockesc_env.jobs.sweeps import joined, seed_jobs
-from studies.learned import explain
-from studies.learned.held_out import play_job, stored_policy
-from studies.learned.listening import LISTENING_FILE, measure_listening
+from studies.learned.explain import write_explanations
+from studies.learned.held_out import play_job
 from studies.learned.references import write_references
-from studies.learned.results import EPISODES_FILE
+from studies.learned.results import EPISODES_FILE, load_study
 from training import seeds
 from training.config import (
     CURVE_FILE,
@@ -44,9 +43,6 @@ FLOCK_GRID = (*range(0, 21, 2), 25, 30, 40, 50, 75, 100, 150)
 """Fixed ranges in m among which the best is chosen."""
 
 LINE_GRID = tuple(np.linspace(0, 1, 51).tolist())
-
-EXPLAINED_FLOCKS = 100
-"""Held-out flocks of ablations and other scenarios."""
 
 TrainingRun = tuple[str, int, Path]
 """Learner, training seed and folder."""
@@ -123,8 +119,9 @@ def study(args: StudyArgs) -> Path:
     write_table(_grid_frame(preset, fixed), folder / "grid.parquet")
     write_references(preset.setting, held_out, cache, backend, folder)
     _collect(runs, folder)
-    explained = _explain(args, preset, runs, best, cache, backend, folder)
-    _describe(args, preset, best, explained, folder)
+    _describe(args, preset, best, folder)
+    if not preset.setting.is_line:
+        study_explanations(args)
     return folder
 
 
@@ -143,6 +140,22 @@ def study_references(args: StudyArgs) -> Path:
     if path is None:
         raise ArgumentError("setting", "a setting with references", repr(args.setting))
     return path
+
+
+def study_explanations(args: StudyArgs) -> Path:
+    """Explain the headline policy of one setting that was studied, without training; return its folder.
+
+    Raises:
+        ArgumentError: for an unknown setting or one of the line.
+        RecordError: if the setting has no results.
+        JobError: if jobs fail.
+    """
+    preset, folder = _preset(args), args.output / args.setting
+    if preset.setting.is_line:
+        raise ArgumentError("setting", "a setting of a flock", repr(args.setting))
+    cache, backend = Cache(args.runs / "fixed"), find_backend(args.backend)
+    write_explanations(load_study(folder), preset.setting, _grid(preset), cache, backend, folder)
+    return folder
 
 
 def _preset(args: StudyArgs) -> Preset:
@@ -251,34 +264,6 @@ def _grid_frame(preset: Preset, values: FloatArray) -> pl.DataFrame:
     )
 
 
-def _explain(
-    args: StudyArgs,
-    preset: Preset,
-    runs: Sequence[TrainingRun],
-    best: float,
-    cache: Cache,
-    backend: Backend,
-    folder: Path,
-) -> dict[str, object]:
-    """Look into the run of the explained learner that was best on tuning flocks."""
-    candidates = [run for run in runs if run[0] == preset.explained]
-    if not candidates:
-        return {}
-    name, seed, best_run = max(candidates, key=lambda candidate: _best_point(candidate[2]))
-    file = (best_run / POLICY_FILE).read_bytes()
-    few = min(args.held_out_flocks, EXPLAINED_FLOCKS)
-    hidden = explain.ablation(file, preset.setting, few, cache, backend)
-    write_table(hidden, folder / "ablation.parquet")
-    worlds = explain.transfer(file, preset.setting, best, few, _grid(preset), cache, backend)
-    write_table(worlds, folder / "transfer.parquet")
-    measure_listening(stored_policy(file), folder / LISTENING_FILE)
-    return {"explained": name, "explained_seed": seed}
-
-
-def _best_point(run: Path) -> float:
-    return float(pl.read_parquet(run / CURVE_FILE)["objective"].to_numpy().max())
-
-
 def _collect(runs: Sequence[TrainingRun], folder: Path) -> None:
     """Copy the policies, and put what the runs measured into one file each."""
     outputs, curves = [], []
@@ -295,9 +280,7 @@ def _collect(runs: Sequence[TrainingRun], folder: Path) -> None:
     write_table(pl.concat(curves), folder / "curves.parquet")
 
 
-def _describe(
-    args: StudyArgs, preset: Preset, best: float, explained: dict[str, object], folder: Path
-) -> None:
+def _describe(args: StudyArgs, preset: Preset, best: float, folder: Path) -> None:
     chosen = ["--learners", *args.learners] if args.learners else []
     document = {
         "setting": args.setting,
@@ -308,7 +291,6 @@ def _describe(
         "tuning_flocks": args.tuning_flocks,
         "held_out_flocks": args.held_out_flocks,
         "best_fixed_range": best,
-        **explained,
         "learners": {
             name: {"kind": KINDS[type(learner.args)], "arguments": learner.arguments(), "note": learner.note}
             for name, learner in preset.learners.items()

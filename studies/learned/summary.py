@@ -15,8 +15,11 @@ from studies.learned.questions import QUESTIONS, question_of
 from studies.learned.results import BEST_FIXED, Study
 
 NOTHING = "nothing"
-LEARNED = "learned"
+LEARNED, BEST_THERE = "learned", "best fixed range there"
 UNKNOWN = "-"
+
+LENDERS = {"shared-profile": "shared", "shared-profile-minimum": "shared-minimum"}
+"""Settings with the references of another one: the same flocks, and ranges up to that one's largest."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,12 @@ class Summary:
         values = self.study.runs.filter(learner=learner)[column].drop_nulls().to_numpy()
         return f"{np.median(values):{digits}}" if values.size else UNKNOWN
 
+    def throughput(self, learner: str) -> str:
+        """Return the samples per second of training, with the share of the time that environments take."""
+        share = self.median(learner, "environment_share", ".0%")
+        rate = self.median(learner, "samples_per_second", ",.0f")
+        return rate if share == UNKNOWN else f"{rate} ({share})"
+
     def show(self, estimate: Estimate, sign: str = "") -> str:
         """Return an estimate with its interval as text; with ``sign="+"`` as a difference."""
         digits = f"{sign}.{3 if self.study.is_line else 2}f"
@@ -88,21 +97,27 @@ class Summary:
         row = self.policies[policy]
         return f"{row.lowest:{digits}} to {row.highest:{digits}}"
 
+    def ceilings(self) -> str:
+        """Return the gains of the references over the best fixed range."""
+        gains = [f"{name} {found.difference.mean:+.1f}" for name, found in self.references.items()]
+        return ", ".join(gains) or UNKNOWN
+
 
 def summarize(studies: Iterable[Study]) -> list[Summary]:
     """Compute the statistics of all policies, with the settings in the order of ``QUESTIONS``."""
     order = list(QUESTIONS)
     last = len(order)
     ordered = sorted(studies, key=lambda s: order.index(s.setting) if s.setting in QUESTIONS else last)
-    return [_summary(study) for study in ordered]
+    by_name = {study.setting: study for study in ordered}
+    return [_summary(study, by_name.get(LENDERS.get(study.setting, ""), study)) for study in ordered]
 
 
-def _summary(study: Study) -> Summary:
+def _summary(study: Study, lender: Study) -> Summary:
     baseline = study.values(BEST_FIXED)[0]
     policies = {name: aggregate(study.values(name), baseline) for name in study.policies}
     references = {}
-    for name in study.reference_names:
-        values, fixed = study.reference(name)
+    for name in lender.reference_names:
+        values, fixed = lender.reference(name)
         objective, difference = means(np.stack([values, values - fixed])[:, np.newaxis])
         references[name] = Reference(len(values), objective, difference)
     return Summary(study, policies, references)
@@ -117,16 +132,15 @@ def hidden(study: Study) -> list[tuple[str, Estimate]]:
     return sorted(rows, key=lambda row: row[1].mean)
 
 
-def elsewhere(study: Study) -> dict[str, list[tuple[str, Estimate]]]:
-    """Return the paired differences between the learned policy and each other one, by scenario."""
-    found: dict[str, list[tuple[str, Estimate]]] = {}
+def elsewhere(study: Study) -> dict[str, tuple[int, Estimate]]:
+    """Return the number of flocks and the gain over the best fixed range there, by scenario."""
+    found: dict[str, tuple[int, Estimate]] = {}
     if study.transfer is None:
         return found
     for (world,), rows in study.transfer.group_by("world", maintain_order=True):
         values = _by_name(rows, "policy")
-        for name, row in values.items():
-            if name != LEARNED:
-                found.setdefault(name, []).append((str(world), stats.mean(values[LEARNED] - row)))
+        gains = values[LEARNED] - values[BEST_THERE]
+        found[str(world)] = len(gains), stats.mean(gains)
     return found
 
 

@@ -11,12 +11,16 @@ import pytest
 from study_folders import write_study
 
 from flockesc_env import load_policy
+from studies.learned.held_out import objectives
 from studies.learned.leaderboard import cards, leaderboard_page
-from studies.learned.results import BEST_FIXED, load_study
+from studies.learned.results import BEST_FIXED, Study, load_studies, load_study
 from studies.learned.summary import summarize
+from training.config import presets
+from training.seeds import HELD_OUT
 
 ROOT = Path(__file__).parents[2]
-COMMITTED = sorted((ROOT / "results" / "learned").glob("*/policies/*.npz"))
+RESULTS = ROOT / "results" / "learned"
+COMMITTED = sorted(RESULTS.glob("*/policies/*.npz"))
 ROW = re.compile(r"^\| \[(\S+)\]\((\S+)\) \| (\d+) \|.*\| `([0-9a-f]{64})` \|$", re.MULTILINE)
 
 
@@ -32,6 +36,16 @@ def test_the_committed_page_has_a_row_with_the_checksum_of_every_policy_file() -
 @pytest.mark.parametrize("path", COMMITTED[::10], ids=lambda path: f"{path.parts[-3]}-{path.stem}")
 def test_policy_files_load(path: Path) -> None:
     assert load_policy(path).scenario is not None
+
+
+@pytest.mark.parametrize("study", load_studies(RESULTS), ids=lambda study: study.setting)
+def test_policy_files_reproduce_their_rows(study: Study) -> None:
+    name, seed = study.best_learner, study.best_seed
+    file = RESULTS / study.setting / "policies" / f"{name}-{seed}.npz"
+    flocks = HELD_OUT[:4]
+    found = objectives(file.read_bytes(), presets()[study.setting].setting, flocks)["objective"]
+    row = study.values(name)[study.training_seeds(name).index(seed)]
+    np.testing.assert_allclose(found, row[: len(flocks)], rtol=0, atol=5e-3)  # half of the last digit shown
 
 
 def test_cards_say_what_the_files_of_a_study_say(tmp_path: Path) -> None:

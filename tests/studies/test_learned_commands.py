@@ -24,6 +24,11 @@ COMMANDS = [
         ["learned-references", "shared", "--held-out-flocks", "7", "--backend", "serial"],
         call(StudyArgs("shared", held_out_flocks=7, backend="serial")),
     ),
+    (
+        "study.study_explanations",
+        ["learned-explain", "shared", "--backend", "serial"],
+        call(StudyArgs("shared", backend="serial")),
+    ),
     ("page.write_page", ["learned-page", "--results", "a"], call(Path("a"), Path("docs/results.md"))),
     (
         "submit.submit",

@@ -14,8 +14,9 @@ from flockesc_env.policies import FixedRange
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import NamedPolicy
 from studies.learned import listening
-from studies.learned.explain import Blinded, Watching, watch
+from studies.learned.explain import Blinded
 from studies.learned.listening import SILENT, draw_listening, measure_listening
+from studies.learned.watching import Watching, watch
 from training.seeds import HELD_OUT
 
 SCENARIO = small_flock(num_agents=8, num_steps=18, predator_range=45.0)

@@ -18,11 +18,12 @@ from flockesc_env.jobs import Cache, find_backend
 from flockesc_env.policies import find_policy
 from flockesc_env.scenario.approach import approach
 from studies.learned import references
-from studies.learned.names import CLAIRVOYANT, FREE_HEADINGS, KNOWLEDGE, PLANNER
-from studies.learned.page import markdown_page
+from studies.learned.names import CLAIRVOYANT, FREE_HEADINGS, INFORMED_GREEDY, KNOWLEDGE, PLANNER
+from studies.learned.page import details_page
 from studies.learned.references import (
     clairvoyant,
     free_headings,
+    informed_greedy,
     is_bounded,
     planner,
     reference_jobs,
@@ -87,6 +88,27 @@ def test_straight_flights_reach_the_bound_of_free_headings(objective: Any) -> No
         assert exact - 1e-6 < reached < bound + 1e-6 < exact + 0.6
 
 
+@pytest.mark.parametrize("objective", OBJECTIVES)
+def test_the_informed_greedy_rule_stays_below_the_bound_and_above_eight_candidates(objective: Any) -> None:
+    setting, flocks = Setting(objective=objective), TUNING[:10]
+    reached = informed_greedy(setting, flocks)["objective"]
+    assert (reached <= free_headings(setting, flocks)["objective"]).all()
+    rule = find_policy("turn-away" if objective == "mean" else "keep-distance")
+    assert reached.mean() > outcome(rollout(setting.model, rule, flocks), objective).mean()
+
+
+def test_settings_with_a_profile_borrow_references(tmp_path: Path) -> None:
+    fixed = 70 + np.random.default_rng(0).normal(size=6)
+    for name in ("shared", "shared-profile"):
+        write_study(tmp_path, name, {BEST_FIXED: fixed, ORACLE: fixed}, {"search": fixed[None] + 1})
+    columns = {"reference": [PLANNER] * 4, "seed": HELD_OUT[:4], "objective": fixed[:4] + 3}
+    pl.DataFrame(columns).write_parquet(tmp_path / "shared" / "references.parquet")
+    plain, profiled = summarize(load_studies(tmp_path))
+    assert profiled.study.references is None
+    assert profiled.references == plain.references
+    assert profiled.ceilings() == f"{PLANNER} +3.0"
+
+
 def test_free_headings_need_straight_predators_and_a_constant_speed() -> None:
     for change in ({"constant_speed": False}, {"capture_radius": 1.0}, {"predators": ()}):
         assert not is_bounded(SMALL.replace(**change))
@@ -131,11 +153,12 @@ def test_the_planner_is_no_worse_than_constant_ranges(small: Setting) -> None:
 
 def test_settings_have_the_references_that_make_sense() -> None:
     found = {name: [*reference_jobs(preset.setting, HELD_OUT)] for name, preset in presets().items()}
-    simulated, bounded = [PLANNER, CLAIRVOYANT], [FREE_HEADINGS]
+    simulated, bounded = [PLANNER, CLAIRVOYANT], [INFORMED_GREEDY, FREE_HEADINGS]
     assert found["shared"] == found["shared-minimum"] == simulated
     for name in ("visible", "visible-minimum", "local", "local-minimum"):
         assert found[f"per-agent-{name}"] == bounded
-    assert found["line"] == found["steering-predator"] == found["shared-profile"] == []
+    assert found["steering-predator"] == [INFORMED_GREEDY]
+    assert found["line"] == found["shared-profile"] == []
     assert {*simulated, *bounded} == set(KNOWLEDGE)
 
 
@@ -145,6 +168,7 @@ def test_references_reach_the_page(small: Setting, tmp_path: Path) -> None:
     folder = write_study(results, "tiny", {BEST_FIXED: fixed, ORACLE: fixed}, {"search": fixed[None] + 1})
     setting = dataclasses.replace(small, per_agent=True)
     path = write_references(setting, HELD_OUT[:4], cache, find_backend("serial"), folder)
+    assert path is not None
     assert path == folder / "references.parquet"
     bounds = free_headings(setting, HELD_OUT[:4])["objective"]
     study = load_study(folder)
@@ -155,10 +179,10 @@ def test_references_reach_the_page(small: Setting, tmp_path: Path) -> None:
     reference = summary.references[FREE_HEADINGS]
     assert reference.num_flocks == 4
     assert reference.difference.mean == pytest.approx((bounds - fixed[:4]).mean())
-    text = markdown_page([summary], results, tmp_path / "results.md")
-    cells = [FREE_HEADINGS, "4", summary.show(reference.objective), summary.show(reference.difference, "+")]
-    assert f"| {' | '.join(cells)} |" in text
-    assert "**References**" in text
+    text = details_page([summary], results, tmp_path / "details.md")
+    cells = [f"*{FREE_HEADINGS}* (4 flocks)", "-", summary.show(reference.objective), "-"]
+    assert f"| {' | '.join([*cells, summary.show(reference.difference, '+')])} |" in text
+    assert summary.ceilings().endswith(f", {FREE_HEADINGS} {reference.difference.mean:+.1f}")
 
     for change, named in (
         (lambda t: pl.concat([t, t[-1:]]), "once"),

@@ -20,11 +20,12 @@ from flockesc_env.common.stats import Estimate
 from flockesc_env.policies import FixedRange, StubbornLeaders
 from flockesc_env.policies.registry import NamedPolicy
 from studies.learned.aggregate import RESAMPLES, aggregate, iqm, means, profile
-from studies.learned.page import FIGURES, markdown_page, readme_table, write_page
+from studies.learned.page import DETAILS, details_page, markdown_page, readme_table, write_page
 from studies.learned.questions import QUESTIONS
 from studies.learned.results import BEST_FIXED, ORACLE, load_studies, load_study
 from studies.learned.submit import check_fits, submit
 from studies.learned.summary import elsewhere, hidden, summarize
+from studies.learned.tables import ablation_table, is_tied, transfer_tables, versions
 from training import config
 from training.config import Setting
 from training.seeds import HELD_OUT
@@ -137,11 +138,9 @@ def test_studies_are_read_as_written(results: Path) -> None:
         ("predator", pytest.approx(-9.0)),
         ("time", pytest.approx(-1.0)),
     ]
-    (rows,) = elsewhere(study).values()
-    assert [(world, change.mean) for world, change in rows] == [
-        ("pursuit", pytest.approx(2.0)),
-        ("n = 1,000", pytest.approx(-4.0)),
-    ]
+    gains = {world: (count, gain.mean) for world, (count, gain) in elsewhere(study).items()}
+    expected = {"pursuit": (FLOCKS, pytest.approx(2.0)), "n = 1,000": (FLOCKS, pytest.approx(-4.0))}
+    assert gains == expected
 
 
 def edit(path: Path, change: object) -> None:
@@ -201,7 +200,7 @@ def rows_of(page: str, first: str) -> list[list[str]]:
 def test_the_page_says_what_the_files_say(results: Path, tmp_path: Path) -> None:
     page = tmp_path / "docs" / "results.md"
     write_page(results, page)
-    text = page.read_text()
+    short, text = page.read_text(), page.with_name(DETAILS).read_text()
     visible, line = summarize(load_studies(results))  # in the order of the questions
     assert text.index("## per-agent-visible") < text.index("## line")
     for summary in (visible, line):
@@ -217,18 +216,40 @@ def test_the_page_says_what_the_files_say(results: Path, tmp_path: Path) -> None
     assert "- `ppo`: a remark\n" in text
     (row,) = [row for row in rows_of(text, "ppo") if "individual_distance_change" in row]
     assert row[1] == "ppo"
-    assert "seeds 2,000,000 to 2,999,999" in text
-    assert ["per-agent-visible", "ppo", "50,000", "25%"] in rows_of(text, "per-agent-visible")
-    pictures = re.findall(r"\]\((.*\.png)\)", text)
-    assert len(pictures) == 6
+    assert "seeds 2,000,000 to 2,999,999" in short
+    assert [row[-1] for row in rows_of(text, "ppo")] == ["50,000 (25%)", "2.5"]
+    (row,) = rows_of(short, "[per-agent-visible](results-details.md#per-agent-visible)")
+    assert row[3] == f"{visible.difference('search')} m"
+    pictures = re.findall(r"\]\((.*\.png)\)", short + text)
+    assert len(pictures) == 4
     for picture in pictures:
         assert (page.parent / picture).read_bytes().startswith(b"\x89PNG")
-    assert text == markdown_page([visible, line], results / FIGURES, page)
+    assert short == markdown_page([visible, line], results, page)
+    assert text == details_page([visible, line], results, page.with_name(DETAILS))
+
+
+def test_compact_tables(results: Path) -> None:
+    visible, line = summaries = summarize(load_studies(results))
+    (table,) = transfer_tables(summaries)
+    assert (table.title, table.columns) == ("J_mean", ["per-agent-visible `search`\u2020"])
+    assert table.rows == [
+        ("pursuit (40 flocks)", ["+2.0 \u00b1 0.0"]),
+        ("n = 1,000 (40 flocks)", ["-4.0 \u00b1 0.0"]),
+    ]
+    assert is_tied(visible)
+    assert not is_tied(line)
+    hidden_groups = ablation_table(summaries)
+    assert hidden_groups is not None
+    assert hidden_groups.columns == ["predator", "time"]
+    assert hidden_groups.rows == [("per-agent-visible `search`", ["-9.0", "-1.0"])]
+    assert ablation_table([line]) is None
+    assert transfer_tables([line]) == []
+    assert versions(summaries) == {"1 core; numpy 2.0": ["per-agent-visible", "line"]}
 
 
 def test_the_page_leaves_out_what_was_not_studied(results: Path, tmp_path: Path) -> None:
     (line,) = [summary for summary in summarize(load_studies(results)) if summary.study.is_line]
-    text = markdown_page([line], results / FIGURES, tmp_path / "results.md")
+    text = details_page([line], results, tmp_path / "details.md")
     for heading in ("Credit assignment", "What the policies look at", "Transfer"):
         assert heading not in text
 
@@ -276,7 +297,7 @@ def test_a_submission_end_to_end(tiny: Path, tmp_path: Path) -> None:
     told = rollout(SMALL, StubbornLeaders(), HELD_OUT[:6], per_agent=True)
     assert study.values("my rule (v2)") == pytest.approx(told.min_min_distance[None])
     assert study.episodes["training_seed"][-6:].null_count() == 6
-    (row,) = rows_of(page.read_text(), "my rule (v2)")
+    (row,) = rows_of(page.with_name(DETAILS).read_text(), "my rule (v2)")
     assert f"{told.min_min_distance.mean():.2f} [" in row[2]
     assert f"my rule (v2) {told.min_min_distance.mean():.2f} [" in sentence
     with pytest.raises(ArgumentError, match="name"):
@@ -368,8 +389,9 @@ def test_the_committed_page_and_table_are_those_of_the_committed_results(
     summaries = check_results(without_intervals)
     assert {summary.study.setting for summary in summaries} <= set(QUESTIONS)
     page = ROOT / "docs" / "results.md"
-    for picture in re.findall(r"\]\((.*?\.png)\)", page.read_text()):
-        assert (page.parent / picture).is_file()
+    for text in (page.read_text(), page.with_name(DETAILS).read_text()):
+        for picture in re.findall(r"\]\((.*?\.png)\)", text):
+            assert (page.parent / picture).is_file()
 
 
 def test_figures_of_flocks_agree_with_those_of_single_runs() -> None:

@@ -162,9 +162,6 @@ def test_presets_are_valid(name: str) -> None:
     preset = presets()[name]
     setting = preset.setting
     assert preset.learners
-    if preset.explained:
-        assert preset.learners[preset.explained].seeds > 0
-        assert not setting.is_line  # its observations have no groups of entries
     for learner, entry in preset.learners.items():
         args = entry.args
         # Learners may choose the largest range of an action, how long it holds, and entries about the closest

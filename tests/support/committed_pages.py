@@ -15,13 +15,13 @@ from flockesc_env.common import stats
 from studies.arms_race.page import markdown_page as race_page
 from studies.arms_race.results import load_race
 from studies.learned import aggregate
-from studies.learned.page import FIGURES, listened, markdown_page, readme_table
+from studies.learned.page import DETAILS, details_page, markdown_page, readme_table
 from studies.learned.results import load_studies
 from studies.learned.summary import Summary, summarize
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "results"
-INTERVAL = re.compile(r"\[[-+]?[\d,.]+, [-+]?[\d,.]+\]")
+INTERVAL = re.compile(r"\[[-+]?[\d,.]+, [-+]?[\d,.]+\]|± [\d.]+")
 
 Shown = Callable[[str], str]
 
@@ -43,11 +43,12 @@ def skip_bootstraps(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def check_results(shown: Shown = str) -> list[Summary]:
-    """Compare docs/results.md and the table of the README; return what they show."""
+    """Compare docs/results.md, its details and the table of the README; return what they show."""
     folder, page = RESULTS / "learned", ROOT / "docs" / "results.md"
     summaries = summarize(load_studies(folder))
-    made = markdown_page(summaries, folder / FIGURES, page, listened(folder))
-    assert shown(page.read_text()) == shown(made)
+    assert shown(page.read_text()) == shown(markdown_page(summaries, folder, page))
+    details = page.with_name(DETAILS)
+    assert shown(details.read_text()) == shown(details_page(summaries, folder, details))
     assert shown(readme_table(summaries)) in shown((ROOT / "README.md").read_text())
     return summaries
 

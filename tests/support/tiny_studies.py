@@ -12,7 +12,7 @@ import training.train
 from flockesc_env import FlockScenario
 from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES
-from studies.learned import explain, held_out
+from studies.learned import explain, held_out, watching
 from training import evaluation
 from training.config import Args
 
@@ -20,7 +20,6 @@ TINY = FlockScenario(num_agents=8, num_steps=16, initial_side=20.0)
 
 PRESET = """
 title = "eight agents"
-explained = "search"
 
 [setting]
 scenario = "{scenario}"
@@ -83,7 +82,7 @@ class Spy:
         self._is_training = False
         self._train = training.train.train
         monkeypatch.setattr(training.train, "train", self.train)
-        for module in (evaluation, explain, held_out):
+        for module in (evaluation, explain, held_out, watching):
             monkeypatch.setattr(module, "rollout", self._noting(module.rollout))
         for name in ("play_flocks_of_networks", "play_lines_of_networks"):
             monkeypatch.setattr(evaluation, name, self._noting(getattr(evaluation, name)))

@@ -1,0 +1,137 @@
+"""The figure that tells the story: the way from the best fixed range to the ceiling, setting by setting."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from flockesc_env.render.palette import LIGHT
+from studies.learned.names import CLAIRVOYANT, FREE_HEADINGS, INFORMED_GREEDY, PLANNER
+from studies.learned.results import BEST_FIXED
+from studies.learned.summary import Summary
+from training.figure_style import WIDTH
+
+_OBJECTIVES = {
+    "mean": "Mean predator distance J_mean: gain over the best fixed range (m)",
+    "minimum": "Minimum predator distance J_min: gain over the best fixed range (m)",
+}
+_SETTINGS = {
+    "shared": "one range for all agents,\npredator always seen",
+    "per-agent-local": "one range per agent,\npredator seen within 30 m",
+    "per-agent-visible": "one range per agent,\npredator always seen",
+    "steering-predator": "one range per agent,\npredator always seen, steers",
+}
+_BLIND, _INFORMED, _REST = LIGHT.learned, LIGHT.others[0], LIGHT.grid
+_REFERENCES = {
+    PLANNER: "planner",
+    CLAIRVOYANT: "clairvoyant",
+    INFORMED_GREEDY: "informed greedy",
+    FREE_HEADINGS: "bound",
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One bar, in m of gain over the best fixed range.
+
+    Attributes:
+        title: of the setting.
+        fixed: the objective of the best fixed range, in m.
+        blind: gain of the best learned policy without a profile.
+        informed: gain of the best learned policy with a profile, or ``None``.
+        references: gains of the references.
+    """
+
+    title: str
+    fixed: float
+    blind: float
+    informed: float | None
+    references: dict[str, float]
+
+
+def story(summaries: Sequence[Summary]) -> Figure | None:
+    """Draw the gains, a panel per objective and a bar per setting; ``None`` if no such setting was run."""
+    by_name = {summary.study.setting: summary for summary in summaries}
+    panels = {label: _rows(by_name, objective) for objective, label in _OBJECTIVES.items()}
+    panels = {label: rows for label, rows in panels.items() if rows}
+    if not panels:
+        return None
+    heights = [len(rows) + 0.9 for rows in panels.values()]
+    figure = Figure(figsize=(WIDTH, 0.78 * sum(heights) + 0.3), layout="constrained")
+    drawn = figure.subplots(len(panels), 1, squeeze=False, height_ratios=heights)[:, 0]
+    for axes, (label, rows) in zip(drawn, panels.items(), strict=True):
+        _draw(axes, rows, label)
+    _legend(figure)
+    return figure
+
+
+def _rows(by_name: Mapping[str, Summary], objective: str) -> list[Row]:
+    end = "" if objective == "mean" else "-minimum"
+    rows = []
+    for name, title in _SETTINGS.items():
+        plain, profiled = by_name.get(f"{name}{end}"), by_name.get(f"{name}-profile{end}")
+        derived = by_name.get(f"{name}-derived{end}")
+        if plain is None:
+            continue
+        blind = max((s for s in (plain, derived) if s is not None), key=_tuned)
+        rows.append(
+            Row(
+                title,
+                plain.policies[BEST_FIXED].objective.mean,
+                blind.best.difference.mean,
+                None if profiled is None else profiled.best.difference.mean,
+                {reference: found.difference.mean for reference, found in plain.references.items()},
+            )
+        )
+    return rows
+
+
+def _tuned(summary: Summary) -> float:
+    """Return the objective of the headline policy on tuning flocks, which choose among settings."""
+    return summary.study.tuned[summary.study.best_learner, summary.study.best_seed]
+
+
+def _draw(axes: Axes, rows: Sequence[Row], label: str) -> None:
+    for place, row in enumerate(rows):
+        axes.barh(place, max([row.blind, row.informed or 0.0, *row.references.values()]), 0.42, color=_REST)
+        if row.informed is not None:
+            axes.barh(place, row.informed, 0.42, color=_INFORMED)
+            _write(axes, row.informed, place, _INFORMED)
+        axes.barh(place, row.blind, 0.42, color=_BLIND)
+        _write(axes, row.blind, place, _BLIND)
+        axes.vlines(list(row.references.values()), place - 0.21, place + 0.27, color=LIGHT.ink, lw=1.8)
+        ordered = sorted(row.references.items(), key=lambda item: item[1])
+        names = [f"{_REFERENCES[name]} {gain:+.1f}" for name, gain in ordered]
+        end = ordered[-1][1] if ordered else 0.0
+        _note(axes, (end, place + 0.28), "   ".join(names), (2, -1), ha="right", va="top", fontsize=8)
+    axes.set_yticks(range(len(rows)), [f"{row.title}\nbest fixed: {row.fixed:.1f} m" for row in rows])
+    axes.tick_params(axis="y", length=0)
+    axes.set(ylim=(len(rows) - 0.4, -0.6), xlim=(0, None), title=label)
+    axes.spines["bottom"].set_visible(False)
+
+
+def _write(axes: Axes, gain: float, place: float, color: str) -> None:
+    """Write a gain above the end of its bar."""
+    start, side = (0.0, "left") if gain < 2 else (gain, "right")
+    style = {"ha": side, "va": "bottom", "color": color, "weight": "bold"}
+    _note(axes, (start, place - 0.21), f"{gain:+.1f}", (1, 1), **style)
+
+
+def _note(axes: Axes, at: tuple[float, float], text: str, offset: tuple[int, int], **style: Any) -> None:
+    axes.annotate(text, at, xytext=offset, textcoords="offset points", **style)
+
+
+def _legend(figure: Figure) -> None:
+    handles = [
+        Patch(color=_BLIND, label="learned, blind"),
+        Patch(color=_INFORMED, label="learned, knows what 8 ranges would bring"),
+        Patch(color=_REST, label="not reached"),
+        Line2D([], [], color=LIGHT.ink, lw=1.8, label="reference"),
+    ]
+    figure.legend(handles=handles, loc="outside upper left", ncols=len(handles))

@@ -1,0 +1,76 @@
+"""What the page says about how policies work: agents that fly apart, and one agent's choices."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flockesc_env import FlockScenario, Trajectory, built_in, record, rollout, simulate
+from studies.learned import video
+from studies.learned.dispersal import dispersal
+from studies.learned.one_agent import AGENT_FILE, BLIND_SETTING, CANDIDATES, draw_agent, measure_agent
+from studies.learned.results import load_study
+from training.seeds import HELD_OUT
+
+COMMITTED = Path(__file__).parents[2] / "results" / "learned"
+
+
+def test_flying_apart() -> None:
+    flocks = HELD_OUT[:2]
+    found = dispersal(flocks)
+    np.testing.assert_array_equal(
+        found["witnesses"], rollout(None, "stubborn-witnesses", flocks).min_mean_distance
+    )
+    assert (found["witnesses"] != found["unseen"]).any()
+    for flock, values in enumerate(zip(*(found[f"outward_{start}"] for start in (0, 1, 2)), strict=True)):
+        assert values[0] > values[1] > values[2]
+        start = simulate(FlockScenario(num_steps=1), 0.0, seed=flocks[flock])
+        (predator,) = start.scenario.predators
+        distances = []
+        for step in range(FlockScenario().num_steps + 1):
+            time = step * FlockScenario().time_step
+            place = np.array(predator.position) + time * np.array(predator.velocity)
+            agents = []
+            for position, velocity in zip(start.positions[0], start.velocities[0], strict=True):
+                out = position - start.positions[0].mean(axis=0)
+                now = position + time * np.linalg.norm(velocity) * out / np.linalg.norm(out)
+                agents.append(np.linalg.norm(now - place))
+            distances.append(np.mean(agents))
+        assert values[0] == pytest.approx(min(distances), abs=1e-6)
+
+
+def test_one_agent_is_followed(tmp_path: Path) -> None:
+    (tmp_path / BLIND_SETTING).symlink_to(COMMITTED / BLIND_SETTING)
+    measure_agent(tmp_path)
+    with np.load(tmp_path / AGENT_FILE) as file:
+        kept = {name: file[name] for name in file.files}
+    chosen, heard = kept["informed_chosen"], kept["informed_heard"]
+    assert kept["informed_own"][0] == kept["blind_own"][0] > 120
+    np.testing.assert_allclose(heard[:, 0], kept["informed_own"], atol=0.1)  # range 0: its own heading
+    places = np.abs(chosen[:, np.newaxis] - np.array(CANDIDATES)).argmin(axis=1)
+    np.testing.assert_array_equal(heard[np.arange(len(heard)), places], np.nanmin(heard, axis=1))
+    rule = built_in("turn-away")
+    options = {**rule.options, "profile_ranges": CANDIDATES, "max_range": 40.0}
+    run = record(None, rule.policy, HELD_OUT[0], per_agent=True, **options)
+    assert (run.interaction_ranges == chosen[:, np.newaxis]).all(axis=0).sum() >= 1
+    draw_agent(tmp_path / AGENT_FILE).savefig(tmp_path / "agent.png")
+    assert (tmp_path / "agent.png").stat().st_size > 5_000
+
+
+def test_the_video_shows_the_best_policies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[str] = []
+
+    def write(runs: list[tuple[str, Trajectory]], path: Path, **_: object) -> None:
+        shown.extend(f"{name} {run.mean_distance.min():.1f}" for name, run in runs)
+
+    monkeypatch.setattr(video, "write_video", write)
+    for name in video.SHOWN:
+        (tmp_path / name).symlink_to(COMMITTED / name)
+    video.record_video(tmp_path)
+    fixed = rollout(None, "fixed:12", HELD_OUT[:1]).min_mean_distance[0]
+    assert shown[0] == f"best fixed range, 12 m {fixed:.1f}"
+    study = load_study(COMMITTED / "per-agent-visible-profile")
+    last = study.values(study.best_learner)[study.best_seed, 0]
+    assert shown[-1] == f"always seen, profile {last:.1f}"
