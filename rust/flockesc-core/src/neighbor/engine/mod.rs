@@ -14,6 +14,7 @@ mod own;
 pub(super) mod pairs;
 pub(super) mod profile;
 pub(super) mod reach;
+mod separation;
 pub(super) mod sums;
 mod tiles;
 pub(super) mod tree;
