@@ -36,19 +36,26 @@ impl<S> ColumnTable<S> for Entries {
 pub(super) struct Rows<'a, S> {
     features: &'a S,
     out: &'a mut Vec<Column<f32>>,
+    /// Number of columns so far.
+    count: usize,
 }
 
 impl<'a, S> Rows<'a, S> {
-    /// Replaces the columns in `out`.
+    /// Replaces the columns in `out`. It may have columns of another group.
     pub(super) fn new(features: &'a S, out: &'a mut Vec<Column<f32>>) -> Self {
-        out.clear();
-        Self { features, out }
+        Self {
+            features,
+            out,
+            count: 0,
+        }
     }
 
     fn push(&mut self, values: &Column<f64>) {
-        let mut column = [0.0; GROUP];
-        clamp(values, &mut column);
-        self.out.push(column);
+        if self.count == self.out.len() {
+            self.out.push([0.0; GROUP]);
+        }
+        clamp(values, &mut self.out[self.count]);
+        self.count += 1;
     }
 }
 
