@@ -159,28 +159,45 @@ pub(crate) fn mean_distance_after<const D: usize>(
     predator: &Straight<D>,
     time: f64,
 ) -> f64 {
-    let largest = groups.iter().fold(0.0, |most, group| {
-        distances_after(group, predator, time)
-            .into_iter()
-            .fold(most, larger)
-    });
-    let scale = Scale::for_registers(largest, num_agents);
-    let sum = groups.iter().fold(0, |sum, group| {
-        let distances = distances_after(group, predator, time);
-        let units = distances.map(|distance| {
-            if distance.is_nan() {
-                0
-            } else {
-                scale.quantize(distance)
-            }
-        });
-        sum + reduce(units, |a, b| a + b)
-    });
+    let scale = Scale::for_registers(farthest(groups, predator, time), num_agents);
+    let sum = total_distance(groups, predator, time, scale);
     scale.mean(sum, num_agents as i64)
 }
 
-/// Returns the distances in m of a group's agents to a predator after `time` s, NaN in empty lanes.
+/// Returns the largest distance in m of the agents to a predator after `time` s.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn farthest<const D: usize>(groups: &[Group<D>], predator: &Straight<D>, time: f64) -> f64 {
+    let mut farthest = [0.0; GROUP];
+    for group in groups {
+        let distances = distances_after(group, predator, time);
+        for lane in 0..GROUP {
+            farthest[lane] = larger(farthest[lane], distances[lane]);
+        }
+    }
+    reduce(farthest, larger)
+}
+
+/// Returns the sum of the distances of the agents to a predator after `time` s, in units of `scale`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn total_distance<const D: usize>(
+    groups: &[Group<D>],
+    predator: &Straight<D>,
+    time: f64,
+    scale: Scale,
+) -> i64 {
+    let mut sums = [0; GROUP];
+    for group in groups {
+        let distances = distances_after(group, predator, time);
+        for lane in 0..GROUP {
+            let units = scale.quantize(distances[lane]);
+            sums[lane] += units & -i64::from(!distances[lane].is_nan());
+        }
+    }
+    reduce(sums, |a, b| a + b)
+}
+
+/// Returns the distances in m of a group's agents to a predator after `time` s, NaN in empty lanes.
+#[inline(always)]
 fn distances_after<const D: usize>(
     group: &Group<D>,
     predator: &Straight<D>,

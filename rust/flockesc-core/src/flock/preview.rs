@@ -1,5 +1,7 @@
 //! `Preview`: the flock after one more step under a candidate range, and what becomes of it.
 
+use multiversion::multiversion;
+
 use super::approach::{Drift, Straight, closest_distance, extremes, mean_distance_after};
 use super::metrics::distances;
 use super::motion::{Predators, advance};
@@ -27,24 +29,24 @@ pub(crate) struct Approach {
 }
 
 impl<const D: usize> Preview<D> {
-    /// Creates a preview of a flock with `num_groups` groups, without agents.
-    pub(crate) fn new(num_groups: usize) -> Self {
+    /// Creates a preview of the flock of `world` as it is. Its agents have the neighbors with these sums.
+    pub(crate) fn new(world: &World<D>, sums: Vec<NeighborSums<D>>) -> Self {
         Self {
-            groups: Vec::with_capacity(num_groups),
-            sums: Vec::with_capacity(num_groups),
+            groups: world.agents().groups.clone(),
+            sums,
         }
     }
 
-    /// Adds the next group of the flock. Its agents have the neighbors with these sums.
-    pub(crate) fn push(&mut self, world: &World<D>, sums: &NeighborSums<D>) {
-        let index = self.groups.len();
-        self.groups.push(world.agents().groups[index].clone());
-        self.sums.push(sums.clone());
+    /// Begins again with other sums.
+    pub(crate) fn restart(&mut self, world: &World<D>, sums: Vec<NeighborSums<D>>) {
+        self.groups.clone_from(&world.agents().groups);
+        self.sums = sums;
     }
 
     /// Advances the agents by one step, without noise, delays and captures. `predators` are the predators
-    /// after it.
-    pub(crate) fn advance(&mut self, world: &World<D>, predators: &[Straight<D>]) {
+    /// after it. Returns averages over the headings of the agents, of which there is at least one, relative to
+    /// the predators.
+    pub(crate) fn advance(&mut self, world: &World<D>, predators: &[Straight<D>]) -> Headings {
         let (config, ids) = (world.config(), world.agents().ids());
         let after: Vec<[f64; D]> = predators.iter().map(|predator| predator.position).collect();
         let places = Predators {
@@ -54,27 +56,35 @@ impl<const D: usize> Preview<D> {
         let (motion, parameters) = (&config.motion, config.motion_parameters());
         let (groups, sums) = (&mut self.groups, &mut self.sums);
         advance(motion, &parameters, &places, ids, groups, sums, None);
+        self.headings(ids.len(), &after)
     }
 
-    /// Returns averages over the headings of the `num_agents` >= 1 agents relative to the predators.
-    pub(crate) fn headings(&mut self, num_agents: usize, predators: &[Straight<D>]) -> Headings {
-        self.headings_from(
-            num_agents,
-            predators.iter().map(|predator| predator.position),
-        )
+    /// Returns averages over the present positions and velocities of the `num_agents` >= 1 agents.
+    pub(crate) fn drift(&self, num_agents: usize) -> Drift<D> {
+        Drift::of(&self.groups, num_agents)
     }
 
-    /// Returns the mean cosine of the angle between an agent's heading and its escape direction.
-    pub(crate) fn heading_escape(&mut self, num_agents: usize, predators: &[Straight<D>]) -> f64 {
-        let drift = Drift::of(&self.groups, num_agents);
+    /// Returns the mean cosine of the angle between an agent's heading and its escape direction. It replaces
+    /// the distances to predators.
+    pub(crate) fn heading_escape(
+        &mut self,
+        num_agents: usize,
+        drift: &Drift<D>,
+        predators: &[Straight<D>],
+    ) -> f64 {
         let place = |predator: &Straight<D>| predator.after(drift.time_of_approach(predator));
-        self.headings_from(num_agents, predators.iter().map(place))
-            .heading_away
+        let places: Vec<[f64; D]> = predators.iter().map(place).collect();
+        measure(&mut self.groups, &places);
+        self.headings(num_agents, &places).heading_away
     }
 
     /// Returns the closest approach of the predators.
-    pub(crate) fn approach(&self, num_agents: usize, predators: &[Straight<D>]) -> Approach {
-        let drift = Drift::of(&self.groups, num_agents);
+    pub(crate) fn approach(
+        &self,
+        num_agents: usize,
+        drift: &Drift<D>,
+        predators: &[Straight<D>],
+    ) -> Approach {
         let approach = |predator: &Straight<D>| {
             let time = drift.time_of_approach(predator);
             (
@@ -94,16 +104,17 @@ impl<const D: usize> Preview<D> {
         }
     }
 
-    fn headings_from(
-        &mut self,
-        num_agents: usize,
-        places: impl Iterator<Item = [f64; D]>,
-    ) -> Headings {
-        let places: Vec<[f64; D]> = places.collect();
-        for group in &mut self.groups {
-            group.distance = distances(&group.position, &places);
-        }
+    /// Returns averages over the headings relative to the `places` that the agents' distances are measured to.
+    fn headings(&self, num_agents: usize, places: &[[f64; D]]) -> Headings {
         let size = (num_agents, extremes(&self.groups).speed);
-        Headings::of((&self.groups, &self.sums), &places, size)
+        Headings::of((&self.groups, &self.sums), places, size)
+    }
+}
+
+/// Computes the distances of the agents to the nearest of `places`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn measure<const D: usize>(groups: &mut [Group<D>], places: &[[f64; D]]) {
+    for group in groups {
+        group.distance = distances(&group.position, places);
     }
 }

@@ -36,10 +36,10 @@ impl<'a, const D: usize> Profile<'a, D> {
         agents: &'a Agents<D>,
         ranges: &[f64],
     ) -> Self {
-        let (options, _) = neighborhood.search();
+        let (options, tree) = neighborhood.search();
         let search = if options.is_by_range() {
             let square = |range: &f64| (range * range).min(f64::MAX);
-            let scratch = ProfileScratch::new(ranges.len());
+            let scratch = ProfileScratch::new(tree, ranges.len());
             Search::Together(ranges.iter().map(square).collect(), scratch)
         } else {
             let candidate = |range: &f64| {

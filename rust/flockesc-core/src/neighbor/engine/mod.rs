@@ -15,6 +15,7 @@ pub(super) mod pairs;
 mod places;
 pub(super) mod profile;
 pub(super) mod reach;
+mod separation;
 pub(super) mod sums;
 mod tiles;
 pub(super) mod tree;

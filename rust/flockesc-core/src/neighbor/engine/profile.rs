@@ -1,59 +1,76 @@
 //! The SIMD kernel of the neighbor sums under several ranges, if neighbors are determined by distances alone.
 //!
-//! One descent of the tree serves all ranges. Nodes entirely within a range are added to its sums at once. A
-//! pair of tiles is tested agent by agent only against the ranges that it is partly within.
+//! One descent of the tree serves all ranges. Nodes entirely within a range are added to its sums at once.
+//! Squared distances of agents are computed once, and compared only with the ranges that a pair of tiles is
+//! partly within.
 
-use std::hint::black_box;
-
-use bytemuck::{cast_mut, cast_ref};
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::agents::{Agents, Column, FANOUT, GROUP, TILE};
-use crate::neighbor::engine::nodes::{Bounds, FixedPointAgent, Siblings};
-use crate::neighbor::engine::reach::{bits, squared_norm};
+use crate::agents::{Agents, Column, FANOUT, TILE};
+use crate::neighbor::engine::nodes::{Bounds, FixedPointAgent};
+use crate::neighbor::engine::own::lanes;
+use crate::neighbor::engine::reach::squared_norm;
+use crate::neighbor::engine::separation::{Separation, Total, find_groups, sum_enclosed};
 use crate::neighbor::engine::sums::NeighborSums;
 use crate::neighbor::engine::tree::Tree;
+
+/// Number of groups whose tiles are tested at once: one bit of a word per tile.
+const BATCH: usize = u64::BITS as usize / FANOUT;
+
+/// Number of tiles whose packed velocities are summed before they are unpacked: at most 2^5 agents.
+const PACKED_TILES: usize = 4;
+
+/// Number of bits for the number of agents in a packed sum. A velocity in fixed point has 52 bits with its
+/// sign, so a packed sum has 52 + 5 + 6.
+const COUNT_BITS: u32 = 6;
+
+/// Velocity of an agent in fixed point. The lowest bits of the first coordinate count agents: one addition
+/// then serves both sums.
+type Packed<const D: usize> = [u64; D];
+
+/// Squared distances in m^2 of the agents of two tiles. A row has the distances of one agent.
+#[derive(Debug, Clone)]
+#[repr(C, align(64))]
+struct Distances([[f64; TILE]; TILE]);
 
 /// Buffers that are reused from group to group.
 #[derive(Debug, Clone)]
 pub(in crate::neighbor) struct ProfileScratch<const D: usize> {
+    /// Velocities of all agents, tile by tile.
+    packed: Vec<[Packed<D>; TILE]>,
     /// Stack of the nodes to visit, as pairs (level, block).
-    nodes: Vec<(usize, usize)>,
+    stack: Vec<(usize, usize)>,
     /// Groups partly within some range of a group.
     groups: Vec<usize>,
-    /// Sums over nodes entirely within each range of a group.
-    nodes_within: Vec<Totals<D>>,
-    /// The same of a tile.
-    tiles_within: Vec<Totals<D>>,
-    /// One bit per tile of a block for each range: whether the tile is partly within it.
-    across: Vec<u8>,
-}
-
-/// Sums in eight lanes.
-#[derive(Debug, Clone, Copy)]
-#[repr(C, align(64))]
-struct Totals<const D: usize> {
-    sum: [[i64; FANOUT]; D],
-    count: [i64; FANOUT],
-}
-
-impl<const D: usize> Totals<D> {
-    const EMPTY: Self = Self {
-        sum: [[0; FANOUT]; D],
-        count: [0; FANOUT],
-    };
+    /// Totals of the other nodes within each range of a group.
+    totals: Vec<Total<D>>,
+    /// One bit per tile of a batch for each range: whether the tile is partly within it.
+    across: Vec<u64>,
+    /// Distances of the tiles of a batch that are partly within some range.
+    distances: Vec<Distances>,
 }
 
 impl<const D: usize> ProfileScratch<D> {
-    pub(in crate::neighbor) fn new(num_ranges: usize) -> Self {
+    /// Creates the buffers for the agents of `tree`.
+    pub(in crate::neighbor) fn new(tree: &Tree<D>, num_ranges: usize) -> Self {
+        let tiles = tree.agents.iter().flat_map(|group| group.as_chunks().0);
+        let num_tiles = tree.agents.len().min(BATCH) * FANOUT;
         Self {
-            nodes: Vec::new(),
+            packed: tiles.map(|tile: &[_; TILE]| tile.map(pack)).collect(),
+            stack: Vec::new(),
             groups: Vec::new(),
-            nodes_within: vec![Totals::EMPTY; num_ranges],
-            tiles_within: vec![Totals::EMPTY; num_ranges],
+            totals: vec![Total::EMPTY; num_ranges],
             across: vec![0; num_ranges],
+            distances: vec![Distances([[0.0; TILE]; TILE]); num_tiles],
         }
     }
+}
+
+/// Packs the velocity of an agent and the number 1.
+fn pack<const D: usize>(agent: FixedPointAgent<D>) -> Packed<D> {
+    let mut packed = agent.velocity.map(|units| units as u64);
+    packed[0] = (packed[0] << COUNT_BITS) + 1;
+    packed
 }
 
 /// Computes the sums of one group under each range. `squares` are the squared ranges in m^2, in ascending
@@ -99,259 +116,175 @@ impl<const D: usize> WithSimd for SumProfile<'_, D> {
             sums,
             scratch,
         } = self;
-        for sums in sums.iter_mut() {
-            sums.count = [0; GROUP];
-            sums.sum = [[0; GROUP]; D];
-        }
-        let own = &tree.levels[0][group];
-        find_groups(simd, tree, &own.bounds(), squares, scratch);
-        let positions = &agents.groups[group].position;
-        let num_tiles = agents.ids_of(group).len().div_ceil(TILE);
-        for tile in 0..num_tiles {
-            let bounds = own.bounds_of(tile);
-            scratch.tiles_within.copy_from_slice(&scratch.nodes_within);
-            for &other in &scratch.groups {
-                let block = &tree.levels[0][other];
-                let mut some = 0;
-                for ((square, totals), across) in squares
-                    .iter()
-                    .zip(&mut scratch.tiles_within)
-                    .zip(&mut scratch.across)
-                {
-                    *across = add_enclosed(simd, &bounds, block, *square, totals);
-                    some |= *across;
-                }
-                let rows = tree.agents[other].as_chunks::<TILE>().0;
-                while some != 0 {
-                    let child = some.trailing_zeros() as usize;
-                    some &= some - 1;
-                    let is_across = |across: &u8| across >> child & 1 == 1;
-                    let first = scratch.across.iter().position(is_across).unwrap_or(0);
-                    let count = scratch.across[first..]
-                        .iter()
-                        .take_while(|k| is_across(k))
-                        .count();
-                    let ranges = first..first + count;
-                    for start in (tile * TILE..(tile + 1) * TILE).step_by(S::F64_LANES) {
-                        let (squares, sums) = (&squares[ranges.clone()], &mut sums[ranges.clone()]);
-                        sum_tile(simd, positions, start, &rows[child], squares, sums);
+        let ProfileScratch {
+            packed,
+            stack,
+            groups,
+            totals,
+            across,
+            distances,
+        } = scratch;
+        let tiles = &tree.levels[0][group];
+        find_groups(simd, tree, &tiles.bounds(), squares, stack, groups, totals);
+        for tile in 0..agents.ids_of(group).len().div_ceil(TILE) {
+            let own = OwnTile {
+                positions: &agents.groups[group].position,
+                bounds: tiles.bounds_of(tile),
+                first: tile * TILE,
+            };
+            for (sums, total) in sums.iter_mut().zip(&*totals) {
+                own.set(total, sums);
+            }
+            for batch in groups.chunks(BATCH) {
+                own.add_enclosed(simd, tree, batch, squares, sums, across);
+                own.measure(simd, tree, batch, across, distances);
+                for ((square, sums), across) in squares.iter().zip(&mut *sums).zip(&*across) {
+                    for register in 0..TILE / S::F64_LANES {
+                        let near = Near {
+                            packed,
+                            batch,
+                            distances,
+                            register,
+                            square: *square,
+                        };
+                        let start = own.first + register * S::F64_LANES;
+                        let mut across = *across;
+                        while across != 0 {
+                            near.add(simd, &mut across, start, sums);
+                        }
                     }
                 }
             }
-            let lanes = tile * TILE..(tile + 1) * TILE;
-            for (sums, totals) in sums.iter_mut().zip(&scratch.tiles_within) {
+        }
+    }
+}
+
+/// A tile whose agents look for their neighbors.
+struct OwnTile<'a, const D: usize> {
+    /// Positions of the agents of the group, in m.
+    positions: &'a [Column<f64>; D],
+    bounds: Bounds<D>,
+    /// Lane of the first agent.
+    first: usize,
+}
+
+impl<const D: usize> OwnTile<'_, D> {
+    /// Sets the sums of the agents to `total`.
+    #[inline(always)]
+    fn set(&self, total: &Total<D>, sums: &mut NeighborSums<D>) {
+        let lanes = self.first..self.first + TILE;
+        for axis in 0..D {
+            sums.sum[axis][lanes.clone()].fill(total.sum[axis]);
+        }
+        sums.count[lanes].fill(total.count);
+    }
+
+    /// Adds the tiles of a batch of groups that are entirely within each range to its sums. Stores one bit per
+    /// tile for those partly within it.
+    #[inline(always)]
+    fn add_enclosed<S: Simd>(
+        &self,
+        simd: S,
+        tree: &Tree<D>,
+        batch: &[usize],
+        squares: &[f64],
+        sums: &mut [NeighborSums<D>],
+        across: &mut [u64],
+    ) {
+        let mut separations = [Separation::EMPTY; BATCH];
+        for (separation, group) in separations.iter_mut().zip(batch) {
+            *separation = Separation::of(simd, &self.bounds, &tree.levels[0][*group]);
+        }
+        for ((square, sums), across) in squares.iter().zip(sums).zip(across) {
+            let total;
+            (total, *across) = sum_enclosed(simd, tree, batch, &separations, *square);
+            for lane in self.first..self.first + TILE {
                 for axis in 0..D {
-                    let total: i64 = totals.sum[axis].iter().sum();
-                    for sum in &mut sums.sum[axis][lanes.clone()] {
-                        *sum += total;
+                    sums.sum[axis][lane] += total.sum[axis];
+                }
+                sums.count[lane] += total.count;
+            }
+        }
+    }
+
+    /// Computes the squared distances to the tiles of a batch that are partly within some range.
+    #[inline(always)]
+    fn measure<S: Simd>(
+        &self,
+        simd: S,
+        tree: &Tree<D>,
+        batch: &[usize],
+        across: &[u64],
+        distances: &mut [Distances],
+    ) {
+        let mut near = across.iter().fold(0, |near, across| near | across);
+        while near != 0 {
+            let tile = near.trailing_zeros() as usize;
+            near &= near - 1;
+            let others = &tree.agents[batch[tile / FANOUT]].as_chunks::<TILE>().0[tile % FANOUT];
+            for register in 0..TILE / S::F64_LANES {
+                let start = self.first + register * S::F64_LANES;
+                let mut position = [simd.splat_f64s(0.0); D];
+                for axis in 0..D {
+                    let column = &self.positions[axis][start..start + S::F64_LANES];
+                    position[axis] = S::as_simd_f64s(column).0[0];
+                }
+                for index in 0..TILE {
+                    let mut offset = position;
+                    for axis in 0..D {
+                        let other = simd.splat_f64s(others[index].position[axis]);
+                        offset[axis] = simd.sub_f64s(offset[axis], other);
                     }
-                }
-                let total: i64 = totals.count.iter().sum();
-                for count in &mut sums.count[lanes.clone()] {
-                    *count += total;
+                    let squared = squared_norm(simd, offset);
+                    S::as_mut_simd_f64s(&mut distances[tile].0[index]).0[register] = squared;
                 }
             }
         }
     }
 }
 
-/// Lists the groups partly within some range of the box `bounds`, and adds nodes entirely within a range to
-/// `scratch.nodes_within`, to the totals of every such range.
-#[inline(always)]
-fn find_groups<S: Simd, const D: usize>(
-    simd: S,
-    tree: &Tree<D>,
-    bounds: &Bounds<D>,
-    squares: &[f64],
-    scratch: &mut ProfileScratch<D>,
-) {
-    scratch.nodes_within.fill(Totals::EMPTY);
-    scratch.groups.clear();
-    scratch.nodes.push((tree.levels.len() - 1, 0));
-    while let Some((level, index)) = scratch.nodes.pop() {
-        if level == 0 {
-            scratch.groups.push(index);
-            continue;
-        }
-        let block = &tree.levels[level][index];
-        // A node that is partly within one range is visited, and then counts for all ranges.
-        let mut visited = 0;
-        for square in squares {
-            let (inside, near) = classify(simd, bounds, block, *square);
-            visited |= near & !inside;
-        }
-        for (square, totals) in squares.iter().zip(&mut scratch.nodes_within) {
-            let (inside, _) = classify(simd, bounds, block, *square);
-            add_children(block, inside & !visited, totals);
-        }
-        while visited != 0 {
-            let child = visited.trailing_zeros() as usize;
-            visited &= visited - 1;
-            scratch.nodes.push((level - 1, index * FANOUT + child));
-        }
-    }
-}
-
-/// Adds the children of `block` whose bits are set.
-#[inline(always)]
-fn add_children<const D: usize>(block: &Siblings<D>, mut children: u8, totals: &mut Totals<D>) {
-    while children != 0 {
-        let child = children.trailing_zeros() as usize;
-        children &= children - 1;
-        for axis in 0..D {
-            totals.sum[axis][0] += block.sum[axis][child];
-        }
-        totals.count[0] += block.count[child];
-    }
-}
-
-/// Returns one bit per node for those entirely within a range of the box `bounds`, and one for those at least
-/// partly within it.
-#[inline(always)]
-fn classify<S: Simd, const D: usize>(
-    simd: S,
-    bounds: &Bounds<D>,
-    nodes: &Siblings<D>,
-    square: f64,
-) -> (u8, u8) {
-    let (mut inside, mut near) = (0, 0);
-    for register in 0..FANOUT / S::F64_LANES {
-        let (gap, extent) = distances(simd, bounds, nodes, register);
-        let square = simd.splat_f64s(square);
-        let shift = register * S::F64_LANES;
-        inside |= bits(simd, simd.less_than_or_equal_f64s(extent, square)) << shift;
-        near |= bits(simd, simd.less_than_or_equal_f64s(gap, square)) << shift;
-    }
-    (inside, near)
-}
-
-/// Adds the nodes entirely within a range of the box `bounds` to `totals`. Returns one bit per node for those
-/// partly within it.
-#[inline(always)]
-fn add_enclosed<S: Simd, const D: usize>(
-    simd: S,
-    bounds: &Bounds<D>,
-    nodes: &Siblings<D>,
-    square: f64,
-    totals: &mut Totals<D>,
-) -> u8 {
-    let mut across = 0;
-    for register in 0..FANOUT / S::F64_LANES {
-        let (gap, extent) = distances(simd, bounds, nodes, register);
-        let square = simd.splat_f64s(square);
-        let is_inside = simd.less_than_or_equal_f64s(extent, square);
-        let near = bits(simd, simd.less_than_or_equal_f64s(gap, square));
-        let inside = bits(simd, is_inside);
-        across |= (near & !inside) << (register * S::F64_LANES);
-        if inside != 0 {
-            for axis in 0..D {
-                add_masked(
-                    simd,
-                    is_inside,
-                    &nodes.sum[axis],
-                    &mut totals.sum[axis],
-                    register,
-                );
-            }
-            add_masked(simd, is_inside, &nodes.count, &mut totals.count, register);
-        }
-    }
-    across
-}
-
-/// Adds one register of `values` to `totals` where `mask` is set.
-#[inline(always)]
-fn add_masked<S: Simd>(
-    simd: S,
-    mask: S::m64s,
-    values: &[i64; FANOUT],
-    totals: &mut [i64; FANOUT],
+/// The agents of a batch of groups that are partly within a range of one register of agents.
+struct Near<'a, const D: usize> {
+    packed: &'a [[Packed<D>; TILE]],
+    batch: &'a [usize],
+    distances: &'a [Distances],
+    /// Index of the register in its tile.
     register: usize,
-) {
-    let values: &[u64; FANOUT] = cast_ref(values);
-    let totals: &mut [u64; FANOUT] = cast_mut(totals);
-    let value = S::as_simd_u64s(values).0[register];
-    let total = &mut S::as_mut_simd_u64s(totals).0[register];
-    *total = simd.select_u64s(mask, simd.add_u64s(*total, value), *total);
+    /// Square of the range in m^2.
+    square: f64,
 }
 
-/// Returns the squared distances in m^2 of one register of nodes to the box `bounds`, as the kernel of one range
-/// computes them: between the nearest points, and between the farthest ones.
-#[inline(always)]
-fn distances<S: Simd, const D: usize>(
-    simd: S,
-    bounds: &Bounds<D>,
-    nodes: &Siblings<D>,
-    register: usize,
-) -> (S::f64s, S::f64s) {
-    let zero = simd.splat_f64s(0.0);
-    let (mut gap, mut extent) = ([zero; D], [zero; D]);
-    for axis in 0..D {
-        let low = S::as_simd_f64s(&nodes.low[axis]).0[register];
-        let high = S::as_simd_f64s(&nodes.high[axis]).0[register];
-        let (own_low, own_high) = (bounds.low[axis], bounds.high[axis]);
-        let above = simd.sub_f64s(low, simd.splat_f64s(own_high));
-        let below = simd.sub_f64s(simd.splat_f64s(own_low), high);
-        gap[axis] = simd.max_f64s(simd.max_f64s(above, below), zero);
-        let up = simd.sub_f64s(high, simd.splat_f64s(own_low));
-        let down = simd.sub_f64s(simd.splat_f64s(own_high), low);
-        extent[axis] = simd.max_f64s(up, down);
-    }
-    (squared_norm(simd, gap), squared_norm(simd, extent))
-}
-
-/// Adds the agents of a tile within each range to the sums of one register of agents, which begins at lane
-/// `start`.
-#[inline(always)]
-fn sum_tile<S: Simd, const D: usize>(
-    simd: S,
-    positions: &[Column<f64>; D],
-    start: usize,
-    others: &[FixedPointAgent<D>; TILE],
-    squares: &[f64],
-    sums: &mut [NeighborSums<D>],
-) {
-    let places = start..start + S::F64_LANES;
-    let zero = simd.splat_f64s(0.0);
-    let mut position = [zero; D];
-    for axis in 0..D {
-        position[axis] = S::as_simd_f64s(&positions[axis][places.clone()]).0[0];
-    }
-    let mut distance = [zero; TILE];
-    for (distance, other) in distance.iter_mut().zip(others) {
-        let mut offset = position;
-        for axis in 0..D {
-            offset[axis] = simd.sub_f64s(offset[axis], simd.splat_f64s(other.position[axis]));
-        }
-        *distance = squared_norm(simd, offset);
-    }
-    // The compiler does not know that it is 1. It would replace each masked addition by two operations.
-    let one = simd.splat_u64s(black_box(1));
-    for (square, sums) in squares.iter().zip(sums) {
-        let square = simd.splat_f64s(*square);
-        let mut sum = [one; D];
-        for axis in 0..D {
-            sum[axis] = *register(simd, &mut sums.sum[axis], start);
-        }
-        let mut count = *register(simd, &mut sums.count, start);
-        for (distance, other) in distance.iter().zip(others) {
-            let is_near = simd.less_than_or_equal_f64s(*distance, square);
-            for axis in 0..D {
-                let added = simd.add_u64s(sum[axis], simd.splat_u64s(other.velocity[axis] as u64));
-                sum[axis] = simd.select_u64s(is_near, added, sum[axis]);
+impl<const D: usize> Near<'_, D> {
+    /// Adds the agents within the range to the sums of the agents from lane `start` on. It takes at most
+    /// [`PACKED_TILES`] tiles from `across`.
+    #[inline(always)]
+    fn add<S: Simd>(&self, simd: S, across: &mut u64, start: usize, sums: &mut NeighborSums<D>) {
+        let square = simd.splat_f64s(self.square);
+        let mut sum = [simd.splat_u64s(0); D];
+        for _ in 0..PACKED_TILES {
+            if *across == 0 {
+                break;
             }
-            count = simd.select_u64s(is_near, simd.add_u64s(count, one), count);
+            let tile = across.trailing_zeros() as usize;
+            *across &= *across - 1;
+            let others = &self.packed[self.batch[tile / FANOUT] * FANOUT + tile % FANOUT];
+            let Distances(distances) = &self.distances[tile];
+            for index in 0..TILE {
+                let distance = S::as_simd_f64s(&distances[index]).0[self.register];
+                let is_near = simd.less_than_or_equal_f64s(distance, square);
+                for axis in 0..D {
+                    let added = simd.add_u64s(sum[axis], simd.splat_u64s(others[index][axis]));
+                    sum[axis] = simd.select_u64s(is_near, added, sum[axis]);
+                }
+            }
         }
-        for axis in 0..D {
-            *register(simd, &mut sums.sum[axis], start) = sum[axis];
+        for lane in 0..S::F64_LANES {
+            let packed = lanes(&sum[0])[lane];
+            sums.sum[0][start + lane] += packed >> COUNT_BITS;
+            sums.count[start + lane] += packed & ((1 << COUNT_BITS) - 1);
+            for axis in 1..D {
+                sums.sum[axis][start + lane] += lanes(&sum[axis])[lane];
+            }
         }
-        *register(simd, &mut sums.count, start) = count;
     }
-}
-
-/// Returns the register of integers that begins at lane `start`.
-#[inline(always)]
-fn register<S: Simd>(_: S, column: &mut Column<i64>, start: usize) -> &mut S::u64s {
-    let column: &mut Column<u64> = cast_mut(column);
-    &mut S::as_mut_simd_u64s(column).0[start / S::F64_LANES]
 }

@@ -147,7 +147,7 @@ fn profile<S: Simd, const D: usize>(
         .map(|range| (range * range).min(f64::MAX))
         .collect();
     let mut groups = vec![Vec::new(); ranges.len()];
-    let mut scratch = ProfileScratch::new(ranges.len());
+    let mut scratch = ProfileScratch::new(tree, ranges.len());
     for group in 0..agents.groups.len() {
         let mut sums = vec![NeighborSums::EMPTY; ranges.len()];
         simd.vectorize(SumProfile {

@@ -2,7 +2,7 @@
 
 use super::{ExtraEntries, Extras};
 use crate::flock::{Approach, Headings, Preview, Straight};
-use crate::neighbor::Profile;
+use crate::neighbor::{NeighborSums, Profile};
 use crate::observation::Scene;
 use crate::observation::table::{Row, Table, squash};
 
@@ -95,13 +95,10 @@ pub(in crate::observation) fn write<const D: usize>(scene: &Scene<'_, D>, out: &
         return;
     }
     let predators: Vec<Straight<D>> = world.predators().iter().map(Straight::from).collect();
-    let mut preview = Preview::new(world.agents().groups.len());
-    for sums in world.neighborhood().sums() {
-        preview.push(world, sums);
-    }
+    let mut preview = Preview::new(world, world.neighborhood().sums().to_vec());
     let features = Features {
-        now: response(&mut preview, scene, &predators),
-        candidates: candidates(scene, predators),
+        now: response(&mut preview, Headings::default(), scene, &predators),
+        candidates: candidates(&mut preview, scene, predators),
         is_sensed: scene.is_sensed(world.predator_distance().minimum),
         length: scene.length(),
         time: scene.length() / scene.speed(),
@@ -111,6 +108,7 @@ pub(in crate::observation) fn write<const D: usize>(scene: &Scene<'_, D>, out: &
 
 /// Returns the averages after one step under every candidate range.
 fn candidates<const D: usize>(
+    preview: &mut Preview<D>,
     scene: &Scene<'_, D>,
     mut predators: Vec<Straight<D>>,
 ) -> Vec<Response> {
@@ -118,37 +116,46 @@ fn candidates<const D: usize>(
     for predator in &mut predators {
         predator.position = predator.after(scene.scenario().time_step);
     }
-    let mut profile = Profile::new(world.neighborhood(), world.agents(), ranges);
     let num_groups = world.agents().groups.len();
-    let mut previews: Vec<Preview<D>> = ranges.iter().map(|_| Preview::new(num_groups)).collect();
+    let mut profile = Profile::new(world.neighborhood(), world.agents(), ranges);
+    let mut candidates: Vec<Vec<NeighborSums<D>>> = ranges
+        .iter()
+        .map(|_| Vec::with_capacity(num_groups))
+        .collect();
     for group in 0..num_groups {
-        for (preview, sums) in previews.iter_mut().zip(profile.of_group(group)) {
-            preview.push(world, sums);
+        for (candidate, sums) in candidates.iter_mut().zip(profile.of_group(group)) {
+            candidate.push(sums.clone());
         }
     }
-    let response_after_step = |mut preview: Preview<D>| {
-        preview.advance(world, &predators);
-        Response {
-            headings: preview.headings(world.agents().len(), &predators),
-            ..response(&mut preview, scene, &predators)
-        }
+    let response_after_step = |sums| {
+        preview.restart(world, sums);
+        let headings = preview.advance(world, &predators);
+        response(preview, headings, scene, &predators)
     };
-    previews.into_iter().map(response_after_step).collect()
+    candidates.into_iter().map(response_after_step).collect()
 }
 
-/// Returns the averages that the extra entries need.
+/// Adds the averages that the extra entries need to `headings`.
 fn response<const D: usize>(
     preview: &mut Preview<D>,
+    headings: Headings,
     scene: &Scene<'_, D>,
     predators: &[Straight<D>],
 ) -> Response {
+    let mut response = Response {
+        headings,
+        ..Response::default()
+    };
+    if scene.extras.entries.is_empty() {
+        return response;
+    }
     let num_agents = scene.world.agents().len();
-    let mut response = Response::default();
+    let drift = preview.drift(num_agents);
     if scene.extras.has(ExtraEntries::EscapeDirection) {
-        response.heading_escape = preview.heading_escape(num_agents, predators);
+        response.heading_escape = preview.heading_escape(num_agents, &drift, predators);
     }
     if scene.extras.has(ExtraEntries::ClosestApproach) {
-        response.approach = preview.approach(num_agents, predators);
+        response.approach = preview.approach(num_agents, &drift, predators);
     }
     response
 }

@@ -1,6 +1,7 @@
 //! Optional entries of observations: what each of several ranges would bring, and closest approaches.
 
 pub(super) mod agent;
+mod features;
 pub(super) mod flock;
 
 use serde::{Deserialize, Serialize};
