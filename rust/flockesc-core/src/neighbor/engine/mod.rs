@@ -1,5 +1,6 @@
 //! The neighbor search and the sums over neighbors, for all neighbor rules.
 
+mod box_distances;
 pub(super) mod candidates;
 pub(super) mod components;
 pub(super) mod field_of_view;
@@ -15,7 +16,7 @@ pub(super) mod pairs;
 mod places;
 pub(super) mod profile;
 pub(super) mod reach;
-mod separation;
+
 pub(super) mod sums;
 mod tiles;
 pub(super) mod tree;

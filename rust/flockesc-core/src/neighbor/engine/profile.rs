@@ -7,10 +7,10 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::agents::{Agents, Column, FANOUT, TILE};
+use crate::neighbor::engine::box_distances::{BoxDistances, Total, find_groups, sum_enclosed};
 use crate::neighbor::engine::nodes::{Bounds, FixedPointAgent};
 use crate::neighbor::engine::own::lanes;
 use crate::neighbor::engine::reach::squared_norm;
-use crate::neighbor::engine::separation::{Separation, Total, find_groups, sum_enclosed};
 use crate::neighbor::engine::sums::NeighborSums;
 use crate::neighbor::engine::tree::Tree;
 
@@ -191,13 +191,13 @@ impl<const D: usize> OwnTile<'_, D> {
         sums: &mut [NeighborSums<D>],
         across: &mut [u64],
     ) {
-        let mut separations = [Separation::EMPTY; BATCH];
-        for (separation, group) in separations.iter_mut().zip(batch) {
-            *separation = Separation::of(simd, &self.bounds, &tree.levels[0][*group]);
+        let mut distances = [BoxDistances::EMPTY; BATCH];
+        for (distances, group) in distances.iter_mut().zip(batch) {
+            *distances = BoxDistances::of(simd, &self.bounds, &tree.levels[0][*group]);
         }
         for ((square, sums), across) in squares.iter().zip(sums).zip(across) {
             let total;
-            (total, *across) = sum_enclosed(simd, tree, batch, &separations, *square);
+            (total, *across) = sum_enclosed(simd, tree, batch, &distances, *square);
             for lane in self.first..self.first + TILE {
                 for axis in 0..D {
                     sums.sum[axis][lane] += total.sum[axis];

@@ -1,4 +1,4 @@
-//! `Separation`: how far the nodes of a block are from a box, and which nodes are within which of several
+//! `BoxDistances`: how far the nodes of a block are from a box, and which nodes are within which of several
 //! ranges.
 
 use bytemuck::cast_ref;
@@ -13,7 +13,7 @@ use crate::neighbor::engine::tree::Tree;
 /// Squared distances in m^2 of the nodes of one block to a box, as the kernel of one range computes them.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
-pub(super) struct Separation {
+pub(super) struct BoxDistances {
     /// Between the nearest points.
     gap: [f64; FANOUT],
     /// Between the farthest points.
@@ -27,7 +27,7 @@ pub(super) struct Total<const D: usize> {
     pub(super) count: i64,
 }
 
-impl Separation {
+impl BoxDistances {
     pub(super) const EMPTY: Self = Self {
         gap: [0.0; FANOUT],
         extent: [0.0; FANOUT],
@@ -41,7 +41,7 @@ impl Separation {
         nodes: &Siblings<D>,
     ) -> Self {
         let zero = simd.splat_f64s(0.0);
-        let mut separation = Self::EMPTY;
+        let mut distances = Self::EMPTY;
         for register in 0..FANOUT / S::F64_LANES {
             let (low, high) = nodes.corners(simd, register);
             let (mut gap, mut extent) = ([zero; D], [zero; D]);
@@ -56,10 +56,10 @@ impl Separation {
                 extent[axis] = simd.max_f64s(up, down);
             }
             let (gap, extent) = (squared_norm(simd, gap), squared_norm(simd, extent));
-            S::as_mut_simd_f64s(&mut separation.gap).0[register] = gap;
-            S::as_mut_simd_f64s(&mut separation.extent).0[register] = extent;
+            S::as_mut_simd_f64s(&mut distances.gap).0[register] = gap;
+            S::as_mut_simd_f64s(&mut distances.extent).0[register] = extent;
         }
-        separation
+        distances
     }
 
     /// Returns masks of one register of nodes: those entirely and those partly within a range.
@@ -115,15 +115,15 @@ pub(super) fn find_groups<S: Simd, const D: usize>(
             continue;
         }
         let block = &tree.levels[level][index];
-        let separation = Separation::of(simd, bounds, block);
+        let distances = BoxDistances::of(simd, bounds, block);
         // A node that is partly within one range is visited, and then counts for all ranges.
         let mut visited = 0;
         for square in squares {
-            let (_, across) = separation.bits_within(simd, *square);
+            let (_, across) = distances.bits_within(simd, *square);
             visited |= across;
         }
         for (square, total) in squares.iter().zip(&mut *totals) {
-            let (inside, _) = separation.bits_within(simd, *square);
+            let (inside, _) = distances.bits_within(simd, *square);
             add_children(block, inside & !visited, total);
         }
         while visited != 0 {
@@ -148,21 +148,21 @@ fn add_children<const D: usize>(block: &Siblings<D>, mut children: u8, total: &m
 }
 
 /// Returns the total of the tiles entirely within a range of a box, and one bit per tile for those partly
-/// within it. `groups` are the groups of the tiles, and `separations` their distances to the box.
+/// within it. `groups` are the groups of the tiles, and `distances` their distances to the box.
 #[inline(always)]
 pub(super) fn sum_enclosed<S: Simd, const D: usize>(
     simd: S,
     tree: &Tree<D>,
     groups: &[usize],
-    separations: &[Separation],
+    distances: &[BoxDistances],
     square: f64,
 ) -> (Total<D>, u64) {
     let zero = simd.splat_u64s(0);
     let (mut sum, mut count, mut across) = ([zero; D], zero, 0);
-    for (index, (group, separation)) in groups.iter().zip(separations).enumerate() {
+    for (index, (group, distances)) in groups.iter().zip(distances).enumerate() {
         let tiles = &tree.levels[0][*group];
         for register in 0..FANOUT / S::F64_LANES {
-            let (is_inside, is_across) = separation.within(simd, register, square);
+            let (is_inside, is_across) = distances.within(simd, register, square);
             for axis in 0..D {
                 let added = simd.add_u64s(sum[axis], load(simd, &tiles.sum[axis], register));
                 sum[axis] = simd.select_u64s(is_inside, added, sum[axis]);
