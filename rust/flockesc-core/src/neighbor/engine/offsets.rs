@@ -143,6 +143,7 @@ impl<const D: usize> SumOffsets<'_, D> {
         let farthest = simd.splat_f64s(squared_range);
         for tile in 0..ids.len().div_ceil(TILE) {
             let (candidates, terms) = (candidates.of(0, tile), &mut terms[tile]);
+            terms.reserve(candidates.across.len());
             for first in (0..TILE).step_by(S::F64_LANES) {
                 let start = tile * TILE + first;
                 let own =

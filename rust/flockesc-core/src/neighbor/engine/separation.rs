@@ -34,6 +34,11 @@ impl<const D: usize> Terms<D> {
         self.counts = [0; TILE];
     }
 
+    /// Makes room for `count` rows, so that steps stop allocating once all agents have been candidates.
+    pub(super) fn reserve(&mut self, count: usize) {
+        self.rows.reserve(count);
+    }
+
     /// Adds a term of one agent.
     pub(super) fn push(&mut self, agent: usize, term: [f64; D]) {
         let row = self.row(self.counts[agent] as usize);
