@@ -9,8 +9,8 @@ mod rules;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use engine::candidates::Candidates;
 pub(crate) use engine::field_of_view::{FieldOfView, Torus};
+pub(crate) use engine::offsets::OffsetBuffers;
 pub(crate) use engine::pairs::Pairs;
 pub(crate) use engine::sums::NeighborSums;
 pub(crate) use neighborhood::{Neighborhood, NeighborhoodState};

@@ -4,7 +4,8 @@ mod state;
 
 use crate::agents::{Agents, GROUP};
 use crate::base::exact::Scale;
-use crate::neighbor::engine::components::{Forest, connect, connect_pairs};
+use crate::neighbor::engine::components::connect;
+use crate::neighbor::engine::forest::{Forest, connect_pairs};
 use crate::neighbor::engine::isolation;
 use crate::neighbor::engine::kept::{Kept, Listing};
 use crate::neighbor::engine::kernel::sum_neighbors;

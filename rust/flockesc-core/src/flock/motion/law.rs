@@ -6,7 +6,7 @@ use super::parameters::Parameters;
 use crate::agents::Group;
 use crate::base::error::Result;
 use crate::base::exact::Scale;
-use crate::neighbor::{Candidates, Pairs};
+use crate::neighbor::{OffsetBuffers, Pairs};
 
 /// The pairs of the agents in one group and their neighbors.
 #[derive(Clone, Copy)]
@@ -17,16 +17,6 @@ pub(super) struct GroupPairs<'a, const D: usize> {
     pub(super) columns: &'a ParameterColumns,
     /// Fixed-point scale of sums of offsets between agents, in m.
     pub(super) scale: Scale,
-}
-
-/// Buffers of one thread for the forces between pairs of neighbors.
-#[derive(Debug, Clone, Default)]
-pub(super) struct PairBuffers<const D: usize> {
-    pub(super) tiles: Vec<u32>,
-    pub(super) candidates: Candidates,
-    /// Pairs of an agent's lane and one neighbor's contribution to the force on the agent, in the order of
-    /// lanes.
-    pub(super) terms: Vec<(usize, [f64; D])>,
 }
 
 /// A law of motion: how forces change velocities.
@@ -45,7 +35,7 @@ pub(super) trait Law {
     fn add_pair_forces<const D: usize>(
         &self,
         _pairs: &GroupPairs<'_, D>,
-        _buffers: &mut PairBuffers<D>,
+        _buffers: &mut OffsetBuffers<D>,
         _force: &mut Force<D>,
     ) {
     }

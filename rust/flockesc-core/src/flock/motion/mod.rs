@@ -24,9 +24,10 @@ pub(super) use step::{Predators, advance};
 
 use crate::agents::Group;
 use crate::base::error::Result;
+use crate::neighbor::OffsetBuffers;
 use columns::ParameterColumns;
 use forces::Force;
-use law::{GroupPairs, Law, PairBuffers};
+use law::{GroupPairs, Law};
 
 /// Generates [`Motion`] and its methods from the list of all laws.
 macro_rules! laws {
@@ -62,7 +63,7 @@ macro_rules! laws {
             fn add_pair_forces<const D: usize>(
                 &self,
                 pairs: &GroupPairs<'_, D>,
-                buffers: &mut PairBuffers<D>,
+                buffers: &mut OffsetBuffers<D>,
                 force: &mut Force<D>,
             ) {
                 match self {

@@ -8,14 +8,14 @@ use serde::{Deserialize, Serialize};
 use super::Motion;
 use super::columns::ParameterColumns;
 use super::forces::{Force, consensus_force};
-use super::law::{GroupPairs, PairBuffers};
+use super::law::GroupPairs;
 use super::noise::Noise;
 use super::parameters::Parameters;
 use crate::agents::{Agents, GROUP};
 use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::base::vector::heading;
-use crate::neighbor::{NeighborSums, Neighborhood};
+use crate::neighbor::{NeighborSums, Neighborhood, OffsetBuffers};
 use crate::parallel;
 use crate::snapshot::{are_bounded, check};
 
@@ -27,7 +27,7 @@ pub(crate) struct Response<const D: usize> {
     forces: Vec<Force<D>>,
     /// The neighbor forces of past steps, by id, oldest first.
     past: VecDeque<Vec<SVector<f64, D>>>,
-    buffers: Vec<PairBuffers<D>>,
+    buffers: Vec<OffsetBuffers<D>>,
 }
 
 /// The serialized form of a [`Response`].
@@ -132,7 +132,7 @@ impl<const D: usize> Response<D> {
         let extent = (0..D).fold(0.0, |most: f64, axis| most.max(high[axis] - low[axis]));
         let scale = Scale::for_registers(extent, agents.len());
         let chunks = parallel::num_chunks(self.forces.len());
-        self.buffers.resize_with(chunks, PairBuffers::default);
+        self.buffers.resize_with(chunks, OffsetBuffers::default);
         let buffers = &mut self.buffers;
         parallel::for_each_chunk_with(&mut self.forces, buffers, |first, forces, buffers| {
             let mut columns = ParameterColumns::of_first(parameters);

@@ -5,13 +5,13 @@ use serde::{Deserialize, Serialize};
 use super::columns::ParameterColumns;
 use super::forces::Force;
 use super::inertial::integrate;
-use super::law::{GroupPairs, Law, PairBuffers};
+use super::law::{GroupPairs, Law};
 use super::parameters::Parameters;
 use crate::agents::{GROUP, Group};
 use crate::base::check::{not_negative, quantity};
 use crate::base::error::Result;
-use crate::base::exact::Scale;
 use crate::base::vector::{SHORTEST, squared_norm};
+use crate::neighbor::OffsetBuffers;
 
 /// Forces change velocities, and neighbors also attract and repel each other.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -41,7 +41,7 @@ impl Law for Reynolds {
     fn add_pair_forces<const D: usize>(
         &self,
         pairs: &GroupPairs<'_, D>,
-        buffers: &mut PairBuffers<D>,
+        buffers: &mut OffsetBuffers<D>,
         force: &mut Force<D>,
     ) {
         let GroupPairs {
@@ -50,21 +50,7 @@ impl Law for Reynolds {
             columns,
             scale,
         } = *pairs;
-        let PairBuffers {
-            tiles,
-            candidates,
-            terms: close,
-        } = buffers;
-        let offsets = pairs.sum_offsets(group, scale, tiles, candidates);
-        close.clear();
-        let range = self.separation_range * self.separation_range;
-        let near = pairs.within(self.separation_range);
-        near.visit(group, tiles, |lane, place| {
-            let (offset, squared) = pairs.offset(group, lane, place);
-            if squared > SHORTEST * SHORTEST && squared <= range {
-                close.push((lane, offset.map(|entry| -entry / squared)));
-            }
-        });
+        let sums = pairs.sum_offsets(group, scale, self.separation_range, buffers);
         let mut add = |lane: usize, vector: [f64; D], strength: f64| {
             let norm = squared_norm(&vector).sqrt();
             if norm > SHORTEST {
@@ -76,11 +62,10 @@ impl Law for Reynolds {
         };
         for lane in 0..GROUP {
             // The sum of the offsets has the same direction as their mean.
-            let sum = std::array::from_fn(|axis| scale.value(offsets[axis][lane]));
-            add(lane, sum, self.cohesion_strength);
-        }
-        for neighbors in close.chunk_by(|a, b| a.0 == b.0) {
-            add(neighbors[0].0, sum(neighbors), self.separation_strength);
+            let center = std::array::from_fn(|axis| scale.value(sums.toward_all[axis][lane]));
+            add(lane, center, self.cohesion_strength);
+            let away = std::array::from_fn(|axis| sums.from_close[axis][lane]);
+            add(lane, away, self.separation_strength);
         }
     }
 
@@ -94,18 +79,4 @@ impl Law for Reynolds {
     ) {
         integrate(parameters, columns, force, group);
     }
-}
-
-/// Returns the sum of the vectors. It is computed in fixed point, so that it does not depend on their order.
-fn sum<const D: usize>(terms: &[(usize, [f64; D])]) -> [f64; D] {
-    let entries = terms.iter().flat_map(|(_, term)| term);
-    let largest = entries.fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
-    let scale = Scale::new(largest, terms.len());
-    let mut units = [0; D];
-    for (_, term) in terms {
-        for axis in 0..D {
-            units[axis] += scale.truncate(term[axis]);
-        }
-    }
-    units.map(|sum: i64| scale.value(sum))
 }

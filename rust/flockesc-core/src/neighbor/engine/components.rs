@@ -1,24 +1,15 @@
-//! Connected components of the neighbor graph, by union-find and the tree.
+//! Connected components of the neighbor graph, by graph search in the tree, if neighbors are determined by distances
+//! alone.
 
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::agents::{Agents, Column, FANOUT, GROUP, TILE};
-use crate::neighbor::engine::pairs::Pairs;
-use crate::neighbor::engine::reach::{Reach, bits, squared_norm};
+use crate::base::vector::larger;
+use crate::neighbor::engine::forest::Forest;
+use crate::neighbor::engine::nodes::Siblings;
+use crate::neighbor::engine::reach::{bits, squared_norm};
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::ranges::Reaches;
-
-/// Returns the weakly connected components, from all pairs of neighbors.
-pub(in crate::neighbor) fn connect_pairs<const D: usize>(pairs: &Pairs<'_, D>) -> Forest {
-    let mut forest = Forest::new(pairs.agents, pairs.tree);
-    let mut tiles = Vec::new();
-    for group in 0..pairs.agents.groups.len() {
-        pairs.visit(group, &mut tiles, |lane, place| {
-            forest.union(group * GROUP + lane, place);
-        });
-    }
-    forest
-}
 
 /// Returns the weakly connected components if neighbors are determined by distances alone.
 pub(in crate::neighbor) fn connect<const D: usize>(
@@ -26,238 +17,221 @@ pub(in crate::neighbor) fn connect<const D: usize>(
     tree: &Tree<D>,
     reaches: Reaches<'_>,
 ) -> Forest {
-    let mut forest = Forest::new(agents, tree);
     Arch::new().dispatch(Connect {
         agents,
         tree,
         reaches,
-        forest: &mut forest,
-    });
-    forest
+    })
 }
 
-/// A disjoint-set forest of places.
-pub(in crate::neighbor) struct Forest {
-    parents: Vec<u32>,
-    count: usize,
-    /// For every block of the tree one bit per child: whether all agents of the child are known to be in one
-    /// set.
-    united: Vec<Vec<u8>>,
-}
-
-impl Forest {
-    /// Creates one set per agent.
-    fn new<const D: usize>(agents: &Agents<D>, tree: &Tree<D>) -> Self {
-        Self {
-            parents: (0..agents.len() as u32).collect(),
-            count: agents.len(),
-            united: tree
-                .levels
-                .iter()
-                .map(|level| vec![0; level.len()])
-                .collect(),
-        }
-    }
-
-    /// Returns the number of sets.
-    pub(in crate::neighbor) fn count(&self) -> usize {
-        self.count
-    }
-
-    /// Returns the label of every agent's set in the order of ids. A label is the lowest id in the set.
-    pub(in crate::neighbor) fn labels<const D: usize>(mut self, agents: &Agents<D>) -> Vec<u32> {
-        let ids = || (0..agents.groups.len()).flat_map(|group| agents.ids_of(group));
-        let mut lowest = vec![u32::MAX; agents.len()];
-        for (place, &id) in ids().enumerate() {
-            let root = self.find(place);
-            lowest[root] = lowest[root].min(id);
-        }
-        let mut labels = vec![0; agents.num_agents()];
-        for (place, &id) in ids().enumerate() {
-            labels[id as usize] = lowest[self.find(place)];
-        }
-        labels
-    }
-
-    fn find(&mut self, place: usize) -> usize {
-        let mut place = place as u32;
-        loop {
-            let parent = self.parents[place as usize];
-            if parent == place {
-                return place as usize;
-            }
-            let next = self.parents[parent as usize];
-            self.parents[place as usize] = next;
-            place = next;
-        }
-    }
-
-    fn union(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.find(a), self.find(b));
-        if a != b {
-            self.parents[a.max(b)] = a.min(b) as u32;
-            self.count -= 1;
-        }
-    }
-
-    /// Merges the sets of the places in `first..last` with the set of `place`.
-    fn union_all(&mut self, first: usize, last: usize, place: usize) {
-        for other in first..last {
-            self.union(other, place);
-        }
-    }
-}
-
+/// The arguments of [`connect`], for dispatch to an instruction set.
 struct Connect<'a, const D: usize> {
     agents: &'a Agents<D>,
     tree: &'a Tree<D>,
     reaches: Reaches<'a>,
-    forest: &'a mut Forest,
 }
 
 impl<const D: usize> WithSimd for Connect<'_, D> {
-    type Output = ();
+    type Output = Forest;
 
+    /// Searches from every agent that no earlier search has found. A search looks only at agents not found yet, so
+    /// that each agent is found once.
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) -> Forest {
         let Self {
             agents,
             tree,
             reaches,
-            forest,
         } = self;
-        let mut squared = [0.0; GROUP];
-        let mut nodes = Vec::new();
-        for group in 0..agents.groups.len() {
-            let ids = agents.ids_of(group);
-            reaches.square(group, ids, &mut squared);
-            for (tile, ids) in ids.chunks(TILE).enumerate() {
-                let lanes = tile * TILE..tile * TILE + ids.len();
-                let reach = Reach::new(
-                    tree.levels[0][group].bounds_of(tile),
-                    reaches,
-                    &squared[lanes.clone()],
-                );
-                let own = Tile {
-                    first: group * GROUP + lanes.start,
-                    last: group * GROUP + lanes.end,
-                    group,
-                    tile,
+        let mut forest = Forest::new(agents.len());
+        let mut remaining = Remaining::new(agents, tree, reaches);
+        let (mut frontier, mut blocks) = (Vec::new(), Vec::new());
+        for start in 0..agents.len() {
+            if !remaining.remove(start) {
+                continue;
+            }
+            frontier.push(start);
+            while let Some(place) = frontier.pop() {
+                let from = Agent {
+                    position: tree.agents[place / GROUP][place % GROUP].position,
+                    square: remaining.squares[place / GROUP][place % GROUP],
                 };
-                nodes.push((tree.levels.len() - 1, 0));
-                while let Some((level, index)) = nodes.pop() {
-                    let (mut inside, mut across) = reach.classify(simd, &tree.levels[level][index]);
-                    // The agents of a node have consecutive places.
-                    let width = TILE * FANOUT.pow(level as u32);
-                    let places = |child: usize| {
-                        let first = (index * FANOUT + child) * width;
-                        (first, agents.len().min(first + width))
-                    };
-                    while inside != 0 {
-                        let child = inside.trailing_zeros() as usize;
-                        inside &= inside - 1;
-                        own.unite_with_node(forest, level, index, child, places(child));
+                blocks.push((tree.levels.len() - 1, 0));
+                while let Some((level, block)) = blocks.pop() {
+                    let Level { open, longest } = &remaining.levels[level];
+                    if open[block] == 0 {
+                        continue;
                     }
-                    while across != 0 {
-                        let child = across.trailing_zeros() as usize;
-                        across &= across - 1;
-                        let (first, last) = places(child);
-                        let is_later = last > own.first;
-                        let is_needed = is_later || !reaches.are_equal();
-                        let is_united = forest.united[level][index] & 1 << child != 0;
-                        if !is_needed || (is_united && own.are_united_with(forest, first)) {
+                    let nodes = &tree.levels[level][block];
+                    let mut near = open[block] & from.near(simd, nodes, &longest[block]);
+                    while near != 0 {
+                        let child = block * FANOUT + near.trailing_zeros() as usize;
+                        near &= near - 1;
+                        if level > 0 {
+                            blocks.push((level - 1, child));
                             continue;
                         }
-                        if level > 0 {
-                            nodes.push((level - 1, index * FANOUT + child));
-                        } else {
-                            own.unite_in_reach(simd, agents, &squared, forest, first, last);
+                        let mut found = remaining.agents[child]
+                            & from.reaches(simd, agents, &remaining.squares, child);
+                        while found != 0 {
+                            let place = child * TILE + found.trailing_zeros() as usize;
+                            found &= found - 1;
+                            remaining.remove(place);
+                            forest.add(start, place);
+                            frontier.push(place);
                         }
                     }
                 }
             }
         }
+        forest
     }
 }
 
-/// A tile and the places `first..last` of its agents.
-struct Tile {
-    first: usize,
-    last: usize,
-    group: usize,
-    tile: usize,
+/// The agents that no search has found yet.
+struct Remaining {
+    /// One bit per agent of every tile.
+    agents: Vec<u8>,
+    /// Squared reaches in m^2, group by group.
+    squares: Vec<Column<f64>>,
+    levels: Vec<Level>,
 }
 
-impl Tile {
-    fn are_united(&self, forest: &Forest) -> bool {
-        forest.united[0][self.group] & 1 << self.tile != 0
-    }
+/// The nodes of one level of the tree, block by block.
+struct Level {
+    /// One bit per node: whether it contains agents that remain.
+    open: Vec<u8>,
+    /// Square in m^2 of the longest reach of an agent in each node.
+    longest: Vec<[f64; FANOUT]>,
+}
 
-    fn are_united_with(&self, forest: &mut Forest, place: usize) -> bool {
-        self.are_united(forest) && forest.find(self.first) == forest.find(place)
-    }
-
-    /// Merges the sets of the tile and a node. All agents of the node must be within reach of all agents of
-    /// the tile.
-    fn unite_with_node(
-        &self,
-        forest: &mut Forest,
-        level: usize,
-        index: usize,
-        child: usize,
-        (first, last): (usize, usize),
-    ) {
-        if forest.united[level][index] & 1 << child == 0 {
-            forest.union_all(first, last, first);
-            forest.united[level][index] |= 1 << child;
-        }
-        if !self.are_united(forest) {
-            forest.union_all(self.first, self.last, self.first);
-            forest.united[0][self.group] |= 1 << self.tile;
-        }
-        forest.union(self.first, first);
-    }
-
-    /// Merges the sets of agents in this tile and in the places `first..last` of another tile that are within
-    /// reach.
+impl Remaining {
     #[inline(always)]
-    fn unite_in_reach<S: Simd, const D: usize>(
+    fn new<const D: usize>(agents: &Agents<D>, tree: &Tree<D>, reaches: Reaches<'_>) -> Self {
+        let num_groups = agents.groups.len();
+        let mut squares = vec![[0.0; GROUP]; num_groups];
+        for (group, squares) in squares.iter_mut().enumerate() {
+            reaches.square(group, agents.ids_of(group), squares);
+        }
+        let mut levels: Vec<Level> = Vec::with_capacity(tree.levels.len());
+        for (height, blocks) in tree.levels.iter().enumerate() {
+            let mut longest = vec![[0.0; FANOUT]; blocks.len()];
+            let nodes = longest.as_flattened_mut().iter_mut();
+            if height == 0 {
+                for (node, squares) in nodes.zip(squares.as_flattened().chunks(TILE)) {
+                    *node = squares.iter().copied().fold(0.0, larger);
+                }
+            } else {
+                for (node, below) in nodes.zip(&levels[height - 1].longest) {
+                    *node = below.iter().copied().fold(0.0, larger);
+                }
+            }
+            let is_open = |nodes: &Siblings<D>| {
+                (0..FANOUT).fold(0, |bits, child| {
+                    bits | u8::from(nodes.count[child] > 0) << child
+                })
+            };
+            let open = blocks.iter().map(is_open).collect();
+            levels.push(Level { open, longest });
+        }
+        let mut remaining = vec![0; num_groups * FANOUT];
+        for place in 0..agents.len() {
+            remaining[place / TILE] |= 1 << (place % TILE);
+        }
+        Self {
+            agents: remaining,
+            squares,
+            levels,
+        }
+    }
+
+    /// Removes the agent at `place`. Returns whether it remained.
+    #[inline(always)]
+    fn remove(&mut self, place: usize) -> bool {
+        let (mut node, bit) = (place / TILE, 1 << (place % TILE));
+        if self.agents[node] & bit == 0 {
+            return false;
+        }
+        self.agents[node] &= !bit;
+        let mut is_empty = self.agents[node] == 0;
+        for level in &mut self.levels {
+            if !is_empty {
+                break;
+            }
+            let block = node / FANOUT;
+            level.open[block] &= !(1 << (node % FANOUT));
+            (is_empty, node) = (level.open[block] == 0, block);
+        }
+        true
+    }
+}
+
+/// An agent from which a search goes on.
+struct Agent<const D: usize> {
+    position: [f64; D],
+    /// Squared reach in m^2.
+    square: f64,
+}
+
+impl<const D: usize> Agent<D> {
+    /// Returns one bit per node: whether it may contain agents connected to this one. `longest` are the squares of
+    /// their longest reaches in m^2.
+    #[inline(always)]
+    fn near<S: Simd>(&self, simd: S, nodes: &Siblings<D>, longest: &[f64; FANOUT]) -> u8 {
+        let mut near = 0;
+        for register in 0..FANOUT / S::F64_LANES {
+            let (low, high) = nodes.corners(simd, register);
+            let mut gap = low;
+            for axis in 0..D {
+                let own = simd.splat_f64s(self.position[axis]);
+                let (above, below) = (
+                    simd.sub_f64s(low[axis], own),
+                    simd.sub_f64s(own, high[axis]),
+                );
+                gap[axis] = simd.max_f64s(simd.max_f64s(above, below), simd.splat_f64s(0.0));
+            }
+            near |= self.within(simd, gap, S::as_simd_f64s(longest).0[register])
+                << (register * S::F64_LANES);
+        }
+        near
+    }
+
+    /// Returns one bit per agent of a tile: whether it is connected to this agent.
+    #[inline(always)]
+    fn reaches<S: Simd>(
         &self,
         simd: S,
         agents: &Agents<D>,
-        squared: &Column<f64>,
-        forest: &mut Forest,
-        first: usize,
-        last: usize,
-    ) {
-        let positions = &agents.groups[self.group].position;
-        let others = &agents.groups[first / GROUP].position;
-        for place in first..last {
-            if self.are_united_with(forest, place) {
-                continue;
+        squares: &[Column<f64>],
+        tile: usize,
+    ) -> u8 {
+        let (group, first) = (tile / FANOUT, tile % FANOUT * TILE);
+        let mut near = 0;
+        for register in 0..TILE / S::F64_LANES {
+            let start = first + register * S::F64_LANES;
+            let lanes = start..start + S::F64_LANES;
+            let mut offset = [simd.splat_f64s(0.0); D];
+            for axis in 0..D {
+                let column = &agents.groups[group].position[axis][lanes.clone()];
+                offset[axis] = simd.sub_f64s(
+                    S::as_simd_f64s(column).0[0],
+                    simd.splat_f64s(self.position[axis]),
+                );
             }
-            let lanes = self.tile * TILE..(self.tile + 1) * TILE;
-            for (register, start) in lanes.step_by(S::F64_LANES).enumerate() {
-                let load = |column: &Column<f64>| {
-                    S::as_simd_f64s(&column[start..start + S::F64_LANES]).0[0]
-                };
-                let mut offset = [simd.splat_f64s(0.0); D];
-                for axis in 0..D {
-                    let other = simd.splat_f64s(others[axis][place % GROUP]);
-                    offset[axis] = simd.sub_f64s(load(&positions[axis]), other);
-                }
-                let distance = squared_norm(simd, offset);
-                let mut near = bits(simd, simd.less_than_or_equal_f64s(distance, load(squared)));
-                while near != 0 {
-                    let lane = register * S::F64_LANES + near.trailing_zeros() as usize;
-                    near &= near - 1;
-                    forest.union(self.first + lane, place);
-                }
-            }
+            let squares = S::as_simd_f64s(&squares[group][lanes]).0[0];
+            near |= self.within(simd, offset, squares) << (register * S::F64_LANES);
         }
-        let root = forest.find(self.first);
-        if (self.first..self.last).all(|place| forest.find(place) == root) {
-            forest.united[0][self.group] |= 1 << self.tile;
-        }
+        near
+    }
+
+    /// Returns one bit per lane: whether the length of the offset in m is at most this agent's reach or the other
+    /// reach, whose square is given.
+    #[inline(always)]
+    fn within<S: Simd>(&self, simd: S, offset: [S::f64s; D], squares: S::f64s) -> u8 {
+        let longer = simd.max_f64s(squares, simd.splat_f64s(self.square));
+        bits(
+            simd,
+            simd.less_than_or_equal_f64s(squared_norm(simd, offset), longer),
+        )
     }
 }

@@ -79,7 +79,6 @@ impl Links {
             tree,
             options,
             squares: &self.found.squares,
-            limit: f64::MAX,
             choice: match options.rule.criterion() {
                 _ if self.is_frozen => Choice::Frozen(lists, places),
                 Criterion::List => Choice::Listed(lists, places),

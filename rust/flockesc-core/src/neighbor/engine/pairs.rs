@@ -5,15 +5,11 @@ use std::ops::Range;
 use multiversion::multiversion;
 
 use crate::agents::{Agents, Column, FANOUT, GROUP, TILE};
-use crate::base::exact::Scale;
-use crate::base::vector::{larger, smaller, squared_norm};
-use crate::neighbor::engine::candidates::{Candidates, Search};
+use crate::base::vector::{larger, squared_norm};
 use crate::neighbor::engine::field_of_view::FieldOfView;
 use crate::neighbor::engine::lists::{Lists, NO_PLACE};
-use crate::neighbor::engine::offsets::sum_offsets;
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::options::NeighborOptions;
-use crate::neighbor::ranges::Reaches;
 
 /// The neighbor graph at one time.
 #[derive(Clone, Copy)]
@@ -24,8 +20,6 @@ pub(crate) struct Pairs<'a, const D: usize> {
     /// Squared reaches in m^2 of the agents, group by group.
     pub(in crate::neighbor) squares: &'a [Column<f64>],
     pub(in crate::neighbor) choice: Choice<'a>,
-    /// Square in m^2 of the largest distance of pairs. Pairs of a frozen graph may be farther apart.
-    pub(in crate::neighbor) limit: f64,
 }
 
 /// The agents among which neighbors are chosen.
@@ -41,41 +35,6 @@ pub(in crate::neighbor) enum Choice<'a> {
 }
 
 impl<const D: usize> Pairs<'_, D> {
-    /// Returns the neighbor graph without the pairs farther apart than `distance` in m.
-    pub(crate) fn within(self, distance: f64) -> Self {
-        let limit = (distance * distance).min(f64::MAX);
-        Self { limit, ..self }
-    }
-
-    /// Returns the sums of the offsets from the agents of a group to their neighbors, in units of `scale`.
-    pub(crate) fn sum_offsets(
-        &self,
-        group: usize,
-        scale: Scale,
-        tiles: &mut Vec<u32>,
-        candidates: &mut Candidates,
-    ) -> [Column<i64>; D] {
-        if self.options.is_by_view() {
-            let search = Search {
-                agents: self.agents,
-                tree: self.tree,
-                reaches: Reaches::Squares(self.squares),
-                margin: 0.0,
-                is_each: true,
-            };
-            let field_of_view = self.options.field_of_view;
-            return sum_offsets(search, field_of_view, scale, group, candidates);
-        }
-        let mut sums = [[0; GROUP]; D];
-        self.visit(group, tiles, |lane, place| {
-            let (offset, _) = self.offset(group, lane, place);
-            for axis in 0..D {
-                sums[axis][lane] += scale.quantize(offset[axis]);
-            }
-        });
-        sums
-    }
-
     /// Calls `visit(lane, place)` for every agent of a group and each of its neighbors, where `place` is the
     /// neighbor's. The first neighbor is the agent itself. Returns the number of tested pairs of tiles.
     /// `tiles` is a buffer.
@@ -143,7 +102,6 @@ impl<const D: usize> Pairs<'_, D> {
     fn list_near(&self, group: usize, tile: usize, tiles: &mut Vec<u32>) {
         let lanes = tile * TILE..self.agents.ids_of(group).len().min((tile + 1) * TILE);
         let longest = self.squares[group][lanes].iter().copied().fold(0.0, larger);
-        let longest = smaller(longest, self.limit);
         let bounds = self.tree.levels[0][group].bounds_of(tile);
         let torus = self.options.torus;
         self.tree
@@ -165,7 +123,7 @@ impl<const D: usize> Pairs<'_, D> {
             &self.agents.groups[tile / FANOUT],
         );
         let first = tile % FANOUT * TILE;
-        let reach = smaller(self.squares[group][lane], self.limit);
+        let reach = self.squares[group][lane];
         let (mut squared, mut reaches) = ([0.0; TILE], [reach; TILE]);
         for axis in 0..D {
             let own = one.position[axis][lane];
@@ -212,7 +170,7 @@ impl<const D: usize> Pairs<'_, D> {
         } = *self.options;
         let (offset, squared) = self.offset(group, lane, place);
         let other = self.squares[place / GROUP][place % GROUP];
-        let own = smaller(self.squares[group][lane], self.limit);
+        let own = self.squares[group][lane];
         if squared > if is_mutual && other < own { other } else { own } {
             return false;
         }
@@ -253,7 +211,7 @@ impl<const D: usize> Pairs<'_, D> {
     /// Returns the offset in m from the agent in `lane` to the agent at `place`, and the squared distance in
     /// m^2.
     #[inline(always)]
-    pub(crate) fn offset(&self, group: usize, lane: usize, place: usize) -> ([f64; D], f64) {
+    pub(super) fn offset(&self, group: usize, lane: usize, place: usize) -> ([f64; D], f64) {
         let one = &self.agents.groups[group].position;
         let other = &self.agents.groups[place / GROUP].position;
         let offset: [f64; D] = std::array::from_fn(|axis| {

@@ -4,6 +4,7 @@ use crate::agents::{Agents, Column, GROUP};
 use crate::base::error::Result;
 use crate::neighbor::engine::field_of_view::{FieldOfView, Torus};
 use crate::neighbor::engine::lists::Lists;
+use crate::neighbor::engine::select::TileColumn;
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::ranges::Ranges;
 
@@ -42,8 +43,8 @@ pub(in crate::neighbor) struct Found {
 #[derive(Debug, Clone, Default)]
 pub(in crate::neighbor) struct SearchBuffers {
     pub(in crate::neighbor) tiles: Vec<u32>,
-    /// Bits of squared distances in m^2. They have the same order as the distances, which are not negative.
-    pub(in crate::neighbor) distances: Vec<u64>,
+    /// Squared distances in m^2 of the agents of one tile from other agents, one row per other agent.
+    pub(in crate::neighbor) distances: Vec<TileColumn<f64>>,
 }
 
 impl Found {

@@ -4,9 +4,10 @@ use multiversion::multiversion;
 use serde::{Deserialize, Serialize};
 
 use super::rule::{Criterion, Found, Rule, SearchBuffers, Sensing};
-use crate::agents::{Column, FANOUT, GROUP, Group, TILE};
-use crate::base::vector::{larger, squared_norm};
+use crate::agents::{Column, FANOUT, GROUP, TILE};
+use crate::base::vector::{larger, smaller, squared_norm};
 use crate::neighbor::engine::field_of_view::FieldOfView;
+use crate::neighbor::engine::select::{TileColumn, nth_smallest, second_smallest};
 use crate::neighbor::ranges::{Ranges, SAMPLE};
 use crate::parallel;
 
@@ -55,20 +56,20 @@ fn reach_nearest<const D: usize>(
     squares: &mut [Column<f64>],
     buffers: &mut SearchBuffers,
 ) {
-    let mut numbers = [0; GROUP];
     for (group, squares) in (first..).zip(squares) {
         let ids = sensing.agents.ids_of(group);
-        for (number, &id) in numbers.iter_mut().zip(ids) {
-            *number = (sensing.ranges.of(id) + 0.5) as usize;
-        }
-        for start in (0..ids.len()).step_by(TILE) {
-            let lanes = start..ids.len().min(start + TILE);
+        let tiles = squares.as_chunks_mut::<TILE>().0.iter_mut();
+        for (tile, (squares, ids)) in tiles.zip(ids.chunks(TILE)).enumerate() {
+            let mut numbers = [0; TILE];
+            for (number, &id) in numbers.iter_mut().zip(ids) {
+                *number = (sensing.ranges.of(id) + 0.5) as usize;
+            }
             let search = Search {
                 sensing,
                 group,
-                start,
+                tile,
             };
-            search.fill(&numbers[lanes.clone()], &mut squares[lanes], buffers);
+            search.fill(&numbers, squares, buffers);
         }
     }
 }
@@ -77,47 +78,56 @@ fn reach_nearest<const D: usize>(
 struct Search<'a, const D: usize> {
     sensing: &'a Sensing<'a, D>,
     group: usize,
-    /// Lane of the first agent.
-    start: usize,
+    tile: usize,
 }
 
 impl<const D: usize> Search<'_, D> {
+    /// Replaces the squared reaches in m^2 of the tile's agents. `numbers` are their k.
     #[inline(always)]
-    fn fill(&self, numbers: &[usize], squares: &mut [f64], buffers: &mut SearchBuffers) {
+    fn fill(
+        &self,
+        numbers: &TileColumn<usize>,
+        squares: &mut TileColumn<f64>,
+        buffers: &mut SearchBuffers,
+    ) {
         let Sensing {
             agents,
             tree,
             torus,
             ..
         } = *self.sensing;
-        let bounds = tree.levels[0][self.group].bounds_of(self.start / TILE);
+        let SearchBuffers { tiles, distances } = buffers;
+        let bounds = tree.levels[0][self.group].bounds_of(self.tile);
         let known = squares.iter().copied().filter(|square| *square < f64::MAX);
-        let mut square = MARGIN * known.fold(0.0, larger);
-        if square <= 0.0 {
+        let mut limit = MARGIN * known.fold(0.0, larger);
+        if limit <= 0.0 {
             let size: [f64; D] = std::array::from_fn(|axis| bounds.high[axis] - bounds.low[axis]);
-            square = squared_norm(&size);
+            limit = squared_norm(&size);
         }
-        let mut next = 0;
-        while next < numbers.len() {
-            buffers.tiles.clear();
-            tree.list_tiles(&mut buffers.tiles, |node| {
-                torus.squared_gap(&bounds, node) <= square
-            });
-            while next < numbers.len() {
-                let own = (MARGIN * squares[next]).min(square);
-                let reach = self
-                    .reach(next, numbers[next], own, buffers)
-                    .or_else(|| self.reach(next, numbers[next], square, buffers));
-                match reach {
-                    Some(reach) => squares[next] = reach,
-                    None if square >= f64::MAX => squares[next] = f64::MAX,
-                    None => break,
+        let is_wanted = |number: usize| number > 0 && number < agents.len();
+        let wanted = numbers.map(|number| if is_wanted(number) { number } else { 0 });
+        loop {
+            tree.list_tiles(tiles, |node| torus.squared_gap(&bounds, node) <= limit);
+            self.measure(tiles, distances);
+            let found = if wanted.iter().all(|&number| number <= 1) {
+                second_smallest(distances)
+            } else {
+                nth_smallest(distances, &wanted, limit, squares)
+            };
+            let is_all = tiles.len() == agents.len().div_ceil(TILE);
+            let is_near = |agent: usize| wanted[agent] == 0 || found[agent] <= limit;
+            if limit >= f64::MAX || (0..TILE).all(is_near) {
+                for agent in 0..TILE {
+                    squares[agent] = match numbers[agent] {
+                        0 => 0.0,
+                        number if is_wanted(number) => smaller(found[agent], f64::MAX),
+                        _ => f64::MAX,
+                    };
                 }
-                next += 1;
+                return;
             }
-            let is_all = buffers.tiles.len() == agents.len().div_ceil(TILE);
-            let wider = (GROWTH * square).min(f64::MAX);
-            square = if is_all || wider <= 0.0 {
+            let wider = (GROWTH * limit).min(f64::MAX);
+            limit = if is_all || wider <= 0.0 {
                 f64::MAX
             } else {
                 wider
@@ -125,69 +135,52 @@ impl<const D: usize> Search<'_, D> {
         }
     }
 
-    /// Returns the squared distance in m^2 to the k-th nearest agent in view, if it is at most `square`.
+    /// Computes the squared distances in m^2 of the tile's agents from all agents of `tiles`, row by row. They are
+    /// infinite out of view.
     #[inline(always)]
-    fn reach(
-        &self,
-        agent: usize,
-        k: usize,
-        square: f64,
-        buffers: &mut SearchBuffers,
-    ) -> Option<f64> {
-        let Sensing { agents, torus, .. } = *self.sensing;
-        if k == 0 {
-            return Some(0.0);
-        }
-        if k >= agents.len() {
-            return Some(f64::MAX);
-        }
-        let lane = self.start + agent;
-        let group = &agents.groups[self.group];
-        let own: [f64; D] = std::array::from_fn(|axis| group.position[axis][lane]);
-        let SearchBuffers { tiles, distances } = buffers;
-        distances.resize(tiles.len() * TILE, 0);
-        let mut found = 0;
-        for &tile in tiles.iter() {
-            let others = &agents.groups[tile as usize / FANOUT];
-            let first = tile as usize % FANOUT * TILE;
-            let mut squared = [0.0; TILE];
-            for axis in 0..D {
-                let column = &others.position[axis][first..first + TILE];
-                for (squared, &place) in squared.iter_mut().zip(column) {
-                    let offset = torus.offset(own[axis], place);
-                    *squared += offset * offset;
-                }
-            }
-            for (place, squared) in (first..).zip(squared) {
-                let is_near = squared <= square && self.sees(lane, others, place, squared);
-                distances[found] = squared.to_bits();
-                found += usize::from(is_near);
-            }
-        }
-        // Index 0 is the agent itself.
-        let found = &mut distances[..found];
-        (found.len() > k).then(|| f64::from_bits(*found.select_nth_unstable(k).1))
-    }
-
-    /// Returns whether the agent in `lane` sees the agent in lane `place` of the group `others`.
-    #[inline(always)]
-    fn sees(&self, lane: usize, others: &Group<D>, place: usize, squared: f64) -> bool {
+    fn measure(&self, tiles: &[u32], distances: &mut Vec<TileColumn<f64>>) {
         let Sensing {
             agents,
             field_of_view,
             torus,
             ..
         } = *self.sensing;
-        if field_of_view == FieldOfView::ALL_ROUND {
-            return true;
-        }
+        let lanes = self.tile * TILE..(self.tile + 1) * TILE;
         let group = &agents.groups[self.group];
-        let (mut along, mut speed) = (0.0, 0.0);
+        let (mut position, mut velocity) = ([[0.0; TILE]; D], [[0.0; TILE]; D]);
+        let mut speed = [0.0; TILE];
         for axis in 0..D {
-            let (own, velocity) = (group.position[axis][lane], group.velocity[axis][lane]);
-            along += velocity * torus.offset(own, others.position[axis][place]);
-            speed += velocity * velocity;
+            position[axis].copy_from_slice(&group.position[axis][lanes.clone()]);
+            velocity[axis].copy_from_slice(&group.velocity[axis][lanes.clone()]);
+            for agent in 0..TILE {
+                speed[agent] += velocity[axis][agent] * velocity[axis][agent];
+            }
         }
-        field_of_view.sees(along, speed.sqrt(), squared)
+        for speed in &mut speed {
+            *speed = speed.sqrt();
+        }
+        distances.clear();
+        for &tile in tiles {
+            let first = tile as usize * TILE;
+            let columns = &agents.groups[tile as usize / FANOUT].position;
+            for place in first..agents.len().min(first + TILE) {
+                let (mut squared, mut along) = ([0.0; TILE], [0.0; TILE]);
+                for axis in 0..D {
+                    let other = columns[axis][place % GROUP];
+                    for agent in 0..TILE {
+                        let offset = torus.offset(position[axis][agent], other);
+                        squared[agent] += offset * offset;
+                        along[agent] += velocity[axis][agent] * offset;
+                    }
+                }
+                if field_of_view != FieldOfView::ALL_ROUND {
+                    for agent in 0..TILE {
+                        let sees = field_of_view.sees(along[agent], speed[agent], squared[agent]);
+                        squared[agent] = if sees { squared[agent] } else { f64::INFINITY };
+                    }
+                }
+                distances.push(squared);
+            }
+        }
     }
 }

@@ -8,10 +8,7 @@
 use nalgebra::SVector;
 use robust::{Coord, incircle};
 use serde::{Deserialize, Serialize};
-use spade::{
-    DelaunayTriangulation, HasPosition, MAX_ALLOWED_VALUE, Point2, Triangulation,
-    mitigate_underflow,
-};
+use spade::{DelaunayTriangulation, Point2, Triangulation, mitigate_underflow};
 
 use super::rule::{Criterion, Found, Rule, Sensing};
 use crate::agents::Agents;
@@ -49,34 +46,30 @@ impl Rule for Voronoi {
     }
 }
 
-/// A point with one or more agents.
-struct Site {
-    position: Point2<f64>,
-    /// Index of the site.
-    index: usize,
-}
-
-impl HasPosition for Site {
-    type Scalar = f64;
-
-    fn position(&self) -> Point2<f64> {
-        self.position
-    }
-}
-
 /// Returns every agent's Voronoi neighbors, the agent itself excluded. Agents with a coordinate above 2^201 m
 /// have only neighbors at the same point.
 fn voronoi_neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
-    let mut points: Vec<(Point2<f64>, u32)> = agents
-        .iter()
-        .map(|(id, position, _)| (rounded(&position), id as u32))
-        .collect();
-    points.sort_unstable_by(|(a, one), (b, other)| {
-        let by_place = a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y));
-        by_place.then(one.cmp(other))
-    });
-    let sites: Vec<&[(Point2<f64>, u32)]> = points.chunk_by(|a, b| a.0 == b.0).collect();
-    let mut pairs = Vec::with_capacity(6 * points.len());
+    // Agents that are close in space are close in memory, so that the search for the triangle of the next point
+    // starts near it.
+    let mut triangulation = DelaunayTriangulation::<Point2<f64>>::new();
+    // Pairs of a site, which is the index of a vertex, and an agent at this point.
+    let mut members = Vec::with_capacity(agents.len());
+    let mut distant = Vec::new();
+    for (id, position, _) in agents.iter() {
+        let point = rounded(&position);
+        match triangulation.insert(point) {
+            Ok(vertex) => members.push((vertex.index(), id as u32)),
+            Err(_) => distant.push((point, id as u32)),
+        }
+    }
+    distant.sort_unstable_by(|(a, _), (b, _)| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let distant_sites = distant.chunk_by(|(a, _), (b, _)| a == b);
+    for (index, site) in (agents.len()..).zip(distant_sites) {
+        members.extend(site.iter().map(|&(_, id)| (index, id)));
+    }
+    members.sort_unstable();
+    let sites: Vec<&[(usize, u32)]> = members.chunk_by(|a, b| a.0 == b.0).collect();
+    let mut pairs = Vec::with_capacity(6 * agents.len());
     let mut link = |one: usize, other: usize| {
         for &(_, id) in sites[one] {
             pairs.extend(sites[other].iter().map(|&(_, other)| (id, other)));
@@ -87,7 +80,7 @@ fn voronoi_neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
             link(index, index);
         }
     }
-    for (one, other) in shared_edges(&sites) {
+    for (one, other) in shared_edges(&triangulation) {
         link(one, other);
         link(other, one);
     }
@@ -102,35 +95,22 @@ fn rounded<const D: usize>(position: &SVector<f64, D>) -> Point2<f64> {
 }
 
 /// Returns the pairs of sites whose cells share an edge of positive length.
-fn shared_edges(sites: &[&[(Point2<f64>, u32)]]) -> Vec<(usize, usize)> {
-    let is_allowed = |point: &Point2<f64>| {
-        point.x.abs() <= MAX_ALLOWED_VALUE && point.y.abs() <= MAX_ALLOWED_VALUE
-    };
-    let places = sites.iter().map(|site| site[0].0).enumerate();
-    let vertices = places
-        .filter(|(_, position)| is_allowed(position))
-        .map(|(index, position)| Site { position, index })
-        .collect();
-    // The triangulation rejects only invalid coordinates, which were removed above.
-    let Ok(triangulation) = DelaunayTriangulation::<Site>::bulk_load(vertices) else {
-        return Vec::new();
-    };
-    triangulation
-        .undirected_edges()
-        .filter_map(|edge| {
-            let directed = edge.as_directed();
-            let apexes = (
-                directed.opposite_position(),
-                directed.rev().opposite_position(),
-            );
-            let is_point = matches!(apexes, (Some(left), Some(right)) if {
-                let [a, b] = edge.positions();
-                incircle(coord(a), coord(b), coord(left), coord(right)) == 0.0
-            });
-            let [one, other] = edge.vertices().map(|vertex| vertex.data().index);
-            (!is_point).then_some((one, other))
-        })
-        .collect()
+fn shared_edges(
+    triangulation: &DelaunayTriangulation<Point2<f64>>,
+) -> impl Iterator<Item = (usize, usize)> {
+    triangulation.undirected_edges().filter_map(|edge| {
+        let directed = edge.as_directed();
+        let apexes = (
+            directed.opposite_position(),
+            directed.rev().opposite_position(),
+        );
+        let is_point = matches!(apexes, (Some(left), Some(right)) if {
+            let [a, b] = edge.positions();
+            incircle(coord(a), coord(b), coord(left), coord(right)) == 0.0
+        });
+        let [one, other] = edge.vertices().map(|vertex| vertex.index());
+        (!is_point).then_some((one, other))
+    })
 }
 
 fn coord(point: Point2<f64>) -> Coord<f64> {

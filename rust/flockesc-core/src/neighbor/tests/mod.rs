@@ -1,6 +1,7 @@
 //! The kernel against a reference that tests all pairs: bitwise equal sums and equal components on every
 //! instruction set.
 
+mod offsets;
 mod rules;
 mod steps;
 

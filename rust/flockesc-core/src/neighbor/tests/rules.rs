@@ -263,3 +263,35 @@ proptest! {
         }
     }
 }
+
+/// The triangulation accepts coordinates up to 2^201 m.
+#[test]
+fn agents_too_far_for_a_triangulation_have_neighbors_at_the_same_point() {
+    let points = [
+        [0.0, 0.0],
+        [1e70, 0.0],
+        [1.0, 0.0],
+        [1e70, 0.0],
+        [1e70, 1.0],
+    ];
+    let case = Case {
+        blind_angle: 0.0,
+        positions: points.map(SVector::from).to_vec(),
+        velocities: vec![SVector::from([1.0, 0.0]); points.len()],
+        ranges: vec![f64::MAX],
+    };
+    let options = Options {
+        rule: NeighborRule::Voronoi(Voronoi {}),
+        blind_angle: 0.0,
+        side: None,
+        is_mutual: false,
+    };
+    let expected = [(0, 2), (1, 3), (2, 0), (3, 1)];
+    check(
+        &case,
+        Ranges::Shared(f64::MAX),
+        options.internal(false),
+        &expected,
+    )
+    .expect("equal");
+}
