@@ -37,6 +37,7 @@ NAMES = (
     "keep-distance",
     "turn-flock-away",
     "turn-flock-from-predator",
+    "wait-for-escape",
 )
 """Names of the built-in policies.
 
@@ -52,15 +53,17 @@ NAMES = (
 - ``keep-distance``: ``BestCandidate("closest_approach")``, likewise.
 - ``turn-flock-away``: ``BestCandidate("heading_escape")`` with one range for the flock, likewise.
 - ``turn-flock-from-predator``: ``BestCandidate("heading_away")`` with one range for the flock, likewise.
+- ``wait-for-escape``: as ``turn-flock-away``, with ``polarization_cost=0.6``.
 """
 
 _CANDIDATE_ENTRIES = {
-    "turn-away": ("escape_cosine", ("escape_direction",), True),
-    "keep-distance": ("closest_approach", ("closest_approach",), True),
-    "turn-flock-away": ("heading_escape", ("escape_direction",), False),
-    "turn-flock-from-predator": ("heading_away", (), False),
+    "turn-away": ("escape_cosine", ("escape_direction",), True, 0.0),
+    "keep-distance": ("closest_approach", ("closest_approach",), True, 0.0),
+    "turn-flock-away": ("heading_escape", ("escape_direction",), False, 0.0),
+    "turn-flock-from-predator": ("heading_away", (), False, 0.0),
+    "wait-for-escape": ("heading_escape", ("escape_direction",), False, 0.6),
 }
-"""Of each ``BestCandidate``: its entry, the extra entries with it, and ``per_agent``."""
+"""Arguments of each ``BestCandidate``: entry, extra entries with it, ``per_agent``, ``polarization_cost``."""
 
 _PROFILE: Final = {"profile_ranges": PROFILE_RANGES, "predator_sensing_range": None}
 
@@ -144,9 +147,10 @@ def built_in(name: str, argument: str = "policies") -> NamedPolicy:
         options = {"profile_ranges": PROFILE_RANGES, "steps_per_action": 4}
         return NamedPolicy(name, SpreadOut(), per_agent=True, options=options)
     if name in _CANDIDATE_ENTRIES:
-        entry, extra, per_agent = _CANDIDATE_ENTRIES[name]
+        entry, extra, per_agent, cost = _CANDIDATE_ENTRIES[name]
         options = {**_PROFILE, "extra_entries": extra}
-        return NamedPolicy(name, BestCandidate(entry, per_agent=per_agent), per_agent, options)
+        rule = BestCandidate(entry, per_agent=per_agent, polarization_cost=cost)
+        return NamedPolicy(name, rule, per_agent, options)
     raise ArgumentError(argument, f"one of {', '.join(NAMES)}", shown_name(name, NAMES))
 
 

@@ -55,18 +55,31 @@ class BestCandidate:
     heard heading keeps the predator farthest away. With one range for the flock, ``"heading_escape"`` turns
     the flock toward the escape directions.
 
+    With a ``polarization_cost`` the flock does not agree on a heading before a good one turns up: a candidate
+    scores its entry minus the cost times its polarization.
+
     Args:
         entry: name of an entry of the candidates, without ``profile_k_``.
         per_agent: True: one range per agent. False: one per flock.
         unaware_range: rho in m of rows that observe no predator.
+        polarization_cost: factor of the candidates' polarization; not 0 only with one range per flock.
 
     Raises:
-        ArgumentError: if an argument has the wrong type, or ``unaware_range`` is negative.
+        ArgumentError: if an argument has the wrong type, or ``unaware_range`` or ``polarization_cost`` is
+            negative.
     """
 
-    def __init__(self, entry: str, *, per_agent: bool = True, unaware_range: float = 0.0) -> None:
+    def __init__(
+        self,
+        entry: str,
+        *,
+        per_agent: bool = True,
+        unaware_range: float = 0.0,
+        polarization_cost: float = 0.0,
+    ) -> None:
         self.entry = as_text(entry, "entry")
         self.unaware_range = float(as_floats(unaware_range, "unaware_range", (), least=0.0))
+        self.polarization_cost = float(as_floats(polarization_cost, "polarization_cost", (), least=0.0))
         self.per_agent = as_flag(per_agent, "per_agent")
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
@@ -78,10 +91,17 @@ class BestCandidate:
         ranges = np.array(spec.profile_ranges)
         if not ranges.size:
             raise ArgumentError("profile_ranges", "candidate ranges", "none")
-        columns = [spec.layout.index(f"profile_{k}_{self.entry}") for k in range(ranges.size)]
-        chosen = ranges[observations[:, columns].argmax(axis=1)]
+        scores = observations[:, _columns(self.entry, spec)]
+        if self.polarization_cost:
+            scores = scores - self.polarization_cost * observations[:, _columns("polarization", spec)]
+        chosen = ranges[scores.argmax(axis=1)]
         is_aware = observations[:, spec.layout.index("predator_sensed")] > 0
         return spec.actions.from_ranges(np.where(is_aware, chosen, self.unaware_range))
+
+
+def _columns(entry: str, spec: PolicySpec) -> list[int]:
+    """Return the columns of an entry of all candidates."""
+    return [spec.layout.index(f"profile_{k}_{entry}") for k in range(len(spec.profile_ranges))]
 
 
 def check_rows_are_agents(spec: PolicySpec) -> None:

@@ -42,6 +42,7 @@ LEARNERS = {
     "keep-distance": "rule: keep distance",
     "turn-flock-away": "rule: turn the flock away",
     "turn-flock-from-predator": "rule: turn the flock from the predator",
+    "wait-for-escape": "rule: wait for an escape",
     "stubborn-leaders": "rule: stubborn leaders",
     "stubborn-leaders-local": "rule: stubborn leaders, local",
     "spread-out": "rule: spread out",

@@ -58,7 +58,7 @@ VISIBLE_RULES = {
 LOCAL_RULES = ("stubborn-leaders-local", "stubborn-witnesses", "listen-while-threatened")
 LOCAL_PROFILE_RULES = ("stubborn-witnesses", "spread-out")
 PROFILE_RULES = ("turn-away", "keep-distance")
-SHARED_PROFILE_RULES = ("turn-flock-away", "turn-flock-from-predator")
+SHARED_PROFILE_RULES = ("turn-flock-away", "turn-flock-from-predator", "wait-for-escape")
 
 
 @dataclasses.dataclass(frozen=True)
