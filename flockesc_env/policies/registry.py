@@ -53,18 +53,21 @@ NAMES = (
 - ``keep-distance``: ``BestCandidate("closest_approach")``, likewise.
 - ``turn-flock-away``: ``BestCandidate("heading_escape")`` with one range for the flock, likewise.
 - ``turn-flock-from-predator``: ``BestCandidate("heading_away")`` with one range for the flock, likewise.
-- ``wait-for-escape``: as ``turn-flock-away``, with ``polarization_cost=0.6``.
+- ``wait-for-escape``: as ``turn-flock-away``, with ``polarization_cost=0.6``, 16 candidate ranges and actions
+  of 2 steps.
 """
 
 _CANDIDATE_ENTRIES = {
-    "turn-away": ("escape_cosine", ("escape_direction",), True, 0.0),
-    "keep-distance": ("closest_approach", ("closest_approach",), True, 0.0),
-    "turn-flock-away": ("heading_escape", ("escape_direction",), False, 0.0),
-    "turn-flock-from-predator": ("heading_away", (), False, 0.0),
-    "wait-for-escape": ("heading_escape", ("escape_direction",), False, 0.6),
+    "turn-away": ("escape_cosine", ("escape_direction",), True),
+    "keep-distance": ("closest_approach", ("closest_approach",), True),
+    "turn-flock-away": ("heading_escape", ("escape_direction",), False),
+    "turn-flock-from-predator": ("heading_away", (), False),
 }
-"""Arguments of each ``BestCandidate``: entry, extra entries with it, ``per_agent``, ``polarization_cost``."""
+"""Of each ``BestCandidate``: its entry, the extra entries with it, and ``per_agent``."""
 
+_MANY_RANGES: Final = tuple(
+    float(rho) for rho in (0, 3, 5, 7, 9, 11, 13, 15, 18, 21, 25, 30, 37, 45, 60, 100)
+)
 _PROFILE: Final = {"profile_ranges": PROFILE_RANGES, "predator_sensing_range": None}
 
 
@@ -147,10 +150,18 @@ def built_in(name: str, argument: str = "policies") -> NamedPolicy:
         options = {"profile_ranges": PROFILE_RANGES, "steps_per_action": 4}
         return NamedPolicy(name, SpreadOut(), per_agent=True, options=options)
     if name in _CANDIDATE_ENTRIES:
-        entry, extra, per_agent, cost = _CANDIDATE_ENTRIES[name]
+        entry, extra, per_agent = _CANDIDATE_ENTRIES[name]
         options = {**_PROFILE, "extra_entries": extra}
-        rule = BestCandidate(entry, per_agent=per_agent, polarization_cost=cost)
-        return NamedPolicy(name, rule, per_agent, options)
+        return NamedPolicy(name, BestCandidate(entry, per_agent=per_agent), per_agent, options)
+    if name == "wait-for-escape":
+        rule = BestCandidate("heading_escape", per_agent=False, polarization_cost=0.6)
+        options = {
+            **_PROFILE,
+            "profile_ranges": _MANY_RANGES,
+            "extra_entries": ("escape_direction",),
+            "steps_per_action": 2,
+        }
+        return NamedPolicy(name, rule, options=options)
     raise ArgumentError(argument, f"one of {', '.join(NAMES)}", shown_name(name, NAMES))
 
 
