@@ -15,7 +15,7 @@ SETTINGS = {
     "per-agent-visible-derived": "one range per agent, predator always visible, escape direction",
     "per-agent-visible-profile": "one range per agent, predator always visible, profile of 8 ranges",
     "per-agent-visible-profile-minimum": "one range per agent, predator always visible, profile of 8 ranges",
-    "shared-profile": "one range for the flock, profile of 8 ranges",
+    "shared-profile": "one range for the flock, profile of 16 ranges",
     "shared-profile-minimum": "one range for the flock, profile of 8 ranges",
     "line": "one range for the line",
     "line-profile": "one range for the line, with its profile",
