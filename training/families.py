@@ -190,10 +190,14 @@ def family_of(args: SearchArgs) -> Family:
 def _start(name: str, architecture: Architecture) -> FloatArray:
     """Return the parameters of the network from which a search starts, made from the policy ``name``."""
     policy = named_policy(name).policy
-    if isinstance(policy, BestCandidate) and policy.entry in architecture.candidate_inputs:
-        weights = np.zeros(architecture.shapes[0][0])
-        weights[len(architecture.inputs) + architecture.candidate_inputs.index(policy.entry)] = 1.0
-        return _follows(weights, 0.0, architecture)
+    if isinstance(policy, BestCandidate):
+        terms = [(policy.entry, 1.0), ("polarization", -policy.polarization_cost)]
+        terms = [(entry, weight) for entry, weight in terms if weight]
+        if {entry for entry, _ in terms} <= set(architecture.candidate_inputs):
+            weights = np.zeros(architecture.shapes[0][0])
+            for entry, weight in terms:
+                weights[len(architecture.inputs) + architecture.candidate_inputs.index(entry)] += weight
+            return _follows(weights, 0.0, architecture)
     if isinstance(policy, NetworkPolicy):
         parameters = policy.parameters.astype(np.float64)
         if policy.architecture == architecture:

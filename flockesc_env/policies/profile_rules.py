@@ -22,18 +22,32 @@ class BestCandidate:
     heard heading keeps the predator farthest away. With one range for the flock, ``"heading_escape"`` turns
     the flock toward the escape directions.
 
+    With a ``polarization_cost`` the flock does not agree on a heading before a good one turns up: a candidate
+    scores its entry minus the cost times its polarization.
+
     Args:
         entry: name of an entry of the candidates, without ``profile_k_``.
         per_agent: True: one range per agent. False: one per flock.
         unaware_range: rho in m of rows that observe no predator.
+        polarization_cost: factor of the candidates' polarization. Only a profile of the flock shows it; for
+            agents the cost must be 0.
 
     Raises:
-        ArgumentError: if an argument has the wrong type, or ``unaware_range`` is negative.
+        ArgumentError: if an argument has the wrong type, or ``unaware_range`` or ``polarization_cost`` is
+            negative.
     """
 
-    def __init__(self, entry: str, *, per_agent: bool = True, unaware_range: float = 0.0) -> None:
+    def __init__(
+        self,
+        entry: str,
+        *,
+        per_agent: bool = True,
+        unaware_range: float = 0.0,
+        polarization_cost: float = 0.0,
+    ) -> None:
         self.entry = as_text(entry, "entry")
         self.unaware_range = float(as_floats(unaware_range, "unaware_range", (), least=0.0))
+        self.polarization_cost = float(as_floats(polarization_cost, "polarization_cost", (), least=0.0))
         self.per_agent = as_flag(per_agent, "per_agent")
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
@@ -43,6 +57,8 @@ class BestCandidate:
             ArgumentError: if the observation has no profile, or no such entry.
         """
         scores = candidate_entries(self.entry, observations, spec)
+        if self.polarization_cost:
+            scores -= self.polarization_cost * candidate_entries("polarization", observations, spec)
         return _best(scores, observations, spec, self.unaware_range)
 
 

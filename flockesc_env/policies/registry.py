@@ -41,6 +41,7 @@ NAMES = (
     "step-aside",
     "turn-flock-away",
     "turn-flock-from-predator",
+    "wait-for-escape",
 )
 """Names of the built-in policies.
 
@@ -59,6 +60,8 @@ NAMES = (
 - ``step-aside``: ``StepAside``, likewise.
 - ``turn-flock-away``: ``BestCandidate("heading_escape")`` with one range for the flock, likewise.
 - ``turn-flock-from-predator``: ``BestCandidate("heading_away")`` with one range for the flock, likewise.
+- ``wait-for-escape``: as ``turn-flock-away``, with ``polarization_cost=0.6``, 16 candidate ranges and actions
+  of 2 steps.
 """
 
 _CANDIDATE_ENTRIES = {
@@ -69,6 +72,9 @@ _CANDIDATE_ENTRIES = {
 }
 """Of each ``BestCandidate``: its entry, the extra entries with it, and ``per_agent``."""
 
+_MANY_RANGES: Final = tuple(
+    float(rho) for rho in (0, 3, 5, 7, 9, 11, 13, 15, 18, 21, 25, 30, 37, 45, 60, 100)
+)
 _PROFILE: Final = {"profile_ranges": PROFILE_RANGES, "predator_sensing_range": None}
 
 
@@ -164,6 +170,15 @@ def built_in(name: str, argument: str = "policies") -> NamedPolicy:
         entry, extra, per_agent = _CANDIDATE_ENTRIES[name]
         options = {**_PROFILE, "extra_entries": extra}
         return NamedPolicy(name, BestCandidate(entry, per_agent=per_agent), per_agent, options)
+    if name == "wait-for-escape":
+        rule = BestCandidate("heading_escape", per_agent=False, polarization_cost=0.6)
+        options = {
+            **_PROFILE,
+            "profile_ranges": _MANY_RANGES,
+            "extra_entries": ("escape_direction",),
+            "steps_per_action": 2,
+        }
+        return NamedPolicy(name, rule, options=options)
     raise ArgumentError(argument, f"one of {', '.join(NAMES)}", shown_name(name, NAMES))
 
 

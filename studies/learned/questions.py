@@ -18,7 +18,7 @@ QUESTIONS: Final = {
     "per-agent-visible-derived": "What is it worth to know the direction of escape?",
     "per-agent-visible-profile": "What is it worth to know what each of 8 ranges would bring?",
     "per-agent-visible-profile-minimum": "What is that worth for the nearest agent?",
-    "shared-profile": "What is it worth to know how the whole flock would turn under each of 8 ranges?",
+    "shared-profile": "What is it worth to know how the whole flock would turn under each of 16 ranges?",
     "shared-profile-minimum": "What is that worth for the nearest agent?",
     "per-agent-local-profile": (
         "What is it worth to know what each of 8 ranges would bring, if only agents near the predator see it?"

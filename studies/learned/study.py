@@ -59,6 +59,7 @@ SETTING_RULES = {
     "per-agent-visible-derived": ("win-stay-lose-shift-escape",),
     "per-agent-visible-profile": ("head-away",),
     "per-agent-visible-profile-minimum": ("step-aside",),
+    "shared-profile": ("wait-for-escape",),
 }
 """Further rules of single settings."""
 

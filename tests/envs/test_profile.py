@@ -24,7 +24,15 @@ from observation_reference import (
 )
 from reference import Floats, FlockState
 
-from flockesc_env import ConstantVelocity, EnvOptions, FlockScenario, OptionError, ScenarioError, rollout
+from flockesc_env import (
+    ConstantVelocity,
+    EnvOptions,
+    FlockEscapeEnv,
+    FlockScenario,
+    OptionError,
+    ScenarioError,
+    rollout,
+)
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.policies import Architecture, BestCandidate, NetworkPolicy
 from flockesc_env.scenario.motion import Reynolds
@@ -281,3 +289,18 @@ def test_a_linear_scorer_of_one_entry_is_the_rule() -> None:
     rule = rollout(scenario, BestCandidate("escape_cosine"), range(3), **options)
     np.testing.assert_array_equal(found.min_mean_distance, rule.min_mean_distance)
     assert rule.min_mean_distance.mean() > rollout(scenario, "fixed:10", range(3)).min_mean_distance.mean()
+
+
+def test_a_cost_of_polarization_is_subtracted_from_the_entry() -> None:
+    options: Any = {"profile_ranges": RANGES, "extra_entries": ENTRIES}
+    env = FlockEscapeEnv(FlockScenario(num_agents=30), predator_sensing_range=None, **options)
+    spec = env.policy_spec
+    rows = np.stack([env.reset(seed=seed)[0] for seed in range(20)])
+    entries = [
+        rows[:, [spec.layout.index(f"profile_{k}_{name}") for k in range(len(RANGES))]]
+        for name in ("heading_escape", "polarization")
+    ]
+    expected = np.array(RANGES)[(entries[0] - 0.7 * entries[1]).argmax(axis=1)]
+    rule = BestCandidate("heading_escape", per_agent=False, polarization_cost=0.7)
+    np.testing.assert_array_equal(rule.act(rows, spec), spec.actions.from_ranges(expected))
+    assert (rule.act(rows, spec) != BestCandidate("heading_escape").act(rows, spec)).any()

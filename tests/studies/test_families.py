@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +96,18 @@ def test_a_search_starts_from_a_rule(hidden: tuple[int, ...], tmp_path: Path) ->
     family = family_of(args)
     rule = objective(args, BestCandidate("escape_cosine"), SEEDS)
     np.testing.assert_array_equal(family.play(args, np.zeros((1, family.size)), SEEDS)[0][0], rule)
+
+
+def test_a_search_starts_from_a_rule_with_a_cost(tmp_path: Path) -> None:
+    profile = {"profile_ranges": (0.0, 5.0, 10.0, 30.0), "extra_entries": ("escape_direction",)}
+    seen = {"inputs": (), "candidate_inputs": ("polarization", "heading_escape"), "hidden": (), "memory": 0}
+    args = search_args(
+        tmp_path / "run", start="wait-for-escape", max_range=30.0, per_agent=False, **profile, **seen
+    )
+    found = family_of(args).policy(np.zeros(3)).parameters
+    np.testing.assert_array_equal(found, np.array([-0.6, 1.0, 0.0], np.float32))
+    with pytest.raises(ValueError, match="got BestCandidate"):
+        family_of(replace(args, candidate_inputs=("heading_escape",)))
 
 
 def test_a_network_with_hidden_layers_starts_as_a_linear_one(tmp_path: Path) -> None:

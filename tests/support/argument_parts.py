@@ -256,7 +256,12 @@ POLICIES: dict[str, Row] = {
     ),
     "BestCandidate": Row(
         policies.BestCandidate,
-        {"entry": Text("escape_cosine"), "per_agent": Flag(True), "unaware_range": Number(20.0, low=0.0)},
+        {
+            "entry": Text("escape_cosine"),
+            "per_agent": Flag(True),
+            "unaware_range": Number(20.0, low=0.0),
+            "polarization_cost": Number(0.5, low=0.0),
+        },
         after=vars,
     ),
     "SB3Policy": Row(
