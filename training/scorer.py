@@ -60,6 +60,9 @@ class ScorerPolicy(ActorCriticPolicy):
     def _build(self, lr_schedule: Schedule) -> None:
         super()._build(lr_schedule)
         self.action_net = nn.Identity()  # the scores are the logits
+        # Nearly equal scores: the policy starts uniform. With the gain of hidden layers some training seeds
+        # start with long ranges only; their flocks agree at once, so that no action earns anything.
+        nn.init.orthogonal_(self.mlp_extractor.policy_net[-1].weight, gain=0.01)
         self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)  # type: ignore[call-arg]
 
 
