@@ -78,12 +78,13 @@ class PPORounds(Rounds[PPOArgs]):
             device="cpu",
         )
         if not args.candidate_inputs:
-            nn.init.constant_(model.policy.action_net.bias, args.mean_init)
+            last: Any = model.policy.action_net
+            nn.init.constant_(last.bias, args.mean_init)
         return model
 
     def policy(self) -> NetworkPolicy:
         """Return the deterministic policy: the mean, or the most probable, action."""
-        actor = self.model.policy
+        actor: Any = self.model.policy
         if isinstance(actor, ScorerPolicy):
             return actor.network()
         hidden, parameters = layer_parameters([*actor.mlp_extractor.policy_net, actor.action_net][::2])

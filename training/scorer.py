@@ -15,6 +15,16 @@ from flockesc_env import Architecture, NetworkPolicy
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.sb3 import layer_parameters
 
+_FIRST_GAIN = 0.01
+"""Gain of the weights of the last layer at the start."""
+
+_FIRST_SLOPE = 8.0
+"""Decrease of the first scores with the range, in units of the largest one.
+
+With equal probabilities the mean range is long. Then the flock agrees in its first steps, and no agent's
+action changes its reward.
+"""
+
 
 class ScorerPolicy(ActorCriticPolicy):
     """Policy of stable-baselines3 with one logit per candidate range, from a network that all share.
@@ -60,10 +70,22 @@ class ScorerPolicy(ActorCriticPolicy):
     def _build(self, lr_schedule: Schedule) -> None:
         super()._build(lr_schedule)
         self.action_net = nn.Identity()  # the scores are the logits
-        # Nearly equal scores: the policy starts uniform. With the gain of hidden layers some training seeds
-        # start with long ranges only; their flocks agree at once, so that no action earns anything.
-        nn.init.orthogonal_(self.mlp_extractor.policy_net[-1].weight, gain=0.01)
+        self._prefer_short_ranges()
         self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)  # type: ignore[call-arg]
+
+    def _prefer_short_ranges(self) -> None:
+        """Make scores fall with the range and depend on little else."""
+        layers: list[nn.Linear] = list(self.mlp_extractor.policy_net)[::2]  # type: ignore[arg-type]
+        nn.init.orthogonal_(layers[-1].weight, gain=_FIRST_GAIN)
+        if "range" not in self._candidate_inputs:
+            return
+        column = len(self._inputs) + self._candidate_inputs.index("range")
+        with torch.no_grad():
+            for layer in layers[:-1]:
+                layer.weight[0] = 0
+                layer.weight[0, column] = 1
+                column = 0
+            layers[-1].weight[0, column] = -_FIRST_SLOPE
 
 
 class Scores(nn.Module):

@@ -127,18 +127,20 @@ def test_every_round_plays_its_own_flocks(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_actions_start_at_the_given_mean(tmp_path: Path) -> None:
-    model = PPORounds(small_run(tmp_path / "run", mean_init=-0.5)).model
-    assert model.env is not None
-    actions, _ = model.predict(model.env.reset(), deterministic=True)
+    rounds = PPORounds(small_run(tmp_path / "run", mean_init=-0.5))
+    actions, _ = rounds.model.predict(rounds._env.reset(), deterministic=True)  # type: ignore[arg-type]
     np.testing.assert_allclose(actions, -0.5, atol=0.1)
 
 
-def test_candidates_start_with_equal_probabilities(tmp_path: Path) -> None:
-    model = PPORounds(learner_args(tmp_path / "run", "per-agent PPO over candidates")).model
-    assert model.env is not None
-    observations = torch.tensor(model.env.reset())
-    probabilities = model.policy.get_distribution(observations).distribution.probs
-    np.testing.assert_allclose(probabilities.detach(), 1 / 3, atol=0.01)
+def test_the_first_scores_fall_with_the_range(tmp_path: Path) -> None:
+    args = learner_args(tmp_path / "run", "per-agent PPO over candidates", net_arch=(8, 8))
+    assert isinstance(args, PPOArgs)
+    rounds = PPORounds(args)
+    scores: Any = rounds.model.policy.mlp_extractor
+    found = scores.forward_actor(torch.tensor(rounds._env.reset())).detach().numpy()
+    ranges = np.array(args.profile_ranges) / 10
+    expected = np.broadcast_to(-8 * np.tanh(np.tanh(ranges)), found.shape)
+    np.testing.assert_allclose(found, expected, atol=0.05)
 
 
 @pytest.mark.parametrize(("anneal", "last"), [(True, 0.25), (False, 1.0)])
