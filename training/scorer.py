@@ -75,7 +75,8 @@ class ScorerPolicy(ActorCriticPolicy):
 
     def _prefer_short_ranges(self) -> None:
         """Make scores fall with the range and depend on little else."""
-        layers: list[nn.Linear] = list(self.mlp_extractor.policy_net)[::2]  # type: ignore[arg-type]
+        network: Any = self.mlp_extractor.policy_net
+        layers: list[nn.Linear] = list(network)[::2]
         nn.init.orthogonal_(layers[-1].weight, gain=_FIRST_GAIN)
         if "range" not in self._candidate_inputs:
             return
