@@ -174,9 +174,11 @@ class PPOArgs(SB3Args):
         clip_range: clipping parameter of PPO.
         ent_coef: entropy coefficient.
         log_std_init: logarithm of the initial standard deviation of actions.
-        inputs: observation entries that a network that scores candidates sees besides theirs.
+        mean_init: initial mean of actions, which [-1, 1] bounds. At -1 half of the first ranges are 0.
+        inputs: observation entries that the policy sees, besides those of candidates. Empty: no others if
+            candidates are scored, otherwise all.
         candidate_inputs: entries of a candidate range; the policy then scores every candidate and is
-            categorical. Empty: a Gaussian policy that sees all entries.
+            categorical. Empty: a Gaussian policy.
     """
 
     batch_size: int = 8000
@@ -188,6 +190,7 @@ class PPOArgs(SB3Args):
     clip_range: float = 0.2
     ent_coef: float = 0.0
     log_std_init: float = 0.0
+    mean_init: float = 0.0
     inputs: tuple[str, ...] = ()
     candidate_inputs: tuple[str, ...] = ()
 

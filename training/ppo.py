@@ -5,10 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import torch
+from gymnasium import spaces
 from stable_baselines3 import PPO
+from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from stable_baselines3.common.vec_env import VecEnv
+from torch import nn
 
-from flockesc_env import NetworkPolicy
+from flockesc_env import Architecture, NetworkPolicy
+from flockesc_env.policies.sb3 import layer_parameters
 from training.config import PPOArgs
 from training.evaluation import policy_spec
 from training.rounds import Rounds
@@ -20,6 +25,23 @@ def ppo(args: PPOArgs) -> Path:
     return PPORounds(args).train()
 
 
+class Entries(BaseFeaturesExtractor):
+    """Features extractor of stable-baselines3 that keeps some entries of the observation.
+
+    Args:
+        space: observation space.
+        columns: columns of the entries.
+    """
+
+    def __init__(self, space: spaces.Box, columns: list[int]) -> None:
+        super().__init__(space, len(columns))
+        self._columns = columns
+
+    def forward(self, observations: torch.Tensor) -> torch.Tensor:
+        """Return the entries, shape (rows, columns)."""
+        return observations[:, self._columns]
+
+
 class PPORounds(Rounds[PPOArgs]):
     """A training run with PPO; a round is one rollout."""
 
@@ -28,13 +50,19 @@ class PPORounds(Rounds[PPOArgs]):
     def make(self, env: VecEnv) -> PPO:
         """Return a new PPO model."""
         args = self.args
+        spec = policy_spec(args)
         policy_kwargs: dict[str, Any] = {"net_arch": list(args.net_arch)}
         if args.candidate_inputs:
             seen = {"inputs": args.inputs, "candidate_inputs": args.candidate_inputs}
-            policy_kwargs |= {"spec": policy_spec(args), **seen}
+            policy_kwargs |= {"spec": spec, **seen}
         else:
-            policy_kwargs["log_std_init"] = args.log_std_init
-        return PPO(
+            columns = [spec.layout.index(name) for name in args.inputs or spec.layout.names]
+            policy_kwargs |= {
+                "log_std_init": args.log_std_init,
+                "features_extractor_class": Entries,
+                "features_extractor_kwargs": {"columns": columns},
+            }
+        model = PPO(
             ScorerPolicy if args.candidate_inputs else "MlpPolicy",
             env,
             n_steps=self.steps,
@@ -49,11 +77,19 @@ class PPORounds(Rounds[PPOArgs]):
             seed=args.seed,
             device="cpu",
         )
+        if not args.candidate_inputs:
+            last: Any = model.policy.action_net
+            nn.init.constant_(last.bias, args.mean_init)
+        return model
 
     def policy(self) -> NetworkPolicy:
         """Return the deterministic policy: the mean, or the most probable, action."""
-        actor = self.model.policy
-        return actor.network() if isinstance(actor, ScorerPolicy) else super().policy()
+        actor: Any = self.model.policy
+        if isinstance(actor, ScorerPolicy):
+            return actor.network()
+        hidden, parameters = layer_parameters([*actor.mlp_extractor.policy_net, actor.action_net][::2])
+        inputs = self.args.inputs or policy_spec(self.args).layout.names
+        return NetworkPolicy(Architecture(inputs, hidden), parameters)
 
     def _learning_rate(self, _: float) -> float:
         args: PPOArgs = self.args

@@ -209,8 +209,6 @@ def round_steps(args: SB3Args) -> int:
 
 def _vec_env(args: SB3Args) -> VecEnv:
     model, options = args.model, {**args.env_options(), "reward": args.reward}
-    if isinstance(args, PPOArgs) and args.inputs and not args.candidate_inputs:
-        raise ArgumentError("inputs", "none without candidate_inputs", args.inputs)
     if isinstance(args, PPOArgs) and args.candidate_inputs:
         if not args.profile_ranges:
             raise ArgumentError("profile_ranges", "candidate ranges for a network that scores them", "none")

@@ -15,6 +15,16 @@ from flockesc_env import Architecture, NetworkPolicy
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.sb3 import layer_parameters
 
+_FIRST_GAIN = 0.01
+"""Gain of the weights of the last layer at the start."""
+
+_FIRST_SLOPE = 8.0
+"""Decrease of the first scores with the range, in units of the largest one.
+
+With equal probabilities the mean range is long. Then the flock agrees in its first steps, and no agent's
+action changes its reward.
+"""
+
 
 class ScorerPolicy(ActorCriticPolicy):
     """Policy of stable-baselines3 with one logit per candidate range, from a network that all share.
@@ -60,7 +70,23 @@ class ScorerPolicy(ActorCriticPolicy):
     def _build(self, lr_schedule: Schedule) -> None:
         super()._build(lr_schedule)
         self.action_net = nn.Identity()  # the scores are the logits
+        self._prefer_short_ranges()
         self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)  # type: ignore[call-arg]
+
+    def _prefer_short_ranges(self) -> None:
+        """Make scores fall with the range and depend on little else."""
+        network: Any = self.mlp_extractor.policy_net
+        layers: list[nn.Linear] = list(network)[::2]
+        nn.init.orthogonal_(layers[-1].weight, gain=_FIRST_GAIN)
+        if "range" not in self._candidate_inputs:
+            return
+        column = len(self._inputs) + self._candidate_inputs.index("range")
+        with torch.no_grad():
+            for layer in layers[:-1]:
+                layer.weight[0] = 0
+                layer.weight[0, column] = 1
+                column = 0
+            layers[-1].weight[0, column] = -_FIRST_SLOPE
 
 
 class Scores(nn.Module):

@@ -23,7 +23,15 @@ from training.seeds import TUNING, first_seeds, training_seeds
 from training.tqc import TQCRounds
 from training.train import train
 
-LEARNERS = ("per-agent PPO", "per-agent PPO over candidates", "shared PPO", "TQC", "line PPO", "line TQC")
+LEARNERS = (
+    "per-agent PPO",
+    "per-agent PPO with inputs",
+    "per-agent PPO over candidates",
+    "shared PPO",
+    "TQC",
+    "line PPO",
+    "line TQC",
+)
 
 
 def learner_args(folder: Path, learner: str, **changes: Any) -> PPOArgs | TQCArgs:
@@ -31,6 +39,9 @@ def learner_args(folder: Path, learner: str, **changes: Any) -> PPOArgs | TQCArg
         line = {"scenario": "paper-line", "reward": "change", "max_range": 1.0, "steps_per_action": 1}
         changes = {**line, "per_agent": False, "num_episodes": 2, "batch_size": 64, **changes}
         learner = learner.replace("line", "shared").replace("shared TQC", "TQC")
+    if learner.endswith(" with inputs"):
+        changes = {"inputs": ("heard_velocity_left", "speed"), **changes}
+        learner = learner.removesuffix(" with inputs")
     if learner.endswith(" over candidates"):
         profile = {"profile_ranges": (0.0, 5.0, 10.0), "extra_entries": ("escape_direction",)}
         seen = {"inputs": ("speed",), "candidate_inputs": ("velocity_left", "escape_cosine", "range")}
@@ -115,6 +126,23 @@ def test_every_round_plays_its_own_flocks(tmp_path: Path, monkeypatch: pytest.Mo
     assert played == list(training_seeds(7, 0, 2 * 4))
 
 
+def test_actions_start_at_the_given_mean(tmp_path: Path) -> None:
+    rounds = PPORounds(small_run(tmp_path / "run", mean_init=-0.5))
+    actions, _ = rounds.model.predict(rounds._env.reset(), deterministic=True)  # type: ignore[arg-type]
+    np.testing.assert_allclose(actions, -0.5, atol=0.1)
+
+
+def test_the_first_scores_fall_with_the_range(tmp_path: Path) -> None:
+    args = learner_args(tmp_path / "run", "per-agent PPO over candidates", net_arch=(8, 8))
+    assert isinstance(args, PPOArgs)
+    rounds = PPORounds(args)
+    scores: Any = rounds.model.policy.mlp_extractor
+    found = scores.forward_actor(torch.tensor(rounds._env.reset())).detach().numpy()
+    ranges = np.array(args.profile_ranges) / 10
+    expected = np.broadcast_to(-8 * np.tanh(np.tanh(ranges)), found.shape)
+    np.testing.assert_allclose(found, expected, atol=0.05)
+
+
 @pytest.mark.parametrize(("anneal", "last"), [(True, 0.25), (False, 1.0)])
 def test_the_learning_rate_falls_to_a_last_round_above_zero(
     anneal: bool, last: float, tmp_path: Path
@@ -142,7 +170,7 @@ def test_logs_are_written_to_the_given_folder(learner: str, tmp_path: Path) -> N
         ({"steps_per_action": 0}, "steps_per_action: expected"),
         ({"scenario": "nowhere"}, "scenario: expected one of"),
         ({"seed": 1000}, "seed: expected an integer from 0 to 999, got 1000"),
-        ({"inputs": ("speed",)}, "inputs: expected none without candidate_inputs"),
+        ({"inputs": ("mood",)}, "observation: expected an entry 'mood'"),
         ({"candidate_inputs": ("range",)}, "profile_ranges: expected candidate ranges for a network"),
         ({"num_episodes": 500_001}, "flocks of a run: expected indices in"),
     ],
