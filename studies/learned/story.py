@@ -130,7 +130,7 @@ def _note(axes: Axes, at: tuple[float, float], text: str, offset: tuple[int, int
 def _legend(figure: Figure) -> None:
     handles = [
         Patch(color=_BLIND, label="learned, blind"),
-        Patch(color=_INFORMED, label="learned, knows what 8 ranges would bring"),
+        Patch(color=_INFORMED, label="learned, knows what candidate ranges would bring"),
         Patch(color=_REST, label="not reached"),
         Line2D([], [], color=LIGHT.ink, lw=1.8, label="reference"),
     ]
