@@ -58,7 +58,7 @@ def _kernel(records: list[Record]) -> str:
 
 
 def _rules(records: list[Record]) -> str:
-    names = {"topological": "{:,.0f} nearest", "voronoi": "Voronoi neighbors within {:,.0f} m"}
+    names = {"topological": "nearest neighbors: {:,.0f}", "voronoi": "Voronoi neighbors within {:,.0f} m"}
     rows: dict[str, list[str]] = {}
     for record in (record for record in records if record.section == "rules"):
         row = rows.setdefault(names[record.case["rule"]].format(record.case["rho"]), [])
