@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final, cast
 
@@ -25,24 +26,46 @@ from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_model, as_scenario
 
-NAMES = (
-    "fixed:RHO",
-    "random",
-    "stubborn-leaders",
-    "stubborn-leaders-local",
-    "stubborn-witnesses",
-    "listen-while-threatened",
-    "win-stay-lose-shift",
-    "win-stay-lose-shift-escape",
-    "spread-out",
-    "turn-away",
-    "keep-distance",
-    "head-away",
-    "step-aside",
-    "turn-flock-away",
-    "turn-flock-from-predator",
-    "wait-for-escape",
+_MANY_RANGES: Final = tuple(
+    float(rho) for rho in (0, 3, 5, 7, 9, 11, 13, 15, 18, 21, 25, 30, 37, 45, 60, 100)
 )
+_VISIBLE: Final = {"predator_sensing_range": None}
+_PROFILE: Final = {**_VISIBLE, "profile_ranges": PROFILE_RANGES}
+_ESCAPE: Final = {"extra_entries": ("escape_direction",)}
+_APPROACH: Final = {"extra_entries": ("closest_approach",)}
+
+_BUILT_IN: Final[dict[str, tuple[Callable[[], Policy], dict[str, Any]]]] = {
+    "random": (lambda: RandomRange(0), {}),
+    "stubborn-leaders": (StubbornLeaders, _VISIBLE),
+    "stubborn-leaders-local": (StubbornLeaders, {}),
+    "stubborn-witnesses": (StubbornWitnesses, {"steps_per_action": 1}),
+    "listen-while-threatened": (ListenWhileThreatened, {**_APPROACH, "max_range": 150.0}),
+    "win-stay-lose-shift": (WinStayLoseShift, {**_APPROACH, **_VISIBLE}),
+    "win-stay-lose-shift-escape": (
+        lambda: WinStayLoseShift(10.0, 50.0, 0.85, 2.0, criterion="escape_direction"),
+        {**_ESCAPE, **_VISIBLE},
+    ),
+    "spread-out": (SpreadOut, {"profile_ranges": PROFILE_RANGES, "steps_per_action": 4}),
+    "turn-away": (lambda: BestCandidate("escape_cosine"), {**_PROFILE, **_ESCAPE}),
+    "keep-distance": (lambda: BestCandidate("closest_approach"), {**_PROFILE, **_APPROACH}),
+    "head-away": (BestNextHeading, {**_PROFILE, **_ESCAPE}),
+    "step-aside": (StepAside, {**_PROFILE, **_APPROACH}),
+    "turn-flock-away": (
+        lambda: BestCandidate("heading_escape", per_agent=False),
+        {**_PROFILE, **_ESCAPE},
+    ),
+    "turn-flock-from-predator": (
+        lambda: BestCandidate("heading_away", per_agent=False),
+        {**_PROFILE, "extra_entries": ()},
+    ),
+    "wait-for-escape": (
+        lambda: BestCandidate("heading_escape", per_agent=False, polarization_cost=0.6),
+        {**_PROFILE, **_ESCAPE, "profile_ranges": _MANY_RANGES, "steps_per_action": 2},
+    ),
+}
+"""Constructor and options of each policy."""
+
+NAMES = ("fixed:RHO", *_BUILT_IN)
 """Names of the built-in policies.
 
 - ``fixed:RHO``: the fixed range RHO in m, for example ``fixed:10``.
@@ -63,19 +86,6 @@ NAMES = (
 - ``wait-for-escape``: as ``turn-flock-away``, with ``polarization_cost=0.6``, 16 candidate ranges and actions
   of 2 steps.
 """
-
-_CANDIDATE_ENTRIES = {
-    "turn-away": ("escape_cosine", ("escape_direction",), True),
-    "keep-distance": ("closest_approach", ("closest_approach",), True),
-    "turn-flock-away": ("heading_escape", ("escape_direction",), False),
-    "turn-flock-from-predator": ("heading_away", (), False),
-}
-"""Of each ``BestCandidate``: its entry, the extra entries with it, and ``per_agent``."""
-
-_MANY_RANGES: Final = tuple(
-    float(rho) for rho in (0, 3, 5, 7, 9, 11, 13, 15, 18, 21, 25, 30, 37, 45, 60, 100)
-)
-_PROFILE: Final = {"profile_ranges": PROFILE_RANGES, "predator_sensing_range": None}
 
 
 @dataclass(frozen=True)
@@ -139,46 +149,11 @@ def built_in(name: str, argument: str = "policies") -> NamedPolicy:
         rho = _range(name.removeprefix("fixed:"))
         if rho is not None:
             return NamedPolicy(name, FixedRange(rho), options={"max_range": max(rho, EnvOptions.max_range)})
-    if name == "random":
-        return NamedPolicy(name, RandomRange(0), per_agent=True)
-    if name == "stubborn-leaders":
-        return NamedPolicy(name, StubbornLeaders(), per_agent=True, options={"predator_sensing_range": None})
-    if name == "stubborn-leaders-local":
-        return NamedPolicy(name, StubbornLeaders(), per_agent=True)
-    if name == "stubborn-witnesses":
-        return NamedPolicy(name, StubbornWitnesses(), per_agent=True, options={"steps_per_action": 1})
-    if name == "listen-while-threatened":
-        options = {"extra_entries": ("closest_approach",), "max_range": 150.0}
-        return NamedPolicy(name, ListenWhileThreatened(), per_agent=True, options=options)
-    if name == "win-stay-lose-shift":
-        options = {"extra_entries": ("closest_approach",), "predator_sensing_range": None}
-        return NamedPolicy(name, WinStayLoseShift(), per_agent=True, options=options)
-    if name == "win-stay-lose-shift-escape":
-        options = {"extra_entries": ("escape_direction",), "predator_sensing_range": None}
-        policy = WinStayLoseShift(10.0, 50.0, 0.85, 2.0, criterion="escape_direction")
-        return NamedPolicy(name, policy, per_agent=True, options=options)
-    if name == "head-away":
-        options = {**_PROFILE, "extra_entries": ("escape_direction",)}
-        return NamedPolicy(name, BestNextHeading(), per_agent=True, options=options)
-    if name == "step-aside":
-        options = {**_PROFILE, "extra_entries": ("closest_approach",)}
-        return NamedPolicy(name, StepAside(), per_agent=True, options=options)
-    if name == "spread-out":
-        options = {"profile_ranges": PROFILE_RANGES, "steps_per_action": 4}
-        return NamedPolicy(name, SpreadOut(), per_agent=True, options=options)
-    if name in _CANDIDATE_ENTRIES:
-        entry, extra, per_agent = _CANDIDATE_ENTRIES[name]
-        options = {**_PROFILE, "extra_entries": extra}
-        return NamedPolicy(name, BestCandidate(entry, per_agent=per_agent), per_agent, options)
-    if name == "wait-for-escape":
-        rule = BestCandidate("heading_escape", per_agent=False, polarization_cost=0.6)
-        options = {
-            **_PROFILE,
-            "profile_ranges": _MANY_RANGES,
-            "extra_entries": ("escape_direction",),
-            "steps_per_action": 2,
-        }
-        return NamedPolicy(name, rule, options=options)
+    if name in _BUILT_IN:
+        make, options = _BUILT_IN[name]
+        policy = make()
+        per_agent = getattr(policy, "per_agent", True)  # ``RandomRange`` fits both
+        return NamedPolicy(name, policy, per_agent=per_agent, options=dict(options))
     raise ArgumentError(argument, f"one of {', '.join(NAMES)}", shown_name(name, NAMES))
 
 
