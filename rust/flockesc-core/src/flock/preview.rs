@@ -44,8 +44,8 @@ impl<const D: usize> Preview<D> {
     }
 
     /// Advances the agents by one step, without noise, delays and captures. `predators` are the predators
-    /// after it. Returns averages over the headings of the agents, of which there is at least one, relative to
-    /// the predators.
+    /// after the step. Returns averages over the headings of the agents relative to the predators. The flock
+    /// must have at least one agent.
     pub(crate) fn advance(&mut self, world: &World<D>, predators: &[Straight<D>]) -> Headings {
         let (config, ids) = (world.config(), world.agents().ids());
         let after: Vec<[f64; D]> = predators.iter().map(|predator| predator.position).collect();
