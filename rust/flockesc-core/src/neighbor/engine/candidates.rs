@@ -160,7 +160,8 @@ impl Candidates {
                 self.near_groups.push(block);
                 continue;
             }
-            let mut across = self.add_enclosed(simd, tree, reach, (level, block), &mut count);
+            let nodes = &mut self.nodes;
+            let mut across = add_enclosed(simd, tree, reach, (level, block), nodes, &mut count);
             while across != 0 {
                 let child = across.trailing_zeros() as usize;
                 across &= across - 1;
@@ -183,37 +184,18 @@ impl Candidates {
     ) -> Nodes {
         let (first, mut count) = (self.nodes.len(), 0);
         self.near_tiles.len = 0;
-        self.near_tiles.reserve(self.near_groups.len());
-        for index in 0..self.near_groups.len() {
-            let block = self.near_groups[index];
-            let across = self.add_enclosed(simd, tree, reach, (0, block), &mut count);
-            self.near_tiles.add(block * FANOUT, across);
+        let mut near_tiles = self.near_tiles.writer(self.near_groups.len());
+        for &block in &self.near_groups {
+            let nodes = &mut self.nodes;
+            let across = add_enclosed(simd, tree, reach, (0, block), nodes, &mut count);
+            near_tiles.add(block * FANOUT, across);
         }
+        self.near_tiles.len = near_tiles.len;
         self.num_tile_pairs += self.near_tiles.len;
         Nodes {
             listed: first..self.nodes.len(),
             count,
         }
-    }
-
-    /// Adds the children of a block, given as (level, block), that are entirely within reach, and their agents to
-    /// `count`. Returns one bit per child partly within reach.
-    #[inline(always)]
-    fn add_enclosed<S: Simd, const D: usize>(
-        &mut self,
-        simd: S,
-        tree: &Tree<D>,
-        reach: &Reach<D>,
-        (level, block): (usize, usize),
-        count: &mut i64,
-    ) -> u8 {
-        let nodes = &tree.levels[level][block];
-        let (bits, across) = reach.classify(simd, nodes);
-        if bits != 0 {
-            self.nodes.push(Children { level, block, bits });
-            *count += nodes.count_of(bits);
-        }
-        across
     }
 
     /// Adds the agents partly within reach of a tile, and the agents within reach of the whole tile, among the
@@ -226,8 +208,8 @@ impl Candidates {
         reach: &Reach<D>,
     ) {
         let num_tiles = self.near_tiles.len;
-        self.enclosed.reserve(num_tiles);
-        self.across.reserve(num_tiles);
+        let mut enclosed = self.enclosed.writer(num_tiles);
+        let mut across = self.across.writer(num_tiles);
         for &tile in &self.near_tiles.places[..num_tiles] {
             let tile = tile as usize;
             let columns = &agents.groups[tile / FANOUT].position;
@@ -245,12 +227,34 @@ impl Candidates {
                     inside |= bits(simd, reach.encloses(simd, position, position)) << shift;
                 }
             }
-            self.across.add(tile * TILE, near & !inside);
+            across.add(tile * TILE, near & !inside);
             if reach.may_enclose {
-                self.enclosed.add(tile * TILE, inside);
+                enclosed.add(tile * TILE, inside);
             }
         }
+        self.enclosed.len = enclosed.len;
+        self.across.len = across.len;
     }
+}
+
+/// Adds the children of a block, given as (level, block), that are entirely within reach, and their agents to
+/// `count`. Returns one bit per child partly within reach.
+#[inline(always)]
+fn add_enclosed<S: Simd, const D: usize>(
+    simd: S,
+    tree: &Tree<D>,
+    reach: &Reach<D>,
+    (level, block): (usize, usize),
+    listed: &mut Vec<Children>,
+    count: &mut i64,
+) -> u8 {
+    let nodes = &tree.levels[level][block];
+    let (bits, across) = reach.classify(simd, nodes);
+    if bits != 0 {
+        listed.push(Children { level, block, bits });
+        *count += nodes.count_of(bits);
+    }
+    across
 }
 
 impl<const D: usize> Search<'_, D> {

@@ -10,15 +10,28 @@ pub(super) struct Places {
 }
 
 impl Places {
-    /// Makes room for `count` calls of [`Self::add`].
+    /// Returns a writer with room for `count` calls of [`Writer::add`].
     #[inline(always)]
-    pub(super) fn reserve(&mut self, count: usize) {
+    pub(super) fn writer(&mut self, count: usize) -> Writer<'_> {
         let room = self.len + (count + 1) * FANOUT;
         if self.places.len() < room {
             self.places.resize(2 * room, 0);
         }
+        Writer {
+            places: &mut self.places,
+            len: self.len,
+        }
     }
+}
 
+/// Adds entries to a list. Its length stays in a register while entries are added.
+pub(super) struct Writer<'a> {
+    places: &'a mut [u32],
+    /// The new length of the list. The caller stores it.
+    pub(super) len: usize,
+}
+
+impl Writer<'_> {
     /// Adds `first` plus the position of every set bit. There is no branch per bit, because it would be
     /// unpredictable.
     #[inline(always)]
