@@ -10,7 +10,7 @@ mod state;
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use arrange::{Agent, split};
+use arrange::{Key, order};
 pub(crate) use centroid::centroid;
 pub(crate) use layout::{Column, FANOUT, GROUP, Group, TILE, is_large, reduce};
 pub use per_agent::PerAgent;
@@ -34,27 +34,52 @@ pub(crate) struct Agents<const D: usize> {
     ids: Vec<u32>,
     /// The caught agents, in the order of their capture.
     caught: Vec<Caught<D>>,
-    scratch: Vec<Agent<D>>,
+    /// Buffers of the sort.
+    keys: Vec<Key<D>>,
+    spare: (Vec<Group<D>>, Vec<u32>),
+}
+
+/// All data of one agent.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Agent<const D: usize> {
+    id: u32,
+    /// r in m.
+    position: SVector<f64, D>,
+    /// v in m/s.
+    velocity: SVector<f64, D>,
+    /// ||v|| in m/s, as the last step computed it. It may differ from the norm of `velocity` by rounding.
+    speed: f64,
+    /// Distance to the nearest predator in m; recomputed after a restore.
+    #[serde(skip)]
+    distance: f64,
 }
 
 impl<const D: usize> Agents<D> {
     pub(crate) fn new(positions: &[SVector<f64, D>], velocities: &[SVector<f64, D>]) -> Self {
-        let mut agents = Self {
-            groups: vec![Group::EMPTY; positions.len().div_ceil(GROUP)],
-            ids: vec![0; positions.len()],
-            caught: Vec::new(),
-            scratch: Vec::with_capacity(positions.len()),
-        };
-        let given = positions.iter().zip(velocities).zip(0..);
-        agents.scratch.extend(given.map(|((r, v), id)| Agent {
-            id,
-            position: *r,
-            velocity: *v,
-            speed: v.norm(),
-            distance: f64::INFINITY,
-        }));
-        agents.sort_scratch();
+        let mut agents = Self::unsorted(positions.len());
+        for (id, (position, velocity)) in positions.iter().zip(velocities).enumerate() {
+            let agent = Agent {
+                id: id as u32,
+                position: *position,
+                velocity: *velocity,
+                speed: velocity.norm(),
+                distance: f64::INFINITY,
+            };
+            agents.put(id, agent);
+        }
+        agents.arrange();
         agents
+    }
+
+    /// Creates room for agents, at least one group.
+    fn unsorted(num_agents: usize) -> Self {
+        Self {
+            groups: vec![Group::EMPTY; num_agents.div_ceil(GROUP).max(1)],
+            ids: vec![0; num_agents],
+            caught: Vec::new(),
+            keys: Vec::new(),
+            spare: (Vec::new(), Vec::new()),
+        }
     }
 
     /// Returns the number of agents that were not caught.
@@ -178,19 +203,26 @@ impl<const D: usize> Agents<D> {
 
     /// Sorts the agents by position, so that the agents of every tile, group and node are close together.
     pub(crate) fn arrange(&mut self) {
-        self.scratch.clear();
-        for place in 0..self.len() {
-            self.scratch.push(self.agent(place));
+        order(&self.groups, self.len(), &mut self.keys);
+        let (groups, ids) = &mut self.spare;
+        groups.resize(self.groups.len(), Group::EMPTY);
+        ids.clear();
+        for (group, keys) in groups.iter_mut().zip(self.keys.chunks(GROUP)) {
+            for (lane, key) in keys.iter().enumerate() {
+                let place = key.place as usize;
+                let (old, from) = (&self.groups[place / GROUP], place % GROUP);
+                for axis in 0..D {
+                    group.position[axis][lane] = old.position[axis][from];
+                    group.velocity[axis][lane] = old.velocity[axis][from];
+                }
+                group.speed[lane] = old.speed[from];
+                group.distance[lane] = old.distance[from];
+                ids.push(self.ids[place]);
+            }
+            group.empty_from(keys.len());
         }
-        self.sort_scratch();
-    }
-
-    /// Sorts the agents in `scratch` and writes them to the groups.
-    fn sort_scratch(&mut self) {
-        split(&mut self.scratch);
-        for place in 0..self.scratch.len() {
-            self.put(place, self.scratch[place]);
-        }
+        std::mem::swap(&mut self.groups, groups);
+        std::mem::swap(&mut self.ids, ids);
     }
 
     fn agent(&self, place: usize) -> Agent<D> {

@@ -2,9 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::arrange::Agent;
-use super::layout::{GROUP, Group};
-use super::{Agents, Caught};
+use super::{Agent, Agents, Caught};
 use crate::base::error::Result;
 use crate::base::vector::SHORTEST;
 use crate::snapshot::{are_bounded, check, is_bounded};
@@ -51,10 +49,8 @@ impl<const D: usize> Agents<D> {
         let positions = caught.iter().flat_map(|agent| &agent.position);
         check(are_bounded(positions), "positions of caught agents")?;
         let mut restored = Self {
-            groups: vec![Group::EMPTY; agents.len().div_ceil(GROUP).max(1)],
-            ids: vec![0; agents.len()],
             caught,
-            scratch: Vec::with_capacity(agents.len()),
+            ..Self::unsorted(agents.len())
         };
         for (place, agent) in agents.into_iter().enumerate() {
             restored.put(place, agent);
