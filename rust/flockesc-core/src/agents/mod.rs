@@ -117,6 +117,13 @@ impl<const D: usize> Agents<D> {
         self.ids[place] as usize
     }
 
+    /// Returns the position in m of the agent at `place`.
+    #[inline(always)]
+    pub(crate) fn position(&self, place: usize) -> [f64; D] {
+        let position = &self.groups[place / GROUP].position;
+        std::array::from_fn(|axis| position[axis][place % GROUP])
+    }
+
     /// Returns the id, position in m and velocity in m/s of the agent at `place`.
     pub(crate) fn at(&self, place: usize) -> (usize, SVector<f64, D>, SVector<f64, D>) {
         let (group, lane) = (&self.groups[place / GROUP], place % GROUP);

@@ -47,7 +47,7 @@ impl<const D: usize> Neighborhood<D> {
         Self {
             options,
             links: Links::default(),
-            sums: tree.agents.iter().map(NeighborSums::isolated).collect(),
+            sums: tree.velocities.iter().map(NeighborSums::isolated).collect(),
             scale: tree.scale,
             scratch: vec![Scratch::default(); parallel::num_chunks(agents.groups.len())],
             kept: Kept::new(),

@@ -53,7 +53,7 @@ impl<const D: usize> WithSimd for Connect<'_, D> {
             frontier.push(start);
             while let Some(place) = frontier.pop() {
                 let from = Agent {
-                    position: tree.agents[place / GROUP][place % GROUP].position,
+                    position: agents.position(place),
                     square: remaining.squares[place / GROUP][place % GROUP],
                 };
                 blocks.push((tree.levels.len() - 1, 0));

@@ -1,6 +1,6 @@
 //! Search for the most isolated agent, whose nearest other agent is farthest away.
 
-use crate::agents::{Agents, FANOUT, GROUP, TILE};
+use crate::agents::{Agents, FANOUT, TILE};
 use crate::base::vector::{larger, smaller, squared_norm};
 use crate::neighbor::engine::tree::Tree;
 
@@ -13,10 +13,10 @@ pub(in crate::neighbor) fn most_isolated<const D: usize>(
     let (mut farthest, mut best) = (f64::NEG_INFINITY, 0);
     for place in 0..agents.len() {
         let mut search = Search {
+            agents,
             tree,
-            num_agents: agents.len(),
             place,
-            position: tree.agents[place / GROUP][place % GROUP].position,
+            position: agents.position(place),
             nearest: f64::INFINITY,
             stop_below: farthest,
         };
@@ -33,8 +33,8 @@ pub(in crate::neighbor) fn most_isolated<const D: usize>(
 
 /// Search for the agent nearest to the one at `place`.
 struct Search<'a, const D: usize> {
+    agents: &'a Agents<D>,
     tree: &'a Tree<D>,
-    num_agents: usize,
     place: usize,
     position: [f64; D],
     /// Squared distance in m^2 to the nearest agent so far.
@@ -69,9 +69,9 @@ impl<const D: usize> Search<'_, D> {
     }
 
     fn visit_tile(&mut self, tile: usize) {
-        for place in tile * TILE..self.num_agents.min((tile + 1) * TILE) {
+        for place in tile * TILE..self.agents.len().min((tile + 1) * TILE) {
             if place != self.place {
-                let other = &self.tree.agents[place / GROUP][place % GROUP].position;
+                let other = self.agents.position(place);
                 let offset: [f64; D] =
                     std::array::from_fn(|axis| other[axis] - self.position[axis]);
                 self.nearest = smaller(self.nearest, squared_norm(&offset));

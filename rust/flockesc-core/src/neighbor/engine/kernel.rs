@@ -124,7 +124,14 @@ impl<const D: usize> SumNeighbors<'_, D> {
                         field_of_view,
                         start,
                     );
-                    sum_agents::<S, D, IS_BLIND>(simd, own, tree, &candidates, whole, sums);
+                    sum_agents::<S, D, IS_BLIND>(
+                        simd,
+                        own,
+                        (agents, tree),
+                        &candidates,
+                        whole,
+                        sums,
+                    );
                 }
             }
         }
@@ -165,10 +172,10 @@ fn sum_whole<S: Simd, const D: usize>(
             whole[axis] = lanes(&sum[axis]).iter().sum();
         }
     }
-    let rows = tree.agents.as_flattened();
     for &place in candidates.enclosed {
+        let velocity = tree.velocity(place as usize);
         for axis in 0..D {
-            whole[axis] += rows[place as usize].velocity[axis];
+            whole[axis] += velocity[axis];
         }
     }
     whole
@@ -180,7 +187,7 @@ fn sum_whole<S: Simd, const D: usize>(
 fn sum_agents<S: Simd, const D: usize, const IS_BLIND: bool>(
     simd: S,
     own: Own<S, D>,
-    tree: &Tree<D>,
+    (agents, tree): (&Agents<D>, &Tree<D>),
     candidates: &TileCandidates<'_>,
     whole: [i64; D],
     sums: &mut NeighborSums<D>,
@@ -192,12 +199,16 @@ fn sum_agents<S: Simd, const D: usize, const IS_BLIND: bool>(
         sum[axis] = simd.splat_u64s(whole[axis] as u64);
     }
     let mut count = simd.splat_u64s(candidates.count as u64);
-    let rows = tree.agents.as_flattened();
+    // Slices of equal length: one check of bounds per agent.
+    let velocities = &tree.velocities[..agents.groups.len()];
     for &place in candidates.across {
-        let other = &rows[place as usize];
-        let (_, is_neighbor) = own.senses::<IS_BLIND>(simd, &other.position);
+        let (group, lane) = (place as usize / GROUP, place as usize % GROUP);
+        let position = &agents.groups[group].position;
+        let position = std::array::from_fn(|axis| position[axis][lane]);
+        let (_, is_neighbor) = own.senses::<IS_BLIND>(simd, &position);
         for axis in 0..D {
-            let added = simd.add_u64s(sum[axis], simd.splat_u64s(other.velocity[axis] as u64));
+            let velocity = velocities[group][axis][lane] as u64;
+            let added = simd.add_u64s(sum[axis], simd.splat_u64s(velocity));
             sum[axis] = simd.select_u64s(is_neighbor, added, sum[axis]);
         }
         count = simd.select_u64s(is_neighbor, simd.add_u64s(count, one), count);

@@ -2,28 +2,11 @@
 
 use pulp::Simd;
 
-use crate::agents::{FANOUT, GROUP};
+use crate::agents::{Column, FANOUT};
 use crate::base::vector::{larger, smaller};
 
-/// An agent with its velocity in fixed point.
-#[derive(Debug, Clone, Copy)]
-#[repr(C)]
-pub(in crate::neighbor) struct FixedPointAgent<const D: usize> {
-    /// r in m.
-    pub(in crate::neighbor) position: [f64; D],
-    /// v in fixed point, in units of the tree's scale.
-    pub(in crate::neighbor) velocity: [i64; D],
-}
-
-impl<const D: usize> FixedPointAgent<D> {
-    pub(super) const EMPTY: Self = Self {
-        position: [f64::NAN; D],
-        velocity: [0; D],
-    };
-}
-
-/// The agents of one group, row by row.
-pub(in crate::neighbor) type FixedPointAgents<const D: usize> = [FixedPointAgent<D>; GROUP];
+/// Velocities of the agents of one group in fixed point, in units of the tree's scale; 0 in empty lanes.
+pub(in crate::neighbor) type FixedPointVelocities<const D: usize> = [Column<i64>; D];
 
 /// A block of eight sibling nodes: their bounding boxes, sums of velocities and numbers of agents.
 ///

@@ -137,7 +137,6 @@ impl<const D: usize> SumOffsets<'_, D> {
         let (mut squared, mut sums) = ([0.0; GROUP], [[0; GROUP]; D]);
         search.reaches.square(group, ids, &mut squared);
         let agents = &search.agents.groups[group];
-        let rows = search.tree.agents.as_flattened();
         let (zero, one) = (simd.splat_u64s(0), simd.splat_u64s(1));
         let nearest = simd.splat_f64s(SHORTEST * SHORTEST);
         let farthest = simd.splat_f64s(squared_range);
@@ -150,8 +149,8 @@ impl<const D: usize> SumOffsets<'_, D> {
                     Own::<S, D>::load::<IS_BLIND>(simd, agents, &squared, field_of_view, start);
                 let (mut sum, mut count, mut num_rows) = ([zero; D], zero, 0);
                 for &place in candidates.across {
-                    let other = &rows[place as usize].position;
-                    let (offset, is_neighbor) = own.senses::<IS_BLIND>(simd, other);
+                    let other = search.agents.position(place as usize);
+                    let (offset, is_neighbor) = own.senses::<IS_BLIND>(simd, &other);
                     for axis in 0..D {
                         let added =
                             simd.add_u64s(sum[axis], scale.quantize_register(simd, offset[axis]));

@@ -8,7 +8,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use crate::agents::{Agents, Column, FANOUT, TILE};
 use crate::neighbor::engine::box_distances::{BoxDistances, Total, find_groups, sum_enclosed};
-use crate::neighbor::engine::nodes::{Bounds, FixedPointAgent};
+use crate::neighbor::engine::nodes::Bounds;
 use crate::neighbor::engine::own::lanes;
 use crate::neighbor::engine::reach::squared_norm;
 use crate::neighbor::engine::sums::NeighborSums;
@@ -53,10 +53,12 @@ pub(in crate::neighbor) struct ProfileScratch<const D: usize> {
 impl<const D: usize> ProfileScratch<D> {
     /// Creates the buffers for the agents of `tree`.
     pub(in crate::neighbor) fn new(tree: &Tree<D>, num_ranges: usize) -> Self {
-        let tiles = tree.agents.iter().flat_map(|group| group.as_chunks().0);
-        let num_tiles = tree.agents.len().min(BATCH) * FANOUT;
+        let packed =
+            |tile: usize| std::array::from_fn(|lane| pack(tree.velocity(tile * TILE + lane)));
+        let num_groups = tree.velocities.len();
+        let num_tiles = num_groups.min(BATCH) * FANOUT;
         Self {
-            packed: tiles.map(|tile: &[_; TILE]| tile.map(pack)).collect(),
+            packed: (0..num_groups * FANOUT).map(packed).collect(),
             stack: Vec::new(),
             groups: Vec::new(),
             totals: vec![Total::EMPTY; num_ranges],
@@ -67,8 +69,8 @@ impl<const D: usize> ProfileScratch<D> {
 }
 
 /// Packs the velocity of an agent and the number 1.
-fn pack<const D: usize>(agent: FixedPointAgent<D>) -> Packed<D> {
-    let mut packed = agent.velocity.map(|units| units as u64);
+fn pack<const D: usize>(velocity: [i64; D]) -> Packed<D> {
+    let mut packed = velocity.map(|units| units as u64);
     packed[0] = (packed[0] << COUNT_BITS) + 1;
     packed
 }
@@ -137,7 +139,7 @@ impl<const D: usize> WithSimd for SumProfile<'_, D> {
             }
             for batch in groups.chunks(BATCH) {
                 own.add_enclosed(simd, tree, batch, squares, sums, across);
-                own.measure(simd, tree, batch, across, distances);
+                own.measure(simd, agents, batch, across, distances);
                 for ((square, sums), across) in squares.iter().zip(&mut *sums).zip(&*across) {
                     for register in 0..TILE / S::F64_LANES {
                         let near = Near {
@@ -212,7 +214,7 @@ impl<const D: usize> OwnTile<'_, D> {
     fn measure<S: Simd>(
         &self,
         simd: S,
-        tree: &Tree<D>,
+        agents: &Agents<D>,
         batch: &[usize],
         across: &[u64],
         distances: &mut [Distances],
@@ -221,7 +223,7 @@ impl<const D: usize> OwnTile<'_, D> {
         while near != 0 {
             let tile = near.trailing_zeros() as usize;
             near &= near - 1;
-            let others = &tree.agents[batch[tile / FANOUT]].as_chunks::<TILE>().0[tile % FANOUT];
+            let others = &agents.groups[batch[tile / FANOUT]].position;
             for register in 0..TILE / S::F64_LANES {
                 let start = self.first + register * S::F64_LANES;
                 let mut position = [simd.splat_f64s(0.0); D];
@@ -232,7 +234,7 @@ impl<const D: usize> OwnTile<'_, D> {
                 for index in 0..TILE {
                     let mut offset = position;
                     for axis in 0..D {
-                        let other = simd.splat_f64s(others[index].position[axis]);
+                        let other = simd.splat_f64s(others[axis][tile % FANOUT * TILE + index]);
                         offset[axis] = simd.sub_f64s(offset[axis], other);
                     }
                     let squared = squared_norm(simd, offset);

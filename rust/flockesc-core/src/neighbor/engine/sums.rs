@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::agents::{Column, GROUP};
 use crate::base::vector::squared_norm;
 use crate::neighbor::engine::candidates::Candidates;
-use crate::neighbor::engine::nodes::{FixedPointAgent, FixedPointAgents};
+use crate::neighbor::engine::nodes::FixedPointVelocities;
 use crate::neighbor::engine::pairs::Pairs;
 
 /// Sums over the neighbors of the agents of one group. Values in empty lanes are unspecified.
@@ -30,13 +30,15 @@ impl<const D: usize> NeighborSums<D> {
     };
 
     /// Creates the sums of agents whose only neighbor is the agent itself.
-    pub(in crate::neighbor) fn isolated(agents: &FixedPointAgents<D>) -> Self {
-        let norm =
-            |agent: FixedPointAgent<D>| squared_norm(&agent.velocity.map(|v| v as f64)).sqrt();
+    pub(in crate::neighbor) fn isolated(velocities: &FixedPointVelocities<D>) -> Self {
+        let norm = |lane: usize| {
+            let velocity: [f64; D] = std::array::from_fn(|axis| velocities[axis][lane] as f64);
+            squared_norm(&velocity).sqrt()
+        };
         Self {
-            sum: std::array::from_fn(|axis| agents.map(|agent| agent.velocity[axis])),
+            sum: *velocities,
             count: [1; GROUP],
-            norm: agents.map(norm),
+            norm: std::array::from_fn(norm),
         }
     }
 
@@ -90,9 +92,9 @@ pub(in crate::neighbor) fn sum_pairs<const D: usize>(
             sum.fill(0);
         }
         scratch.work += pairs.visit(group, &mut scratch.tiles, |lane, place| {
-            let neighbor = &pairs.tree.agents[place / GROUP][place % GROUP];
+            let velocity = pairs.tree.velocity(place);
             for axis in 0..D {
-                sums.sum[axis][lane] += neighbor.velocity[axis];
+                sums.sum[axis][lane] += velocity[axis];
             }
             sums.count[lane] += 1;
         });

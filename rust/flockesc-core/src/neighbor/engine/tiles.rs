@@ -4,20 +4,20 @@ use pulp::{Arch, Simd, WithSimd};
 
 use crate::agents::{FANOUT, GROUP, Group, TILE};
 use crate::base::exact::Scale;
-use crate::neighbor::engine::nodes::{FixedPointAgent, FixedPointAgents, Siblings};
+use crate::neighbor::engine::nodes::{FixedPointVelocities, Siblings};
 use crate::neighbor::engine::reach::bits;
 
-/// Computes the fixed-point agents and the tiles of some groups.
+/// Computes the velocities in fixed point and the tiles of some groups.
 pub(super) fn build_tiles<const D: usize>(
     groups: &[Group<D>],
     scale: Scale,
-    rows: &mut [FixedPointAgents<D>],
+    velocities: &mut [FixedPointVelocities<D>],
     tiles: &mut [Siblings<D>],
 ) {
     Arch::new().dispatch(BuildTiles {
         groups,
         scale,
-        rows,
+        velocities,
         tiles,
     });
 }
@@ -25,7 +25,7 @@ pub(super) fn build_tiles<const D: usize>(
 struct BuildTiles<'a, const D: usize> {
     groups: &'a [Group<D>],
     scale: Scale,
-    rows: &'a mut [FixedPointAgents<D>],
+    velocities: &'a mut [FixedPointVelocities<D>],
     tiles: &'a mut [Siblings<D>],
 }
 
@@ -34,9 +34,8 @@ impl<const D: usize> WithSimd for BuildTiles<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let agents = self.groups.iter().zip(self.rows);
-        for ((group, rows), tiles) in agents.zip(self.tiles) {
-            let mut units = [[0; GROUP]; D];
+        let agents = self.groups.iter().zip(self.velocities);
+        for ((group, units), tiles) in agents.zip(self.tiles) {
             for axis in 0..D {
                 let velocity = &group.velocity[axis];
                 for lane in 0..GROUP {
@@ -51,12 +50,6 @@ impl<const D: usize> WithSimd for BuildTiles<'_, D> {
             for tile in 0..FANOUT {
                 let column = &group.position[0].as_chunks::<TILE>().0[tile];
                 tiles.count[tile] = count(simd, column);
-            }
-            for lane in 0..GROUP {
-                rows[lane] = FixedPointAgent {
-                    position: std::array::from_fn(|axis| group.position[axis][lane]),
-                    velocity: std::array::from_fn(|axis| units[axis][lane]),
-                };
             }
         }
     }

@@ -6,7 +6,7 @@ use multiversion::multiversion;
 use crate::agents::{Agents, FANOUT, GROUP, Group, reduce};
 use crate::base::exact::Scale;
 use crate::base::vector::larger;
-use crate::neighbor::engine::nodes::{Bounds, FixedPointAgent, FixedPointAgents, Siblings};
+use crate::neighbor::engine::nodes::{Bounds, FixedPointVelocities, Siblings};
 use crate::neighbor::engine::tiles::build_tiles;
 use crate::neighbor::ranges::SAMPLE;
 use crate::parallel;
@@ -17,7 +17,7 @@ pub(in crate::neighbor) struct Tree<const D: usize> {
     /// `levels[0][g]` has the tiles of group g, `levels[1][k]` has the groups 8 k to 8 k + 7, and so on. The
     /// last level has one block.
     pub(in crate::neighbor) levels: Vec<Vec<Siblings<D>>>,
-    pub(in crate::neighbor) agents: Vec<FixedPointAgents<D>>,
+    pub(in crate::neighbor) velocities: Vec<FixedPointVelocities<D>>,
     /// Fixed-point scale of the velocities, in m/s.
     pub(in crate::neighbor) scale: Scale,
     /// Largest magnitude of a velocity component, in m/s.
@@ -35,7 +35,7 @@ impl<const D: usize> Tree<D> {
         }
         Self {
             levels,
-            agents: vec![[FixedPointAgent::EMPTY; GROUP]; num_groups],
+            velocities: vec![[[0; GROUP]; D]; num_groups],
             scale: Scale::for_registers(0.0, 1),
             largest_speed: 0.0,
         }
@@ -43,7 +43,7 @@ impl<const D: usize> Tree<D> {
 
     /// Shrinks the tree to `num_groups` groups. A [`Tree::refresh`] must follow.
     pub(in crate::neighbor) fn shrink(&mut self, num_groups: usize) {
-        self.agents.truncate(num_groups);
+        self.velocities.truncate(num_groups);
         let mut blocks = num_groups;
         self.levels[0].truncate(blocks);
         let mut height = 1;
@@ -62,10 +62,14 @@ impl<const D: usize> Tree<D> {
         self.scale = Scale::for_registers(self.largest_speed, agents.len());
         let scale = self.scale;
         let (tiles, nodes) = self.levels.split_at_mut(1);
-        parallel::for_each_chunk(&mut self.agents, &mut tiles[0], |first, rows, tiles| {
-            let groups = &agents.groups[first..first + tiles.len()];
-            build_tiles(groups, scale, rows, tiles);
-        });
+        parallel::for_each_chunk(
+            &mut self.velocities,
+            &mut tiles[0],
+            |first, units, tiles| {
+                let groups = &agents.groups[first..first + tiles.len()];
+                build_tiles(groups, scale, units, tiles);
+            },
+        );
         let mut below = &tiles[0];
         for blocks in nodes {
             for (children, block) in below.chunks(FANOUT).zip(blocks.iter_mut()) {
@@ -73,6 +77,13 @@ impl<const D: usize> Tree<D> {
             }
             below = blocks;
         }
+    }
+
+    /// Returns the velocity of the agent at `place` in fixed point, in units of `scale`.
+    #[inline(always)]
+    pub(in crate::neighbor) fn velocity(&self, place: usize) -> [i64; D] {
+        let velocities = &self.velocities[place / GROUP];
+        std::array::from_fn(|axis| velocities[axis][place % GROUP])
     }
 
     /// Returns the block of the last level.

@@ -110,7 +110,8 @@ fn kernel<S: Simd, const D: usize>(
     field_of_view: FieldOfView,
     listing: Listing,
 ) -> Vec<([i64; D], i64)> {
-    let mut groups: Vec<NeighborSums<D>> = tree.agents.iter().map(NeighborSums::isolated).collect();
+    let mut groups: Vec<NeighborSums<D>> =
+        tree.velocities.iter().map(NeighborSums::isolated).collect();
     simd.vectorize(SumNeighbors {
         agents,
         tree,
