@@ -97,6 +97,7 @@ impl Candidates {
     }
 
     /// Returns the candidates of one tile of the group that was added as number `group`.
+    #[inline(always)]
     pub(super) fn of(&self, group: usize, tile: usize) -> TileCandidates<'_> {
         let shared = &self.groups[group];
         let own = &self.tiles[group * FANOUT + tile];
