@@ -8,9 +8,6 @@ use crate::neighbor::ranges::Ranges;
 
 /// Number of steps for which new candidates should be complete.
 const STEPS: f64 = 4.0;
-/// Largest flock whose candidates are kept. To read those of a larger one from memory takes longer than to find
-/// them again.
-const MOST_AGENTS: usize = 1 << 18;
 /// Fraction of the reach that covers the rounding of distances. It is larger than the rounding.
 const ROUNDING: f64 = 1e-12;
 
@@ -56,7 +53,7 @@ impl<const D: usize> Kept<D> {
     /// Decides what the next step does with the candidates.
     pub(in crate::neighbor) fn plan(&mut self, agents: &Agents<D>, ranges: Ranges<'_>) -> Listing {
         let ranges = slice(&ranges);
-        if agents.len() > MOST_AGENTS || self.num_agents != agents.len() || self.ranges != ranges {
+        if self.num_agents != agents.len() || self.ranges != ranges {
             return Listing::Discarded;
         }
         let drift = drift(&agents.groups, &self.positions);
@@ -76,9 +73,6 @@ impl<const D: usize> Kept<D> {
         ranges: Ranges<'_>,
         listing: Listing,
     ) {
-        if agents.len() > MOST_AGENTS {
-            return;
-        }
         self.margin = match listing {
             Listing::New(margin) => Some(margin),
             Listing::Discarded | Listing::Kept => None,
