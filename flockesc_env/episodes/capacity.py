@@ -7,7 +7,7 @@ import os
 from flockesc_env.common.errors import ArgumentError
 
 # Measured with a million agents in 2-D after some steps, per coordinate.
-_BYTES_PER_AGENT = 100
+_BYTES_PER_AGENT = 130
 _GIB = 1 << 30
 
 

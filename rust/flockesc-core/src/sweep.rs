@@ -126,6 +126,7 @@ fn run_flock<const D: usize>(
     progress: &Progress,
 ) -> Result<FlockOutcome> {
     let mut world = World::<D>::new(config.clone(), &InitialState::seeded(seed));
+    world.stop_counting();
     let mut outcome = FlockOutcome {
         min_mean_distance: f64::INFINITY,
         min_min_distance: f64::INFINITY,

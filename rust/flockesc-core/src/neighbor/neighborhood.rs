@@ -33,6 +33,8 @@ pub(crate) struct Neighborhood<const D: usize> {
     scale: Scale,
     scratch: Vec<Scratch>,
     kept: Kept<D>,
+    /// Whether the numbers of neighbors are needed.
+    is_counting: bool,
     /// Mean extent of a tile in m after the last re-sort.
     sorted_extent: f64,
     /// Estimated number of tests since the last re-sort that another re-sort would have saved.
@@ -51,10 +53,16 @@ impl<const D: usize> Neighborhood<D> {
             scale: tree.scale,
             scratch: vec![Scratch::default(); parallel::num_chunks(agents.groups.len())],
             kept: Kept::new(),
+            is_counting: true,
             sorted_extent: tree.mean_extent(),
             excess: 0.0,
             tree,
         }
+    }
+
+    /// Stops the counting of neighbors. Their numbers are unspecified from the next step on.
+    pub(crate) fn stop_counting(&mut self) {
+        self.is_counting = false;
     }
 
     /// Computes the sums over every agent's neighbors (Eq. 11). May re-sort the agents.
@@ -72,7 +80,7 @@ impl<const D: usize> Neighborhood<D> {
                 self.kept.store(agents, ranges, listing);
             }
         }
-        let (options, tree) = (&self.options, &self.tree);
+        let (options, tree, is_counting) = (&self.options, &self.tree, self.is_counting);
         self.links.update(options, agents, tree, ranges);
         let links = &self.links;
         parallel::for_each_chunk_with(&mut self.sums, &mut self.scratch, |first, sums, scratch| {
@@ -83,6 +91,7 @@ impl<const D: usize> Neighborhood<D> {
                         tree,
                         reaches,
                         options.field_of_view,
+                        is_counting,
                         listing,
                         first,
                         sums,

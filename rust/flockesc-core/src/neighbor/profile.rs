@@ -84,6 +84,7 @@ impl<'a, const D: usize> Profile<'a, D> {
                                 tree,
                                 reaches,
                                 options.field_of_view,
+                                true,
                                 Listing::Discarded,
                                 group,
                                 sums,

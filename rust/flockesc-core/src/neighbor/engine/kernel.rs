@@ -25,6 +25,7 @@ pub(in crate::neighbor) fn sum_neighbors<const D: usize>(
     tree: &Tree<D>,
     reaches: Reaches<'_>,
     field_of_view: FieldOfView,
+    is_counting: bool,
     listing: Listing,
     first: usize,
     sums: &mut [NeighborSums<D>],
@@ -35,6 +36,7 @@ pub(in crate::neighbor) fn sum_neighbors<const D: usize>(
         tree,
         reaches,
         field_of_view,
+        is_counting,
         listing,
         first,
         sums,
@@ -48,6 +50,8 @@ pub(in crate::neighbor) struct SumNeighbors<'a, const D: usize> {
     pub(in crate::neighbor) tree: &'a Tree<D>,
     pub(in crate::neighbor) reaches: Reaches<'a>,
     pub(in crate::neighbor) field_of_view: FieldOfView,
+    /// Whether neighbors are counted. Otherwise their numbers are unspecified.
+    pub(in crate::neighbor) is_counting: bool,
     pub(in crate::neighbor) listing: Listing,
     pub(in crate::neighbor) first: usize,
     pub(in crate::neighbor) sums: &'a mut [NeighborSums<D>],
@@ -59,18 +63,21 @@ impl<const D: usize> WithSimd for SumNeighbors<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        if self.field_of_view == FieldOfView::ALL_ROUND {
-            self.sum::<S, false>(simd);
-        } else {
-            self.sum::<S, true>(simd);
+        match (
+            self.field_of_view == FieldOfView::ALL_ROUND,
+            self.is_counting,
+        ) {
+            (true, true) => self.sum::<S, false, true>(simd),
+            (true, false) => self.sum::<S, false, false>(simd),
+            (false, _) => self.sum::<S, true, true>(simd),
         }
     }
 }
 
 impl<const D: usize> SumNeighbors<'_, D> {
-    /// Computes the sums. `IS_BLIND`: whether agents have a blind sector.
+    /// Computes the sums. `IS_BLIND`: whether agents have a blind sector. `IS_COUNTING`: whether neighbors are counted.
     #[inline(always)]
-    fn sum<S: Simd, const IS_BLIND: bool>(self, simd: S) {
+    fn sum<S: Simd, const IS_BLIND: bool, const IS_COUNTING: bool>(self, simd: S) {
         let Self {
             agents,
             tree,
@@ -80,6 +87,7 @@ impl<const D: usize> SumNeighbors<'_, D> {
             first,
             sums,
             scratch,
+            ..
         } = self;
         let margin = match listing {
             Listing::New(margin) => margin,
@@ -124,7 +132,7 @@ impl<const D: usize> SumNeighbors<'_, D> {
                         field_of_view,
                         start,
                     );
-                    sum_agents::<S, D, IS_BLIND>(
+                    sum_agents::<S, D, IS_BLIND, IS_COUNTING>(
                         simd,
                         own,
                         (agents, tree),
@@ -184,7 +192,7 @@ fn sum_whole<S: Simd, const D: usize>(
 /// Computes the sums of one register of agents: `whole` plus the sums over the candidates within reach and, with
 /// `IS_BLIND`, in view.
 #[inline(always)]
-fn sum_agents<S: Simd, const D: usize, const IS_BLIND: bool>(
+fn sum_agents<S: Simd, const D: usize, const IS_BLIND: bool, const IS_COUNTING: bool>(
     simd: S,
     own: Own<S, D>,
     (agents, tree): (&Agents<D>, &Tree<D>),
@@ -211,12 +219,16 @@ fn sum_agents<S: Simd, const D: usize, const IS_BLIND: bool>(
             let added = simd.add_u64s(sum[axis], simd.splat_u64s(velocity));
             sum[axis] = simd.select_u64s(is_neighbor, added, sum[axis]);
         }
-        count = simd.select_u64s(is_neighbor, simd.add_u64s(count, one), count);
+        if IS_COUNTING {
+            count = simd.select_u64s(is_neighbor, simd.add_u64s(count, one), count);
+        }
     }
     for axis in 0..D {
         sums.sum[axis][own.lanes()].copy_from_slice(lanes(&sum[axis]));
     }
-    sums.count[own.lanes()].copy_from_slice(lanes(&count));
+    if IS_COUNTING {
+        sums.count[own.lanes()].copy_from_slice(lanes(&count));
+    }
 }
 
 /// Loads one register of eight integers.

@@ -117,6 +117,7 @@ fn kernel<S: Simd, const D: usize>(
         tree,
         reaches: Reaches::Ranges(ranges),
         field_of_view,
+        is_counting: true,
         listing,
         first: 0,
         sums: &mut groups,
