@@ -91,7 +91,7 @@ impl Scale {
     /// Returns the value of `sum` units.
     #[inline(always)]
     pub(crate) fn value(self, sum: i64) -> f64 {
-        sum as f64 * self.down
+        to_float(sum) * self.down
     }
 
     /// Converts a number of units, not necessarily an integer, into its value.
@@ -104,8 +104,20 @@ impl Scale {
     /// sum may overflow.
     #[inline(always)]
     pub(crate) fn mean(self, sum: i64, count: i64) -> f64 {
-        sum as f64 / count as f64 * self.down
+        to_float(sum) / to_float(count) * self.down
     }
+}
+
+/// Returns the float nearest to `integer`, as a cast does. This is bit operations and a sum instead of a cast,
+/// because AVX2 and older instruction sets convert integers one at a time.
+#[inline(always)]
+pub(crate) fn to_float(integer: i64) -> f64 {
+    // The bits of 2^52 plus the lower half, and those of 2^84 + 2^63 plus the upper half times 2^32: both are exact.
+    let low = (integer as u64 & 0xffff_ffff) | 0x4330_0000_0000_0000;
+    let high = ((integer as u64) >> 32) ^ 0x4530_0000_8000_0000;
+    // 2^84 + 2^63 + 2^52. The difference is exact, so that the sum is rounded once.
+    let offset = f64::from_bits(0x4530_0000_8010_0000);
+    (f64::from_bits(high) - offset) + f64::from_bits(low)
 }
 
 /// Returns a register of numbers of magnitude below 2^62, rounded toward 0, in two parts. Sums of at most 2^24 such
@@ -177,6 +189,15 @@ mod tests {
                 let [high, low] = truncated_parts(simd, number);
                 prop_assert_eq!(whole([high, low]), number as i64);
                 prop_assert!(low.abs() <= HIGH / 2.0 + 1.0);
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn floats_of_integers_equal_casts(integer: i64, shift in 0..63) {
+            for integer in [integer, integer >> shift, i64::MIN, i64::MAX, 0, -1] {
+                prop_assert_eq!(to_float(integer).to_bits(), (integer as f64).to_bits());
             }
         }
     }

@@ -4,7 +4,7 @@
 use multiversion::multiversion;
 
 use crate::agents::{Column, GROUP, Group, centroid, reduce};
-use crate::base::exact::Scale;
+use crate::base::exact::{Scale, to_float};
 use crate::base::vector::{SHORTEST, squared_norm};
 use crate::flock::world::World;
 use crate::neighbor::NeighborSums;
@@ -212,7 +212,7 @@ fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
         }
         for lane in 0..GROUP {
             let is_agent = -i64::from(!distance[lane].is_nan());
-            let count = neighbors.count[lane] as f64;
+            let count = to_float(neighbors.count[lane]);
             let total = flock.unit.value_of(neighbors.norm[lane]);
             // (count - 1) / (count - 1 + HALF_COUNT) and ||<v>|| / (||<v>|| + v0). One division replaces two.
             let (others, norms) = (count - 1.0 + HALF_COUNT, total + flock.speed * count);

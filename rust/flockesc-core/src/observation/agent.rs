@@ -9,7 +9,7 @@ use super::extras::agent::Writer;
 use super::table::squash;
 use super::vectors::Vectors;
 use crate::agents::{Column, GROUP, Group};
-use crate::base::exact::Scale;
+use crate::base::exact::{Scale, to_float};
 use crate::base::vector::{SHORTEST, squared_norm};
 use crate::flock::HALF_COUNT;
 use crate::neighbor::NeighborSums;
@@ -135,7 +135,7 @@ fn compute<const D: usize>(
         let norm = squared_norm(&velocity).sqrt();
         vectors.norm[lane] = norm;
         features.speed[lane] = squash(norm, common.speed);
-        let count = heard.count[lane] as f64;
+        let count = to_float(heard.count[lane]);
         features.neighbor_count[lane] = squash(count - 1.0, HALF_COUNT);
         for axis in 0..D {
             vectors.heading[axis][lane] = velocity[axis] / norm;

@@ -2,6 +2,7 @@
 
 use super::columns::ParameterColumns;
 use crate::agents::{Column, GROUP, Group};
+use crate::base::exact::to_float;
 use crate::base::vector::{SHORTEST, squared_norm};
 use crate::neighbor::NeighborSums;
 
@@ -17,7 +18,7 @@ pub(super) fn consensus_force<const D: usize>(
 ) -> Force<D> {
     let mut force = [[0.0; GROUP]; D];
     for lane in 0..GROUP {
-        let sum: [f64; D] = std::array::from_fn(|axis| sums.sum[axis][lane] as f64);
+        let sum: [f64; D] = std::array::from_fn(|axis| to_float(sums.sum[axis][lane]));
         let norm = squared_norm(&sum).sqrt();
         let factor = if norm > 0.0 {
             columns.alignment[lane] / norm

@@ -4,7 +4,7 @@ use multiversion::multiversion;
 
 use super::{ExtraEntries, Extras};
 use crate::agents::{Column, GROUP, Group};
-use crate::base::exact::Scale;
+use crate::base::exact::{Scale, to_float};
 use crate::base::vector::{SHORTEST, squared_norm};
 use crate::flock::{HALF_COUNT, Straight, approaches};
 use crate::neighbor::NeighborSums;
@@ -131,7 +131,7 @@ pub(super) fn compute<const D: usize>(
             velocity.distances(group, common, &mut candidate.distance);
         }
         for lane in 0..GROUP {
-            candidate.neighbor_count[lane] = squash(sums.count[lane] as f64 - 1.0, HALF_COUNT);
+            candidate.neighbor_count[lane] = squash(to_float(sums.count[lane]) - 1.0, HALF_COUNT);
             let divisor = velocity.norm[lane] + common.speed;
             for axis in 0..D {
                 velocity.velocity[axis][lane] /= divisor;
@@ -164,7 +164,7 @@ impl<const D: usize> Heard<D> {
         for axis in 0..D {
             for lane in 0..GROUP {
                 let sum = unit.value(sums.sum[axis][lane]);
-                self.velocity[axis][lane] = sum / sums.count[lane] as f64;
+                self.velocity[axis][lane] = sum / to_float(sums.count[lane]);
             }
         }
         self.measure();
