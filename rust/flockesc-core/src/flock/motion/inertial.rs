@@ -41,6 +41,7 @@ pub(super) fn integrate<const D: usize>(
         constant_speed,
         ..
     } = *parameters;
+    let mut speeds = [0.0; GROUP];
     for lane in 0..GROUP {
         let speed = columns.speed[lane];
         let velocity: [f64; D] = std::array::from_fn(|axis| group.velocity[axis][lane]);
@@ -49,19 +50,24 @@ pub(super) fn integrate<const D: usize>(
         let norm = squared_norm(&pushed).sqrt();
         let is_kept = constant_speed && norm <= SHORTEST;
         let factor = if constant_speed { speed / norm } else { 1.0 };
+        // Values that stay are multiplied by 1 or go to a new column. The compiler would otherwise skip them with
+        // masked stores, which take some processors with AVX2 tens of operations.
+        let factor = if is_kept { 1.0 } else { factor };
         for axis in 0..D {
-            group.position[axis][lane] += velocity[axis] * time_step;
-            group.velocity[axis][lane] = if is_kept {
+            group.position[axis][lane] += group.velocity[axis][lane] * time_step;
+            let velocity = if is_kept {
                 velocity[axis]
             } else {
-                pushed[axis] * factor
+                pushed[axis]
             };
+            group.velocity[axis][lane] = velocity * factor;
         }
         let new_speed = if constant_speed { speed } else { norm };
-        group.speed[lane] = if is_kept {
+        speeds[lane] = if is_kept {
             group.speed[lane]
         } else {
             new_speed
         };
     }
+    group.speed = speeds;
 }
