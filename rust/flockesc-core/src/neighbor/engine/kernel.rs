@@ -124,22 +124,31 @@ impl<const D: usize> SumNeighbors<'_, D> {
             for tile in 0..ids.len().div_ceil(TILE) {
                 let candidates = candidates.of(index, tile);
                 let whole = sum_whole(simd, tree, &candidates);
-                for start in (tile * TILE..(tile + 1) * TILE).step_by(S::F64_LANES) {
-                    let own = Own::<S, D>::load::<IS_BLIND>(
+                let load = |register: usize| {
+                    let start = tile * TILE + register * S::F64_LANES;
+                    Own::<S, D>::load::<IS_BLIND>(
                         simd,
                         &agents.groups[group],
                         &squared,
                         field_of_view,
                         start,
-                    );
-                    sum_agents::<S, D, IS_BLIND, IS_COUNTING>(
-                        simd,
-                        own,
-                        (agents, tree),
-                        &candidates,
-                        whole,
-                        sums,
-                    );
+                    )
+                };
+                // Two registers share the loads of a candidate.
+                let (from, all) = ((agents, tree), &candidates);
+                let registers = TILE / S::F64_LANES;
+                for first in (0..registers).step_by(2) {
+                    if registers == 1 {
+                        let own = [load(first)];
+                        sum_agents::<S, D, 1, IS_BLIND, IS_COUNTING>(
+                            simd, own, from, all, whole, sums,
+                        );
+                    } else {
+                        let own = [load(first), load(first + 1)];
+                        sum_agents::<S, D, 2, IS_BLIND, IS_COUNTING>(
+                            simd, own, from, all, whole, sums,
+                        );
+                    }
                 }
             }
         }
@@ -189,12 +198,18 @@ fn sum_whole<S: Simd, const D: usize>(
     whole
 }
 
-/// Computes the sums of one register of agents: `whole` plus the sums over the candidates within reach and, with
+/// Computes the sums of R registers of agents: `whole` plus the sums over the candidates within reach and, with
 /// `IS_BLIND`, in view.
 #[inline(always)]
-fn sum_agents<S: Simd, const D: usize, const IS_BLIND: bool, const IS_COUNTING: bool>(
+fn sum_agents<
+    S: Simd,
+    const D: usize,
+    const R: usize,
+    const IS_BLIND: bool,
+    const IS_COUNTING: bool,
+>(
     simd: S,
-    own: Own<S, D>,
+    own: [Own<S, D>; R],
     (agents, tree): (&Agents<D>, &Tree<D>),
     candidates: &TileCandidates<'_>,
     whole: [i64; D],
@@ -202,32 +217,40 @@ fn sum_agents<S: Simd, const D: usize, const IS_BLIND: bool, const IS_COUNTING: 
 ) {
     // The compiler does not know that it is 1. It would replace each masked addition by two operations.
     let one = simd.splat_u64s(black_box(1));
-    let mut sum = [one; D];
-    for axis in 0..D {
-        sum[axis] = simd.splat_u64s(whole[axis] as u64);
+    let mut sum = [[one; D]; R];
+    for sum in &mut sum {
+        for axis in 0..D {
+            sum[axis] = simd.splat_u64s(whole[axis] as u64);
+        }
     }
-    let mut count = simd.splat_u64s(candidates.count as u64);
+    let mut count = [simd.splat_u64s(candidates.count as u64); R];
     // Slices of equal length: one check of bounds per agent.
     let velocities = &tree.velocities[..agents.groups.len()];
     for &place in candidates.across {
         let (group, lane) = (place as usize / GROUP, place as usize % GROUP);
         let position = &agents.groups[group].position;
         let position = std::array::from_fn(|axis| position[axis][lane]);
-        let (_, is_neighbor) = own.senses::<IS_BLIND>(simd, &position);
+        let velocity: [i64; D] = std::array::from_fn(|axis| velocities[group][axis][lane]);
+        for register in 0..R {
+            let (_, is_neighbor) = own[register].senses::<IS_BLIND>(simd, &position);
+            let (sum, count) = (&mut sum[register], &mut count[register]);
+            for axis in 0..D {
+                let added = simd.add_u64s(sum[axis], simd.splat_u64s(velocity[axis] as u64));
+                sum[axis] = simd.select_u64s(is_neighbor, added, sum[axis]);
+            }
+            if IS_COUNTING {
+                *count = simd.select_u64s(is_neighbor, simd.add_u64s(*count, one), *count);
+            }
+        }
+    }
+    for register in 0..R {
+        let own = own[register].lanes();
         for axis in 0..D {
-            let velocity = velocities[group][axis][lane] as u64;
-            let added = simd.add_u64s(sum[axis], simd.splat_u64s(velocity));
-            sum[axis] = simd.select_u64s(is_neighbor, added, sum[axis]);
+            sums.sum[axis][own.clone()].copy_from_slice(lanes(&sum[register][axis]));
         }
         if IS_COUNTING {
-            count = simd.select_u64s(is_neighbor, simd.add_u64s(count, one), count);
+            sums.count[own].copy_from_slice(lanes(&count[register]));
         }
-    }
-    for axis in 0..D {
-        sums.sum[axis][own.lanes()].copy_from_slice(lanes(&sum[axis]));
-    }
-    if IS_COUNTING {
-        sums.count[own.lanes()].copy_from_slice(lanes(&count));
     }
 }
 
