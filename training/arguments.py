@@ -18,8 +18,8 @@ class ExtendArgs:
 
     Attributes:
         run: folder of the finished run.
-        total: number of generations (search) or rounds (PPO, TQC) of the longer run, those of the finished
-            run included.
+        total: number of generations (search) or rounds (other learners) of the longer run, those of the
+            finished run included.
         output: folder of the longer run; default: <run>-<total>.
         progress: show a progress bar.
     """

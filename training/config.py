@@ -211,14 +211,55 @@ class TQCArgs(SB3Args):
     buffer_size: int = 100_000
 
 
-Args = SearchArgs | PPOArgs | TQCArgs
-_TYPES: dict[str, type[Args]] = {"search": SearchArgs, "ppo": PPOArgs, "tqc": TQCArgs}
+@dataclass(frozen=True, kw_only=True)
+class ImitationArgs(TrainArgs):
+    """Arguments of the imitation of values; only for one range for all agents with candidate ranges.
+
+    Attributes:
+        teacher: policy that plays every copy of a flock to the end, after its first action, and that visits
+            flocks in the first round: a built-in policy, a policy file or the folder of a run.
+        inputs: observation entries that the network sees, besides those of candidates.
+        candidate_inputs: entries of a candidate range that the network sees; it scores every candidate.
+        hidden: widths of the hidden layers.
+        rounds: number of rounds. After each, a new network is fitted to the values of all rounds.
+        flocks: number of new flocks per round.
+        branches: number of candidates per flock that are drawn at random and valued.
+        explore: probability of a random candidate as an action before the flock is copied.
+        epochs: number of passes over the values.
+        batch_size: number of flocks per gradient step.
+        learning_rate: largest learning rate of AdamW.
+        weight_decay: weight decay of AdamW.
+    """
+
+    teacher: str
+    inputs: tuple[str, ...] = ()
+    candidate_inputs: tuple[str, ...]
+    hidden: tuple[int, ...] = (64, 64)
+    rounds: int = 3
+    flocks: int = 1200
+    branches: int = 3
+    explore: float = 0.1
+    epochs: int = 150
+    batch_size: int = 256
+    learning_rate: float = 1e-2
+    weight_decay: float = 0.3
+    checkpoint_every: int = 1
+
+
+Args = SearchArgs | PPOArgs | TQCArgs | ImitationArgs
+_TYPES: dict[str, type[Args]] = {
+    "search": SearchArgs,
+    "ppo": PPOArgs,
+    "tqc": TQCArgs,
+    "imitation": ImitationArgs,
+}
 KINDS: dict[type[Args], str] = {args: kind for kind, args in _TYPES.items()}
 """Name of each learner in presets."""
 BUDGETS: dict[type[Args], str] = {
     SearchArgs: "generations",
     PPOArgs: "num_episodes",
     TQCArgs: "num_episodes",
+    ImitationArgs: "rounds",
 }
 """Field of each learner that holds the length of a run."""
 
@@ -326,7 +367,9 @@ def train_descriptions() -> dict[str, str]:
 
 def _method(args: Args) -> str:
     """Return a description of a learner's method, for example ``PPO with reward running_minimum``."""
-    return "CMA-ES" if isinstance(args, SearchArgs) else f"{KINDS[type(args)].upper()}, reward {args.reward}"
+    if isinstance(args, SB3Args):
+        return f"{KINDS[type(args)].upper()}, reward {args.reward}"
+    return "CMA-ES" if isinstance(args, SearchArgs) else f"imitation of values, teacher {args.teacher}"
 
 
 def _preset(document: dict[str, Any], name: str) -> Preset:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -50,11 +50,7 @@ class ScorerPolicy(ActorCriticPolicy):
         **kwargs: Any,
     ) -> None:
         self._inputs, self._candidate_inputs = inputs, candidate_inputs
-        own = [spec.layout.index(name) for name in inputs]
-        self._columns = [
-            own + [_column(name, k, spec) for name in candidate_inputs]
-            for k in range(len(spec.profile_ranges))
-        ]
+        self._columns = candidate_columns(inputs, candidate_inputs, spec)
         self._ranges = (spec.candidate_ranges / spec.candidate_ranges[-1]).tolist()
         super().__init__(*args, **kwargs)
 
@@ -105,8 +101,8 @@ class Scores(nn.Module):
         super().__init__()
         self.latent_dim_pi, self.latent_dim_vf = len(ranges), hidden[-1]
         self._columns, self._ranges = torch.tensor(columns), torch.tensor(ranges)
-        self.policy_net = nn.Sequential(*_layers([len(columns[0]), *hidden]), nn.Linear(hidden[-1], 1))
-        self.value_net = nn.Sequential(*_layers([entries, *hidden]))
+        self.policy_net = nn.Sequential(*tanh_layers([len(columns[0]), *hidden]), nn.Linear(hidden[-1], 1))
+        self.value_net = nn.Sequential(*tanh_layers([entries, *hidden]))
 
     def forward(self, features: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Return the scores and the last hidden layer of the value network."""
@@ -125,11 +121,20 @@ class Scores(nn.Module):
         return hidden
 
 
-def _column(name: str, k: int, spec: PolicySpec) -> int:
-    """Return the column of an entry of candidate k; the ranges follow after the observation."""
-    return len(spec.layout.names) + k if name == "range" else spec.layout.index(f"profile_{k}_{name}")
+def candidate_columns(
+    inputs: Sequence[str], candidate_inputs: Sequence[str], spec: PolicySpec
+) -> list[list[int]]:
+    """Return the columns of the inputs of every candidate, in an observation with the ranges after it."""
+
+    def column(name: str, k: int) -> int:
+        return len(spec.layout.names) + k if name == "range" else spec.layout.index(f"profile_{k}_{name}")
+
+    own = [spec.layout.index(name) for name in inputs]
+    candidates = range(len(spec.profile_ranges))
+    return [own + [column(name, k) for name in candidate_inputs] for k in candidates]
 
 
-def _layers(widths: list[int]) -> Iterator[nn.Module]:
+def tanh_layers(widths: Sequence[int]) -> Iterator[nn.Module]:
+    """Yield a linear layer and tanh between each two widths."""
     for rows, columns in pairwise(widths):
         yield from (nn.Linear(rows, columns), nn.Tanh())

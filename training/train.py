@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from training.config import Args, PPOArgs, SearchArgs
+from training.config import Args, ImitationArgs, PPOArgs, SearchArgs
 
 
 def train(args: Args) -> Path:
@@ -21,6 +21,10 @@ def train(args: Args) -> Path:
         from training.search import search
 
         return search(args)
+    if isinstance(args, ImitationArgs):
+        from training.imitation import imitate
+
+        return imitate(args)
     if isinstance(args, PPOArgs):
         from training.ppo import ppo
 

@@ -15,7 +15,7 @@ from flockesc_env.jobs import Arrays, Cache, Job, find_backend
 from flockesc_env.jobs import run as run_all
 from training import seeds
 from training.arguments import TuneArgs
-from training.config import Args, PPOArgs, SearchArgs, TQCArgs, train_presets
+from training.config import BUDGETS, Args, ImitationArgs, PPOArgs, SearchArgs, train_presets
 from training.evaluation import objective
 from training.policies import named_policy
 from training.runs import RUN_SECONDS, run
@@ -24,7 +24,7 @@ _NUMBER = "job"
 
 _NAMES = {
     *("max_range", "steps_per_action", "hidden", "memory", "population", "step_size"),
-    *("learning_rate", "gamma", "n_epochs", "gae_lambda", "batch_size"),
+    *("learning_rate", "weight_decay", "gamma", "n_epochs", "gae_lambda", "batch_size"),
 }
 """Hyperparameters that are tuned, for all learners."""
 
@@ -101,7 +101,7 @@ def _study(args: TuneArgs, number: int = 0) -> optuna.Study:
 def _value(trial: optuna.Trial, preset: Args, args: TuneArgs, number: int) -> float:
     """Train with the hyperparameters of a trial and return the mean objective on tuning flocks."""
     trial.set_user_attr(_NUMBER, number)
-    length = "generations" if isinstance(preset, SearchArgs) else "num_episodes"
+    length = BUDGETS[type(preset)]
     shorter = {length: max(round(args.share * getattr(preset, length)), 1)}
     folder = args.runs / f"{args.run}-{trial.number}"
     changes = {
@@ -147,7 +147,11 @@ def suggest(trial: optuna.Trial, preset: Args) -> dict[str, Any]:
             "population": one_of("population", 12, 16, 24, 32),
             "step_size": trial.suggest_float("step_size", min(0.2, preset.step_size), 1.0, log=True),
         }
-    assert isinstance(preset, PPOArgs | TQCArgs)  # noqa: S101, for the type checker
+    if isinstance(preset, ImitationArgs):
+        return shared | {
+            "learning_rate": trial.suggest_float("learning_rate", 1e-3, 3e-2, log=True),
+            "weight_decay": trial.suggest_float("weight_decay", 0.01, 1.0, log=True),
+        }
     found: dict[str, Any] = shared | {
         "learning_rate": trial.suggest_float("learning_rate", 1e-4, 3e-3, log=True),
         "gamma": one_of("gamma", 0.8, 0.9, 0.95, 0.98),

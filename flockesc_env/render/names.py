@@ -7,7 +7,14 @@ from pathlib import PurePath
 
 from flockesc_env.policies.registry import NAMES
 
-_LEARNERS = {"search": "search", "ppo": "PPO", "tqc": "TQC", "schedule": "schedule", "rule": "rule"}
+_LEARNERS = {
+    "search": "search",
+    "ppo": "PPO",
+    "tqc": "TQC",
+    "imitation": "imitation",
+    "schedule": "schedule",
+    "rule": "rule",
+}
 _RUN = re.compile(rf"({'|'.join(_LEARNERS)})(-[a-z-]+)?-\d+")
 
 

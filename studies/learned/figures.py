@@ -28,6 +28,7 @@ _COLORS = {
     ORACLE: LIGHT.alone,
     "ppo": LIGHT.others[0],
     "tqc": LIGHT.others[1],
+    "imitation": LIGHT.others[2],
     "schedule": LIGHT.others[4],
     "stubborn-leaders": LIGHT.others[0],
 }

@@ -28,6 +28,7 @@ LEARNERS = {
     "search": "learned (search)",
     "ppo": "learned (PPO)",
     "tqc": "learned (TQC)",
+    "imitation": "learned (imitation)",
     "schedule": "learned (schedule of time)",
     "rule": "learned (numbers of a rule)",
     "ppo-team": "PPO: team reward",

@@ -38,7 +38,7 @@ class LearnerInfo:
     """How a learner was run.
 
     Attributes:
-        kind: "search", "ppo" or "tqc".
+        kind: "search", "ppo", "tqc" or "imitation".
         arguments: of its runs.
         note: a remark, or nothing.
     """

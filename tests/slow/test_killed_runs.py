@@ -9,6 +9,6 @@ from killed_runs import check_killed_run, context
 context.set_forkserver_preload(["training.train", "torch._dynamo"])
 
 
-@pytest.mark.parametrize("learner", ["search", "per-agent PPO", "shared PPO", "TQC"])
+@pytest.mark.parametrize("learner", ["search", "imitation", "per-agent PPO", "shared PPO", "TQC"])
 def test_a_killed_run_ends_like_one_left_alone(learner: str, tmp_path: Path) -> None:
     check_killed_run(learner, tmp_path)

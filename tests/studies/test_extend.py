@@ -29,6 +29,7 @@ UNSCHEDULED: dict[str, dict[str, Any]] = {
     "per-agent PPO": {"anneal": False},
     "shared PPO": {"anneal": False},
     "TQC": {},
+    "imitation": {},
 }
 
 

@@ -30,7 +30,7 @@ from training import seeds
 from training.__main__ import app, main
 from training.arguments import TuneArgs
 from training.compare import CompareArgs, compare
-from training.config import PRESETS, PPOArgs, RunRecord, SearchArgs, presets, train_presets
+from training.config import PRESETS, ImitationArgs, PPOArgs, RunRecord, SearchArgs, presets, train_presets
 from training.evaluate import EvaluateArgs, evaluate
 from training.evaluation import policy_spec
 from training.policies import named_policy, scenario_of
@@ -178,6 +178,10 @@ def test_presets_are_valid(name: str) -> None:
             assert {*args.inputs} <= {*seen.layout.names}
             played = args.population * args.final_flocks * args.generations
             assert len(seeds.training_seeds(0, 0, played // args.population)) > 0
+            continue
+        if isinstance(args, ImitationArgs):
+            assert {*args.inputs} <= {*seen.layout.names}
+            assert len(seeds.training_seeds(0, 0, args.flocks * args.rounds)) > 0
             continue
         assert len(seeds.training_seeds(0, 0, args.num_flocks * args.num_episodes)) > 0
         options = {**args.env_options(), "reward": args.reward}

@@ -26,6 +26,7 @@ from training.outputs import CHECKPOINT
 
 ROUNDS = {"num_episodes": 10, "checkpoint_every": 1}
 GENERATIONS = {"generations": 16, "checkpoint_every": 1}
+FITS = {"rounds": 10, "checkpoint_every": 1}
 
 context = get_context("forkserver")
 
@@ -72,7 +73,7 @@ def same(one: Any, other: Any) -> bool:
 
 def check_killed_run(learner: str, folder: Path) -> None:
     """Check that a run that is killed twice and resumed ends with the bits of an uninterrupted run."""
-    size = GENERATIONS if learner == "search" else ROUNDS
+    size = {"search": GENERATIONS, "imitation": FITS}.get(learner, ROUNDS)
     undisturbed = small_run(folder / "undisturbed", learner, **size)
     killed = dataclasses.replace(undisturbed, run=folder / "killed")
     finished(undisturbed, folder / "one")
@@ -86,7 +87,7 @@ def check_killed_run(learner: str, folder: Path) -> None:
     assert policies[0].parameters.tobytes() == policies[1].parameters.tobytes()
     curves = [pl.read_parquet(args.run / CURVE_FILE).drop("seconds") for args in (undisturbed, killed)]
     assert curves[0].equals(curves[1])
-    if learner != "search":
+    if size is ROUNDS:
         one, other = (pickle.loads((folder / name).read_bytes()) for name in ("one", "other"))  # noqa: S301
         assert same(one, other)
         assert not same(one, {**other, "num_timesteps": 0})

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import torch
 
-from training.config import Args, PPOArgs, SearchArgs
+from training.config import Args, ImitationArgs, PPOArgs, SearchArgs
 from training.ppo import PPORounds
 from training.tqc import TQCRounds
 from training.train import train
@@ -16,7 +16,7 @@ from training.train import train
 def run(args: Args, weights: Path) -> None:
     """Train, then write all parameters of the networks and optimizers."""
     torch.set_num_threads(1)
-    if isinstance(args, SearchArgs):
+    if isinstance(args, SearchArgs | ImitationArgs):
         train(args)
         return
     rounds = (PPORounds if isinstance(args, PPOArgs) else TQCRounds)(args)

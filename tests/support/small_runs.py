@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from flockesc_env import FlockScenario
-from training.config import Args, PPOArgs, SearchArgs, TQCArgs
+from training.config import Args, ImitationArgs, PPOArgs, SearchArgs, TQCArgs
 
 SMALL = FlockScenario(num_agents=6, num_steps=24, initial_side=20.0)
-LEARNERS = ("per-agent PPO", "shared PPO", "TQC", "search")
+LEARNERS = ("per-agent PPO", "shared PPO", "TQC", "search", "imitation")
 
 
 def small_run(folder: Path, learner: str = "per-agent PPO", **changes: Any) -> Args:
@@ -25,6 +25,11 @@ def small_run(folder: Path, learner: str = "per-agent PPO", **changes: Any) -> A
     }
     if learner == "search":
         return SearchArgs(**{**common, "population": 6, "flocks": 2, "generations": 4, **changes})
+    if learner == "imitation":
+        few = {"rounds": 4, "flocks": 20, "branches": 2, "epochs": 3, "hidden": (8,)}
+        profile = {"profile_ranges": (0.0, 5.0, 10.0), "extra_entries": ("escape_direction",)}
+        seen = {"inputs": ("time",), "candidate_inputs": ("polarization", "heading_away", "range")}
+        return ImitationArgs(**{**common, **few, **profile, **seen, "teacher": "turn-flock-away", **changes})
     common |= {"num_flocks": 2, "num_episodes": 4, "net_arch": (8, 8)}
     if learner == "TQC":
         few = {"learning_starts": 10, "gradient_steps": 2, "batch_size": 16, "buffer_size": 60}

@@ -1,0 +1,89 @@
+"""Imitation of values: values equal single episodes, and the network sets the better candidate."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from small_runs import SMALL, small_run
+
+from flockesc_env import Architecture, ArgumentError, FlockEscapeEnv, NetworkPolicy
+from training.branches import Branches
+from training.config import ImitationArgs
+from training.evaluation import policy_spec
+from training.imitation import fit
+from training.policies import named_policy
+
+
+def imitation_args(folder: Path, **changes: Any) -> ImitationArgs:
+    args = small_run(folder / "run", "imitation", **changes)
+    assert isinstance(args, ImitationArgs)
+    return args
+
+
+@pytest.mark.parametrize("objective", ["mean", "minimum"])
+def test_values_equal_single_episodes(tmp_path: Path, objective: str) -> None:
+    """Each flock is played again in an environment of its own, up to where it was copied and to the end."""
+    args = imitation_args(tmp_path, objective=objective, branches=3, explore=0.0)
+    visitor, teacher = named_policy("turn-flock-from-predator").policy, named_policy(args.teacher).policy
+    flocks = range(100, 104)
+    branches = Branches(args, teacher)
+    rng = np.random.default_rng(2)
+    actions_before, taken = set(), 0
+    for _ in range(6):
+        seen, values = branches.values(visitor, flocks, rng)
+        assert (np.isfinite(values).sum(axis=1) == 3).all()
+        for flock, row, expected in zip(flocks, seen, values, strict=True):
+            before = []
+            for k in np.flatnonzero(np.isfinite(expected)):
+                env = FlockEscapeEnv(SMALL, **args.env_options())
+                spec = env.policy_spec
+                observation, _ = env.reset(seed=flock)
+                count, has_ended = 0, False
+                while not np.array_equal(observation, row):
+                    observation, *_ = env.step(visitor.act(observation[np.newaxis], spec)[0])
+                    count += 1
+                before.append(count)
+                action = spec.actions.from_ranges(np.array(args.profile_ranges[k : k + 1]))[0]
+                while not has_ended:
+                    observation, *_, has_ended, info = env.step(action)
+                    action = teacher.act(observation[np.newaxis], spec)[0]
+                    taken += 1
+                assert info["min_mean_distance" if objective == "mean" else "min_min_distance"] == expected[k]
+            assert len(set(before)) == 1
+            actions_before.add(before[0])
+            taken += before[0]
+        assert np.ptp(values[np.isfinite(values)]) > 0
+    assert len(actions_before) > 1
+    assert branches.take_actions() == taken
+    assert branches.take_actions() == 0
+
+
+@pytest.mark.parametrize("hidden", [(), (8,)])
+def test_the_network_sets_the_better_candidate(tmp_path: Path, hidden: tuple[int, ...]) -> None:
+    """The values are those of a candidate's entry plus what depends on the flock alone."""
+    args = imitation_args(tmp_path, hidden=hidden, epochs=100, learning_rate=0.03, weight_decay=0.01)
+    spec = policy_spec(args)
+    rng = np.random.default_rng(0)
+    shape = (400, len(spec.layout.names))
+    known, unseen = (0.5 + 0.1 * rng.normal(size=shape).astype(np.float32) for _ in range(2))
+    columns = [spec.layout.index(f"profile_{k}_heading_away") for k in range(len(args.profile_ranges))]
+    values = 70 + 5 * known[:, columns] + 100 * rng.normal(size=(400, 1))
+    values[np.arange(400), rng.integers(len(columns), size=400)] = np.nan
+    parameters = fit(args, spec, known, values, seed=0)
+    network = NetworkPolicy(
+        Architecture(args.inputs, hidden, candidate_inputs=args.candidate_inputs), parameters
+    )
+    chosen = spec.actions.to_ranges(network.act(unseen, spec), 400)
+    best = np.array(args.profile_ranges)[unseen[:, columns].argmax(axis=1)]
+    assert np.mean(np.isclose(chosen, best, atol=1e-4)) > 0.9
+    np.testing.assert_array_equal(parameters, fit(args, spec, known, values, seed=0))
+
+
+@pytest.mark.parametrize("changes", [{"per_agent": True}, {"profile_ranges": ()}])
+def test_other_settings_are_refused(tmp_path: Path, changes: dict[str, Any]) -> None:
+    args = imitation_args(tmp_path, **changes)
+    with pytest.raises(ArgumentError, match=r"profile_ranges: .*one range for the flock"):
+        Branches(args, named_policy(args.teacher).policy)
