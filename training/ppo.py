@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
 from gymnasium import spaces
 from stable_baselines3 import PPO
@@ -14,6 +15,7 @@ from torch import nn
 
 from flockesc_env import Architecture, NetworkPolicy
 from flockesc_env.policies.sb3 import layer_parameters
+from training.choices import choosing_network, prefer_short_ranges
 from training.config import PPOArgs
 from training.evaluation import policy_spec
 from training.rounds import Rounds
@@ -77,8 +79,10 @@ class PPORounds(Rounds[PPOArgs]):
             seed=args.seed,
             device="cpu",
         )
-        if not args.candidate_inputs:
-            last: Any = model.policy.action_net
+        last: Any = model.policy.action_net
+        if args.ranges:
+            prefer_short_ranges(last)
+        elif not args.candidate_inputs:
             nn.init.constant_(last.bias, args.mean_init)
         return model
 
@@ -87,8 +91,13 @@ class PPORounds(Rounds[PPOArgs]):
         actor: Any = self.model.policy
         if isinstance(actor, ScorerPolicy):
             return actor.network()
-        hidden, parameters = layer_parameters([*actor.mlp_extractor.policy_net, actor.action_net][::2])
-        inputs = self.args.inputs or policy_spec(self.args).layout.names
+        spec = policy_spec(self.args)
+        inputs = self.args.inputs or spec.layout.names
+        linear = [*actor.mlp_extractor.policy_net, actor.action_net][::2]
+        if self.args.ranges:
+            actions = spec.actions.from_ranges(np.array(self.args.ranges))
+            return choosing_network(inputs, linear, actions.ravel())
+        hidden, parameters = layer_parameters(linear)
         return NetworkPolicy(Architecture(inputs, hidden), parameters)
 
     def _learning_rate(self, _: float) -> float:
