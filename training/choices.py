@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.type_aliases import Schedule
 from torch import nn
 
 from flockesc_env import Architecture, NetworkPolicy
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.policies.sb3 import layer_parameters
+from training.scorer import tanh_layers
 
 _SHARPNESS = 1e4
 """Factor of the difference of two outputs: tanh decides which one is larger."""
@@ -22,7 +25,54 @@ _CERTAINTY = 20.0
 """tanh of this number is 1 in float64."""
 
 
-def prefer_short_ranges(outputs: nn.Linear) -> None:
+class ChoicePolicy(ActorCriticPolicy):
+    """Policy of stable-baselines3 that sees some entries of the observation; its value network sees all.
+
+    Args:
+        *args: spaces and learning rate, from stable-baselines3.
+        columns: columns of the entries that the policy sees.
+        **kwargs: arguments of ``ActorCriticPolicy``. ``net_arch`` holds the widths of the hidden layers
+            of both networks.
+    """
+
+    def __init__(self, *args: Any, columns: list[int], **kwargs: Any) -> None:
+        self._columns = columns
+        super().__init__(*args, **kwargs)
+
+    def _build_mlp_extractor(self) -> None:
+        self.mlp_extractor = _Networks(self._columns, self.features_dim, self.net_arch)  # type: ignore[assignment, arg-type]
+
+    def _build(self, lr_schedule: Schedule) -> None:
+        super()._build(lr_schedule)
+        _prefer_short_ranges(self.action_net)
+
+
+class _Networks(nn.Module):
+    """Hidden layers of the policy and of the value network, in the form of ``MlpExtractor``."""
+
+    def __init__(self, columns: list[int], entries: int, hidden: list[int]) -> None:
+        super().__init__()
+        self.latent_dim_pi = self.latent_dim_vf = hidden[-1]
+        self._columns = columns
+        self.policy_net = nn.Sequential(*tanh_layers([len(columns), *hidden]))
+        self.value_net = nn.Sequential(*tanh_layers([entries, *hidden]))
+
+    def forward(self, features: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return the last hidden layers of both networks."""
+        return self.forward_actor(features), self.forward_critic(features)
+
+    def forward_actor(self, features: torch.Tensor) -> torch.Tensor:
+        """Return the last hidden layer of the policy, shape (rows, width)."""
+        hidden: torch.Tensor = self.policy_net(features[:, self._columns])
+        return hidden
+
+    def forward_critic(self, features: torch.Tensor) -> torch.Tensor:
+        """Return the last hidden layer of the value network, shape (rows, width)."""
+        hidden: torch.Tensor = self.value_net(features)
+        return hidden
+
+
+def _prefer_short_ranges(outputs: Any) -> None:
     """Let every range be less probable at the start than the next shorter one, by a factor of e.
 
     With equal probabilities the flock agrees in its first steps, and no agent's action changes its reward.
@@ -53,5 +103,5 @@ def choosing_network(inputs: tuple[str, ...], linear: Sequence[Any], actions: Fl
     # The largest output wins all of its pairs, one less 2 votes or fewer.
     select = _CERTAINTY * np.vstack([votes, np.full(len(actions), 2.0 - len(actions))])
     act = np.append(actions / 2, actions.sum() / 2)
-    layers = [parameters[:-last], compare.ravel(), select.ravel(), act]
+    layers: list[NDArray[Any]] = [parameters[:-last], compare.ravel(), select.ravel(), act]
     return NetworkPolicy(Architecture(inputs, (*hidden, len(pairs), len(actions))), np.concatenate(layers))

@@ -180,6 +180,8 @@ class PPOArgs(SB3Args):
         candidate_inputs: entries of a candidate range; the policy then scores every candidate and is
             categorical. Empty: a Gaussian policy, unless there are ``ranges``.
         ranges: rising ranges in m among which a categorical policy chooses, without a profile.
+        episode_steps: model steps of an episode of training, if that decides the objective; 0: all. The entry
+            ``time`` is then another one, so ``inputs`` should leave it out. Only for flocks.
         range_cost: deducted from the reward of an action with the range ``max_range``; in proportion from
             others. Listening far can be good for an agent and bad for the flock, which then agrees.
     """
@@ -197,6 +199,7 @@ class PPOArgs(SB3Args):
     inputs: tuple[str, ...] = ()
     candidate_inputs: tuple[str, ...] = ()
     ranges: tuple[float, ...] = ()
+    episode_steps: int = 0
     range_cost: float = 0.0
 
 

@@ -9,13 +9,14 @@ import numpy as np
 import torch
 from gymnasium import spaces
 from stable_baselines3 import PPO
+from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from stable_baselines3.common.vec_env import VecEnv
 from torch import nn
 
 from flockesc_env import Architecture, NetworkPolicy
 from flockesc_env.policies.sb3 import layer_parameters
-from training.choices import choosing_network, prefer_short_ranges
+from training.choices import ChoicePolicy, choosing_network
 from training.config import PPOArgs
 from training.evaluation import policy_spec
 from training.rounds import Rounds
@@ -54,18 +55,23 @@ class PPORounds(Rounds[PPOArgs]):
         args = self.args
         spec = policy_spec(args)
         policy_kwargs: dict[str, Any] = {"net_arch": list(args.net_arch)}
+        columns = [spec.layout.index(name) for name in args.inputs or spec.layout.names]
+        policy: str | type[ActorCriticPolicy] = "MlpPolicy"
         if args.candidate_inputs:
+            policy = ScorerPolicy
             seen = {"inputs": args.inputs, "candidate_inputs": args.candidate_inputs}
             policy_kwargs |= {"spec": spec, **seen}
+        elif args.ranges:
+            policy = ChoicePolicy
+            policy_kwargs["columns"] = columns
         else:
-            columns = [spec.layout.index(name) for name in args.inputs or spec.layout.names]
             policy_kwargs |= {
                 "log_std_init": args.log_std_init,
                 "features_extractor_class": Entries,
                 "features_extractor_kwargs": {"columns": columns},
             }
         model = PPO(
-            ScorerPolicy if args.candidate_inputs else "MlpPolicy",
+            policy,
             env,
             n_steps=self.steps,
             batch_size=min(args.batch_size, self.steps * env.num_envs),
@@ -79,10 +85,8 @@ class PPORounds(Rounds[PPOArgs]):
             seed=args.seed,
             device="cpu",
         )
-        last: Any = model.policy.action_net
-        if args.ranges:
-            prefer_short_ranges(last)
-        elif not args.candidate_inputs:
+        if not args.candidate_inputs and not args.ranges:
+            last: Any = model.policy.action_net
             nn.init.constant_(last.bias, args.mean_init)
         return model
 

@@ -229,12 +229,20 @@ class ObjectiveLog(BaseCallback):
 
 def round_steps(args: SB3Args) -> int:
     """Return the number of actions per round."""
-    model = args.model
+    model = _model(args)
     return LINE_ACTIONS if isinstance(model, LineScenario) else -(-model.num_steps // args.steps_per_action)
 
 
+def _model(args: SB3Args) -> FlockScenario | LineScenario:
+    """Return the scenario of training; see ``PPOArgs.episode_steps``."""
+    model = args.model
+    if isinstance(args, PPOArgs) and args.episode_steps and isinstance(model, FlockScenario):
+        return model.replace(num_steps=args.episode_steps)
+    return model
+
+
 def _vec_env(args: SB3Args) -> VecEnv:
-    model, options = args.model, {**args.env_options(), "reward": args.reward}
+    model, options = _model(args), {**args.env_options(), "reward": args.reward}
     if isinstance(args, PPOArgs) and args.candidate_inputs:
         if not args.profile_ranges:
             raise ArgumentError("profile_ranges", "candidate ranges for a network that scores them", "none")

@@ -105,8 +105,8 @@ class Scores(nn.Module):
         super().__init__()
         self.latent_dim_pi, self.latent_dim_vf = len(ranges), hidden[-1]
         self._columns, self._ranges = torch.tensor(columns), torch.tensor(ranges)
-        self.policy_net = nn.Sequential(*_layers([len(columns[0]), *hidden]), nn.Linear(hidden[-1], 1))
-        self.value_net = nn.Sequential(*_layers([entries, *hidden]))
+        self.policy_net = nn.Sequential(*tanh_layers([len(columns[0]), *hidden]), nn.Linear(hidden[-1], 1))
+        self.value_net = nn.Sequential(*tanh_layers([entries, *hidden]))
 
     def forward(self, features: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Return the scores and the last hidden layer of the value network."""
@@ -130,6 +130,7 @@ def _column(name: str, k: int, spec: PolicySpec) -> int:
     return len(spec.layout.names) + k if name == "range" else spec.layout.index(f"profile_{k}_{name}")
 
 
-def _layers(widths: list[int]) -> Iterator[nn.Module]:
+def tanh_layers(widths: list[int]) -> Iterator[nn.Module]:
+    """Yield linear layers of some widths, each with tanh after it."""
     for rows, columns in pairwise(widths):
         yield from (nn.Linear(rows, columns), nn.Tanh())

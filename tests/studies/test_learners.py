@@ -151,6 +151,15 @@ def test_a_policy_over_ranges_is_stored_as_a_network_that_sets_the_most_probable
     assert load_policy(args.run / "policy.npz").policy.architecture.hidden == (8, 8, 6, 4)
 
 
+def test_episodes_of_training_can_be_shorter(tmp_path: Path) -> None:
+    train(small_run(tmp_path / "run", episode_steps=8))
+    speed = json.loads((tmp_path / "run" / RUN_FILE).read_text())
+    assert speed["episodes"] == 2 * 4
+    assert speed["samples"] == 2 * 4 * SMALL.num_agents * 8 / 4
+    policy = load_policy(tmp_path / "run" / "policy.npz")
+    assert policy.scenario == SMALL
+
+
 @pytest.mark.parametrize("ranges", [(), (0.0, 5.0, 20.0)])
 def test_ranges_have_their_cost(ranges: tuple[float, ...], tmp_path: Path) -> None:
     free, costly = (
