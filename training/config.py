@@ -178,7 +178,12 @@ class PPOArgs(SB3Args):
         inputs: observation entries that the policy sees, besides those of candidates. Empty: no others if
             candidates are scored, otherwise all.
         candidate_inputs: entries of a candidate range; the policy then scores every candidate and is
-            categorical. Empty: a Gaussian policy.
+            categorical. Empty: a Gaussian policy, unless there are ``ranges``.
+        ranges: rising ranges in m among which a categorical policy chooses, without a profile.
+        episode_steps: model steps of an episode of training, if that decides the objective; 0: all. The entry
+            ``time`` is then another one, so ``inputs`` should leave it out. Only for flocks.
+        range_cost: deducted from the reward of an action with the range ``max_range``; in proportion from
+            others. Listening far can be good for an agent and bad for the flock, which then agrees.
     """
 
     batch_size: int = 8000
@@ -193,6 +198,9 @@ class PPOArgs(SB3Args):
     mean_init: float = 0.0
     inputs: tuple[str, ...] = ()
     candidate_inputs: tuple[str, ...] = ()
+    ranges: tuple[float, ...] = ()
+    episode_steps: int = 0
+    range_cost: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,15 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
 from gymnasium import spaces
 from stable_baselines3 import PPO
+from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from stable_baselines3.common.vec_env import VecEnv
 from torch import nn
 
 from flockesc_env import Architecture, NetworkPolicy
 from flockesc_env.policies.sb3 import layer_parameters
+from training.choices import ChoicePolicy, choosing_network
 from training.config import PPOArgs
 from training.evaluation import policy_spec
 from training.rounds import Rounds
@@ -52,18 +55,23 @@ class PPORounds(Rounds[PPOArgs]):
         args = self.args
         spec = policy_spec(args)
         policy_kwargs: dict[str, Any] = {"net_arch": list(args.net_arch)}
+        columns = [spec.layout.index(name) for name in args.inputs or spec.layout.names]
+        policy: str | type[ActorCriticPolicy] = "MlpPolicy"
         if args.candidate_inputs:
+            policy = ScorerPolicy
             seen = {"inputs": args.inputs, "candidate_inputs": args.candidate_inputs}
             policy_kwargs |= {"spec": spec, **seen}
+        elif args.ranges:
+            policy = ChoicePolicy
+            policy_kwargs["columns"] = columns
         else:
-            columns = [spec.layout.index(name) for name in args.inputs or spec.layout.names]
             policy_kwargs |= {
                 "log_std_init": args.log_std_init,
                 "features_extractor_class": Entries,
                 "features_extractor_kwargs": {"columns": columns},
             }
         model = PPO(
-            ScorerPolicy if args.candidate_inputs else "MlpPolicy",
+            policy,
             env,
             n_steps=self.steps,
             batch_size=min(args.batch_size, self.steps * env.num_envs),
@@ -77,7 +85,7 @@ class PPORounds(Rounds[PPOArgs]):
             seed=args.seed,
             device="cpu",
         )
-        if not args.candidate_inputs:
+        if not args.candidate_inputs and not args.ranges:
             last: Any = model.policy.action_net
             nn.init.constant_(last.bias, args.mean_init)
         return model
@@ -87,8 +95,13 @@ class PPORounds(Rounds[PPOArgs]):
         actor: Any = self.model.policy
         if isinstance(actor, ScorerPolicy):
             return actor.network()
-        hidden, parameters = layer_parameters([*actor.mlp_extractor.policy_net, actor.action_net][::2])
-        inputs = self.args.inputs or policy_spec(self.args).layout.names
+        spec = policy_spec(self.args)
+        inputs = self.args.inputs or spec.layout.names
+        linear = [*actor.mlp_extractor.policy_net, actor.action_net][::2]
+        if self.args.ranges:
+            actions = spec.actions.from_ranges(np.array(self.args.ranges))
+            return choosing_network(inputs, linear, actions.ravel())
+        hidden, parameters = layer_parameters(linear)
         return NetworkPolicy(Architecture(inputs, hidden), parameters)
 
     def _learning_rate(self, _: float) -> float:

@@ -15,6 +15,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger, configure
@@ -30,6 +31,7 @@ from flockesc_env import (
     SB3Policy,
 )
 from flockesc_env.common.progress import progress_bar
+from flockesc_env.episodes.spaces import RangeActions
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 from training.config import PPOArgs, SB3Args, TQCArgs
 from training.outputs import Measured, begin, finish, load_checkpoint, save_checkpoint
@@ -189,6 +191,30 @@ class Timed(VecEnvWrapper):
         return ended
 
 
+class RangeCost(VecEnvWrapper):
+    """Wrapper that deducts the cost of a range from the reward of an action; see ``PPOArgs.range_cost``."""
+
+    def __init__(self, venv: VecEnv, cost: float) -> None:
+        super().__init__(venv)
+        self._actions: RangeActions = venv.get_attr("policy_spec")[0].actions
+        self._cost = cost / self._actions.max_range
+        self._ranges = np.zeros(venv.num_envs)
+
+    def reset(self) -> VecEnvObs:
+        """Reset the environment."""
+        return self.venv.reset()
+
+    def step_async(self, actions: NDArray[Any]) -> None:
+        """Set the actions of the next step."""
+        self._ranges = self._actions.to_ranges(actions, self.num_envs)
+        self.venv.step_async(actions)
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Step the environment."""
+        observations, rewards, dones, infos = self.venv.step_wait()
+        return observations, (rewards - self._cost * self._ranges).astype(np.float32), dones, infos
+
+
 class ObjectiveLog(BaseCallback):
     """Callback that logs the objectives of finished episodes to TensorBoard."""
 
@@ -203,17 +229,29 @@ class ObjectiveLog(BaseCallback):
 
 def round_steps(args: SB3Args) -> int:
     """Return the number of actions per round."""
-    model = args.model
+    model = _model(args)
     return LINE_ACTIONS if isinstance(model, LineScenario) else -(-model.num_steps // args.steps_per_action)
 
 
+def _model(args: SB3Args) -> FlockScenario | LineScenario:
+    """Return the scenario of training; see ``PPOArgs.episode_steps``."""
+    model = args.model
+    if isinstance(args, PPOArgs) and args.episode_steps and isinstance(model, FlockScenario):
+        return model.replace(num_steps=args.episode_steps)
+    return model
+
+
 def _vec_env(args: SB3Args) -> VecEnv:
-    model, options = args.model, {**args.env_options(), "reward": args.reward}
+    model, options = _model(args), {**args.env_options(), "reward": args.reward}
     if isinstance(args, PPOArgs) and args.candidate_inputs:
         if not args.profile_ranges:
             raise ArgumentError("profile_ranges", "candidate ranges for a network that scores them", "none")
         options |= {"action_mode": "discrete", "range_grid": args.profile_ranges}
+    if isinstance(args, PPOArgs) and args.ranges:
+        options |= {"action_mode": "discrete", "range_grid": args.ranges}
     if isinstance(model, FlockScenario):
         make = AgentVecEnv if args.per_agent else FlockVecEnv
-        return make(args.num_flocks, model, num_threads=args.threads, **options)
-    return DummyVecEnv([partial(LineEscapeEnv, model, **options)] * args.num_flocks)
+        env: VecEnv = make(args.num_flocks, model, num_threads=args.threads, **options)
+    else:
+        env = DummyVecEnv([partial(LineEscapeEnv, model, **options)] * args.num_flocks)
+    return RangeCost(env, args.range_cost) if isinstance(args, PPOArgs) and args.range_cost else env

@@ -15,7 +15,7 @@ from small_runs import SMALL, small_run
 from flockesc_env.policies.files import load_policy
 from flockesc_env.sb3 import AgentVecEnv
 from training.config import CONFIG_FILE, CURVE_FILE, RUN_FILE, Args, PPOArgs, TQCArgs
-from training.evaluation import objective
+from training.evaluation import objective, policy_spec
 from training.outputs import CURVE_FLOCKS
 from training.ppo import PPORounds
 from training.rounds import LINE_ACTIONS, Rounds
@@ -130,6 +130,48 @@ def test_actions_start_at_the_given_mean(tmp_path: Path) -> None:
     rounds = PPORounds(small_run(tmp_path / "run", mean_init=-0.5))
     actions, _ = rounds.model.predict(rounds._env.reset(), deterministic=True)  # type: ignore[arg-type]
     np.testing.assert_allclose(actions, -0.5, atol=0.1)
+
+
+def test_a_policy_over_ranges_is_stored_as_a_network_that_sets_the_most_probable_one(tmp_path: Path) -> None:
+    ranges = (0.0, 4.0, 5.0, 20.0)
+    args = small_run(tmp_path / "run", ranges=ranges, inputs=("heard_velocity_left", "speed"))
+    assert isinstance(args, PPOArgs)
+    rounds, spec = PPORounds(args), policy_spec(args)
+    last = rounds.model.policy.action_net
+    np.testing.assert_array_equal(last.bias.detach(), [0, -1, -2, -3])
+    torch.manual_seed(0)
+    torch.nn.init.normal_(last.weight, std=3)
+    torch.nn.init.normal_(last.bias)
+    observations = np.random.default_rng(0).normal(size=(500, len(spec.layout.names))).astype(np.float32)
+    expected, _ = rounds.model.predict(observations, deterministic=True)
+    chosen = spec.actions.to_ranges(rounds.policy().act(observations, spec), len(observations))
+    np.testing.assert_allclose(chosen, np.array(ranges)[expected], atol=1e-5)
+    assert set(expected) == set(range(len(ranges)))
+    rounds.train()
+    assert load_policy(args.run / "policy.npz").policy.architecture.hidden == (8, 8, 6, 4)
+
+
+def test_episodes_of_training_can_be_shorter(tmp_path: Path) -> None:
+    train(small_run(tmp_path / "run", episode_steps=8))
+    speed = json.loads((tmp_path / "run" / RUN_FILE).read_text())
+    assert speed["episodes"] == 2 * 4
+    assert speed["samples"] == 2 * 4 * SMALL.num_agents * 8 / 4
+    policy = load_policy(tmp_path / "run" / "policy.npz")
+    assert policy.scenario == SMALL
+
+
+@pytest.mark.parametrize("ranges", [(), (0.0, 5.0, 20.0)])
+def test_ranges_have_their_cost(ranges: tuple[float, ...], tmp_path: Path) -> None:
+    free, costly = (
+        PPORounds(small_run(tmp_path / "run", ranges=ranges, range_cost=cost))._timed for cost in (0, 0.4)
+    )
+    actions = np.array([0, 2, 1] * 4) if ranges else np.array([[-1.0], [1.0], [-0.5]] * 4)
+    rewards = []
+    for env in (free, costly):
+        env.seed(3)
+        env.reset()
+        rewards.append(env.step(actions)[1])
+    np.testing.assert_allclose(rewards[0] - rewards[1], [0, 0.4, 0.1] * 4, atol=1e-5)
 
 
 def test_the_first_scores_fall_with_the_range(tmp_path: Path) -> None:
