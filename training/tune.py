@@ -153,7 +153,7 @@ def suggest(trial: optuna.Trial, preset: Args) -> dict[str, Any]:
             "weight_decay": trial.suggest_float("weight_decay", 0.01, 1.0, log=True),
         }
     found: dict[str, Any] = shared | {
-        "learning_rate": trial.suggest_float("learning_rate", 1e-4, 3e-3, log=True),
+        "learning_rate": trial.suggest_float("learning_rate", 1e-4, 1e-2, log=True),
         "gamma": one_of("gamma", 0.8, 0.9, 0.95, 0.98),
     }
     if isinstance(preset, PPOArgs):
