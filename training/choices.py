@@ -16,7 +16,7 @@ from torch import nn
 from flockesc_env import Architecture, NetworkPolicy
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.policies.sb3 import layer_parameters
-from training.scorer import tanh_layers
+from training.scorer import Networks, tanh_layers
 
 _SHARPNESS = 1e4
 """Factor of the difference of two outputs: tanh decides which one is larger."""
@@ -40,35 +40,23 @@ class ChoicePolicy(ActorCriticPolicy):
         super().__init__(*args, **kwargs)
 
     def _build_mlp_extractor(self) -> None:
-        self.mlp_extractor = _Networks(self._columns, self.features_dim, self.net_arch)  # type: ignore[assignment, arg-type]
+        self.mlp_extractor = _Choice(self._columns, self.features_dim, self.net_arch)  # type: ignore[assignment, arg-type]
 
     def _build(self, lr_schedule: Schedule) -> None:
         super()._build(lr_schedule)
         _prefer_short_ranges(self.action_net)
 
 
-class _Networks(nn.Module):
-    """Hidden layers of the policy and of the value network, in the form of ``MlpExtractor``."""
+class _Choice(Networks):
+    """Hidden layers of the policy and of the value network."""
 
     def __init__(self, columns: list[int], entries: int, hidden: list[int]) -> None:
-        super().__init__()
-        self.latent_dim_pi = self.latent_dim_vf = hidden[-1]
+        super().__init__(nn.Sequential(*tanh_layers([len(columns), *hidden])), hidden[-1], entries, hidden)
         self._columns = columns
-        self.policy_net = nn.Sequential(*tanh_layers([len(columns), *hidden]))
-        self.value_net = nn.Sequential(*tanh_layers([entries, *hidden]))
-
-    def forward(self, features: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return the last hidden layers of both networks."""
-        return self.forward_actor(features), self.forward_critic(features)
 
     def forward_actor(self, features: torch.Tensor) -> torch.Tensor:
         """Return the last hidden layer of the policy, shape (rows, width)."""
         hidden: torch.Tensor = self.policy_net(features[:, self._columns])
-        return hidden
-
-    def forward_critic(self, features: torch.Tensor) -> torch.Tensor:
-        """Return the last hidden layer of the value network, shape (rows, width)."""
-        hidden: torch.Tensor = self.value_net(features)
         return hidden
 
 

@@ -85,8 +85,38 @@ class ScorerPolicy(ActorCriticPolicy):
             layers[-1].weight[0, column] = -_FIRST_SLOPE
 
 
-class Scores(nn.Module):
-    """The scoring network and the value network, in the form of ``MlpExtractor`` of stable-baselines3.
+class Networks(nn.Module):
+    """A policy network and a value network, in the form of ``MlpExtractor`` of stable-baselines3.
+
+    Args:
+        policy_net: the policy network.
+        latent: number of its outputs.
+        entries: number of entries of the observation; the value network sees all.
+        hidden: widths of the hidden layers of the value network.
+    """
+
+    def __init__(self, policy_net: nn.Sequential, latent: int, entries: int, hidden: list[int]) -> None:
+        super().__init__()
+        self.latent_dim_pi, self.latent_dim_vf = latent, hidden[-1]
+        self.policy_net = policy_net
+        self.value_net = nn.Sequential(*tanh_layers([entries, *hidden]))
+
+    def forward(self, features: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return the outputs of the policy network and the last hidden layer of the value network."""
+        return self.forward_actor(features), self.forward_critic(features)
+
+    def forward_actor(self, features: torch.Tensor) -> torch.Tensor:
+        """Return the outputs of the policy network, shape (rows, outputs)."""
+        raise NotImplementedError
+
+    def forward_critic(self, features: torch.Tensor) -> torch.Tensor:
+        """Return the last hidden layer of the value network, shape (rows, width)."""
+        hidden: torch.Tensor = self.value_net(features)
+        return hidden
+
+
+class Scores(Networks):
+    """The scoring network and the value network.
 
     Args:
         columns: columns of the inputs of every candidate, shape (candidates, inputs).
@@ -98,15 +128,9 @@ class Scores(nn.Module):
     def __init__(
         self, columns: list[list[int]], ranges: list[float], entries: int, hidden: list[int]
     ) -> None:
-        super().__init__()
-        self.latent_dim_pi, self.latent_dim_vf = len(ranges), hidden[-1]
+        layers = tanh_layers([len(columns[0]), *hidden])
+        super().__init__(nn.Sequential(*layers, nn.Linear(hidden[-1], 1)), len(ranges), entries, hidden)
         self._columns, self._ranges = torch.tensor(columns), torch.tensor(ranges)
-        self.policy_net = nn.Sequential(*tanh_layers([len(columns[0]), *hidden]), nn.Linear(hidden[-1], 1))
-        self.value_net = nn.Sequential(*tanh_layers([entries, *hidden]))
-
-    def forward(self, features: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return the scores and the last hidden layer of the value network."""
-        return self.forward_actor(features), self.forward_critic(features)
 
     def forward_actor(self, features: torch.Tensor) -> torch.Tensor:
         """Return the score of every candidate, shape (rows, candidates)."""
@@ -114,11 +138,6 @@ class Scores(nn.Module):
         inputs = torch.cat([features, ranges], dim=1)[:, self._columns]
         scores: torch.Tensor = self.policy_net(inputs)
         return scores.squeeze(-1)
-
-    def forward_critic(self, features: torch.Tensor) -> torch.Tensor:
-        """Return the last hidden layer of the value network, shape (rows, width)."""
-        hidden: torch.Tensor = self.value_net(features)
-        return hidden
 
 
 def candidate_columns(
