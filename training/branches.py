@@ -29,18 +29,22 @@ class Branches:
         teacher: plays the copies of the flocks.
 
     Attributes:
-        teacher: the same.
+        teacher: the same; may be replaced.
         spec: policy spec of the environment.
 
     Raises:
-        ArgumentError: if the setting has no candidate ranges, is a line or has one range per agent.
+        ArgumentError: if the setting is a line or has one range per agent, or candidates are missing.
     """
 
     def __init__(self, args: ImitationArgs, teacher: Policy) -> None:
         model = args.model
-        if args.per_agent or not args.profile_ranges or not isinstance(model, FlockScenario):
-            expected = "one range for the flock, with candidate ranges"
-            raise ArgumentError("profile_ranges", expected, "none or another setting")
+        if args.per_agent or not isinstance(model, FlockScenario):
+            raise ArgumentError("per_agent", "one range for a flock", "another setting")
+        if bool(args.ranges) == bool(args.candidate_inputs):
+            raise ArgumentError("ranges", "candidates, or candidate_inputs of a profile", "both or none")
+        if args.candidate_inputs and not args.profile_ranges:
+            raise ArgumentError("profile_ranges", "candidate ranges", "none")
+        self._candidates = np.array(args.ranges or args.profile_ranges)
         self.teacher = teacher
         self._args, self._actions = args, 0
         options: Any = args.env_options()
@@ -66,7 +70,7 @@ class Branches:
             The observations, shape (flocks, entries), and the values in m, shape (flocks, candidates), which
             are nan for candidates that were not drawn.
         """
-        args, candidates = self._args, np.array(self._args.profile_ranges)
+        args, candidates = self._args, self._candidates
         num_flocks, num_actions = len(flocks), -(-self._model.num_steps // args.steps_per_action)
         source = self._batch(num_flocks)
         observations, _ = source.reset(range(num_flocks), list(flocks))

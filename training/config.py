@@ -221,13 +221,18 @@ class TQCArgs(SB3Args):
 
 @dataclass(frozen=True, kw_only=True)
 class ImitationArgs(TrainArgs):
-    """Arguments of the imitation of values; only for one range for all agents with candidate ranges.
+    """Arguments of the imitation of values; only for one range for all agents of a flock.
 
     Attributes:
         teacher: policy that plays every copy of a flock to the end, after its first action, and that visits
             flocks in the first round: a built-in policy, a policy file or the folder of a run.
-        inputs: observation entries that the network sees, besides those of candidates.
-        candidate_inputs: entries of a candidate range that the network sees; it scores every candidate.
+        improve: after a round, its network replaces the teacher.
+        inputs: observation entries that the network sees, besides those of candidates. Empty: no others if
+            candidates are scored, otherwise all.
+        candidate_inputs: entries of a candidate range that the network sees; it scores every candidate of the
+            profile.
+        ranges: candidate ranges in m without a profile; the network has one output per candidate. Either
+            ``candidate_inputs`` or ``ranges`` are given.
         hidden: widths of the hidden layers.
         rounds: number of rounds. After each, a new network is fitted to the values of all rounds.
         flocks: number of new flocks per round.
@@ -240,8 +245,10 @@ class ImitationArgs(TrainArgs):
     """
 
     teacher: str
+    improve: bool = False
     inputs: tuple[str, ...] = ()
-    candidate_inputs: tuple[str, ...]
+    candidate_inputs: tuple[str, ...] = ()
+    ranges: tuple[float, ...] = ()
     hidden: tuple[int, ...] = (64, 64)
     rounds: int = 3
     flocks: int = 1200

@@ -36,11 +36,13 @@ _RULES: dict[str, tuple[Callable[..., Rule], tuple[_Number, ...]]] = {
     "stubborn-witnesses": (
         StubbornWitnesses,
         (
-            (0.1, 0.02, "share"),
-            (50.0, 10.0, "range"),
-            (13.0, 3.0, "range"),
-            (96.0, 40.0, "other"),
-            (5.0, 2.0, "other"),
+            (0.085, 0.015, "share"),
+            (55.0, 8.0, "range"),
+            (8.0, 3.0, "range"),
+            (100.0, 30.0, "other"),
+            (5.0, 1.5, "other"),
+            (3.5, 1.5, "other"),
+            (6.0, 3.0, "other"),
         ),
     ),
     "listen-while-threatened": (

@@ -15,7 +15,7 @@ from flockesc_env.policies.predators import FlyStraight, Pursue
 from flockesc_env.policies.profile_rules import BestCandidate, BestNextHeading, StepAside
 from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
 from flockesc_env.policies.registry import NAMES, NamedPolicy, built_in
-from flockesc_env.policies.rules import StubbornLeaders
+from flockesc_env.policies.rules import ListenWhileFleeing, StubbornLeaders
 from flockesc_env.policies.sb3 import SB3Policy
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "BestNextHeading",
     "FixedRange",
     "FlyStraight",
+    "ListenWhileFleeing",
     "ListenWhileThreatened",
     "NamedPolicy",
     "NetworkPolicy",

@@ -11,7 +11,7 @@ from flockesc_env.common.checks import FloatArray, as_choice, as_floats
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations, RowMemory
-from flockesc_env.policies.profile_rules import heard_velocities
+from flockesc_env.policies.profile_rules import heard_velocities, unit, vector_entries
 from flockesc_env.policies.rules import check_rows_are_agents
 
 Criterion = Literal["closest_approach", "escape_direction"]
@@ -22,17 +22,24 @@ class StubbornWitnesses(RowMemory):
 
     rho_i = 0 until the share ``patience`` of the episode has passed, and also from the moment at which agent
     i observes the predator until the end of the episode. Otherwise rho_i = ``first_range`` in the first
-    action after the wait and ``interaction_range``, which grows, in all later ones. The rule requires one
-    observation per agent and all agents in every call, because it remembers which agents have seen the
-    predator. Its default parameters are for ``steps_per_action=1``.
+    action after the wait. In all later ones, at the share t of the episode, rho_i is
+
+        interaction_range + growth (t - patience) + crowding ln(1 + N) - agreement c,
+
+    at least 0 and at most the largest range. N is the number of others that the agent heard in the last
+    action, c the cosine between its heading and the velocity that it heard. The rule requires one observation
+    per agent and all agents in every call, because it remembers which agents have seen the predator. Its
+    default parameters are for ``steps_per_action=1``.
 
     Args:
         patience: share of the episode during which no agent listens. Meanwhile the agents that head out of
             the flock get to its edge, so that neighbors come to head outward on average.
         first_range: rho in m of the first action after the wait.
-        interaction_range: rho in m of later actions, at the end of the wait.
-        growth: growth of this range in m per episode, up to the largest range.
+        interaction_range: rho in m of later actions, without the other terms.
+        growth: growth of rho in m per episode.
         min_neighbors: an agent that hears fewer others in a later action stops listening for good.
+        crowding: growth of rho in m if N + 1 grows by a factor of e: inner agents listen farther.
+        agreement: decrease of rho in m with c: agents that agree with what they hear listen less far.
 
     Raises:
         ArgumentError: if an argument is not a finite number >= 0.
@@ -47,6 +54,8 @@ class StubbornWitnesses(RowMemory):
         interaction_range: float = 17.0,
         growth: float = 0.0,
         min_neighbors: float = 0.0,
+        crowding: float = 0.0,
+        agreement: float = 0.0,
     ) -> None:
         given = {
             "patience": patience,
@@ -54,6 +63,8 @@ class StubbornWitnesses(RowMemory):
             "interaction_range": interaction_range,
             "growth": growth,
             "min_neighbors": min_neighbors,
+            "crowding": crowding,
+            "agreement": agreement,
         }
         self.parameters = _not_negative(given)
         self._has_stopped = self._has_heard = self._is_later = np.zeros(0, bool)
@@ -68,15 +79,18 @@ class StubbornWitnesses(RowMemory):
         begins = self._take_begins(len(observations))
         if begins.all():
             self._has_stopped = self._has_heard = self._is_later = np.zeros(len(observations), bool)
-        patience, first, later, growth, min_neighbors = self.parameters
+        patience, first, later, growth, min_neighbors, crowding, agreement = self.parameters
         time = observations[:, spec.layout.index("time")].astype(np.float64)
         is_seen = observations[:, spec.layout.index("predator_sensed")] > 0
-        is_alone = self._is_later & (_neighbor_count(observations, "neighbor_count", spec) < min_neighbors)
+        count = _neighbor_count(observations, "neighbor_count", spec)
+        is_alone = self._is_later & (count < min_neighbors)
         self._has_stopped = ((self._has_stopped | is_alone) & ~begins) | is_seen
         heard = self._has_heard & ~begins
         waits = time < patience
-        growing = np.minimum(later + growth * (time - patience), spec.actions.max_range)
-        ranges = np.where(waits | self._has_stopped, 0.0, np.where(heard, growing, first))
+        later = later + growth * (time - patience)
+        later += crowding * np.log1p(count) - agreement * _heard_cosine(observations, spec)
+        later = np.clip(later, 0.0, spec.actions.max_range)
+        ranges = np.where(waits | self._has_stopped, 0.0, np.where(heard, later, first))
         self._has_heard = heard | ~waits
         self._is_later = heard
         return spec.actions.from_ranges(ranges)
@@ -275,6 +289,12 @@ def _neighbor_count(observations: Observations, entry: str, spec: PolicySpec) ->
     scaled = observations[:, spec.layout.index(entry)].astype(np.float64)
     counts: FloatArray = np.rint(8 * scaled / (1 - scaled))
     return counts
+
+
+def _heard_cosine(observations: Observations, spec: PolicySpec) -> FloatArray:
+    """Return the cosine between heading and heard velocity, shape (rows,)."""
+    cosines: FloatArray = unit(vector_entries("heard_velocity_", observations, spec))[:, 0]
+    return cosines
 
 
 def _not_negative(given: dict[str, float]) -> FloatArray:

@@ -94,7 +94,7 @@ class BestNextHeading:
         check_rows_are_agents(spec)
         own = observations[:, [spec.layout.index("escape_direction_ahead")]].astype(np.float64)
         heard = candidate_entries("escape_cosine", observations, spec)
-        ahead = _unit(heard_velocities(observations, spec))[:, :, 0]
+        ahead = unit(heard_velocities(observations, spec))[:, :, 0]
         lengths = np.sqrt(np.maximum(1 + 2 * self.turn * ahead + self.turn**2, 1e-9))
         return _best((own + self.turn * heard) / lengths, observations, spec)
 
@@ -139,7 +139,7 @@ class StepAside:
         time = observations[:, [spec.layout.index("time")]].astype(np.float64)
         weights = weight * np.maximum(1 - time / max(aside_time, 1e-9), 0)
         if weights.any():
-            headings = _unit(heard_velocities(observations, spec))
+            headings = unit(heard_velocities(observations, spec))
             scores += weights * np.einsum("rka,ra->rk", headings, _aside(observations, spec))
         return _best(scores, observations, spec)
 
@@ -163,6 +163,19 @@ def heard_velocities(observations: Observations, spec: PolicySpec) -> FloatArray
     return np.stack([_velocity(prefix, observations, spec) for prefix in prefixes], axis=1)
 
 
+def vector_entries(prefix: str, observations: Observations, spec: PolicySpec) -> FloatArray:
+    """Return the entries whose names begin with ``prefix``, shape (rows, axes)."""
+    columns = [column for column, name in enumerate(spec.layout.names) if name.startswith(prefix)]
+    vector: FloatArray = observations[:, columns].astype(np.float64)
+    return vector
+
+
+def unit(vectors: FloatArray) -> FloatArray:
+    """Return the directions of some vectors; 0 stays 0."""
+    directions: FloatArray = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
+    return directions
+
+
 def _best(
     scores: FloatArray, observations: Observations, spec: PolicySpec, unaware_range: float = 0.0
 ) -> NDArray[Any]:
@@ -174,12 +187,12 @@ def _best(
 
 def _aside(observations: Observations, spec: PolicySpec) -> FloatArray:
     """Return the heading of every agent whose closest approach is largest, shape (rows, axes)."""
-    direction = _vector("predator_direction_", observations, spec)
+    direction = vector_entries("predator_direction_", observations, spec)
     velocity = _velocity("predator_velocity_", observations, spec)
     velocity[:, 0] += 1  # in units of v0, which is the agent's speed
     speed = np.maximum(np.linalg.norm(velocity, axis=1, keepdims=True), 1e-9)
     along = velocity / speed
-    across = _unit(np.sum(direction * along, axis=1, keepdims=True) * along - direction)
+    across = unit(np.sum(direction * along, axis=1, keepdims=True) * along - direction)
     cosine = np.minimum(1 / speed, 1)
     aside: FloatArray = cosine * along + np.sqrt(1 - cosine**2) * across
     return aside
@@ -187,19 +200,6 @@ def _aside(observations: Observations, spec: PolicySpec) -> FloatArray:
 
 def _velocity(prefix: str, observations: Observations, spec: PolicySpec) -> FloatArray:
     """Return a velocity that entries show scaled, in units of the largest v0, shape (rows, axes)."""
-    scaled = _vector(prefix, observations, spec)
+    scaled = vector_entries(prefix, observations, spec)
     velocity: FloatArray = scaled / (1 - np.linalg.norm(scaled, axis=1, keepdims=True))
     return velocity
-
-
-def _vector(prefix: str, observations: Observations, spec: PolicySpec) -> FloatArray:
-    """Return the entries whose names begin with ``prefix``, shape (rows, axes)."""
-    columns = [column for column, name in enumerate(spec.layout.names) if name.startswith(prefix)]
-    vector: FloatArray = observations[:, columns].astype(np.float64)
-    return vector
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    """Return the directions of some vectors; 0 stays 0."""
-    directions: FloatArray = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
-    return directions

@@ -21,7 +21,7 @@ from flockesc_env.policies.memory_rules import (
 from flockesc_env.policies.playing import record_flock
 from flockesc_env.policies.profile_rules import BestCandidate, BestNextHeading, StepAside
 from flockesc_env.policies.ranges import FixedRange, RandomRange
-from flockesc_env.policies.rules import StubbornLeaders
+from flockesc_env.policies.rules import ListenWhileFleeing, StubbornLeaders
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_model, as_scenario
@@ -39,6 +39,7 @@ _BUILT_IN: Final[dict[str, tuple[Callable[[], Policy], dict[str, Any]]]] = {
     "stubborn-leaders": (StubbornLeaders, _VISIBLE),
     "stubborn-leaders-local": (StubbornLeaders, {}),
     "stubborn-witnesses": (StubbornWitnesses, {"steps_per_action": 1}),
+    "listen-while-fleeing": (ListenWhileFleeing, _VISIBLE),
     "listen-while-threatened": (ListenWhileThreatened, {**_APPROACH, "max_range": 150.0}),
     "win-stay-lose-shift": (WinStayLoseShift, {**_APPROACH, **_VISIBLE}),
     "win-stay-lose-shift-escape": (
@@ -73,7 +74,9 @@ NAMES = ("fixed:RHO", *_BUILT_IN)
 - ``stubborn-leaders``: ``StubbornLeaders``, with the predator visible at any distance.
 - ``stubborn-leaders-local``: ``StubbornLeaders``, with the predator visible within its range only.
 - ``stubborn-witnesses``: ``StubbornWitnesses``, with the predator visible within its range only.
-- ``listen-while-threatened``: ``ListenWhileThreatened``, likewise.
+- ``listen-while-fleeing``: ``ListenWhileFleeing``, one range for the flock, with the predator visible at any
+  distance.
+- ``listen-while-threatened``: ``ListenWhileThreatened``, with the predator visible within its range only.
 - ``win-stay-lose-shift``: ``WinStayLoseShift``, with the predator visible at any distance.
 - ``win-stay-lose-shift-escape``: the same with the criterion ``"escape_direction"``.
 - ``spread-out``: ``SpreadOut``, with a profile and the predator visible within its range only.

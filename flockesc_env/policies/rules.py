@@ -1,4 +1,4 @@
-"""A hand-written rule without a memory that compares the entries of an observation."""
+"""Hand-written rules without a memory that compare the entries of an observation."""
 
 from __future__ import annotations
 
@@ -45,6 +45,40 @@ class StubbornLeaders:
         cosine_away = -observations[:, spec.layout.index("predator_direction_ahead")]
         ranges: FloatArray = np.where(cosine_away > self.min_cosine, 0.0, self.interaction_range)
         return spec.actions.from_ranges(ranges)
+
+
+class ListenWhileFleeing:
+    """A rule for one range for the flock: all agents listen while the flock heads away from the predator.
+
+    rho = ``interaction_range`` if the mean over agents of the cosine between heading and the direction away
+    from the predator exceeds ``min_cosine``, otherwise rho = 0. Alignment then strengthens a good mean
+    heading and never a bad one. The rule requires one observation per flock.
+
+    Args:
+        min_cosine: mean cosine above which all agents listen.
+        interaction_range: rho in m while they listen.
+
+    Raises:
+        ArgumentError: if an argument is not a finite number, or ``interaction_range`` is negative.
+    """
+
+    per_agent: ClassVar[bool] = False
+
+    def __init__(self, min_cosine: float = 0.05, interaction_range: float = 20.0) -> None:
+        self.min_cosine = float(as_floats(min_cosine, "min_cosine", ()))
+        self.interaction_range = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
+
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+        """Return the action of every flock; see ``Policy.act``.
+
+        Raises:
+            ArgumentError: if ``spec.per_agent`` is True.
+        """
+        if spec.per_agent:
+            expected = "False, because the policy needs one observation per flock"
+            raise ArgumentError("per_agent", expected, spec.per_agent)
+        is_fleeing = observations[:, spec.layout.index("heading_away")] > self.min_cosine
+        return spec.actions.from_ranges(np.where(is_fleeing, self.interaction_range, 0.0))
 
 
 def check_rows_are_agents(spec: PolicySpec) -> None:

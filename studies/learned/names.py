@@ -38,6 +38,7 @@ LEARNERS = {
     "ppo-difference": "PPO: difference reward",
     BEST_FIXED: "best fixed range",
     ORACLE: "best fixed range of each flock",
+    "listen-while-fleeing": "rule: listen while fleeing",
     "listen-while-threatened": "rule: listen while threatened",
     "turn-away": "rule: turn away",
     "keep-distance": "rule: keep distance",

@@ -56,6 +56,7 @@ LOCAL_PROFILE_RULES = ("stubborn-witnesses", "spread-out")
 PROFILE_RULES = ("turn-away", "keep-distance")
 SHARED_PROFILE_RULES = ("turn-flock-away", "turn-flock-from-predator")
 SETTING_RULES = {
+    "shared": ("listen-while-fleeing",),
     "per-agent-visible-derived": ("win-stay-lose-shift-escape",),
     "per-agent-visible-profile": ("head-away",),
     "per-agent-visible-profile-minimum": ("step-aside",),

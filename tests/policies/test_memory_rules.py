@@ -52,21 +52,28 @@ def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
 def test_stubborn_witnesses_listen_farther_and_farther_unless_they_are_alone() -> None:
     scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0)
     env = parallel_env(scenario, action_mode="range", predator_sensing_range=0.0, max_range=20.0)
-    act = bind(StubbornWitnesses(0.25, 30.0 / 2, 14.0, growth=16.0, min_neighbors=3.0), env)
+    policy = StubbornWitnesses(
+        0.25, 30.0 / 2, 12.0, growth=16.0, min_neighbors=3.0, crowding=2.0, agreement=4.0
+    )
+    act = bind(policy, env)
     observations, _ = env.reset(seed=0)
     schedule = np.zeros((scenario.num_steps, 20))
     has_stopped = np.zeros(20, bool)
     for t in range(scenario.num_steps):
-        if t > 5:
+        later = np.full(20, 15.0)
+        if t > 4:
             run = simulate(scenario, schedule=schedule, seed=0)
             offsets = run.positions[t - 1][:, None] - run.positions[t - 1]
-            heard = np.linalg.norm(offsets, axis=2) <= schedule[t - 1][:, None]
-            has_stopped |= heard.sum(axis=1) - 1 < 3
-        later = 15.0 if t == 4 else min(14.0 + t - 4, 20.0)
+            hears = np.linalg.norm(offsets, axis=2) <= schedule[t - 1][:, None]
+            heard = (hears @ run.velocities[t - 1]) / hears.sum(axis=1)[:, None]
+            cosines = (heard * run.velocities[t]).sum(axis=1) / np.linalg.norm(heard, axis=1) / scenario.speed
+            # The agent itself is the 1 in ln(1 + number).
+            later = np.clip(12.0 + t - 4 + 2 * np.log(hears.sum(axis=1)) - 4 * cosines, 0, 20)
+            has_stopped |= (hears.sum(axis=1) - 1 < 3) & (t > 5)
         schedule[t] = np.where(has_stopped | (t < 4), 0.0, later)
         observations, _, _, _, infos = env.step(act(observations))
         ranges = [info["interaction_range"] for info in infos.values()]
-        np.testing.assert_allclose(ranges, schedule[t], atol=1e-6)
+        np.testing.assert_allclose(ranges, schedule[t], atol=1e-5)
     assert 0 < has_stopped.sum() < 20
 
 

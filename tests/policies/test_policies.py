@@ -31,6 +31,7 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import RangeActions
 from flockesc_env.policies import (
     FixedRange,
+    ListenWhileFleeing,
     RandomRange,
     SB3Policy,
     ScheduledRange,
@@ -179,6 +180,28 @@ def test_stubborn_leaders(dimension: int, sensing: float | None) -> None:
     assert seen == {0.0, 14.0}
 
 
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+def test_listen_while_fleeing(dimension: int) -> None:
+    """The rule computed from positions and velocities gives the same range in each step."""
+    predators = (ConstantVelocity((-5.0, -5.0)),)
+    scenario = small_flock(dimension, num_agents=20, num_steps=8, initial_side=60.0, predators=predators)
+    env = FlockEscapeEnv(scenario, action_mode="range", predator_sensing_range=None)
+    act = bind(ListenWhileFleeing(min_cosine=0.02, interaction_range=14.0), env)
+    seen = set()
+    for seed in range(4):
+        observation, _ = env.reset(seed=seed)
+        schedule = np.zeros((scenario.num_steps, 1))
+        for t in range(scenario.num_steps):
+            run = simulate(scenario, schedule=schedule, seed=seed)  # up to time t
+            away = run.positions[t] - run.predator_positions[t]
+            cosines = (run.velocities[t] * away).sum(axis=1) / np.linalg.norm(away, axis=1) / scenario.speed
+            schedule[t] = 14.0 if cosines.mean() > 0.02 else 0.0
+            observation, *_, info = env.step(act(observation))
+            assert info["interaction_range"] == schedule[t]
+        seen |= set(schedule[:, 0])
+    assert seen == {0.0, 14.0}
+
+
 def test_stubborn_leaders_need_a_row_per_agent() -> None:
     for env in (FlockEscapeEnv(SCENARIO), FlockVecEnv(2, SCENARIO)):
         observation = env.reset()
@@ -318,3 +341,5 @@ def test_rollout_without_a_scenario_uses_the_policys() -> None:
 def test_a_rule_for_agents_says_that_it_needs_them() -> None:
     with pytest.raises(ArgumentError, match="per_agent: expected True, because"):
         rollout(SCENARIO, StubbornLeaders(), SEEDS, per_agent=False)
+    with pytest.raises(ArgumentError, match="per_agent: expected False, because"):
+        rollout(SCENARIO, ListenWhileFleeing(), SEEDS, per_agent=True)

@@ -212,6 +212,8 @@ _RULE: dict[str, Kind] = {
     "interaction_range": Number(4.0, low=0.0),
     "growth": Number(3.0, low=0.0),
     "min_neighbors": Number(2.0, low=0.0),
+    "crowding": Number(1.0, low=0.0),
+    "agreement": Number(1.0, low=0.0),
 }
 POLICIES: dict[str, Row] = {
     "FixedRange": Row(policies.FixedRange, {"interaction_range": RANGE}, after=vars),
@@ -225,6 +227,9 @@ POLICIES: dict[str, Row] = {
     ),
     "StubbornLeaders": Row(
         policies.StubbornLeaders, {"min_cosine": Number(0.5), "interaction_range": RANGE}, after=vars
+    ),
+    "ListenWhileFleeing": Row(
+        policies.ListenWhileFleeing, {"min_cosine": Number(0.1), "interaction_range": RANGE}, after=vars
     ),
     "StubbornWitnesses": Row(
         policies.StubbornWitnesses,

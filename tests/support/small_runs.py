@@ -26,7 +26,7 @@ def small_run(folder: Path, learner: str = "per-agent PPO", **changes: Any) -> A
     if learner == "search":
         return SearchArgs(**{**common, "population": 6, "flocks": 2, "generations": 4, **changes})
     if learner == "imitation":
-        few = {"rounds": 4, "flocks": 20, "branches": 2, "epochs": 3, "hidden": (8,)}
+        few = {"rounds": 4, "flocks": 20, "branches": 2, "epochs": 3, "hidden": (8,), "improve": True}
         profile = {"profile_ranges": (0.0, 5.0, 10.0), "extra_entries": ("escape_direction",)}
         seen = {"inputs": ("time",), "candidate_inputs": ("polarization", "heading_away", "range")}
         return ImitationArgs(**{**common, **few, **profile, **seen, "teacher": "turn-flock-away", **changes})
