@@ -6,7 +6,7 @@ from typing import Annotated
 import tyro
 
 from training.arguments import CompareArgs, EvaluateArgs, ExtendArgs, TuneArgs
-from training.config import train_descriptions, train_presets
+from training.presets import train_descriptions, train_presets
 
 Preset = tyro.extras.subcommand_type_from_defaults(train_presets(), train_descriptions(), prefix_names=False)
 
@@ -24,8 +24,8 @@ def _train(args: Annotated[Preset, tyro.conf.arg(name="")]) -> None:  # type: ig
 @app.command(name="extend")
 def _extend(args: Annotated[ExtendArgs, tyro.conf.arg(name="")]) -> None:
     """Continue a finished run with a larger budget, in a new folder."""
-    from training.config import RunRecord
     from training.extend import extend, scheduled
+    from training.record import RunRecord
 
     policy = extend(args)
     print("Policy:", policy)

@@ -1,23 +1,13 @@
-"""Settings and arguments of training runs, their TOML presets, and the record in the folder of a run."""
+"""Settings and arguments of training runs."""
 
 from __future__ import annotations
 
 import dataclasses
-import json
-import tomllib
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from flockesc_env import FlockScenario, LineScenario, preset
-from flockesc_env.common.files import atomic_write
-from training.versions import versions
-
-PRESETS = Path(__file__).parent / "configs"
-CONFIG_FILE = "config.json"
-POLICY_FILE = "policy.npz"
-CURVE_FILE = "curve.parquet"
-RUN_FILE = "run.json"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -279,128 +269,11 @@ BUDGETS: dict[type[Args], str] = {
 """Field of each learner that holds the length of a run."""
 
 
-@dataclass(frozen=True)
-class Learner:
-    """A learner of a preset.
-
-    Attributes:
-        args: arguments of its runs; folder and seed are those of the first run.
-        seeds: number of training seeds in the reported comparison.
-        note: remark for readers of the results; may be empty.
-    """
-
-    args: Args
-    seeds: int
-    note: str = ""
-
-    def arguments(self) -> dict[str, Any]:
-        """Return the arguments that the runs of all seeds share."""
-        per_run = {"run", "seed", "progress"}
-        return {name: value for name, value in dataclasses.asdict(self.args).items() if name not in per_run}
-
-
-@dataclass(frozen=True)
-class Preset:
-    """A preset: one file of ``training/configs``.
-
-    Attributes:
-        title: title in tables and on the page of results.
-        setting: the task.
-        learners: the learners by name.
-    """
-
-    title: str
-    setting: Setting
-    learners: dict[str, Learner]
-
-
-@dataclass(frozen=True)
-class RunRecord:
-    """Record of a run, which suffices to repeat or continue it.
-
-    Attributes:
-        args: arguments of the run.
-        versions: versions of the packages that results depend on.
-        continued_at: budgets after which a finished run was continued, if its schedules changed there
-            (``training.extend``).
-    """
-
-    args: Args
-    versions: dict[str, str] = field(default_factory=versions)
-    continued_at: tuple[int, ...] = ()
-
-    def write(self, run: Path) -> None:
-        """Write the record into the run's folder."""
-        args = {**dataclasses.asdict(self.args), "run": run.name}
-        document: dict[str, Any] = {
-            "learner": KINDS[type(self.args)],
-            "args": args,
-            "versions": self.versions,
-        }
-        if self.continued_at:
-            document["continued_at"] = self.continued_at
-        with atomic_write(run / CONFIG_FILE) as file:
-            file.write(json.dumps(document, indent=2).encode() + b"\n")
-
-    @classmethod
-    def read(cls, run: Path) -> RunRecord:
-        """Read the record of a run.
-
-        Raises:
-            FileNotFoundError: if the folder holds no run.
-        """
-        document = json.loads((run / CONFIG_FILE).read_text())
-        args = _args(document["learner"], {**document["args"], "run": run})
-        return cls(args, document["versions"], tuple(document.get("continued_at", ())))
-
-
-def presets() -> dict[str, Preset]:
-    """Return the presets of ``training/configs`` by name."""
-    return {
-        file.stem: _preset(tomllib.loads(file.read_text()), file.stem)
-        for file in sorted(PRESETS.glob("*.toml"))
-    }
-
-
-def train_presets() -> dict[str, Args]:
-    """Return the arguments of every learner of every preset by its name, ``<preset>-<learner>``."""
-    return {
-        f"{name}-{learner}": entry.args
-        for name, chosen in presets().items()
-        for learner, entry in chosen.learners.items()
-    }
-
-
-def train_descriptions() -> dict[str, str]:
-    """Return a one-line description of every entry of ``train_presets``."""
-    return {
-        f"{name}-{learner}": "; ".join(filter(None, (chosen.title, _method(entry.args), entry.note)))
-        for name, chosen in presets().items()
-        for learner, entry in chosen.learners.items()
-    }
-
-
-def _method(args: Args) -> str:
-    """Return a description of a learner's method, for example ``PPO with reward running_minimum``."""
-    if isinstance(args, SB3Args):
-        return f"{KINDS[type(args)].upper()}, reward {args.reward}"
-    return "CMA-ES" if isinstance(args, SearchArgs) else f"imitation of values, teacher {args.teacher}"
-
-
-def _preset(document: dict[str, Any], name: str) -> Preset:
-    setting = document.get("setting", {})
-    learners = {}
-    for learner, values in document["learners"].items():
-        fields = {**setting, "run": Path("runs") / f"{name}-{learner}", **values}
-        seeds, note, kind = fields.pop("seeds", 0), fields.pop("note", ""), fields.pop("kind")
-        learners[learner] = Learner(_args(kind, fields), seeds, note)
-    return Preset(document["title"], Setting(**_tuples(setting)), learners)
-
-
-def _args(kind: str, values: dict[str, Any]) -> Args:
+def make_args(kind: str, values: dict[str, Any]) -> Args:
     """Return the arguments of a document, in which tuples are lists."""
-    return _TYPES[kind](**_tuples(values))
+    return _TYPES[kind](**tuples(values))
 
 
-def _tuples(values: dict[str, Any]) -> dict[str, Any]:
+def tuples(values: dict[str, Any]) -> dict[str, Any]:
+    """Return the values of a document with tuples for lists."""
     return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}

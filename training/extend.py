@@ -9,8 +9,9 @@ from typing import Any
 
 from flockesc_env import ArgumentError, load_policy
 from training.arguments import ExtendArgs
-from training.config import BUDGETS, CONFIG_FILE, POLICY_FILE, Args, PPOArgs, RunRecord, SB3Args, SearchArgs
+from training.config import BUDGETS, Args, PPOArgs, SB3Args, SearchArgs
 from training.outputs import CHECKPOINT
+from training.record import CONFIG_FILE, POLICY_FILE, RunRecord
 from training.seeds import training_seeds
 from training.train import train
 from training.versions import versions

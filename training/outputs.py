@@ -13,8 +13,9 @@ import polars as pl
 from flockesc_env import NamedPolicy, save_policy
 from flockesc_env.common.files import atomic_write
 from flockesc_env.policies.files import Stored
-from training.config import CONFIG_FILE, CURVE_FILE, POLICY_FILE, RUN_FILE, Args, RunRecord
+from training.config import Args
 from training.evaluation import objective, policy_spec
+from training.record import CONFIG_FILE, CURVE_FILE, POLICY_FILE, RUN_FILE, RunRecord
 from training.seeds import TUNING, first_seeds
 
 CHECKPOINT = "checkpoint.pickle"

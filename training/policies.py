@@ -8,7 +8,7 @@ from pathlib import Path
 from flockesc_env import ArgumentError, FlockScenario, NamedPolicy
 from flockesc_env.cli.policies import policy_of
 from flockesc_env.policies import NAMES
-from training.config import POLICY_FILE
+from training.record import POLICY_FILE
 
 EXPECTED = f"{', '.join(NAMES)}, a policy file, the folder of a finished run or module:function"
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from flockesc_env.common.files import atomic_write
 from flockesc_env.jobs import Arrays, Cache, Job
-from training.config import CONFIG_FILE, CURVE_FILE, POLICY_FILE, RUN_FILE, Args
+from training.config import Args
+from training.record import CONFIG_FILE, CURVE_FILE, POLICY_FILE, RUN_FILE
 
 RUN_SECONDS = 600.0
 """Estimated time of a run: one chunk on SLURM."""

@@ -15,9 +15,10 @@ from flockesc_env.jobs import Arrays, Cache, Job, find_backend
 from flockesc_env.jobs import run as run_all
 from training import seeds
 from training.arguments import TuneArgs
-from training.config import BUDGETS, Args, ImitationArgs, PPOArgs, SearchArgs, train_presets
+from training.config import BUDGETS, Args, ImitationArgs, PPOArgs, SearchArgs
 from training.evaluation import objective
 from training.policies import named_policy
+from training.presets import train_presets
 from training.runs import RUN_SECONDS, run
 
 _NUMBER = "job"

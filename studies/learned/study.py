@@ -24,18 +24,11 @@ from studies.learned.held_out import play_job
 from studies.learned.references import write_references
 from studies.learned.results import EPISODES_FILE, load_study
 from training import seeds
-from training.config import (
-    CURVE_FILE,
-    KINDS,
-    POLICY_FILE,
-    RUN_FILE,
-    Args,
-    Preset,
-    RunRecord,
-    presets,
-)
+from training.config import KINDS, Args
 from training.evaluation import OUTCOMES
 from training.outputs import write_table
+from training.presets import Preset, presets
+from training.record import CURVE_FILE, POLICY_FILE, RUN_FILE, RunRecord
 from training.runs import RunFolders, run_job
 from training.versions import versions
 

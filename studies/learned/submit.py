@@ -14,9 +14,10 @@ from flockesc_env.policies import NAMES
 from studies.learned.page import write_page
 from studies.learned.results import BEST_FIXED, EPISODES_FILE, ORACLE, load_studies
 from studies.learned.summary import summarize
-from training.config import Setting, presets
+from training.config import Setting
 from training.evaluation import play
 from training.policies import named_policy
+from training.presets import presets
 from training.seeds import HELD_OUT, first_seeds
 
 

@@ -26,7 +26,8 @@ from studies.arms_race.page import write_race_page
 from studies.arms_race.players import SIZE, Flock, NetworkPredator, Predator
 from studies.arms_race.race import BEST_FIXED, CROSS_PLAY_FILE, PER_AGENT, SETTINGS, RaceArgs, arms_race
 from studies.arms_race.results import load_race
-from training.config import CURVE_FILE, SearchArgs
+from training.config import SearchArgs
+from training.record import CURVE_FILE
 from training.search import search
 
 SCENARIO = small_flock(num_agents=6, num_steps=24, initial_side=60.0).with_learned_predators()

@@ -18,9 +18,10 @@ from flockesc_env import ArgumentError, load_policy
 from training import search
 from training.__main__ import main
 from training.arguments import ExtendArgs
-from training.config import BUDGETS, CONFIG_FILE, CURVE_FILE, POLICY_FILE, Args, RunRecord
+from training.config import BUDGETS, Args
 from training.extend import extend
 from training.outputs import CHECKPOINT, save_checkpoint
+from training.record import CONFIG_FILE, CURVE_FILE, POLICY_FILE, RunRecord
 from training.train import train
 
 SHORT, LONG = 4, 7  # neither is a multiple of the rounds between two points of the learning curve

@@ -14,10 +14,11 @@ from small_runs import small_run
 
 from flockesc_env import Architecture, load_policy
 from flockesc_env.policies import BestCandidate, WinStayLoseShift
-from training.config import CURVE_FILE, SearchArgs
+from training.config import SearchArgs
 from training.evaluation import objective, policy_spec
 from training.families import Family, Networks, Rules, family_of
 from training.outputs import CURVE_FLOCKS
+from training.record import CURVE_FILE
 from training.search import search
 from training.seeds import TUNING, first_seeds
 

@@ -15,7 +15,7 @@ from studies.learned.held_out import objectives
 from studies.learned.leaderboard import cards, leaderboard_page
 from studies.learned.results import BEST_FIXED, Study, load_studies, load_study
 from studies.learned.summary import summarize
-from training.config import presets
+from training.presets import presets
 from training.seeds import HELD_OUT
 
 ROOT = Path(__file__).parents[2]

@@ -14,10 +14,11 @@ from small_runs import SMALL, small_run
 
 from flockesc_env.policies.files import load_policy
 from flockesc_env.sb3 import AgentVecEnv
-from training.config import CONFIG_FILE, CURVE_FILE, RUN_FILE, Args, PPOArgs, TQCArgs
+from training.config import Args, PPOArgs, TQCArgs
 from training.evaluation import objective, policy_spec
 from training.outputs import CURVE_FLOCKS
 from training.ppo import PPORounds
+from training.record import CONFIG_FILE, CURVE_FILE, RUN_FILE
 from training.rounds import LINE_ACTIONS, Rounds
 from training.seeds import TUNING, first_seeds, training_seeds
 from training.tqc import TQCRounds

@@ -31,8 +31,9 @@ from studies.learned.references import (
 )
 from studies.learned.results import BEST_FIXED, ORACLE, Study, load_studies, load_study
 from studies.learned.summary import summarize
-from training.config import Setting, presets
+from training.config import Setting
 from training.evaluation import outcome
+from training.presets import presets
 from training.seeds import HELD_OUT, TUNING
 
 COMMITTED = Path(__file__).parents[2] / "results" / "learned"

@@ -23,8 +23,8 @@ from studies.learned.study import FLOCK_GRID, StudyArgs, study, study_explanatio
 from studies.learned.submit import submit
 from studies.learned.summary import BEST_THERE
 from training import search, seeds
-from training.config import presets
 from training.evaluation import objective
+from training.presets import presets
 from training.seeds import HELD_OUT, TRAINING, TUNING
 
 FLOCKS = 70  # more flocks than a rollout steps together

@@ -15,7 +15,6 @@ from flockesc_env.policies.registry import NamedPolicy
 from studies.learned.page import DETAILS
 from studies.learned.results import BEST_FIXED, load_study
 from studies.learned.submit import check_fits, submit
-from training import config
 from training.config import Setting
 from training.seeds import HELD_OUT
 
@@ -32,7 +31,7 @@ def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         f'title = "tiny"\n[setting]\nscenario = "{tmp_path / "small.toml"}"\nper_agent = true\n'
         'predator_visible = false\nobjective = "minimum"\n[learners.search]\nkind = "search"\n'
     )
-    monkeypatch.setattr(config, "PRESETS", presets)
+    monkeypatch.setattr("training.presets.PRESETS", presets)
     results = tmp_path / "results"
     fixed = 20 + np.random.default_rng(0).normal(size=6)
     write_study(

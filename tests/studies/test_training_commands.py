@@ -30,10 +30,12 @@ from training import seeds
 from training.__main__ import app, main
 from training.arguments import TuneArgs
 from training.compare import CompareArgs, compare
-from training.config import PRESETS, ImitationArgs, PPOArgs, RunRecord, SearchArgs, presets, train_presets
+from training.config import ImitationArgs, PPOArgs, SearchArgs
 from training.evaluate import EvaluateArgs, evaluate
 from training.evaluation import policy_spec
 from training.policies import named_policy, scenario_of
+from training.presets import PRESETS, presets, train_presets
+from training.record import RunRecord
 from training.rounds import round_steps
 from training.train import train
 

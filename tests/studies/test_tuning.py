@@ -14,9 +14,11 @@ from tiny_studies import Spy, write_preset
 
 from training import search
 from training.arguments import TuneArgs
-from training.config import RunRecord, SearchArgs, train_presets
+from training.config import SearchArgs
 from training.evaluation import objective
 from training.policies import named_policy
+from training.presets import train_presets
+from training.record import RunRecord
 from training.seeds import HELD_OUT, TRAINING, TUNING, TUNING_RUN, training_seeds
 from training.tune import _as_trial, completed, suggest, tune
 

@@ -21,8 +21,9 @@ from small_runs import LEARNERS, small_run
 from stable_baselines3.common.buffers import ReplayBuffer
 
 from flockesc_env.policies.files import load_policy
-from training.config import CURVE_FILE, POLICY_FILE, Args
+from training.config import Args
 from training.outputs import CHECKPOINT
+from training.record import CURVE_FILE, POLICY_FILE
 
 ROUNDS = {"num_episodes": 10, "checkpoint_every": 1}
 GENERATIONS = {"generations": 16, "checkpoint_every": 1}

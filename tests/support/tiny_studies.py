@@ -61,7 +61,7 @@ def write_preset(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     configs.mkdir()
     (folder / "tiny-flock.toml").write_text(TINY.to_toml())
     (configs / "tiny.toml").write_text(PRESET.format(scenario=folder / "tiny-flock.toml"))
-    monkeypatch.setattr("training.config.PRESETS", configs)
+    monkeypatch.setattr("training.presets.PRESETS", configs)
 
 
 class Spy:
