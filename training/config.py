@@ -171,7 +171,7 @@ class PPOArgs(SB3Args):
             categorical. Empty: a Gaussian policy, unless there are ``ranges``.
         ranges: rising ranges in m among which a categorical policy chooses, without a profile.
         episode_steps: model steps of an episode of training, if that decides the objective; 0: all. The entry
-            ``time`` is then another one, so ``inputs`` should leave it out. Only for flocks.
+            ``time`` is then another one, so ``inputs`` must leave it out. Only for flocks.
         range_cost: deducted from the reward of an action with the range ``max_range``; in proportion from
             others. Listening far can be good for an agent and bad for the flock, which then agrees.
     """

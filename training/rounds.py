@@ -234,9 +234,16 @@ def round_steps(args: SB3Args) -> int:
 
 
 def _model(args: SB3Args) -> FlockScenario | LineScenario:
-    """Return the scenario of training; see ``PPOArgs.episode_steps``."""
+    """Return the scenario of training.
+
+    Raises:
+        ArgumentError: if the policy sees the time and ``PPOArgs.episode_steps`` would change it.
+    """
     model = args.model
     if isinstance(args, PPOArgs) and args.episode_steps and isinstance(model, FlockScenario):
+        if "time" in args.inputs or not (args.inputs or args.candidate_inputs):
+            given = args.inputs or "all entries"
+            raise ArgumentError("inputs", "entries without time, because episode_steps is given", given)
         return model.replace(num_steps=args.episode_steps)
     return model
 

@@ -12,6 +12,7 @@ import pytest
 import torch
 from small_runs import SMALL, small_run
 
+from flockesc_env import ArgumentError
 from flockesc_env.policies.files import load_policy
 from flockesc_env.sb3 import AgentVecEnv
 from training.config import Args, PPOArgs, TQCArgs
@@ -153,12 +154,19 @@ def test_a_policy_over_ranges_is_stored_as_a_network_that_sets_the_most_probable
 
 
 def test_episodes_of_training_can_be_shorter(tmp_path: Path) -> None:
-    train(small_run(tmp_path / "run", episode_steps=8))
+    train(small_run(tmp_path / "run", episode_steps=8, inputs=("last_range", "neighbor_count")))
     speed = json.loads((tmp_path / "run" / RUN_FILE).read_text())
     assert speed["episodes"] == 2 * 4
     assert speed["samples"] == 2 * 4 * SMALL.num_agents * 8 / 4
     policy = load_policy(tmp_path / "run" / "policy.npz")
     assert policy.scenario == SMALL
+
+
+@pytest.mark.parametrize("inputs", [(), ("last_range", "time")])
+def test_shorter_episodes_hide_the_time(tmp_path: Path, inputs: tuple[str, ...]) -> None:
+    with pytest.raises(ArgumentError, match="inputs: expected entries without time, because episode_steps"):
+        train(small_run(tmp_path / "run", episode_steps=8, inputs=inputs))
+    assert not (tmp_path / "run").exists()
 
 
 @pytest.mark.parametrize("ranges", [(), (0.0, 5.0, 20.0)])
