@@ -216,7 +216,7 @@ class ImitationArgs(TrainArgs):
     Attributes:
         teacher: policy that plays every copy of a flock to the end, after its first action, and that visits
             flocks in the first round: a built-in policy, a policy file or the folder of a run.
-        improve: after a round, its network replaces the teacher.
+        improve: after a round, its network replaces the teacher. The values of older teachers are kept.
         inputs: observation entries that the network sees, besides those of candidates. Empty: no others if
             candidates are scored, otherwise all.
         candidate_inputs: entries of a candidate range that the network sees; it scores every candidate of the

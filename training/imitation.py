@@ -2,7 +2,9 @@
 
 In every round the policy plays new flocks up to a random action, where some candidates are valued
 (``Branches``). Then a new network is fitted to the values of all rounds. This is AggreVaTe (Ross and Bagnell,
-"Reinforcement and imitation learning via interactive no-regret learning", 2014).
+"Reinforcement and imitation learning via interactive no-regret learning", 2014). If every network replaces
+its teacher (``improve``), it is a policy iteration whose values come from rollouts (Lazaric, Ghavamzadeh and
+Munos, "Analysis of classification-based policy iteration algorithms", 2016).
 """
 
 from __future__ import annotations
