@@ -18,7 +18,7 @@ import numpy as np
 import torch
 from torch import nn
 
-from flockesc_env import Architecture, NetworkPolicy
+from flockesc_env import Architecture, ArgumentError, NetworkPolicy
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.batch import Observations
@@ -59,10 +59,12 @@ def imitate(args: ImitationArgs) -> Path:
     """Run an imitation of values, or continue an unfinished one, and return the path of the policy file.
 
     Raises:
-        ArgumentError: if the setting has no candidate ranges, is a line or has one range per agent, or a name
-            is unknown.
+        ArgumentError: if there is no round, the setting is a line or has one range per agent, candidates are
+            missing, or a name is unknown.
         FileExistsError: if the folder holds a finished run, or a run with other arguments.
     """
+    if args.rounds < 1:
+        raise ArgumentError("rounds", "at least 1", args.rounds)
     teacher = named_policy(args.teacher).policy
     branches = Branches(args, teacher)
     torch.set_num_threads(1)
@@ -104,8 +106,7 @@ def _round(state: ImitationState, args: ImitationArgs, branches: Branches) -> No
 
 def _policy(state: ImitationState) -> NetworkPolicy:
     """Return the policy after a round."""
-    if state.policy is None:
-        raise AssertionError("no round was played")
+    assert state.policy is not None  # noqa: S101, for the type checker
     return state.policy
 
 

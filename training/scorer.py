@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any
@@ -85,7 +86,7 @@ class ScorerPolicy(ActorCriticPolicy):
             layers[-1].weight[0, column] = -_FIRST_SLOPE
 
 
-class Networks(nn.Module):
+class Networks(nn.Module, ABC):
     """A policy network and a value network, in the form of ``MlpExtractor`` of stable-baselines3.
 
     Args:
@@ -105,9 +106,9 @@ class Networks(nn.Module):
         """Return the outputs of the policy network and the last hidden layer of the value network."""
         return self.forward_actor(features), self.forward_critic(features)
 
+    @abstractmethod
     def forward_actor(self, features: torch.Tensor) -> torch.Tensor:
         """Return the outputs of the policy network, shape (rows, outputs)."""
-        raise NotImplementedError
 
     def forward_critic(self, features: torch.Tensor) -> torch.Tensor:
         """Return the last hidden layer of the value network, shape (rows, width)."""

@@ -14,7 +14,7 @@ from flockesc_env import ArgumentError, FlockEscapeEnv
 from training.branches import Branches
 from training.config import ImitationArgs
 from training.evaluation import policy_spec
-from training.imitation import fit
+from training.imitation import fit, imitate
 from training.policies import named_policy
 
 
@@ -104,10 +104,12 @@ def test_without_a_profile_the_network_sets_the_better_range(tmp_path: Path, hid
     [
         ({"per_agent": True}, "per_agent: expected one range for a flock"),
         ({"profile_ranges": ()}, "profile_ranges: expected candidate ranges, got none"),
+        ({"rounds": 0}, "rounds: expected at least 1, got 0"),
         ({"ranges": (0.0, 5.0)}, "ranges: expected candidates, or candidate_inputs of a profile, got both"),
     ],
 )
 def test_other_settings_are_refused(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
     args = imitation_args(tmp_path, **changes)
     with pytest.raises(ArgumentError, match=message):
-        Branches(args, named_policy(args.teacher).policy)
+        imitate(args)
+    assert not args.run.exists()
