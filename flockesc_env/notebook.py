@@ -82,8 +82,11 @@ def _(result: SweepResult) -> str:
             return _picture(result.plot())
         except MissingExtraError:
             pass
-    name = result.objectives[next(iter(result.objectives))]
-    return _table(["interaction_range", f"mean {name}"], zip(result.interaction_ranges, mean, strict=True))
+    objective = next(iter(result.objectives.values()))
+    return _table(
+        ["interaction_range", f"mean {objective.with_unit(objective.symbol)}"],
+        zip(result.interaction_ranges, mean, strict=True),
+    )
 
 
 @to_html.register(Episodes)

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from tyro.conf import Positional
+
+from flockesc_env.episodes.options import Objective
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +57,7 @@ class CompareArgs:
         policies: names of built-in policies (see ``flockesc simulate --help``), policy
             files, folders of runs, or module:function.
         output: folder for the tables, the recorded runs and the figures.
-        objective: minimum over time of the mean or of the minimum predator distance.
+        objective: what is compared; see ``EnvOptions``.
         flocks: number of held-out flocks for the comparison.
         tuning_flocks: number of other flocks, on which the best fixed range is chosen.
         max_range: largest range of the grid in m.
@@ -66,7 +67,7 @@ class CompareArgs:
 
     policies: tuple[str, ...]
     output: Path = Path("runs/comparison")
-    objective: Literal["mean", "minimum"] = "mean"
+    objective: Objective = "mean"
     flocks: int = 200
     tuning_flocks: int = 400
     max_range: float = 150.0

@@ -12,7 +12,6 @@ from flockesc_env.episodes.batch import FlockBatch, Observations
 from flockesc_env.episodes.options import env_options
 from flockesc_env.episodes.spaces import PolicySpec
 from training.config import ImitationArgs
-from training.evaluation import OUTCOMES
 
 GROUP = 16
 """Flocks that are played up to the same action and copied there."""
@@ -98,7 +97,7 @@ class Branches:
             if has_ended.all():
                 break
             actions = self.teacher.act(observations, self.spec)
-        values: FloatArray = copies.metrics()[OUTCOMES[self._args.objective]]
+        values: FloatArray = copies.metrics()[self._args.spec.column]
         return values.reshape(ranges.shape)
 
     def _batch(self, num_flocks: int) -> FlockBatch:

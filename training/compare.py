@@ -14,6 +14,7 @@ from flockesc_env import FlockScenario, FlockSweepResult, save_run, sweep
 from flockesc_env.common import stats
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from training import plots, seeds
 from training.arguments import CompareArgs
 from training.evaluation import outcome, run_policy
@@ -32,6 +33,8 @@ def compare(args: CompareArgs) -> pl.DataFrame:
     """
     entries = [named_policy(spec) for spec in args.policies]
     scenario = scenario_of(entries)
+    spec = FLOCK_OBJECTIVES[args.objective]
+    spec.check_defined_in(scenario)
     held_out = seeds.first_seeds(seeds.HELD_OUT, args.flocks)
     tuning = seeds.first_seeds(seeds.TUNING, args.tuning_flocks)
     grid = np.linspace(0.0, args.max_range, args.grid_size)
@@ -49,11 +52,11 @@ def compare(args: CompareArgs) -> pl.DataFrame:
     }
     for entry in entries:
         episodes = run_policy(entry, held_out, scenario=scenario, num_threads=args.num_threads)
-        outcomes[entry.name] = outcome(episodes, args.objective)
+        outcomes[entry.name] = outcome(episodes, spec)
 
     table = _table(outcomes, fixed)
     _write(args, table, outcomes, held_out)
-    figures = [plots.objective_against_range(search, args.objective, outcomes, args.output)]
+    figures = [plots.objective_against_range(search, spec, outcomes, args.output)]
     if entries:
         last = entries[-1]
         # A typical flock: the lower median of the last policy's paired differences to the best range.
@@ -62,7 +65,8 @@ def compare(args: CompareArgs) -> pl.DataFrame:
         runs = plots.record_both(baseline, last, scenario, flock)
         for file, (name, run) in zip(RECORDS, runs, strict=True):
             save_run(run, args.output / file, name=name)
-        figures += [plots.flock_over_time(runs, args.output), plots.flock_under_attack(runs, args.output)]
+        figures += [plots.flock_over_time(runs, spec, args.output)]
+        figures += [plots.flock_under_attack(runs, spec, args.output)]
     print(_markdown(table, args))
     print("\nFigures:", *figures, sep="\n  ")
     return table
@@ -98,8 +102,10 @@ def _table(outcomes: dict[str, FloatArray], fixed: FloatArray) -> pl.DataFrame:
 
 
 def _markdown(table: pl.DataFrame, args: CompareArgs) -> str:
+    unit = FLOCK_OBJECTIVES[args.objective].unit
     lines = [
-        f"Objective `{args.objective}` in m on {args.flocks} held-out flocks; 95 % bootstrap intervals.",
+        f"Objective `{args.objective}`{f' in {unit}' if unit else ''} on {args.flocks} held-out flocks;"
+        " 95 % bootstrap intervals.",
         f"Differences to the best fixed range are paired by flock. The best fixed range was chosen on"
         f" {args.tuning_flocks} other flocks.",
         "",

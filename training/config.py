@@ -5,9 +5,11 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from flockesc_env import FlockScenario, LineScenario, preset
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
+from flockesc_env.episodes.options import Objective
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,7 +20,7 @@ class Setting:
         scenario: name of a preset scenario, or a scenario file (.toml) of a flock.
         per_agent: one range per agent, set by a policy that all agents share; otherwise one for all agents.
         predator_visible: agents observe the predator at any distance; otherwise within its range only.
-        objective: minimum over time of the mean (Eq. 12) or of the minimum predator distance (Eq. 13).
+        objective: what is maximized in a flock; see ``EnvOptions``. The line has one objective.
         max_range: largest range, in m for a flock.
         steps_per_action: number of model steps per action.
         profile_ranges: candidate ranges of the observation; empty: no profile.
@@ -28,7 +30,7 @@ class Setting:
     scenario: str = "paper-flock"
     per_agent: bool = True
     predator_visible: bool = True
-    objective: Literal["mean", "minimum"] = "mean"
+    objective: Objective = "mean"
     max_range: float = 20.0
     steps_per_action: int = 4
     profile_ranges: tuple[float, ...] = ()
@@ -45,6 +47,11 @@ class Setting:
     def is_line(self) -> bool:
         """Whether the scenario is a line."""
         return isinstance(self.model, LineScenario)
+
+    @property
+    def spec(self) -> ObjectiveSpec:
+        """The objective of the scenario's model."""
+        return LINE_OBJECTIVES["escape_distance"] if self.is_line else FLOCK_OBJECTIVES[self.objective]
 
     def env_options(self) -> dict[str, Any]:
         """Return the options of the environment, except the reward."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import polars as pl
 
 from flockesc_env.common import stats
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from training import seeds
 from training.arguments import EvaluateArgs
 from training.evaluation import run_policy
@@ -12,25 +13,21 @@ from training.policies import named_policy, scenario_of
 
 
 def evaluate(args: EvaluateArgs) -> pl.DataFrame:
-    """Run a policy on held-out flocks, print both objectives, write and return the table.
+    """Run a policy on held-out flocks, print all objectives, write and return the table.
 
     Raises:
         ValueError: if an argument is out of bounds or the policy is unknown.
     """
     entry = named_policy(args.policy)
     flocks = seeds.first_seeds(seeds.HELD_OUT, args.flocks)
-    episodes = run_policy(entry, flocks, scenario=scenario_of([entry]), num_threads=args.num_threads)
-    record = pl.DataFrame(
-        {
-            "seed": episodes.seeds,
-            "min_mean_distance": episodes.min_mean_distance,
-            "min_min_distance": episodes.min_min_distance,
-            "num_components": episodes.num_components,
-        }
-    )
+    scenario = scenario_of([entry])
+    episodes = run_policy(entry, flocks, scenario=scenario, num_threads=args.num_threads)
+    specs = [spec for spec in FLOCK_OBJECTIVES.values() if spec.is_defined_in(scenario)]
+    names = ("seeds", *(spec.column for spec in specs), "num_components")
+    record = pl.DataFrame({name: getattr(episodes, name) for name in names}).rename({"seeds": "seed"})
     if args.output is not None:
         record.write_parquet(args.output)
     print(f"{entry.name} on {args.flocks} held-out flocks, mean and 95 % bootstrap interval:")
-    print(f"  J_mean {stats.mean(episodes.min_mean_distance)} m")
-    print(f"  J_min  {stats.mean(episodes.min_min_distance)} m")
+    for spec in specs:
+        print(f"  {spec.symbol:<10} {stats.mean(record[spec.column].to_numpy())} {spec.unit}".rstrip())
     return record

@@ -12,6 +12,7 @@ from flockesc_env import (
     Episodes,
     FlockEscapeEnv,
     FlockScenario,
+    LineEpisodes,
     LineEscapeEnv,
     LineScenario,
     NamedPolicy,
@@ -22,12 +23,10 @@ from flockesc_env import (
 )
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
+from flockesc_env.episodes.objectives import ObjectiveSpec
 from flockesc_env.episodes.options import env_options, line_options
 from flockesc_env.policies.network_rollout import play_flocks_of_networks, play_lines_of_networks
 from training.config import Setting
-
-OUTCOMES = {"mean": "min_mean_distance", "minimum": "min_min_distance"}
-"""Attribute of the results of ``sweep`` and ``rollout`` that holds each objective."""
 
 
 def objective(
@@ -38,7 +37,7 @@ def objective(
     batch_size: int = 64,
     num_threads: int | None = 1,
 ) -> FloatArray:
-    """Run a policy in a setting and return the objective in m, shape (seeds,).
+    """Run a policy in a setting and return the objective, shape (seeds,).
 
     Args:
         setting: the scenario, the options and the objective.
@@ -47,20 +46,12 @@ def objective(
         batch_size: number of flocks stepped together.
         num_threads: number of threads; ``None``: one per core.
     """
-    model, options = setting.model, setting.env_options()
-    if isinstance(model, LineScenario):
-        lines = rollout(model, policy, seeds, batch_size=batch_size, num_threads=num_threads, **options)
-        return lines.escape_distance
-    episodes = rollout(
-        model,
-        policy,
-        seeds,
-        per_agent=setting.per_agent,
-        batch_size=batch_size,
-        num_threads=num_threads,
-        **options,
-    )
-    return outcome(episodes, setting.objective)
+    options: Any = setting.env_options()
+    if not setting.is_line:
+        options["per_agent"] = setting.per_agent
+    model: Any = setting.model
+    episodes = rollout(model, policy, seeds, batch_size=batch_size, num_threads=num_threads, **options)
+    return outcome(episodes, setting.spec)
 
 
 def play_networks(
@@ -75,7 +66,7 @@ def play_networks(
         seeds: seeds of the flocks.
 
     Returns:
-        The objective in m, shape (networks, seeds), and the number of actions, per agent or per flock.
+        The objective, shape (networks, seeds), and the number of actions, per agent or per flock.
     """
     model = setting.model
     options: Any = setting.env_options()
@@ -83,14 +74,14 @@ def play_networks(
     arguments = architecture, parameters, list(seeds) * len(vectors)
     if isinstance(model, LineScenario):
         columns = play_lines_of_networks(*arguments, model, line_options(options), num_threads=1)
-        values, rows = columns["escape_distance"], 1
+        rows = 1
     else:
         flock_options = env_options(model, options)
         columns = play_flocks_of_networks(
             *arguments, model, flock_options, per_agent=setting.per_agent, num_threads=1
         )
-        values = columns[OUTCOMES[setting.objective]]
         rows = model.num_agents if setting.per_agent else 1
+    values = columns[setting.spec.column]
     return values.reshape(len(vectors), -1), rows * int(columns["num_actions"].sum())
 
 
@@ -102,9 +93,9 @@ def policy_spec(setting: Setting) -> PolicySpec:
     return (parallel_env if setting.per_agent else FlockEscapeEnv)(model, **options).policy_spec
 
 
-def outcome(episodes: Episodes, objective: str) -> FloatArray:
-    """Return the values of an objective in m, shape (seeds,)."""
-    values: FloatArray = getattr(episodes, OUTCOMES[objective])
+def outcome(episodes: Episodes | LineEpisodes, spec: ObjectiveSpec) -> FloatArray:
+    """Return the values of an objective, shape (seeds,)."""
+    values: FloatArray = getattr(episodes, spec.column)
     return values
 
 
@@ -119,8 +110,8 @@ def run_policy(
 def play(
     entry: NamedPolicy, setting: Setting, flocks: range, *, num_threads: int | None = None
 ) -> FloatArray:
-    """Run a policy with its own options in a setting, and return the objective in m, shape (seeds,)."""
+    """Run a policy with its own options in a setting, and return the objective, shape (seeds,)."""
     model = setting.model
     if isinstance(model, LineScenario):
-        return rollout(model, entry, flocks).escape_distance
-    return outcome(run_policy(entry, flocks, scenario=model, num_threads=num_threads), setting.objective)
+        return outcome(rollout(model, entry, flocks), setting.spec)
+    return outcome(run_policy(entry, flocks, scenario=model, num_threads=num_threads), setting.spec)

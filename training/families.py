@@ -79,7 +79,7 @@ class Family(Protocol):
         """Run the policies with the parameters ``vectors``, shape (k, size), on the same flocks.
 
         Returns:
-            The objective in m, shape (k, seeds), and the number of actions, per agent or per flock.
+            The objective, shape (k, seeds), and the number of actions, per agent or per flock.
         """
         ...
 

@@ -44,7 +44,7 @@ class ImitationState:
         round: number of the next round.
         policy: sets the best candidate after the last round; ``None`` before the first.
         observations: of the flocks of every round where they were copied, shape (flocks, entries).
-        values: the objective in m under each candidate, shape (flocks, candidates); nan: not drawn.
+        values: the objective under each candidate, shape (flocks, candidates); nan: not drawn.
         measured: measurements so far.
     """
 

@@ -51,8 +51,10 @@ def begin(args: Args) -> None:
     """Make the run's folder with its record, or check that it holds an unfinished run of these arguments.
 
     Raises:
+        ArgumentError: if the scenario lacks what the objective requires.
         FileExistsError: if it holds a finished run, or an unfinished one with other arguments.
     """
+    args.spec.check_defined_in(args.model)
     if (args.run / POLICY_FILE).exists():
         raise FileExistsError(f"run: expected a folder without a finished run, got {args.run}")
     args.run.mkdir(parents=True, exist_ok=True)

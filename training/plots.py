@@ -14,6 +14,7 @@ from matplotlib.patches import Circle
 from flockesc_env import FlockScenario, FlockSweepResult, NamedPolicy, Trajectory
 from flockesc_env.common import stats
 from flockesc_env.common.stats import FloatArray
+from flockesc_env.episodes.objectives import ObjectiveSpec
 from flockesc_env.render.names import policy_title
 from flockesc_env.render.palette import LIGHT
 from training.figure_style import BAND, DPI, RANGES, WIDTH, label_ends
@@ -23,8 +24,6 @@ Run = tuple[str, Trajectory]
 
 LISTENS = 1.0
 """Range in m from which on an agent listens; below, it hardly ever has a neighbor."""
-
-_LABELS = {"mean": "J_mean (m)", "minimum": "J_min (m)"}
 
 
 def _colors(count: int) -> list[str]:
@@ -39,12 +38,12 @@ def _title(name: str, place: int, count: int) -> str:
 
 
 def objective_against_range(
-    search: FlockSweepResult, objective: str, outcomes: dict[str, FloatArray], folder: Path
+    search: FlockSweepResult, objective: ObjectiveSpec, outcomes: dict[str, FloatArray], folder: Path
 ) -> Path:
     """Draw the grid search's mean objective with its band, and a level per policy; return the file."""
     figure = Figure(figsize=(WIDTH, 4.2), layout="constrained")
     axes = figure.subplots()
-    center, low, high = search.mean_with_interval(objective)
+    center, low, high = search.mean_with_interval(objective.name)
     ranges = search.interaction_ranges
     axes.fill_between(ranges, low, high, color=BAND, lw=0)
     axes.plot(ranges, center, color=LIGHT.fixed, lw=1.5)
@@ -55,10 +54,12 @@ def objective_against_range(
         level = stats.mean(values)
         axes.axhspan(level.low, level.high, color=color, alpha=0.15, lw=0)
         axes.axhline(level.mean, color=color, lw=1.5, ls="--" if place == 0 else "-")
-        labels.append((level.mean, f"{level.mean:.1f} {_title(name, place, len(outcomes))}", color))
+        title = _title(name, place, len(outcomes))
+        labels.append((level.mean, f"{objective.number(level.mean)} {title}", color))
     axes.set_xlabel("interaction range (m)")
-    axes.set_ylabel(_LABELS[objective])
-    axes.set_title(f"{_LABELS[objective]} on {len(search.seeds)} held-out flocks, 95 % intervals")
+    label = objective.with_unit(objective.symbol)
+    axes.set_ylabel(label)
+    axes.set_title(f"{label} on {len(search.seeds)} held-out flocks, 95 % intervals")
     axes.margins(x=0)
     label_ends(axes, labels)
     return _save(figure, folder / "objective_against_range")
@@ -69,31 +70,31 @@ def record_both(baseline: NamedPolicy, policy: NamedPolicy, scenario: FlockScena
     return [(entry.name, entry.record(seed, scenario)) for entry in (baseline, policy)]
 
 
-def flock_over_time(runs: list[Run], folder: Path) -> Path:
-    """Draw the mean distance and the share of agents that listen against time; return the file."""
+def flock_over_time(runs: list[Run], objective: ObjectiveSpec, folder: Path) -> Path:
+    """Draw the objective's value and the share of agents that listen against time; return the file."""
     figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
     above, below = figure.subplots(2, sharex=True, height_ratios=(3, 2))
     ends, shares = [], []
     for place, ((name, trajectory), color) in enumerate(zip(runs, _colors(len(runs)), strict=True)):
-        title, distance = _title(name, place, len(runs)), trajectory.mean_distance
-        above.plot(trajectory.times, distance, color=color, lw=2)
-        at = int(np.argmin(distance))
-        above.plot(trajectory.times[at], distance[at], "o", color=color)
+        title, values = _title(name, place, len(runs)), getattr(trajectory, objective.series)
+        above.plot(trajectory.times, values, color=color, lw=2)
+        at = int(np.argmin(values))
+        above.plot(trajectory.times[at], values[at], "o", color=color)
         above.annotate(
-            f"J_mean {distance[at]:.1f} m",
-            (trajectory.times[at], distance[at]),
+            f"{objective.symbol} {objective.text(values[at])}",
+            (trajectory.times[at], values[at]),
             xytext=(-3, 7) if place else (0, -16),
             textcoords="offset points",
             ha="right" if place else "center",
             color=color,
         )
-        ends.append((float(distance[-1]), title, color))
+        ends.append((float(values[-1]), title, color))
         share = 100 * (trajectory.interaction_ranges >= LISTENS).mean(axis=1)
         below.stairs(share, trajectory.times, baseline=None, color=color, lw=2)
         shares.append((float(share[-1]), title, color))
     above.margins(x=0, y=0.2)
-    above.set_ylabel("mean predator distance (m)")
-    above.set_title(f"One flock (seed {runs[0][1].seed}); the dot is the objective J_mean")
+    above.set_ylabel(objective.with_unit(objective.label))
+    above.set_title(f"One flock (seed {runs[0][1].seed}); the dot is the objective {objective.symbol}")
     below.set_ylabel("agents that listen (%)")
     below.set_title(f"Share of agents whose range is {LISTENS:g} m or more")
     below.set_xlabel("time (s)")
@@ -104,7 +105,9 @@ def flock_over_time(runs: list[Run], folder: Path) -> Path:
     return _save(figure, folder / "flock_over_time")
 
 
-def flock_under_attack(runs: list[Run], folder: Path, times: tuple[float, ...] = (0, 3, 6, 9)) -> Path:
+def flock_under_attack(
+    runs: list[Run], objective: ObjectiveSpec, folder: Path, times: tuple[float, ...] = (0, 3, 6, 9)
+) -> Path:
     """Draw one flock at some times, a row per policy, agents colored by their range; return the file."""
     top = max(float(np.quantile(run.interaction_ranges, 0.99)) for _, run in runs)
     rows = [_steps(run, times) for _, run in runs]
@@ -113,14 +116,14 @@ def flock_under_attack(runs: list[Run], folder: Path, times: tuple[float, ...] =
     height = width * (high[1] - low[1]) / (high[0] - low[0])
     figure = Figure(figsize=(WIDTH, (height + 0.75) * len(runs) + 0.2), layout="constrained")
     parts = figure.subfigures(len(runs), 1, squeeze=False)[:, 0]
-    baseline = runs[0][1].mean_distance.min()
+    baseline = getattr(runs[0][1], objective.series).min()
     every = []
     arrows: Any = None
     for place, (part, (name, trajectory), steps) in enumerate(zip(parts, runs, rows, strict=True)):
-        reached = trajectory.mean_distance.min()
-        gain = f", gain {reached - baseline:+.1f} m" if place else ""
+        reached = getattr(trajectory, objective.series).min()
+        gain = f", gain {objective.text(reached - baseline, '+')}" if place else ""
         part.suptitle(
-            f"{_title(name, place, len(runs))}: J_mean {reached:.1f} m{gain}",
+            f"{_title(name, place, len(runs))}: {objective.symbol} {objective.text(reached)}{gain}",
             x=0.01,
             ha="left",
             color=_colors(len(runs))[place],

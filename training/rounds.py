@@ -31,6 +31,7 @@ from flockesc_env import (
     SB3Policy,
 )
 from flockesc_env.common.progress import progress_bar
+from flockesc_env.episodes.objectives import OBJECTIVES
 from flockesc_env.episodes.spaces import RangeActions
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 from training.config import PPOArgs, SB3Args, TQCArgs
@@ -221,9 +222,9 @@ class ObjectiveLog(BaseCallback):
     def _on_step(self) -> bool:
         ended = {id(info): info for info in self.locals["infos"] if "terminal_observation" in info}
         for info in ended.values():
-            for name in ("min_mean_distance", "min_min_distance", "escape_distance"):
-                if name in info:
-                    self.logger.record_mean(f"flock/{name}", info[name])
+            for spec in OBJECTIVES:
+                if spec.column in info:
+                    self.logger.record_mean(f"flock/{spec.column}", info[spec.column])
         return True
 
 

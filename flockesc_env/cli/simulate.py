@@ -11,6 +11,7 @@ from flockesc_env.cli.flags import Json, ScenarioFlags, model_of, optional
 from flockesc_env.cli.output import check_output, note, show, show_json
 from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, OBJECTIVES
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.models import records
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate, simulate_line
@@ -18,12 +19,9 @@ from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
 _MEANINGS = {
-    "min_mean_distance": "m, J_mean: minimum over time of the mean predator distance (Eq. 12)",
-    "min_min_distance": "m, J_min: minimum over time of the minimum predator distance (Eq. 13)",
-    "escape_distance": "distance between the predator and the nearest agent at the end",
+    **{spec.column: f"{spec.with_unit(spec.symbol)}: {spec.definition}" for spec in OBJECTIVES},
     "num_components": "number of connected components of the neighbor graph at the end",
     "polarization": "norm of the mean heading at the end, from 0 to 1",
-    "fraction_surviving": "share of agents that are not caught",
     "converged": "whether the line reached its steady state",
     "steps": "number of steps",
 }
@@ -113,9 +111,7 @@ def _outcome(run: Trajectory | LineTrajectory) -> dict[str, Any]:
             "steps": run.steps,
         }
     return {
-        "min_mean_distance": float(run.mean_distance.min()),
-        "min_min_distance": float(run.min_distance.min()),
+        **{spec.column: float(getattr(run, spec.series).min()) for spec in FLOCK_OBJECTIVES.values()},
         "num_components": int(run.num_components[-1]),
         "polarization": float(run.polarization[-1]),
-        "fraction_surviving": float(run.fraction_surviving[-1]),
     }

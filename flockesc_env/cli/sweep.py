@@ -7,7 +7,7 @@ import json as json_
 import os
 import time
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 from tyro.conf import arg
@@ -15,11 +15,18 @@ from tyro.conf import arg
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Progress, ScenarioFlags, Seeds, Threads, model_of, optional
 from flockesc_env.cli.output import check_output, note, show, show_json, table
-from flockesc_env.common.checks import FloatArray, as_count, as_floats, as_seed, as_threads
+from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import MissingExtraError, require
 from flockesc_env.common.files import atomic_write
 from flockesc_env.common.progress import progress_bar
+from flockesc_env.episodes.objectives import (
+    FLOCK_OBJECTIVES,
+    LINE_OBJECTIVES,
+    OBJECTIVES,
+    ObjectiveSpec,
+    objectives_of,
+)
 from flockesc_env.episodes.options import GRID_SIZE, EnvOptions, LineOptions
 from flockesc_env.jobs import Backend, Cache, find_backend
 from flockesc_env.jobs import run as run_all
@@ -59,12 +66,11 @@ def run(
         Seeds, arg(help="seeds of the initial states, STOP excluded; the same for every range")
     ] = range(40),
     objective: Annotated[
-        Literal["mean", "minimum", "survival", "escape_distance"] | None,
+        str | None,
         *optional(
-            "quantity to maximize: the minimum over time of the mean predator distance (mean, Eq. 12) or of"
-            " the minimum predator distance (minimum, Eq. 13), in m, the share of agents that are not caught"
-            " (survival), or for a line the escape distance",
-            "mean, for a line escape_distance",
+            "quantity to maximize; " + "; ".join(f"{spec.name}: {spec.definition}" for spec in OBJECTIVES),
+            f"{next(iter(FLOCK_OBJECTIVES))}, for a line {next(iter(LINE_OBJECTIVES))}",
+            metavar=f"{{{','.join(spec.name for spec in OBJECTIVES)}}}",
         ),
     ] = None,
     output: Annotated[
@@ -103,10 +109,12 @@ def run(
     if output is not None:
         require("analysis", ["matplotlib", "scipy"] if output.suffix in _PICTURES else ["polars"])
     chosen = scenario.build()
-    if output is not None and output.suffix in _PICTURES and not _is_attacked(chosen):
-        raise ArgumentError("output", "a .parquet or .csv file without a predator", repr(str(output)))
-    ranges = _ranges(chosen, interaction_ranges, max_range, grid_size)
     objective_ = _objective(chosen, objective)
+    spec = objectives_of(chosen)[objective_]
+    if output is not None and output.suffix in _PICTURES and not spec.is_defined_in(chosen):
+        expected = f"a .parquet or .csv file for {objective_} without {spec.requires}"
+        raise ArgumentError("output", expected, repr(str(output)))
+    ranges = _ranges(chosen, interaction_ranges, max_range, grid_size)
     _check_seeds(seeds)
     threads = as_threads(num_threads)
     if backend is None:
@@ -147,7 +155,7 @@ def run(
     if json:
         show_json(document)
     else:
-        _show_table(document, chosen.neighbor_rule.unit if isinstance(chosen, FlockScenario) else "")
+        _show_table(document, spec, chosen.neighbor_rule.unit if isinstance(chosen, FlockScenario) else "")
     return code
 
 
@@ -178,10 +186,8 @@ def _ranges(
 
 
 def _objective(scenario: Scenario, name: str | None) -> str:
-    known = (FlockSweepResult if isinstance(scenario, FlockScenario) else LineSweepResult).objectives
-    if name is not None and name not in known:
-        raise ArgumentError("objective", f"one of {', '.join(known)}", repr(name))
-    return name or next(iter(known))
+    known = objectives_of(scenario)
+    return next(iter(known)) if name is None else as_choice(name, "objective", known)
 
 
 def _in_chunks(
@@ -232,12 +238,6 @@ def _joined(parts: list[SweepResult]) -> SweepResult:
     return dataclasses.replace(parts[0], **columns)
 
 
-def _is_attacked(scenario: Scenario) -> bool:
-    if isinstance(scenario, FlockScenario):
-        return bool(scenario.predators)
-    return scenario.predator_position is not None
-
-
 def _write(result: SweepResult, objective: str, path: Path) -> None:
     if path.suffix == ".parquet":
         result.to_parquet(path)
@@ -285,8 +285,7 @@ def _outcome(
     }
 
 
-def _show_table(document: dict[str, Any], range_unit: str) -> None:
-    length = "m" if document["model"] == "flock" else ""
+def _show_table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: str) -> None:
     rows = [
         [
             f"{row['interaction_range']:.4g}",
@@ -296,22 +295,17 @@ def _show_table(document: dict[str, Any], range_unit: str) -> None:
         ]
         for row in document["ranges"]
     ]
-    goal_unit = "" if document["objective"] == "survival" else length
     heads = [
-        _heading("range", range_unit),
-        _heading(document["objective"], goal_unit),
+        f"range ({range_unit})" if range_unit else "range",
+        objective.with_unit(objective.symbol),
         "95 % interval",
         "components",
     ]
     show(table(heads, rows))
     if document["best_range"] is not None:
         best = _with_unit(document["best_range"], ".4g", range_unit)
-        oracle = _with_unit(document["hindsight_oracle"], ".4f", goal_unit)
+        oracle = _with_unit(document["hindsight_oracle"], ".4f", objective.unit)
         show(f"best fixed range: {best}; objective with the best range of every seed: {oracle}")
-
-
-def _heading(name: str, unit: str) -> str:
-    return f"{name} ({unit})" if unit else name
 
 
 def _with_unit(value: float, form: str, unit: str) -> str:

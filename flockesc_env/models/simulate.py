@@ -14,6 +14,7 @@ from flockesc_env.common.checks import FloatArray, as_floats, as_seed, as_thread
 from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.common.extras import require
 from flockesc_env.common.notebook import Displayed
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -74,8 +75,11 @@ class Trajectory(Displayed):
             "num_agents": self.scenario.num_agents,
             "num_steps": self.scenario.num_steps,
             "seed": self.seed,
-            "min_mean_distance": float(self.mean_distance.min()),
-            "min_min_distance": float(self.min_distance.min()),
+            **{
+                spec.column: float(getattr(self, spec.series).min())
+                for spec in FLOCK_OBJECTIVES.values()
+                if spec.is_defined_in(self.scenario)
+            },
         }
 
     def table(self) -> pl.DataFrame:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, overload
@@ -24,6 +24,7 @@ from flockesc_env.common.extras import require
 from flockesc_env.common.files import atomic_write
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.common.progress import Progress, reporting
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
 from flockesc_env.models.simulate import IntArray
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -50,8 +51,8 @@ class SweepResult(Displayed):
     seeds: NDArray[np.uint64]
     num_components: IntArray
 
-    objectives: ClassVar[dict[str, str]]
-    """Attribute that holds the values of each objective; the first objective is the default."""
+    objectives: ClassVar[Mapping[str, ObjectiveSpec]]
+    """The objectives of the model by name; the first one is the default."""
 
     def _summary(self) -> dict[str, object]:
         facts: dict[str, object] = {"num_ranges": len(self.interaction_ranges), "num_seeds": len(self.seeds)}
@@ -68,11 +69,14 @@ class SweepResult(Displayed):
         Raises:
             ArgumentError: if the model does not have this objective.
         """
-        if objective is None:
-            objective = next(iter(self.objectives))
-        as_choice(objective, "objective", self.objectives)
-        values: FloatArray = getattr(self, self.objectives[objective])
+        values: FloatArray = getattr(self, self._spec(objective).column)
         return values
+
+    def _spec(self, objective: str | None) -> ObjectiveSpec:
+        if objective is None:
+            return next(iter(self.objectives.values()))
+        as_choice(objective, "objective", self.objectives)
+        return self.objectives[objective]
 
     def best_range(self, objective: str | None = None) -> float:
         """Return the best fixed range: the range with the largest mean over seeds; if tied, the smallest one.
@@ -162,14 +166,10 @@ class SweepResult(Displayed):
             axes.fill_between(self.interaction_ranges, low, high, color="0.88", lw=0)
         axes.plot(self.interaction_ranges, self.values(objective).mean(axis=1), color="0.25", lw=2)
         axes.axvline(best, color="0.25", ls="--", lw=1)
-        unit, length = ("", "")
-        if isinstance(self.scenario, FlockScenario):
-            unit, length = self.scenario.neighbor_rule.unit, "m"
-        column = self.objectives[objective or next(iter(self.objectives))]
-        if column == "fraction_surviving":
-            length = ""
+        unit = self.scenario.neighbor_rule.unit if isinstance(self.scenario, FlockScenario) else ""
         axes.set_xlabel(f"interaction range ({unit})" if unit else "interaction range")
-        axes.set_ylabel(column.replace("_", " ") + (f" ({length})" if length else ""))
+        spec = self._spec(objective)
+        axes.set_ylabel(spec.with_unit(spec.symbol))
         axes.set_title(
             f"best fixed range: {best:.4g} {unit}".rstrip() + f"; seeds: {len(self.seeds):,}",
             loc="left",
@@ -187,7 +187,7 @@ class SweepResult(Displayed):
         require("analysis", ["polars"])
         import polars as pl
 
-        columns = [*self.objectives.values(), "num_components"]
+        columns = [*(spec.column for spec in self.objectives.values()), "num_components"]
         if isinstance(self, LineSweepResult):
             columns.append("converged")
         return pl.DataFrame(
@@ -230,11 +230,7 @@ class FlockSweepResult(SweepResult):
     min_min_distance: FloatArray
     fraction_surviving: FloatArray
 
-    objectives: ClassVar[dict[str, str]] = {
-        "mean": "min_mean_distance",
-        "minimum": "min_min_distance",
-        "survival": "fraction_surviving",
-    }
+    objectives = FLOCK_OBJECTIVES
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -250,7 +246,7 @@ class LineSweepResult(SweepResult):
     escape_distance: FloatArray
     converged: NDArray[np.bool]
 
-    objectives: ClassVar[dict[str, str]] = {"escape_distance": "escape_distance"}
+    objectives = LINE_OBJECTIVES
 
 
 @overload

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,18 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 from flockesc_env.common.checks import FloatArray, as_count, as_floats, as_seed
 from flockesc_env.common.errors import ArgumentError, ResetNeededError, shown
 from flockesc_env.episodes.batch import FlockBatch
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.options import EnvOptionsDict, env_options
 from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.episodes.spaces import PolicySpec, RangeActions
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
-
-_COLUMNS: Final = {
-    "mean": "min_mean_distance",
-    "minimum": "min_min_distance",
-    "survival": "fraction_surviving",
-}
-"""Column of ``info`` that holds each objective so far. None of them ever rises during an episode."""
 
 _NUM_RANGES, _NUM_FUTURES = 15, 10
 
@@ -213,8 +207,8 @@ class Planner:
         return False
 
     def _objective(self, branches: FlockBatch) -> FloatArray:
-        """Return the objective so far, shape (branches,)."""
-        values: FloatArray = branches.metrics()[_COLUMNS[self.options.objective]]
+        """Return the objective so far, shape (branches,). It never rises during an episode."""
+        values: FloatArray = branches.metrics()[FLOCK_OBJECTIVES[self.options.objective].column]
         return values
 
     def _copies(self, source: FlockBatch, slots: NDArray[np.int64]) -> FlockBatch:

@@ -12,6 +12,7 @@ from flockesc_env.common.checks import FloatArray, as_policy
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.episodes.batch import Columns, FlockBatch
 from flockesc_env.episodes.memory import reset_policy
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
 from flockesc_env.models.simulate import IntArray, Trajectory, simulate
@@ -43,11 +44,8 @@ class Episodes(Displayed):
     mean_return: FloatArray
 
     def _summary(self) -> dict[str, object]:
-        return {
-            "num_seeds": len(self.seeds),
-            "min_mean_distance": float(self.min_mean_distance.mean()),
-            "min_min_distance": float(self.min_min_distance.mean()),
-        }
+        names = (spec.column for spec in FLOCK_OBJECTIVES.values())
+        return {"num_seeds": len(self.seeds), **{name: float(getattr(self, name).mean()) for name in names}}
 
 
 def play_flocks(
@@ -99,7 +97,7 @@ def play_flocks(
 
 
 def _episodes(seeds: list[int], parts: list[Columns]) -> Episodes:
-    names = ("min_mean_distance", "min_min_distance", "fraction_surviving", "num_components", "mean_return")
+    names = (*(spec.column for spec in FLOCK_OBJECTIVES.values()), "num_components", "mean_return")
     columns = {name: np.concatenate([part[name] for part in parts]) for name in names}
     return Episodes(seeds=np.array(seeds, np.uint64), **columns)
 

@@ -96,7 +96,7 @@ def rollout(
 
     Examples:
         >>> rollout("paper-flock", "stubborn-leaders", seeds=range(3))
-        Episodes(num_seeds=3, min_mean_distance=88.07, min_min_distance=9.422)
+        Episodes(num_seeds=3, min_mean_distance=88.07, min_min_distance=9.422, fraction_surviving=1)
     """
     entry = _named(policy, per_agent)
     model = _scenario(scenario, entry)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, ObjectiveSpec
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.render.camera import grow
 from flockesc_env.scenario.flock import FlockScenario
@@ -32,7 +33,7 @@ class FlockMoment:
         interaction_range: rho of the last step, shape (1,) or (n,); 0 before the first.
         mean_distance: mean over agents of the distance to the nearest predator; infinite without predators.
         min_distance: the minimum over agents.
-        objective: J so far: the running minimum of the distance that the objective is about.
+        objective: J so far.
     """
 
     step: int
@@ -53,6 +54,7 @@ class FlockFrame:
 
     Attributes:
         scenario: the flock model's parameters, as drawn.
+        spec: the objective.
         moment: the last moment.
         listening: the moment whose positions and velocities define the neighbor graph, with the ranges of the
             last step: the last moment or, with a frozen graph, the first.
@@ -65,6 +67,7 @@ class FlockFrame:
     """
 
     scenario: FlockScenario
+    spec: ObjectiveSpec
     moment: FlockMoment
     listening: FlockMoment
     view: FloatArray
@@ -80,10 +83,12 @@ class FlockHistory:
 
     Args:
         scenario: the scenario of the episode, as drawn.
+        objective: the objective.
     """
 
-    def __init__(self, scenario: FlockScenario) -> None:
+    def __init__(self, scenario: FlockScenario, objective: ObjectiveSpec) -> None:
         self._scenario = scenario
+        self._objective = objective
         self._margin = _MARGIN * scenario.initial_side
         low, high = np.zeros(scenario.dimension), np.full(scenario.dimension, scenario.initial_side)
         if scenario.initial_plane:
@@ -115,6 +120,7 @@ class FlockHistory:
         times, mean_distance, min_distance, objective = np.array(self._rows).T
         return FlockFrame(
             scenario=self._scenario,
+            spec=self._objective,
             moment=self._last,
             listening=self._frozen or self._last,
             view=self._view,
@@ -137,12 +143,13 @@ def shared_view(trajectories: Sequence[Trajectory]) -> FloatArray | None:
     return reduce(lambda view, other: grow(view, *other), views)
 
 
-def recorded_frames(trajectory: Trajectory) -> Iterator[FlockFrame]:
-    """Yield the frames of a recorded run at its times 0..T; J is the running minimum of the mean distance."""
-    history = FlockHistory(trajectory.scenario)
+def recorded_frames(trajectory: Trajectory, objective: str = "mean") -> Iterator[FlockFrame]:
+    """Yield the frames of a recorded run at its times 0..T."""
+    spec = FLOCK_OBJECTIVES[objective]
+    history = FlockHistory(trajectory.scenario, spec)
     # The model moves predators by r_p(t + dt) = r_p(t) + dt v_p(t), which gives v_p by forward differences.
     moves = np.diff(trajectory.predator_positions, axis=0) / trajectory.scenario.time_step
-    objective = np.minimum.accumulate(trajectory.mean_distance)
+    values = np.minimum.accumulate(getattr(trajectory, spec.series))
     for step, positions in enumerate(trajectory.positions):
         history.add(
             FlockMoment(
@@ -155,7 +162,7 @@ def recorded_frames(trajectory: Trajectory) -> Iterator[FlockFrame]:
                 interaction_range=trajectory.interaction_ranges[step - 1] if step else np.zeros(1),
                 mean_distance=float(trajectory.mean_distance[step]),
                 min_distance=float(trajectory.min_distance[step]),
-                objective=float(objective[step]),
+                objective=float(values[step]),
             )
         )
         frame = history.frame()

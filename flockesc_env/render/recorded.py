@@ -7,24 +7,30 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import as_count, as_text
+from flockesc_env.common.checks import as_choice, as_count, as_text
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
+from flockesc_env.episodes.options import Objective
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run
 from flockesc_env.render.dependencies import require_video
 from flockesc_env.render.options import RenderOptions, as_render_options
 
 
 def draw(
-    run: Trajectory | LineTrajectory, step: int, *, options: RenderOptions | None = None, title: str = ""
+    run: Trajectory | LineTrajectory,
+    step: int,
+    *,
+    options: RenderOptions | None = None,
+    title: str = "",
+    objective: Objective = "mean",
 ) -> NDArray[np.uint8]:
     """Return a picture of a recorded run, shape (size, size, 3).
-
-    The objective J in the picture is the running minimum of the mean distance.
 
     Args:
         run: the run.
         step: the time, as a number of steps from 0 to T.
         options: what the picture shows; ``None`` takes the defaults.
         title: text above the picture.
+        objective: the objective J in the picture of a flock; see ``EnvOptions``.
 
     Raises:
         ArgumentError: if the run has no such step, or an argument has a wrong type.
@@ -33,6 +39,7 @@ def draw(
     """
     as_run(run, "run")
     options, title = as_render_options(options), as_text(title, "title")
+    as_choice(objective, "objective", FLOCK_OBJECTIVES)
     last = run.steps if isinstance(run, LineTrajectory) else run.scenario.num_steps
     step = as_count(step, "step", least=0, most=last)
     require_video("pygame")
@@ -43,4 +50,4 @@ def draw(
     from flockesc_env.render.flock import draw_flock
     from flockesc_env.render.frame import recorded_frames
 
-    return draw_flock(next(islice(recorded_frames(run), step, None)), options, title)
+    return draw_flock(next(islice(recorded_frames(run, objective), step, None)), options, title)

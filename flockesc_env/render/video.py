@@ -10,9 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from flockesc_env.common.checks import FloatArray, as_callback, as_count, as_floats, as_path
+from flockesc_env.common.checks import FloatArray, as_callback, as_choice, as_count, as_floats, as_path
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.progress import Progress
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
+from flockesc_env.episodes.options import Objective
 from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.render.colors import FRAME
 from flockesc_env.render.dependencies import require_video
@@ -41,6 +43,7 @@ def write_video(
     fps: int = 20,
     speed: float = 1.0,
     options: RenderOptions | None = None,
+    objective: Objective = "mean",
     progress: Progress | None = None,
 ) -> None:
     """Write a video of runs side by side, all at the same scale.
@@ -55,6 +58,7 @@ def write_video(
         speed: seconds of the model per second of the video.
         options: what the pictures show; ``size`` is the width of one run. ``None``: agents are colored by
             range if the ranges differ, and by component otherwise.
+        objective: the objective J in the pictures; see ``EnvOptions``.
         progress: called with (frames written, all frames). If it raises an exception, no file is written.
 
     Raises:
@@ -64,6 +68,7 @@ def write_video(
     """
     path = as_path(path)
     chosen = None if options is None else as_render_options(options)
+    as_choice(objective, "objective", FLOCK_OBJECTIVES)
     if path.suffix not in _FORMATS:
         raise ArgumentError("path", f"a file that ends in {' or '.join(_FORMATS)}", path)
     if not path.parent.is_dir():
@@ -85,7 +90,7 @@ def write_video(
     times = np.arange(_count_frames(runs, pace, fps)) * pace / fps
     view = shared_view([run for _, run in runs]) if len(runs) > 1 else None
     titles = [policy_title(name, run.scenario.neighbor_rule.unit) for name, run in runs]
-    films = [_frames(run, times.tolist(), view) for _, run in runs]
+    films = [_frames(run, objective, times.tolist(), view) for _, run in runs]
     unfinished = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     size = len(runs) * options.size, options.size
     writer = imageio_ffmpeg.write_frames(
@@ -136,9 +141,11 @@ def _with_scale(options: RenderOptions, runs: Sequence[tuple[str, Trajectory]]) 
     return replace(options, largest_range=max(float(run.interaction_ranges.max()) for _, run in runs))
 
 
-def _frames(run: Trajectory, times: Iterable[float], view: FloatArray | None) -> Iterator[FlockFrame]:
+def _frames(
+    run: Trajectory, objective: str, times: Iterable[float], view: FloatArray | None
+) -> Iterator[FlockFrame]:
     """Yield the frames of a run at ascending times in s, in a view; after its end, the last frame."""
-    frames = enumerate(recorded_frames(run))
+    frames = enumerate(recorded_frames(run, objective))
     step, frame = next(frames)
     for time in times:
         wanted = min(round(time / run.scenario.time_step), run.scenario.num_steps)

@@ -10,6 +10,7 @@ import numpy as np
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import ResetNeededError
 from flockesc_env.episodes.batch import FlockBatch
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.render.canvas import Image
 from flockesc_env.render.flock import draw_flock
 from flockesc_env.render.frame import FlockHistory, FlockMoment
@@ -68,19 +69,18 @@ class FlockViewer(Viewer):
     def __init__(self, batch: FlockBatch, mode: RenderMode, options: RenderOptions, fps: int) -> None:
         super().__init__(mode, options, fps)
         self._batch = batch
-        self._histories = [FlockHistory(batch.scenario) for _ in range(batch.num_flocks)]
+        self._objective = FLOCK_OBJECTIVES[batch.options.objective]
+        self._histories = [FlockHistory(batch.scenario, self._objective) for _ in range(batch.num_flocks)]
 
     def update(self) -> None:
         """Read the state of every flock, after a reset or a step."""
         metrics = self._batch.metrics()
         caught = self._batch.caught()
-        objective = metrics[
-            "min_min_distance" if self._batch.options.objective == "minimum" else "min_mean_distance"
-        ]
+        objective = metrics[self._objective.column]
         for slot in range(self._batch.num_flocks):
             state = self._batch.state(slot)
             if state["step"] == 0:
-                self._histories[slot] = FlockHistory(self._batch.drawn(slot))
+                self.forget([slot])
             self._histories[slot].add(
                 FlockMoment(
                     step=state["step"],
@@ -100,7 +100,7 @@ class FlockViewer(Viewer):
     def forget(self, slots: Sequence[int]) -> None:
         """Drop the history of some flocks."""
         for slot in slots:
-            self._histories[slot] = FlockHistory(self._batch.drawn(slot))
+            self._histories[slot] = FlockHistory(self._batch.drawn(slot), self._objective)
 
     def images(self) -> list[Image]:
         """Return a picture of every flock.

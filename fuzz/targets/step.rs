@@ -107,11 +107,10 @@ fn assert_bounded(observations: &[f32]) {
 }
 
 fn assert_minima_never_increase(before: Metrics, after: Metrics) {
-    assert!(after.min_mean_distance <= before.min_mean_distance);
-    assert!(after.min_min_distance <= before.min_min_distance);
-    assert!(after.fraction_surviving <= before.fraction_surviving);
-    assert!(after.min_mean_distance <= after.mean_distance);
-    assert!(after.min_min_distance <= after.min_distance);
+    for (before, after) in before.objectives.iter().zip(after.objectives) {
+        assert!(after.minimum <= before.minimum);
+        assert!(after.minimum <= after.now);
+    }
 }
 
 /// Asserts that the agents that were not caught have the speed of the scenario.

@@ -23,6 +23,7 @@ from flockesc_env import (
     rollout,
 )
 from flockesc_env.episodes.memory import reset_policy
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
 from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
 from flockesc_env.jobs.sweeps import seed_jobs
@@ -34,7 +35,7 @@ from studies.learned.watching import Observations, watch
 from studies.measurements import run_groups
 from training import seeds
 from training.config import Setting
-from training.evaluation import OUTCOMES, outcome
+from training.evaluation import outcome
 from training.outputs import write_table
 
 GROUPS: dict[str, tuple[str, ...]] = {
@@ -164,7 +165,7 @@ def blinded(file: bytes, objective: str, shown: tuple[tuple[int, float], ...], f
     """Return the objective of every flock under a policy that sees some columns as constants."""
     entry = stored_policy(file)
     episodes = rollout(None, replace(entry, policy=Blinded(entry.policy, dict(shown))), flocks)
-    return {"objective": outcome(episodes, objective)}
+    return {"objective": outcome(episodes, FLOCK_OBJECTIVES[objective])}
 
 
 def transfer(
@@ -199,7 +200,7 @@ def transfer(
         held_out = seeds.first_seeds(seeds.HELD_OUT, counts[name])
         policies: dict[str, bytes | float] = {
             LEARNED: file,
-            BEST_THERE: grid[int(fixed[name][OUTCOMES[setting.objective]].mean(axis=1).argmax())],
+            BEST_THERE: grid[int(fixed[name][setting.spec.column].mean(axis=1).argmax())],
         }
         seconds = len(held_out) * _FLOCK_SECONDS * world.num_agents / 300
         for contender, policy in policies.items():
@@ -221,7 +222,7 @@ def in_world(
         entry = stored_policy(policy)
     else:
         entry = NamedPolicy("fixed", FixedRange(policy), options={"max_range": max_range})
-    return {"objective": outcome(rollout(scenario, entry, flocks), objective)}
+    return {"objective": outcome(rollout(scenario, entry, flocks), FLOCK_OBJECTIVES[objective])}
 
 
 def _worlds() -> Iterator[tuple[str, FlockScenario]]:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from flockesc_env.common.stats import FloatArray
+from flockesc_env.episodes.objectives import OBJECTIVES
 from flockesc_env.render.palette import LIGHT
 from studies.forest import ROW, Group, draw_forest, num_lines
 from studies.learned.aggregate import Profile
@@ -76,21 +77,18 @@ def learning_curves(studies: Sequence[Study]) -> Figure:
 def gains(summaries: Sequence[Summary]) -> Figure:
     """Draw the paired gain of every learner, a panel per objective, rows grouped by setting."""
     panels: dict[str, list[Group]] = {}
-    for kind, title in (
-        ("mean", "mean predator distance: gain over the best fixed range (m)"),
-        ("minimum", "minimum predator distance: gain over the best fixed range (m)"),
-        ("line", "line: gain over the best fixed range (no unit)"),
-    ):
+    for spec in OBJECTIVES:
+        label, unit = ("line", "no unit") if spec.model == "line" else (spec.label, spec.unit or "no unit")
         groups = [
             Group(
                 setting_title(summary.study),
                 [(policy_title(name), summary.policies[name].difference) for name in summary.study.trained],
             )
             for summary in summaries
-            if _kind(summary.study) == kind
+            if summary.study.spec == spec
         ]
         if groups:
-            panels[title] = groups
+            panels[f"{label}: gain over the best fixed range ({unit})"] = groups
     return forests(panels)
 
 
@@ -138,7 +136,7 @@ def objective_label(study: Study) -> str:
     """Return the name of the objective with its unit."""
     if study.is_line:
         return "distance to the predator at the end"
-    return {"mean": "J_mean (m)", "minimum": "J_min (m)"}[study.objective]
+    return study.spec.with_unit(study.spec.symbol)
 
 
 def _panels(count: int) -> tuple[Figure, list[Axes]]:
@@ -163,7 +161,3 @@ def _label_end(axes: Axes, x: float, y: float, name: str) -> None:
 
 def _color(name: str) -> str:
     return _COLORS.get(name, LIGHT.alone)
-
-
-def _kind(study: Study) -> str:
-    return "line" if study.is_line else study.objective

@@ -26,10 +26,7 @@ def play_job(policy: str | bytes, setting: Setting, flocks: range) -> Job:
 def objectives(policy: str | bytes, setting: Setting, flocks: range) -> Arrays:
     """Return the objective of every flock, with the options that the policy was made for."""
     entry = find_policy(policy) if isinstance(policy, str) else stored_policy(policy)
-    model = setting.model
-    if isinstance(model, LineScenario):
-        return {"objective": rollout(model, entry, flocks).escape_distance}
-    return {"objective": outcome(rollout(model, entry, flocks), setting.objective)}
+    return {"objective": outcome(rollout(setting.model, entry, flocks), setting.spec)}
 
 
 def stored_policy(file: bytes) -> NamedPolicy:

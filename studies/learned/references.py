@@ -29,7 +29,7 @@ from studies.learned.information import CANDIDATES
 from studies.learned.names import CLAIRVOYANT, FREE_HEADINGS, INFORMED_GREEDY, PLANNER
 from studies.learned.results import REFERENCES_FILE
 from training.config import Setting
-from training.evaluation import OUTCOMES, outcome
+from training.evaluation import outcome
 from training.outputs import write_table
 
 SIMULATED_FLOCKS = 200
@@ -177,7 +177,7 @@ class _Replays:
         ranges = self._setting.max_range * schedules**2
         for segment in range(-(-_flock(self._setting).num_steps // SEGMENT_STEPS)):
             *_, infos = self._copies.step(ranges[:, [min(segment, NUM_SEGMENTS - 1)]])
-        values: FloatArray = infos[OUTCOMES[self._setting.objective]]
+        values: FloatArray = infos[self._setting.spec.column]
         return values
 
 
@@ -200,7 +200,7 @@ def informed_greedy(setting: Setting, flocks: range) -> Arrays:
         predator_sensing_range=None,
         max_range=max(CANDIDATES[15]),
     )
-    return {"objective": outcome(episodes, setting.objective)}
+    return {"objective": outcome(episodes, setting.spec)}
 
 
 def free_headings(setting: Setting, flocks: range) -> Arrays:

@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import polars as pl
 
 from flockesc_env.common.errors import RecordError
 from flockesc_env.common.stats import FloatArray
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
+from flockesc_env.episodes.options import Objective
 
 STUDY_FILE = "study.json"
 EPISODES_FILE = "episodes.parquet"
@@ -78,7 +80,7 @@ class Study:
     setting: str
     title: str
     command: str
-    objective: Literal["mean", "minimum"]
+    objective: Objective
     is_line: bool
     tuning_flocks: int
     held_out_flocks: int
@@ -97,9 +99,14 @@ class Study:
     references: pl.DataFrame | None
 
     @property
+    def spec(self) -> ObjectiveSpec:
+        """The objective of the setting."""
+        return LINE_OBJECTIVES["escape_distance"] if self.is_line else FLOCK_OBJECTIVES[self.objective]
+
+    @property
     def unit(self) -> str:
         """The unit of the objective, with a space before it."""
-        return "" if self.is_line else " m"
+        return f" {self.spec.unit}".rstrip()
 
     @property
     def policies(self) -> list[str]:

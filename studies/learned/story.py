@@ -11,16 +11,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, ObjectiveSpec
 from flockesc_env.render.palette import LIGHT
 from studies.learned.names import CLAIRVOYANT, FREE_HEADINGS, INFORMED_GREEDY, PLANNER
 from studies.learned.results import BEST_FIXED
 from studies.learned.summary import Summary
 from training.figure_style import WIDTH
 
-_OBJECTIVES = {
-    "mean": "Mean predator distance J_mean: gain over the best fixed range (m)",
-    "minimum": "Minimum predator distance J_min: gain over the best fixed range (m)",
-}
 _SETTINGS = {
     "shared": "one range for all agents,\npredator always seen",
     "per-agent-local": "one range per agent,\npredator seen within 30 m",
@@ -38,18 +35,18 @@ _REFERENCES = {
 
 @dataclass(frozen=True)
 class Row:
-    """One bar, in m of gain over the best fixed range.
+    """One bar: gain over the best fixed range.
 
     Attributes:
         title: of the setting.
-        fixed: the objective of the best fixed range, in m.
+        fixed: the objective of the best fixed range, with its unit.
         blind: gain of the best learned policy without a profile.
         informed: gain of the best learned policy with a profile, or ``None``.
         references: gains of the references.
     """
 
     title: str
-    fixed: float
+    fixed: str
     blind: float
     informed: float | None
     references: dict[str, float]
@@ -58,7 +55,12 @@ class Row:
 def story(summaries: Sequence[Summary]) -> Figure | None:
     """Draw the gains, a panel per objective and a bar per setting; ``None`` if no such setting was run."""
     by_name = {summary.study.setting: summary for summary in summaries}
-    panels = {label: _rows(by_name, objective) for objective, label in _OBJECTIVES.items()}
+    panels = {
+        spec.with_unit(f"{spec.label.capitalize()} {spec.symbol}: gain over the best fixed range"): _rows(
+            by_name, spec
+        )
+        for spec in FLOCK_OBJECTIVES.values()
+    }
     panels = {label: rows for label, rows in panels.items() if rows}
     if not panels:
         return None
@@ -71,8 +73,8 @@ def story(summaries: Sequence[Summary]) -> Figure | None:
     return figure
 
 
-def _rows(by_name: Mapping[str, Summary], objective: str) -> list[Row]:
-    end = "" if objective == "mean" else "-minimum"
+def _rows(by_name: Mapping[str, Summary], objective: ObjectiveSpec) -> list[Row]:
+    end = "" if objective == next(iter(FLOCK_OBJECTIVES.values())) else f"-{objective.name}"
     rows = []
     for name, title in _SETTINGS.items():
         plain, profiled = by_name.get(f"{name}{end}"), by_name.get(f"{name}-profile{end}")
@@ -83,7 +85,7 @@ def _rows(by_name: Mapping[str, Summary], objective: str) -> list[Row]:
         rows.append(
             Row(
                 title,
-                plain.policies[BEST_FIXED].objective.mean,
+                objective.text(plain.policies[BEST_FIXED].objective.mean),
                 blind.best.difference.mean,
                 None if profiled is None else profiled.best.difference.mean,
                 {reference: found.difference.mean for reference, found in plain.references.items()},
@@ -110,7 +112,7 @@ def _draw(axes: Axes, rows: Sequence[Row], label: str) -> None:
         names = [f"{_REFERENCES[name]} {gain:+.1f}" for name, gain in ordered]
         end = ordered[-1][1] if ordered else 0.0
         _note(axes, (end, place + 0.28), "   ".join(names), (2, -1), ha="right", va="top", fontsize=8)
-    axes.set_yticks(range(len(rows)), [f"{row.title}\nbest fixed: {row.fixed:.1f} m" for row in rows])
+    axes.set_yticks(range(len(rows)), [f"{row.title}\nbest fixed: {row.fixed}" for row in rows])
     axes.tick_params(axis="y", length=0)
     axes.set(ylim=(len(rows) - 0.4, -0.6), xlim=(0, None), title=label)
     axes.spines["bottom"].set_visible(False)

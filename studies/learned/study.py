@@ -25,7 +25,6 @@ from studies.learned.references import write_references
 from studies.learned.results import EPISODES_FILE, load_study
 from training import seeds
 from training.config import KINDS, Args
-from training.evaluation import OUTCOMES
 from training.outputs import write_table
 from training.presets import Preset, presets
 from training.record import CURVE_FILE, POLICY_FILE, RUN_FILE, RunRecord
@@ -205,9 +204,8 @@ def _grid(preset: Preset) -> tuple[float, ...]:
 
 def _fixed(title: str, preset: Preset, flocks: range, cache: Cache, backend: Backend) -> FloatArray:
     """Return the objective under every fixed range, shape (ranges, flocks)."""
-    column = "escape_distance" if preset.setting.is_line else OUTCOMES[preset.setting.objective]
     jobs = seed_jobs(SWEEP, preset.setting.model, _grid(preset), flocks)
-    return joined(run(jobs, cache, backend, title=title))[column]
+    return joined(run(jobs, cache, backend, title=title))[preset.setting.spec.column]
 
 
 def _choose(preset: Preset, values: FloatArray) -> float:
@@ -223,7 +221,7 @@ def _rules(preset: Preset) -> tuple[str, ...]:
     if not setting.per_agent:
         return SHARED_PROFILE_RULES if informed else ()
     if setting.predator_visible:
-        return PROFILE_RULES if informed else VISIBLE_RULES[setting.objective]
+        return PROFILE_RULES if informed else VISIBLE_RULES.get(setting.objective, ())
     return LOCAL_PROFILE_RULES if informed else LOCAL_RULES
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from flockesc_env.common.stats import Estimate
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from studies.learned.summary import UNKNOWN, Summary, elsewhere, hidden
 
 CLOCK = ("time", "escape direction")
@@ -35,13 +36,13 @@ def transfer_tables(summaries: Sequence[Summary]) -> list[Table]:
     A policy is marked if it depends on entries of ``CLOCK``.
     """
     tables = []
-    for objective, title in (("mean", "J_mean"), ("minimum", "J_min")):
+    for spec in FLOCK_OBJECTIVES.values():
         found = {
             f"{row.study.setting} `{row.study.explained}`{_TIED if is_tied(row) else ''}": elsewhere(
                 row.study
             )
             for row in summaries
-            if row.study.transfer is not None and row.study.objective == objective
+            if row.study.transfer is not None and row.study.spec == spec
         }
         worlds = {world: count for gains in found.values() for world, (count, _) in gains.items()}
         rows = [
@@ -49,7 +50,7 @@ def transfer_tables(summaries: Sequence[Summary]) -> list[Table]:
             for world, count in worlds.items()
         ]
         if rows:
-            tables.append(Table(title, list(found), rows))
+            tables.append(Table(spec.symbol, list(found), rows))
     return tables
 
 

@@ -26,6 +26,7 @@ from studies.paper.plan import (
     FLOCK_GRID,
     FULL_RANGE,
     OFFSETS,
+    PAPER_OBJECTIVES,
     SHOWN_FLOCK_RANGES,
 )
 
@@ -41,7 +42,7 @@ EDGE = 50.0
 """Smallest offset in m at which the predator's path crosses the flock's edge: half of the flock's side."""
 
 _TABLE_RANGES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
-_COLUMNS = ("min_mean_distance", "min_min_distance", "num_components")
+_COLUMNS = (*(spec.column for spec in PAPER_OBJECTIVES), "num_components")
 _NONE, _SHORT, _FULL = range(3)
 _GRID = np.array(FLOCK_GRID)
 _AIMED = np.array(AIMED_GRID)
@@ -259,8 +260,9 @@ def _minimum_distance(grid: Arrays) -> list[Claim]:
 
 def _edge(aimed: dict[float, Arrays]) -> list[Claim]:
     rows = []
-    for name, column in (("J_mean", "min_mean_distance"), ("J_min", "min_min_distance")):
-        values = {offset: results[column] for offset, results in aimed.items()}
+    for spec in PAPER_OBJECTIVES:
+        name = spec.symbol
+        values = {offset: results[spec.column] for offset, results in aimed.items()}
         margin = {offset: row[_FULL_AT] - row[_PRINTED_AT] for offset, row in values.items()}
         at_edge = [offset for offset in OFFSETS if offset >= EDGE]
         wins = every(np.array([margin[offset] > 0 for offset in at_edge]), 0)

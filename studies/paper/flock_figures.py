@@ -9,12 +9,21 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from flockesc_env.common import stats
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.jobs import Arrays
 from flockesc_env.models.graph import component_labels
 from flockesc_env.models.simulate import Trajectory, simulate
 from flockesc_env.models.sweep import FlockSweepResult
 from flockesc_env.render.palette import LIGHT
-from studies.paper.plan import AIMED_GRID, FLOCK, FLOCK_GRID, FULL_RANGE, OFFSETS, SHOWN_FLOCK_RANGES
+from studies.paper.plan import (
+    AIMED_GRID,
+    FLOCK,
+    FLOCK_GRID,
+    FULL_RANGE,
+    OFFSETS,
+    PAPER_OBJECTIVES,
+    SHOWN_FLOCK_RANGES,
+)
 from studies.style import component_colors, letter
 from training.figure_style import BAND, RANGES, WIDTH, label_ends
 
@@ -22,7 +31,6 @@ _TIMES = (0.0, 4.0, 8.0, 12.0)
 _COLORS = {rho: to_hex(RANGES((rho / FULL_RANGE) ** 0.5)) for rho in SHOWN_FLOCK_RANGES}
 """Colors of the ranges; the square root keeps 10 m apart from 0."""
 _GRID, _AIMED = np.array(FLOCK_GRID), np.array(AIMED_GRID)
-_SYMBOLS = {"mean": "J_mean", "minimum": "J_min"}
 
 
 def snapshots(seed: int, rho: float) -> Figure:
@@ -60,18 +68,18 @@ def _snapshot(axes: Axes, run: Trajectory, rho: float, step: int) -> None:
 
 def distances(objective: str, curves: Arrays, grid: Arrays, seed: int) -> Figure:
     """Figures 9 and 10: distance against time, objective against range, and the best ranges of flocks."""
-    column = {"mean": "mean_distance", "minimum": "min_distance"}[objective]
-    symbol, values = _SYMBOLS[objective], grid[f"min_{column}"]
+    spec = FLOCK_OBJECTIVES[objective]
+    symbol, values = spec.symbol, grid[spec.column]
     figure = Figure(figsize=(WIDTH, 6.0), layout="constrained")
     (over_time, over_range), (best, spare) = figure.subplots(2, 2)
     spare.set_axis_off()
     times = np.arange(FLOCK.num_steps + 1) * FLOCK.time_step
     ends = []
-    for row, (rho, color) in zip(curves[column], _COLORS.items(), strict=True):
+    for row, (rho, color) in zip(curves[spec.series], _COLORS.items(), strict=True):
         over_time.plot(times, row[seed], color=color, lw=1.5)
         over_time.plot(times, row.mean(axis=0), color=color, ls=":", lw=1.2)
         ends.append((float(row[seed][-1]), f"{rho:g} m", color))
-    over_time.set(xlabel="time (s)", ylabel=f"{objective} predator distance (m)")
+    over_time.set(xlabel="time (s)", ylabel=spec.with_unit(spec.label))
     over_time.margins(x=0)
     letter(over_time, 0, "distance over time, three ranges")
     label_ends(over_time, ends)
@@ -81,7 +89,7 @@ def distances(objective: str, curves: Arrays, grid: Arrays, seed: int) -> Figure
     over_range.plot(_GRID, values[:, seed], color=LIGHT.alone, lw=1)
     over_range.plot(_GRID, center, color=LIGHT.fixed, lw=2)
     over_range.margins(x=0)
-    over_range.set(xlabel="interaction range (m)", ylabel=f"{symbol} (m)")
+    over_range.set(xlabel="interaction range (m)", ylabel=spec.with_unit(symbol))
     letter(over_range, 1, f"{symbol} against the range")
 
     place = stats.argmax(_GRID, values)
@@ -110,10 +118,10 @@ def aimed_beside(aimed: dict[float, Arrays]) -> Figure:
     """Draw the best range, and 100 m minus 10 m, against the predator's distance from the center."""
     figure = Figure(figsize=(WIDTH, 5.6), layout="constrained")
     panels = figure.subplots(2, 2, sharex=True)
-    for column, (objective, symbol) in enumerate(_SYMBOLS.items()):
-        key = {"mean": "min_mean_distance", "minimum": "min_min_distance"}[objective]
+    for column, spec in enumerate(PAPER_OBJECTIVES):
+        symbol = spec.symbol
         above, below = panels[:, column]
-        values = [aimed[offset][key] for offset in OFFSETS]
+        values = [aimed[offset][spec.column] for offset in OFFSETS]
         _points(above, [stats.argmax(_AIMED, rows) for rows in values])
         full, short = AIMED_GRID.index(FULL_RANGE), AIMED_GRID.index(10.0)
         _points(below, [stats.mean(rows[full] - rows[short]) for rows in values])

@@ -7,6 +7,7 @@ from typing import Final
 
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.jobs.sweeps import OUTCOMES
 from flockesc_env.scenario.approach import approach
 from flockesc_env.scenario.flock import FlockScenario
@@ -14,6 +15,8 @@ from flockesc_env.scenario.line import EscapeForce, LineScenario
 from flockesc_env.scenario.predators import ConstantVelocity
 from studies.measurements import Measurement
 from studies.paper.jobs import CONSENSUS, CURVES
+
+PAPER_OBJECTIVES: Final = (FLOCK_OBJECTIVES["mean"], FLOCK_OBJECTIVES["minimum"])
 
 FLOCK: Final = FlockScenario()
 LINE: Final = LineScenario()

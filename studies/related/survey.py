@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import get_args
 
 import polars as pl
 
@@ -15,11 +14,11 @@ from studies.pages import write_text
 from studies.related.attack_speed import attack_jobs, attack_results
 from studies.related.figure import attack_figure
 from studies.related.page import BANDIT_FILE, FIGURE, RESULTS_FILE, RelatedResults, markdown_page
-from studies.related.within_episode import Symbol, across, within_episode
+from studies.related.within_episode import across, within_episode
 from training.outputs import write_table
 from training.versions import versions
 
-SHARED: dict[Symbol, str] = {"J_mean": "shared", "J_min": "shared-minimum"}
+SHARED: dict[str, str] = {"J_mean": "shared", "J_min": "shared-minimum"}
 """Study of one range for the flock, by objective."""
 
 ACROSS_EPISODES, ACROSS_RUNS = 400, 20
@@ -58,7 +57,7 @@ def survey(
         attack_jobs(num_flocks), kept, backend, title="Speeds of the predator", progress=progress
     )
     within, tables = {}, []
-    for symbol in get_args(Symbol):
+    for symbol in SHARED:
         study = load_study(learned / SHARED[symbol])
         within[symbol], rows = within_episode(symbol, study, kept, backend, progress=progress)
         tables.append(rows.with_columns(pl.lit(study.setting).alias("setting")))

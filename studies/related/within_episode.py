@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 import polars as pl
@@ -26,9 +26,7 @@ from training.seeds import HELD_OUT, TUNING, first_seeds
 BANDIT: Final = "bandit over fixed ranges"
 """Name of the policy in tables."""
 
-Symbol = Literal["J_mean", "J_min"]
-
-ENTRIES: Final[dict[Symbol, tuple[str, ...]]] = {
+ENTRIES: Final[dict[str, tuple[str, ...]]] = {
     "J_mean": ("mean_distance", "heading_away"),
     "J_min": ("min_distance", "heading_away"),
 }
@@ -125,7 +123,7 @@ class AcrossEpisodes:
     best: float
 
 
-def candidates(symbol: Symbol) -> list[BanditNumbers]:
+def candidates(symbol: str) -> list[BanditNumbers]:
     """Return all combinations of numbers that are tried for an objective."""
     explorations = (0.0, 0.003, 0.03)
     choices = product(ARMS, explorations, (None, 20), ENTRIES[symbol], (1, 4, 8))
@@ -146,7 +144,7 @@ def play(numbers: BanditNumbers, flocks: range) -> Arrays:
 
 
 def within_episode(
-    symbol: Symbol, shared: Study, cache: Cache, backend: Backend, *, progress: bool = False
+    symbol: str, shared: Study, cache: Cache, backend: Backend, *, progress: bool = False
 ) -> tuple[WithinEpisode, pl.DataFrame]:
     """Tune the bandit, and measure it on the held-out flocks of a study of one range for the flock.
 

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate
+from studies.paper.plan import PAPER_OBJECTIVES
 
-OBJECTIVES = {"J_mean": "min_mean_distance", "J_min": "min_min_distance"}
+OBJECTIVES = {spec.symbol: spec.column for spec in PAPER_OBJECTIVES}
 """Symbol and column of every objective."""
 
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use flockesc_core::{FlockConfig, Progress, Result, sweep_flock};
+use flockesc_core::{FlockConfig, Objective, Progress, Result, sweep_flock};
 
 fn main() -> Result<()> {
     let ranges: Vec<f64> = (1..=100).map(f64::from).collect();
@@ -10,7 +10,10 @@ fn main() -> Result<()> {
     let flock = Arc::new(FlockConfig::default());
     let outcomes = sweep_flock(&flock, &ranges, &seeds, None, &Progress::default())?;
     for (range, flocks) in ranges.iter().zip(outcomes.chunks(seeds.len())) {
-        let sum: f64 = flocks.iter().map(|flock| flock.min_mean_distance).sum();
+        let values = flocks
+            .iter()
+            .map(|flock| flock.objectives[Objective::Mean as usize]);
+        let sum: f64 = values.sum();
         println!("{range} m: J_mean = {:.2} m", sum / seeds.len() as f64);
     }
     Ok(())

@@ -45,5 +45,5 @@ pub use predator::{
     ConstantVelocity, Encircle, Herd, Intercept, Learned, Predator, PredatorConfig, PrescribedPath,
     PurePursuit, Target, Wandering,
 };
-pub use reward::{Objective, Reward};
+pub use reward::{Objective, ObjectiveSpec, Reward, objectives};
 pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};

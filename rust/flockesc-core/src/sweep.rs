@@ -9,18 +9,15 @@ use crate::flock::{FlockConfig, InitialState, World, check_ranges};
 use crate::line::{Line, LineConfig};
 use crate::neighbor::Ranges;
 use crate::parallel::{self, Progress};
+use crate::reward::Objective;
 
 /// The outcome of one run of a flock sweep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlockOutcome {
-    /// J_mean = min over t of the mean distance, in m (Eq. 12).
-    pub min_mean_distance: f64,
-    /// J_min = min over t of the minimum distance, in m (Eq. 13).
-    pub min_min_distance: f64,
+    /// The minima over t of the values of all objectives, in the order of [`Objective`].
+    pub objectives: [f64; Objective::COUNT],
     /// Number of connected components at the horizon.
     pub num_components: usize,
-    /// Fraction of the agents that were not caught before the horizon.
-    pub fraction_surviving: f64,
 }
 
 /// The outcome of one run of a line sweep.
@@ -128,22 +125,20 @@ fn run_flock<const D: usize>(
     let mut world = World::<D>::new(config.clone(), &InitialState::seeded(seed));
     world.stop_counting();
     let mut outcome = FlockOutcome {
-        min_mean_distance: f64::INFINITY,
-        min_min_distance: f64::INFINITY,
+        objectives: [f64::INFINITY; Objective::COUNT],
         num_components: 0,
-        fraction_surviving: 1.0,
     };
     for step in 0..=config.num_steps {
         if step > 0 {
             progress.check()?;
             world.step(Ranges::Shared(range));
         }
-        let distance = world.predator_distance();
-        outcome.min_mean_distance = outcome.min_mean_distance.min(distance.mean);
-        outcome.min_min_distance = outcome.min_min_distance.min(distance.minimum);
+        let values = Objective::values_of(&world);
+        for (minimum, value) in outcome.objectives.iter_mut().zip(values) {
+            *minimum = minimum.min(value);
+        }
     }
     outcome.num_components = world.num_components(Ranges::Shared(range));
-    outcome.fraction_surviving = world.fraction_surviving();
     Ok(outcome)
 }
 

@@ -1,9 +1,10 @@
 //! Metrics and states of flocks as Python dictionaries.
 
-use flockesc_core::{Episode, Metrics};
+use flockesc_core::{Episode, Metrics, Objective, objectives};
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::intern;
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyList, PyString};
 
 use crate::arrays::{column, shaped};
@@ -23,25 +24,43 @@ impl Measured {
     }
 }
 
-type Field<'py> = (&'py Bound<'py, PyString>, fn(&Metrics) -> f64);
+/// A metric in `info`. Numbers are indices of objectives.
+#[derive(Clone, Copy)]
+enum Field {
+    Now(usize),
+    Minimum(usize),
+    Polarization,
+}
 
-/// Returns the name and accessor of every metric.
-fn fields(py: Python<'_>) -> [Field<'_>; 6] {
-    [
-        (intern!(py, "mean_distance"), |m| m.mean_distance),
-        (intern!(py, "min_distance"), |m| m.min_distance),
-        (intern!(py, "min_mean_distance"), |m| m.min_mean_distance),
-        (intern!(py, "min_min_distance"), |m| m.min_min_distance),
-        (intern!(py, "polarization"), |m| m.polarization),
-        (intern!(py, "fraction_surviving"), |m| m.fraction_surviving),
-    ]
+impl Field {
+    fn of(self, metrics: &Metrics) -> f64 {
+        match self {
+            Self::Now(index) => metrics.objectives[index].now,
+            Self::Minimum(index) => metrics.objectives[index].minimum,
+            Self::Polarization => metrics.polarization,
+        }
+    }
+}
+
+/// Returns every metric under its interned name.
+fn fields(py: Python<'_>) -> &'static [(Py<PyString>, Field)] {
+    static FIELDS: PyOnceLock<Vec<(Py<PyString>, Field)>> = PyOnceLock::new();
+    FIELDS.get_or_init(py, || {
+        let flock = || objectives().take(Objective::COUNT).enumerate();
+        let now = flock().filter(|(_, objective)| objective.series != objective.column);
+        let names = now.map(|(index, objective)| (objective.series, Field::Now(index)));
+        let names = names.chain([("polarization", Field::Polarization)]);
+        let minima = flock().map(|(index, objective)| (objective.column, Field::Minimum(index)));
+        let interned = |(name, field)| (PyString::intern(py, name).unbind(), field);
+        names.chain(minima).map(interned).collect()
+    })
 }
 
 /// Returns the metrics of one flock as numbers.
 pub(crate) fn numbers<'py>(py: Python<'py>, measured: &Measured) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    for (name, value) in fields(py) {
-        dict.set_item(name, value(&measured.metrics))?;
+    for (name, field) in fields(py) {
+        dict.set_item(name, field.of(&measured.metrics))?;
     }
     if let Some(components) = measured.components {
         dict.set_item(intern!(py, "num_components"), components)?;
@@ -89,8 +108,8 @@ pub(crate) fn metric_columns<'py>(
     metrics: &[Metrics],
 ) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    for (name, value) in fields(py) {
-        dict.set_item(name, column(py, metrics, value))?;
+    for (name, field) in fields(py) {
+        dict.set_item(name, column(py, metrics, |flock| field.of(flock)))?;
     }
     Ok(dict)
 }

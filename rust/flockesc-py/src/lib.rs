@@ -32,6 +32,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(models::default_flock_scenario, module)?)?;
     module.add_function(wrap_pyfunction!(models::default_line_scenario, module)?)?;
     module.add_function(wrap_pyfunction!(models::kinds, module)?)?;
+    module.add_function(wrap_pyfunction!(models::objectives, module)?)?;
     module.add_function(wrap_pyfunction!(models::simulate_flock, module)?)?;
     module.add_function(wrap_pyfunction!(models::simulate_line, module)?)?;
     module.add_function(wrap_pyfunction!(models::sweep_flock, module)?)?;

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use flockesc_core::{FlockConfig, InitialState, LineConfig, Schedule};
+use flockesc_core::{FlockConfig, InitialState, LineConfig, Objective, Schedule};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::arrays::{flat, grid, rows_and_columns, shaped, vector};
 use crate::errors::CoreError;
@@ -49,6 +49,26 @@ pub(crate) fn kinds() -> BTreeMap<&'static str, Vec<&'static str>> {
     families
         .map(|(family, kinds)| (*family, kinds.to_vec()))
         .collect()
+}
+
+/// Returns the table of objectives: those of the flock, then that of the line.
+#[pyfunction]
+pub(crate) fn objectives(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    let rows = flockesc_core::objectives().map(|objective| {
+        let fields = [
+            ("name", objective.name),
+            ("model", objective.model),
+            ("symbol", objective.symbol),
+            ("label", objective.label),
+            ("definition", objective.definition),
+            ("unit", objective.unit),
+            ("series", objective.series),
+            ("column", objective.column),
+            ("requires", objective.requires),
+        ];
+        fields.into_py_dict(py)
+    });
+    rows.collect()
 }
 
 #[pyfunction]
@@ -145,21 +165,16 @@ pub(crate) fn sweep_flock<'py>(
         flockesc_core::sweep_flock(&config, &ranges, &seeds, num_threads, progress)
     })?;
     let dict = PyDict::new(py);
-    dict.set_item(
-        "min_mean_distance",
-        grid(py, &cells, shape, |cell| cell.min_mean_distance)?,
-    )?;
-    dict.set_item(
-        "min_min_distance",
-        grid(py, &cells, shape, |cell| cell.min_min_distance)?,
-    )?;
+    for (index, objective) in flockesc_core::objectives()
+        .take(Objective::COUNT)
+        .enumerate()
+    {
+        let values = grid(py, &cells, shape, |cell| cell.objectives[index])?;
+        dict.set_item(objective.column, values)?;
+    }
     dict.set_item(
         "num_components",
         grid(py, &cells, shape, |cell| cell.num_components as i64)?,
-    )?;
-    dict.set_item(
-        "fraction_surviving",
-        grid(py, &cells, shape, |cell| cell.fraction_surviving)?,
     )?;
     Ok(dict)
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use flockesc_core::{
     Architecture, Entry, EpisodeOutcome, LineConfig, LineEpisodeConfig, NetworkRanges, Networks,
-    line_entries,
+    Objective, line_entries, objectives,
 };
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -44,18 +44,10 @@ pub(crate) fn outcome_columns<'py>(
     outcomes: &[EpisodeOutcome],
 ) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    dict.set_item(
-        "min_mean_distance",
-        column(py, outcomes, |flock| flock.metrics.min_mean_distance),
-    )?;
-    dict.set_item(
-        "min_min_distance",
-        column(py, outcomes, |flock| flock.metrics.min_min_distance),
-    )?;
-    dict.set_item(
-        "fraction_surviving",
-        column(py, outcomes, |flock| flock.metrics.fraction_surviving),
-    )?;
+    for (index, objective) in objectives().take(Objective::COUNT).enumerate() {
+        let minimum = |flock: &EpisodeOutcome| flock.metrics.objectives[index].minimum;
+        dict.set_item(objective.column, column(py, outcomes, minimum))?;
+    }
     dict.set_item(
         "num_components",
         column(py, outcomes, |flock| flock.num_components as i64),

@@ -36,9 +36,8 @@ pub struct Episode<const D: usize> {
     /// d_i in m at the last fall of the objective's running minimum, or at t = 0. Empty unless rewards are
     /// individual.
     agent_distances_at_minimum: Vec<f64>,
-    mean_distance: Running,
-    min_distance: Running,
-    fraction_surviving: Running,
+    /// The values of all objectives, in the order of [`Objective`].
+    objectives: [Running; Objective::COUNT],
     /// Computed when it is needed first after an action.
     summary: OnceLock<Summary<D>>,
     /// Ranges in m of the last action, one or n; 0 before the first action.
@@ -62,9 +61,7 @@ impl<const D: usize> Episode<D> {
             world.write_distances(&mut agent_distances);
         }
         Self {
-            mean_distance: Running::new(world.predator_distance().mean),
-            min_distance: Running::new(world.predator_distance().minimum),
-            fraction_surviving: Running::new(world.fraction_surviving()),
+            objectives: Objective::values_of(&world).map(Running::new),
             summary: OnceLock::new(),
             config,
             world,
@@ -119,11 +116,10 @@ impl<const D: usize> Episode<D> {
                 std::mem::swap(&mut self.agent_distances_before, &mut self.agent_distances);
                 self.world.write_distances(&mut self.agent_distances);
             }
-            let distance = self.world.predator_distance();
-            self.mean_distance.update(distance.mean);
-            self.min_distance.update(distance.minimum);
-            self.fraction_surviving
-                .update(self.world.fraction_surviving());
+            let values = Objective::values_of(&self.world);
+            for (running, value) in self.objectives.iter_mut().zip(values) {
+                running.update(value);
+            }
             let objective = self.objective();
             let step_context = StepContext {
                 world: &self.world,
@@ -223,32 +219,10 @@ impl<const D: usize> Episode<D> {
         &self.config
     }
 
-    /// Returns the mean predator distance in m.
-    #[must_use]
-    pub fn mean_distance(&self) -> Running {
-        self.mean_distance
-    }
-
-    /// Returns the minimum predator distance in m.
-    #[must_use]
-    pub fn min_distance(&self) -> Running {
-        self.min_distance
-    }
-
-    /// Returns the fraction of the agents that were not caught.
-    #[must_use]
-    pub fn fraction_surviving(&self) -> Running {
-        self.fraction_surviving
-    }
-
     /// Returns the value of the objective.
     #[must_use]
     pub fn objective(&self) -> Running {
-        match self.config.objective {
-            Objective::Mean => self.mean_distance,
-            Objective::Minimum => self.min_distance,
-            Objective::Survival => self.fraction_surviving,
-        }
+        self.objectives[self.config.objective as usize]
     }
 
     /// Returns the norm of the mean heading, in [0, 1].

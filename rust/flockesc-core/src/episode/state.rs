@@ -8,6 +8,7 @@ use super::{Episode, Running, rows};
 use crate::base::error::Result;
 use crate::episode::options::EpisodeConfig;
 use crate::flock::{FlockConfig, World, WorldState};
+use crate::reward::Objective;
 use crate::snapshot::{check, check_numbers, is_range};
 
 /// The serialized form of an [`Episode`]; fields have the same meaning.
@@ -18,9 +19,7 @@ pub(crate) struct EpisodeState<const D: usize> {
     agent_distances: Vec<f64>,
     agent_distances_before: Vec<f64>,
     agent_distances_at_minimum: Vec<f64>,
-    mean_distance: Running,
-    min_distance: Running,
-    fraction_surviving: Running,
+    objectives: [Running; Objective::COUNT],
     ranges: Vec<f64>,
 }
 
@@ -32,9 +31,7 @@ impl<const D: usize> Episode<D> {
             agent_distances: self.agent_distances.clone(),
             agent_distances_before: self.agent_distances_before.clone(),
             agent_distances_at_minimum: self.agent_distances_at_minimum.clone(),
-            mean_distance: self.mean_distance,
-            min_distance: self.min_distance,
-            fraction_surviving: self.fraction_surviving,
+            objectives: self.objectives,
             ranges: self.ranges.clone(),
         }
     }
@@ -63,11 +60,8 @@ impl<const D: usize> Episode<D> {
             start,
             now,
             minimum,
-        } in [
-            state.mean_distance,
-            state.min_distance,
-            state.fraction_surviving,
-        ] {
+        } in state.objectives
+        {
             check_numbers(&[start, now, minimum], 3, "objectives")?;
         }
         check(state.ranges.len() == rows(config, scenario), "ranges")?;
@@ -81,9 +75,7 @@ impl<const D: usize> Episode<D> {
             agent_distances: state.agent_distances,
             agent_distances_before: state.agent_distances_before,
             agent_distances_at_minimum: state.agent_distances_at_minimum,
-            mean_distance: state.mean_distance,
-            min_distance: state.min_distance,
-            fraction_surviving: state.fraction_surviving,
+            objectives: state.objectives,
             ranges: state.ranges,
             team_reward: 0.0,
         })

@@ -11,7 +11,7 @@ mod total;
 
 use serde::{Deserialize, Serialize};
 
-pub use objective::Objective;
+pub use objective::{Objective, ObjectiveSpec, objectives};
 pub(crate) use term::{ActionContext, StepContext, Term};
 pub(crate) use total::exact_sum;
 

@@ -1,11 +1,23 @@
-//! `Objective`: the value whose running minimum an episode maximizes.
+//! `Objective`: the value whose running minimum an episode maximizes, and the table of all objectives.
 
 use serde::{Deserialize, Serialize};
+use strum::VariantArray as _;
 
 use crate::flock::World;
 
 /// The value whose running minimum an episode maximizes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, strum::VariantNames)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Serialize,
+    Deserialize,
+    strum::VariantNames,
+    strum::VariantArray,
+    strum::IntoStaticStr,
+)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 pub enum Objective {
@@ -17,9 +29,75 @@ pub enum Objective {
     Survival,
 }
 
+/// A row of the table of objectives, which all reports read. A larger objective is better.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ObjectiveSpec {
+    /// Name in documents.
+    pub name: &'static str,
+    /// Model: `flock` or `line`.
+    pub model: &'static str,
+    /// Symbol of the objective J.
+    pub symbol: &'static str,
+    /// Name of the value at one time.
+    pub label: &'static str,
+    /// Definition of the objective.
+    pub definition: &'static str,
+    /// Unit; empty for a number without a unit.
+    pub unit: &'static str,
+    /// Column of the value at one time, in `info` and in recorded runs.
+    pub series: &'static str,
+    /// Column of the objective so far, in `info`, rollouts and sweeps.
+    pub column: &'static str,
+    /// Field of the scenario without which the objective is the same under all ranges.
+    pub requires: &'static str,
+}
+
 impl Objective {
     /// Names of all objectives in documents.
     pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
+
+    /// Number of objectives.
+    pub const COUNT: usize = Self::KINDS.len();
+
+    /// Returns the objective's row of the table.
+    fn spec(self) -> ObjectiveSpec {
+        let name = self.into();
+        match self {
+            Self::Mean => ObjectiveSpec {
+                name,
+                model: "flock",
+                symbol: "J_mean",
+                label: "mean predator distance",
+                definition: "minimum over time of the mean predator distance (Eq. 12)",
+                unit: "m",
+                series: "mean_distance",
+                column: "min_mean_distance",
+                requires: "predators",
+            },
+            Self::Minimum => ObjectiveSpec {
+                name,
+                model: "flock",
+                symbol: "J_min",
+                label: "minimum predator distance",
+                definition: "minimum over time of the minimum predator distance (Eq. 13)",
+                unit: "m",
+                series: "min_distance",
+                column: "min_min_distance",
+                requires: "predators",
+            },
+            Self::Survival => ObjectiveSpec {
+                name,
+                model: "flock",
+                symbol: "J_survival",
+                label: "fraction surviving",
+                definition: "fraction of the agents that are not caught",
+                unit: "",
+                series: "fraction_surviving",
+                column: "fraction_surviving",
+                requires: "capture_radius",
+            },
+        }
+    }
 
     /// Returns the current value of the objective in a flock.
     pub(crate) fn value_of<const D: usize>(self, world: &World<D>) -> f64 {
@@ -29,4 +107,33 @@ impl Objective {
             Self::Survival => world.fraction_surviving(),
         }
     }
+
+    /// Returns the current values of all objectives in a flock, in the order of the table.
+    pub(crate) fn values_of<const D: usize>(world: &World<D>) -> [f64; Self::COUNT] {
+        std::array::from_fn(|index| Self::VARIANTS[index].value_of(world))
+    }
+}
+
+const LINE: ObjectiveSpec = ObjectiveSpec {
+    name: "escape_distance",
+    model: "line",
+    symbol: "d_ss",
+    label: "escape distance",
+    definition: "distance between the predator and the nearest agent at the end",
+    unit: "",
+    series: "escape_distance",
+    column: "escape_distance",
+    requires: "predator_position",
+};
+
+/// Returns the table of objectives: those of the flock in the order of [`Objective`], then that of the line.
+/// The first objective of a model is its default.
+///
+/// ```
+/// let symbols = flockesc_core::objectives().map(|objective| objective.symbol);
+/// assert_eq!(symbols.collect::<Vec<_>>(), ["J_mean", "J_min", "J_survival", "d_ss"]);
+/// ```
+pub fn objectives() -> impl Iterator<Item = ObjectiveSpec> {
+    let flock = Objective::VARIANTS.iter();
+    flock.map(|objective| objective.spec()).chain([LINE])
 }

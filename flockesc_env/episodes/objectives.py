@@ -1,0 +1,76 @@
+"""The table of objectives: what an episode maximizes, with the symbol, unit and columns of each objective."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from flockesc_env import _core
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
+
+
+@dataclass(frozen=True)
+class ObjectiveSpec:
+    """An objective. A larger one is better.
+
+    Attributes:
+        name: value of the option ``objective``.
+        model: ``"flock"`` or ``"line"``.
+        symbol: symbol of the objective J.
+        label: name of the value at one time. J of a flock is its minimum over time.
+        definition: definition of J.
+        unit: unit of J; empty for a number without a unit.
+        series: column of the value at one time, in ``info`` and ``Trajectory``.
+        column: column of J so far, in ``info``, ``Episodes`` and ``SweepResult``.
+        requires: field of the scenario without which J is the same under all ranges.
+    """
+
+    name: str
+    model: str
+    symbol: str
+    label: str
+    definition: str
+    unit: str
+    series: str
+    column: str
+    requires: str
+
+    def with_unit(self, name: str) -> str:
+        """Return a name with the unit in parentheses, for axes and headings."""
+        return f"{name} ({self.unit})" if self.unit else name
+
+    def number(self, value: float, sign: str = "") -> str:
+        """Return a rounded value of J; ``sign="+"`` also shows the sign of positive values."""
+        return f"{value:{sign}.{1 if self.unit else 2}f}"
+
+    def text(self, value: float, sign: str = "") -> str:
+        """Return ``number`` with the unit."""
+        return f"{self.number(value, sign)} {self.unit}".rstrip()
+
+    def is_defined_in(self, scenario: FlockScenario | LineScenario) -> bool:
+        """Return whether the scenario has the field that the objective requires."""
+        return getattr(scenario, self.requires) not in (None, ())
+
+    def check_defined_in(self, scenario: FlockScenario | LineScenario) -> None:
+        """Check that the scenario has the field that the objective requires.
+
+        Raises:
+            ArgumentError: if it does not.
+        """
+        if not self.is_defined_in(scenario):
+            expected = f"an objective that does not need the scenario's {self.requires}"
+            raise ArgumentError("objective", expected, self.name)
+
+
+OBJECTIVES: Final = tuple(ObjectiveSpec(**row) for row in _core.objectives())
+FLOCK_OBJECTIVES: Final = {spec.name: spec for spec in OBJECTIVES if spec.model == "flock"}
+LINE_OBJECTIVES: Final = {spec.name: spec for spec in OBJECTIVES if spec.model == "line"}
+"""Objectives of each model by name; the first one is the default."""
+
+
+def objectives_of(scenario: FlockScenario | LineScenario) -> Mapping[str, ObjectiveSpec]:
+    """Return the objectives of the scenario's model by name."""
+    return FLOCK_OBJECTIVES if isinstance(scenario, FlockScenario) else LINE_OBJECTIVES
