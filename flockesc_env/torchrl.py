@@ -12,6 +12,7 @@ from flockesc_env.common.checks import FloatArray, as_seed
 from flockesc_env.common.extras import require
 from flockesc_env.envs._base import FlockArguments, ManyFlocks
 from flockesc_env.episodes.batch import Columns, Observations, is_over
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.scenarios import Scenarios
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.render import render
@@ -27,7 +28,7 @@ GROUP: Final = "agents"
 
 ENDS: Final = ("done", "terminated", "truncated")
 
-INFO: Final = ("min_mean_distance", "min_min_distance", "fraction_surviving")
+INFO: Final = tuple(spec.column for spec in FLOCK_OBJECTIVES.values())
 """Names of the entries of ``"info"``: the objectives so far."""
 
 Ended = NDArray[np.bool]

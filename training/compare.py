@@ -17,7 +17,7 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from training import plots, seeds
 from training.arguments import CompareArgs
-from training.evaluation import outcome, run_policy
+from training.evaluation import run_policy
 from training.policies import named_policy, scenario_of
 from training.versions import versions
 
@@ -52,7 +52,7 @@ def compare(args: CompareArgs) -> pl.DataFrame:
     }
     for entry in entries:
         episodes = run_policy(entry, held_out, scenario=scenario, num_threads=args.num_threads)
-        outcomes[entry.name] = outcome(episodes, spec)
+        outcomes[entry.name] = spec.values(episodes)
 
     table = _table(outcomes, fixed)
     _write(args, table, outcomes, held_out)
@@ -102,9 +102,9 @@ def _table(outcomes: dict[str, FloatArray], fixed: FloatArray) -> pl.DataFrame:
 
 
 def _markdown(table: pl.DataFrame, args: CompareArgs) -> str:
-    unit = FLOCK_OBJECTIVES[args.objective].unit
+    spec = FLOCK_OBJECTIVES[args.objective]
     lines = [
-        f"Objective `{args.objective}`{f' in {unit}' if unit else ''} on {args.flocks} held-out flocks;"
+        f"Objective `{spec.name}`{f' in {spec.unit}' if spec.unit else ''} on {args.flocks} held-out flocks;"
         " 95 % bootstrap intervals.",
         f"Differences to the best fixed range are paired by flock. The best fixed range was chosen on"
         f" {args.tuning_flocks} other flocks.",
@@ -114,7 +114,7 @@ def _markdown(table: pl.DataFrame, args: CompareArgs) -> str:
     ]
     for row in table.iter_rows(named=True):
         cells = [
-            f"{row[column]:.2f} [{row[column + '_low']:.2f}, {row[column + '_high']:.2f}]"
+            format(stats.Estimate(*(row[column + end] for end in ("", "_low", "_high"))), f".{spec.digits}f")
             for column in ("objective", "difference", "improvement")
         ]
         is_baseline = row["policy"] == table["policy"][0]

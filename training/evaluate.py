@@ -29,5 +29,6 @@ def evaluate(args: EvaluateArgs) -> pl.DataFrame:
         record.write_parquet(args.output)
     print(f"{entry.name} on {args.flocks} held-out flocks, mean and 95 % bootstrap interval:")
     for spec in specs:
-        print(f"  {spec.symbol:<10} {stats.mean(record[spec.column].to_numpy())} {spec.unit}".rstrip())
+        estimate = stats.mean(record[spec.column].to_numpy())
+        print(f"  {spec.symbol:<10} {estimate:.{spec.digits}f} {spec.unit}".rstrip())
     return record

@@ -12,7 +12,6 @@ from flockesc_env import (
     Episodes,
     FlockEscapeEnv,
     FlockScenario,
-    LineEpisodes,
     LineEscapeEnv,
     LineScenario,
     NamedPolicy,
@@ -23,7 +22,6 @@ from flockesc_env import (
 )
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.objectives import ObjectiveSpec
 from flockesc_env.episodes.options import env_options, line_options
 from flockesc_env.policies.network_rollout import play_flocks_of_networks, play_lines_of_networks
 from training.config import Setting
@@ -51,7 +49,7 @@ def objective(
         options["per_agent"] = setting.per_agent
     model: Any = setting.model
     episodes = rollout(model, policy, seeds, batch_size=batch_size, num_threads=num_threads, **options)
-    return outcome(episodes, setting.spec)
+    return setting.spec.values(episodes)
 
 
 def play_networks(
@@ -93,12 +91,6 @@ def policy_spec(setting: Setting) -> PolicySpec:
     return (parallel_env if setting.per_agent else FlockEscapeEnv)(model, **options).policy_spec
 
 
-def outcome(episodes: Episodes | LineEpisodes, spec: ObjectiveSpec) -> FloatArray:
-    """Return the values of an objective, shape (seeds,)."""
-    values: FloatArray = getattr(episodes, spec.column)
-    return values
-
-
 def run_policy(
     entry: NamedPolicy, flocks: range, *, scenario: FlockScenario, num_threads: int | None = None
 ) -> Episodes:
@@ -113,5 +105,5 @@ def play(
     """Run a policy with its own options in a setting, and return the objective, shape (seeds,)."""
     model = setting.model
     if isinstance(model, LineScenario):
-        return outcome(rollout(model, entry, flocks), setting.spec)
-    return outcome(run_policy(entry, flocks, scenario=model, num_threads=num_threads), setting.spec)
+        return setting.spec.values(rollout(model, entry, flocks))
+    return setting.spec.values(run_policy(entry, flocks, scenario=model, num_threads=num_threads))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from flockesc_env import _core
+from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -42,13 +44,23 @@ class ObjectiveSpec:
         """Return a name with the unit in parentheses, for axes and headings."""
         return f"{name} ({self.unit})" if self.unit else name
 
+    @property
+    def digits(self) -> int:
+        """Number of decimals of J in tables."""
+        return 2 if self.unit else 3
+
     def number(self, value: float, sign: str = "") -> str:
-        """Return a rounded value of J; ``sign="+"`` also shows the sign of positive values."""
-        return f"{value:{sign}.{1 if self.unit else 2}f}"
+        """Return a value of J rounded for a picture; ``sign="+"`` also shows the sign of positive values."""
+        return f"{value:{sign}.{1 if self.unit else 3}f}"
 
     def text(self, value: float, sign: str = "") -> str:
         """Return ``number`` with the unit."""
         return f"{self.number(value, sign)} {self.unit}".rstrip()
+
+    def values(self, results: Any) -> FloatArray:
+        """Return J of ``Episodes``, ``LineEpisodes`` or the results of ``sweep``."""
+        values: FloatArray = getattr(results, self.column)
+        return values
 
     def is_defined_in(self, scenario: FlockScenario | LineScenario) -> bool:
         """Return whether the scenario has the field that the objective requires."""
@@ -61,11 +73,11 @@ class ObjectiveSpec:
             ArgumentError: if it does not.
         """
         if not self.is_defined_in(scenario):
-            expected = f"an objective that does not need the scenario's {self.requires}"
-            raise ArgumentError("objective", expected, self.name)
+            expected = f"{self.requires}, which the objective {self.name} requires"
+            raise ArgumentError("scenario", expected, "none")
 
 
-OBJECTIVES: Final = tuple(ObjectiveSpec(**row) for row in _core.objectives())
+OBJECTIVES: Final = tuple(ObjectiveSpec(**json.loads(row)) for row in _core.objectives())
 FLOCK_OBJECTIVES: Final = {spec.name: spec for spec in OBJECTIVES if spec.model == "flock"}
 LINE_OBJECTIVES: Final = {spec.name: spec for spec in OBJECTIVES if spec.model == "line"}
 """Objectives of each model by name; the first one is the default."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from flockesc_env.common.array_files import read_document, write_document
 from flockesc_env.common.checks import as_instance, as_path, as_text
 from flockesc_env.common.errors import RecordError, shown
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run, simulate, simulate_line
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -185,7 +186,7 @@ def _layout(
         }
     steps, agents, axes = scenario.num_steps, scenario.num_agents, scenario.dimension
     is_shared = columns["interaction_ranges"].shape[1:] == (1,)
-    per_time = ("times", "mean_distance", "min_distance", "polarization", "fraction_surviving")
+    per_time = ("times", "polarization", *(spec.series for spec in FLOCK_OBJECTIVES.values()))
     return {
         "interaction_ranges": ("float64", (steps, 1 if is_shared else agents)),
         "predator_actions": ("float64", (steps, scenario.num_learned, axes)),

@@ -69,8 +69,7 @@ class SweepResult(Displayed):
         Raises:
             ArgumentError: if the model does not have this objective.
         """
-        values: FloatArray = getattr(self, self._spec(objective).column)
-        return values
+        return self._spec(objective).values(self)
 
     def _spec(self, objective: str | None) -> ObjectiveSpec:
         if objective is None:

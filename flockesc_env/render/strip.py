@@ -29,7 +29,8 @@ def draw_strip(canvas: Canvas, frame: FlockFrame, rect: Rect, *, num_components:
         canvas.text(word, (at * size, row), round(0.04 * size), TEXT)
     row += 0.052 * size
     small = round(0.034 * size)
-    rest = "lowest so far:" if _is_length(frame) else f"J: {frame.spec.label}"
+    is_length = frame.spec.unit == "m"  # then J has the axis of the distances
+    rest = "lowest so far:" if is_length else f"J: {frame.spec.label}"
     legend = [
         ("mean", MEAN),
         ("and", FAINT_TEXT),
@@ -41,7 +42,7 @@ def draw_strip(canvas: Canvas, frame: FlockFrame, rect: Rect, *, num_components:
         at += canvas.text(word, (at, row), small, color) + 0.012 * size
     if moment.caught.any():
         canvas.text(f"{moment.caught.sum()} caught", (0.97 * size, row), small, PREDATOR, "topright")
-    if _is_length(frame):
+    if is_length:
         canvas.dots(np.array([(at + 0.006 * size, row + 0.3 * small)]), 0.008 * size, [TEXT])
     _plot(
         canvas, frame, Rect(0.085 * size, rect.top + 0.125 * size, 0.885 * size, rect.height - 0.172 * size)
@@ -53,11 +54,6 @@ def range_text(ranges: FloatArray) -> str:
     if not len(ranges):
         return "-"  # all agents have been caught
     return f"{ranges[0]:.1f}" if np.ptp(ranges) == 0 else f"{ranges.mean():.1f} ± {ranges.std():.1f}"
-
-
-def _is_length(frame: FlockFrame) -> bool:
-    """Return whether the axis of the distances also suits the objective."""
-    return frame.spec.unit == "m"
 
 
 def _plot(canvas: Canvas, frame: FlockFrame, plot: Rect) -> None:
@@ -83,7 +79,7 @@ def _plot(canvas: Canvas, frame: FlockFrame, plot: Rect) -> None:
         canvas.text(f"{time:g}", (x, y + 0.01 * size), small, FAINT_TEXT, "midtop")
     canvas.path(at(frame.times, frame.min_distance), MINIMUM, 0.004 * size)
     canvas.path(at(frame.times, frame.mean_distance), MEAN, 0.004 * size)
-    if not _is_length(frame):
+    if frame.spec.unit != "m":
         return
     first = int(np.argmin(frame.objective))
     level = at(frame.times, frame.objective)[first:]

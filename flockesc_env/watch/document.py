@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_instance, as_text
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.models.graph import component_labels
 from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.policies.registry import NAMES
@@ -22,6 +23,9 @@ from flockesc_env.scenario.neighbors import Metric
 
 Run = tuple[str, Trajectory]
 """A name and a run."""
+
+_OBJECTIVE = FLOCK_OBJECTIVES["mean"]
+"""The objective that the page shows. A recorded run does not say what its policy maximizes."""
 
 
 def check_runs(runs: Sequence[Run]) -> None:
@@ -61,7 +65,7 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
         "predators": _column(trajectory.predator_positions),
         "meanDistance": _column(trajectory.mean_distance),
         "minDistance": _column(trajectory.min_distance),
-        "lowestMean": _column(np.minimum.accumulate(trajectory.mean_distance)),
+        "lowestMean": _column(np.minimum.accumulate(getattr(trajectory, _OBJECTIVE.series))),
         "meanRange": _column(mean),
         "lowRange": _column(np.maximum(mean - deviation, ranges.min(axis=1))),
         "highRange": _column(np.minimum(mean + deviation, ranges.max(axis=1))),
@@ -78,6 +82,7 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
         "seed": None if trajectory.is_start_given else str(trajectory.seed),
         "scenario": json.loads(trajectory.scenario.to_json()),
         "rangeUnit": trajectory.scenario.neighbor_rule.unit,
+        "objective": _OBJECTIVE.symbol,
         "isMetric": _is_metric(trajectory.scenario),
         "columns": columns,
     }

@@ -35,7 +35,6 @@ from studies.learned.watching import Observations, watch
 from studies.measurements import run_groups
 from training import seeds
 from training.config import Setting
-from training.evaluation import outcome
 from training.outputs import write_table
 
 GROUPS: dict[str, tuple[str, ...]] = {
@@ -165,7 +164,7 @@ def blinded(file: bytes, objective: str, shown: tuple[tuple[int, float], ...], f
     """Return the objective of every flock under a policy that sees some columns as constants."""
     entry = stored_policy(file)
     episodes = rollout(None, replace(entry, policy=Blinded(entry.policy, dict(shown))), flocks)
-    return {"objective": outcome(episodes, FLOCK_OBJECTIVES[objective])}
+    return {"objective": FLOCK_OBJECTIVES[objective].values(episodes)}
 
 
 def transfer(
@@ -222,7 +221,7 @@ def in_world(
         entry = stored_policy(policy)
     else:
         entry = NamedPolicy("fixed", FixedRange(policy), options={"max_range": max_range})
-    return {"objective": outcome(rollout(scenario, entry, flocks), FLOCK_OBJECTIVES[objective])}
+    return {"objective": FLOCK_OBJECTIVES[objective].values(rollout(scenario, entry, flocks))}
 
 
 def _worlds() -> Iterator[tuple[str, FlockScenario]]:

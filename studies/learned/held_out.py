@@ -9,7 +9,6 @@ from flockesc_env import LineScenario, NamedPolicy, load_policy, rollout
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.policies import find_policy
 from training.config import Setting
-from training.evaluation import outcome
 
 _AGENT_STEP = 80e-9
 """Estimated seconds of a step of one agent under a network."""
@@ -26,7 +25,7 @@ def play_job(policy: str | bytes, setting: Setting, flocks: range) -> Job:
 def objectives(policy: str | bytes, setting: Setting, flocks: range) -> Arrays:
     """Return the objective of every flock, with the options that the policy was made for."""
     entry = find_policy(policy) if isinstance(policy, str) else stored_policy(policy)
-    return {"objective": outcome(rollout(setting.model, entry, flocks), setting.spec)}
+    return {"objective": setting.spec.values(rollout(setting.model, entry, flocks))}
 
 
 def stored_policy(file: bytes) -> NamedPolicy:

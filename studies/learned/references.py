@@ -29,7 +29,6 @@ from studies.learned.information import CANDIDATES
 from studies.learned.names import CLAIRVOYANT, FREE_HEADINGS, INFORMED_GREEDY, PLANNER
 from studies.learned.results import REFERENCES_FILE
 from training.config import Setting
-from training.evaluation import outcome
 from training.outputs import write_table
 
 SIMULATED_FLOCKS = 200
@@ -200,7 +199,7 @@ def informed_greedy(setting: Setting, flocks: range) -> Arrays:
         predator_sensing_range=None,
         max_range=max(CANDIDATES[15]),
     )
-    return {"objective": outcome(episodes, setting.spec)}
+    return {"objective": setting.spec.values(episodes)}
 
 
 def free_headings(setting: Setting, flocks: range) -> Arrays:

@@ -78,8 +78,7 @@ class Summary:
 
     def show(self, estimate: Estimate, sign: str = "") -> str:
         """Return an estimate with its interval as text; with ``sign="+"`` as a difference."""
-        digits = f"{sign}.{3 if self.study.is_line else 2}f"
-        return f"{estimate.mean:{digits}} [{estimate.low:{digits}}, {estimate.high:{digits}}]"
+        return f"{estimate:{sign}.{self.study.spec.digits}f}"
 
     def difference(self, policy: str) -> str:
         """Return the paired difference to the best fixed range."""
@@ -93,7 +92,7 @@ class Summary:
         """Return the smallest and the largest mean difference of a training seed."""
         if policy not in self.study.learners:
             return UNKNOWN
-        digits = "+.3f" if self.study.is_line else "+.2f"
+        digits = f"+.{self.study.spec.digits}f"
         row = self.policies[policy]
         return f"{row.lowest:{digits}} to {row.highest:{digits}}"
 

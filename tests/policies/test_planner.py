@@ -26,13 +26,9 @@ from flockesc_env import (
     parallel_env,
     rollout,
 )
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.policies import Planner, SB3Policy
 
-OUTCOMES = {
-    "mean": "min_mean_distance",
-    "minimum": "min_min_distance",
-    "survival": "fraction_surviving",
-}
 FLOCK = small_flock(num_agents=20, num_steps=30, predator_range=15.0)
 RANGES, FUTURES = [0.0, 3.0, 6.0, 9.0, 14.0], [0.0, 6.0, 20.0]
 NOISY = FLOCK.replace(angular_noise=1.0, predators=(Wandering(angular_diffusion=2.0),))
@@ -55,7 +51,7 @@ def value_of(env: FlockEscapeEnv, actions: list[Any]) -> float:
         _, _, terminated, truncated, info = env.step(actions[0])
         actions = actions[1:] or actions
         has_ended = terminated or truncated
-    return float(info[OUTCOMES[env.options.objective]])
+    return float(info[FLOCK_OBJECTIVES[env.options.objective].column])
 
 
 def best_value(env: FlockEscapeEnv, planner: Planner, holds: int) -> float:
@@ -93,7 +89,7 @@ def test_every_choice_is_the_best_of_all_branches_and_is_kept(
                 has_ended = terminated or truncated
                 if has_ended:
                     break
-        reached = info[OUTCOMES[env.options.objective]]
+        reached = info[FLOCK_OBJECTIVES[env.options.objective].column]
         assert [plan.value for plan in plans] == sorted(plan.value for plan in plans)
         assert plans[-1].value == reached == played.objective
         assert [plan.interaction_range for plan in plans] == [plan.interaction_range for plan in played.plans]
@@ -109,7 +105,7 @@ def test_the_planner_is_never_worse_than_a_constant_range(mode: str, objective: 
     assert (planner.ranges.min(), planner.ranges.max()) == (0.0, 20.0)
     planned = np.array([planner.play(seed).objective for seed in range(10)])
     constant = [
-        getattr(rollout(FLOCK, FixedRange(rho), range(10), **options), OUTCOMES[objective])
+        getattr(rollout(FLOCK, FixedRange(rho), range(10), **options), FLOCK_OBJECTIVES[objective].column)
         for rho in planner.futures
     ]
     assert (planned >= np.max(constant, axis=0)).all()

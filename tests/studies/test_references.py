@@ -32,7 +32,6 @@ from studies.learned.references import (
 from studies.learned.results import BEST_FIXED, ORACLE, Study, load_studies, load_study
 from studies.learned.summary import summarize
 from training.config import Setting
-from training.evaluation import outcome
 from training.presets import presets
 from training.seeds import HELD_OUT, TUNING
 
@@ -54,7 +53,7 @@ def small(tmp_path: Path) -> Setting:
 def test_free_headings_bound_every_policy(objective: Any, policy: str) -> None:
     setting = Setting(objective=objective)
     flocks = TUNING[:10]
-    reached = outcome(rollout(setting.model, find_policy(policy), flocks), objective)
+    reached = setting.spec.values(rollout(setting.model, find_policy(policy), flocks))
     assert (reached <= free_headings(setting, flocks)["objective"]).all()
 
 
@@ -95,7 +94,7 @@ def test_the_informed_greedy_rule_stays_below_the_bound_and_above_eight_candidat
     reached = informed_greedy(setting, flocks)["objective"]
     assert (reached <= free_headings(setting, flocks)["objective"]).all()
     rule = find_policy("turn-away" if objective == "mean" else "keep-distance")
-    assert reached.mean() > outcome(rollout(setting.model, rule, flocks), objective).mean()
+    assert reached.mean() > setting.spec.values(rollout(setting.model, rule, flocks)).mean()
 
 
 def test_settings_with_a_profile_borrow_references(tmp_path: Path) -> None:

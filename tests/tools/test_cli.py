@@ -269,7 +269,7 @@ def test_a_sweep_without_a_predator_has_no_curve(capsys: pytest.CaptureFixture[s
     (tmp_path / "free.toml").write_text(SMALL.replace(predators=()).to_toml())
     ran = Ran(capsys, "sweep", "--scenario", tmp_path / "free.toml", "--output", tmp_path / "curve.png")
     assert ran.code == Exit.REFUSED
-    assert "without a predator" in ran.err
+    assert "without predators" in ran.err
 
 
 def test_the_table_names_the_best_range(capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,7 +9,7 @@ const AXIS_FONT = "11px system-ui, sans-serif";
 const CHARTS = [
   {
     title: "Distance to the predator (m)",
-    key: "solid: mean, dashed: nearest agent, dot: objective",
+    key: (run) => `solid: mean, dashed: nearest agent, dot: ${run.objective}`,
     series: [
       { column: "lowestMean", width: 1, alpha: 0.55 },
       { column: "minDistance", width: 1.25, dash: [5, 4] },
@@ -20,7 +20,7 @@ const CHARTS = [
   {
     title: "Interaction range",
     unit: (run) => run.rangeUnit,
-    key: "line: mean over agents, shade: standard deviation",
+    key: () => "line: mean over agents, shade: standard deviation",
     series: [
       { column: "lowRange", width: 0, steps: true },
       { column: "highRange", width: 0, steps: true },
@@ -30,7 +30,7 @@ const CHARTS = [
   },
   {
     title: "Connected components",
-    key: "of the neighbor graph, on a logarithmic scale",
+    key: () => "of the neighbor graph, on a logarithmic scale",
     series: [{ column: "numComponents", width: 2, steps: true }],
     isLogarithmic: true,
   },
@@ -59,7 +59,7 @@ class Curves {
 
   build(spec, container) {
     const title = spec.unit ? `${spec.title} (${spec.unit(this.runs[0])})` : spec.title;
-    const place = element("div", { className: "chart" }, element("h3", {}, title), element("p", {}, spec.key));
+    const place = element("div", { className: "chart" }, element("h3", {}, title), element("p", {}, spec.key(this.runs[0])));
     container.append(place);
     const chart = new uPlot(this.optionsOf(spec, place.clientWidth), this.dataOf(spec), place);
     chart.now = element("div", { className: "now" });

@@ -16,7 +16,7 @@ async function decodeColumn({ dtype, data }) {
 }
 
 /** One run: its columns as typed arrays, flat and in the order of (time, agent, axis). */
-async function decodeRun({ name, title, kind, seed, scenario, rangeUnit, isMetric, columns }) {
+async function decodeRun({ name, title, kind, seed, scenario, rangeUnit, objective, isMetric, columns }) {
   const run = {
     name,
     title, // the readable name
@@ -24,6 +24,7 @@ async function decodeRun({ name, title, kind, seed, scenario, rangeUnit, isMetri
     seed,
     scenario,
     rangeUnit,
+    objective,
     isMetric, // whether positions and ranges alone determine the neighbors
     dimension: scenario.dimension,
     numAgents: scenario.num_agents,

@@ -1,5 +1,7 @@
 //! Metrics and states of flocks as Python dictionaries.
 
+use std::collections::BTreeMap;
+
 use flockesc_core::{Episode, Metrics, Objective, objectives};
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::intern;
@@ -24,43 +26,37 @@ impl Measured {
     }
 }
 
-/// A metric in `info`. Numbers are indices of objectives.
-#[derive(Clone, Copy)]
-enum Field {
-    Now(usize),
-    Minimum(usize),
-    Polarization,
-}
-
-impl Field {
-    fn of(self, metrics: &Metrics) -> f64 {
-        match self {
-            Self::Now(index) => metrics.objectives[index].now,
-            Self::Minimum(index) => metrics.objectives[index].minimum,
-            Self::Polarization => metrics.polarization,
-        }
-    }
-}
-
-/// Returns every metric under its interned name.
-fn fields(py: Python<'_>) -> &'static [(Py<PyString>, Field)] {
-    static FIELDS: PyOnceLock<Vec<(Py<PyString>, Field)>> = PyOnceLock::new();
+/// Returns the interned names of the metrics, with their places in [`values`].
+fn fields(py: Python<'_>) -> &'static [(Py<PyString>, usize)] {
+    static FIELDS: PyOnceLock<Vec<(Py<PyString>, usize)>> = PyOnceLock::new();
     FIELDS.get_or_init(py, || {
-        let flock = || objectives().take(Objective::COUNT).enumerate();
-        let now = flock().filter(|(_, objective)| objective.series != objective.column);
-        let names = now.map(|(index, objective)| (objective.series, Field::Now(index)));
-        let names = names.chain([("polarization", Field::Polarization)]);
-        let minima = flock().map(|(index, objective)| (objective.column, Field::Minimum(index)));
-        let interned = |(name, field)| (PyString::intern(py, name).unbind(), field);
-        names.chain(minima).map(interned).collect()
+        let flock = || objectives().take(Objective::COUNT);
+        let now = flock().map(|objective| objective.series);
+        let minima = flock().map(|objective| objective.column);
+        let names = now.chain(minima).chain(["polarization"]).zip(0..);
+        // A value that never rises has one name for both.
+        let places: BTreeMap<&str, usize> = names.collect();
+        let interned = |(name, place)| (PyString::intern(py, name).unbind(), place);
+        places.into_iter().map(interned).collect()
     })
+}
+
+/// Returns the values of all objectives, their running minima, and the polarization.
+fn values(metrics: &Metrics) -> [f64; 2 * Objective::COUNT + 1] {
+    let mut values = [metrics.polarization; 2 * Objective::COUNT + 1];
+    for (index, running) in metrics.objectives.iter().enumerate() {
+        values[index] = running.now;
+        values[Objective::COUNT + index] = running.minimum;
+    }
+    values
 }
 
 /// Returns the metrics of one flock as numbers.
 pub(crate) fn numbers<'py>(py: Python<'py>, measured: &Measured) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    for (name, field) in fields(py) {
-        dict.set_item(name, field.of(&measured.metrics))?;
+    let values = values(&measured.metrics);
+    for (name, place) in fields(py) {
+        dict.set_item(name, values[*place])?;
     }
     if let Some(components) = measured.components {
         dict.set_item(intern!(py, "num_components"), components)?;
@@ -108,8 +104,8 @@ pub(crate) fn metric_columns<'py>(
     metrics: &[Metrics],
 ) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    for (name, field) in fields(py) {
-        dict.set_item(name, column(py, metrics, |flock| field.of(flock)))?;
+    for (name, place) in fields(py) {
+        dict.set_item(name, column(py, metrics, |flock| values(flock)[*place]))?;
     }
     Ok(dict)
 }

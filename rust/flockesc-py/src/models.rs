@@ -6,7 +6,7 @@ use std::sync::Arc;
 use flockesc_core::{FlockConfig, InitialState, LineConfig, Objective, Schedule};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyDict};
+use pyo3::types::PyDict;
 
 use crate::arrays::{flat, grid, rows_and_columns, shaped, vector};
 use crate::errors::CoreError;
@@ -51,24 +51,11 @@ pub(crate) fn kinds() -> BTreeMap<&'static str, Vec<&'static str>> {
         .collect()
 }
 
-/// Returns the table of objectives: those of the flock, then that of the line.
+/// Returns the table of objectives as JSON documents: those of the flock, then that of the line.
 #[pyfunction]
-pub(crate) fn objectives(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
-    let rows = flockesc_core::objectives().map(|objective| {
-        let fields = [
-            ("name", objective.name),
-            ("model", objective.model),
-            ("symbol", objective.symbol),
-            ("label", objective.label),
-            ("definition", objective.definition),
-            ("unit", objective.unit),
-            ("series", objective.series),
-            ("column", objective.column),
-            ("requires", objective.requires),
-        ];
-        fields.into_py_dict(py)
-    });
-    rows.collect()
+pub(crate) fn objectives() -> Vec<String> {
+    let rows = flockesc_core::objectives();
+    rows.map(|objective| objective.to_json()).collect()
 }
 
 #[pyfunction]

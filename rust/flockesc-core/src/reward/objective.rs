@@ -30,7 +30,7 @@ pub enum Objective {
 }
 
 /// A row of the table of objectives, which all reports read. A larger objective is better.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct ObjectiveSpec {
     /// Name in documents.
     pub name: &'static str,
@@ -50,6 +50,14 @@ pub struct ObjectiveSpec {
     pub column: &'static str,
     /// Field of the scenario without which the objective is the same under all ranges.
     pub requires: &'static str,
+}
+
+impl ObjectiveSpec {
+    /// Returns the row as a JSON document.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_value(self).unwrap_or_default().to_string()
+    }
 }
 
 impl Objective {
