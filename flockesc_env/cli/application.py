@@ -14,7 +14,7 @@ import tyro
 
 from flockesc_env._core import __version__
 from flockesc_env.cli.exits import MEANINGS, Exit
-from flockesc_env.cli.output import flush, note, prepare_streams, show
+from flockesc_env.cli.output import flush, note, prepare_terminal, show
 from flockesc_env.common.errors import FlockescError, JobError
 
 
@@ -54,7 +54,7 @@ class Application:
         Args:
             argv: command-line arguments; ``None``: ``sys.argv[1:]``.
         """
-        prepare_streams()
+        prepare_terminal()
         try:
             return self._run(list(sys.argv[1:] if argv is None else argv))
         except KeyboardInterrupt as stop:
@@ -62,11 +62,10 @@ class Application:
             return Exit.INTERRUPTED
         except BrokenPipeError:
             return Exit.UNREAD
-        except JobError as error:
-            note(f"error: {error}")
-            return Exit.FAILED
         except FlockescError as error:
-            note(f"error: {error}")
+            note(*f"error: {error}".split("\n"))  # the failures of jobs have tracebacks
+            if isinstance(error, JobError):
+                return Exit.FAILED
         except OSError as error:
             note(f"error: {error.filename or 'output'}: {error.strerror or error}")
         except MemoryError as error:
