@@ -15,7 +15,7 @@ import tyro
 from flockesc_env._core import __version__
 from flockesc_env.cli.exits import MEANINGS, Exit
 from flockesc_env.cli.output import flush, note, prepare_terminal, show
-from flockesc_env.common.errors import FlockescError, JobError
+from flockesc_env.common.errors import FlockescError, JobError, printable
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,8 @@ class Application:
             app = tyro.extras.SubcommandApp()
             for command, run in self.commands.items():
                 app.command(name=command, help=(run.__doc__ or "").partition("\n")[0])(run)
-            app.cli(prog=self.program, description=self.description, args=argv or [name])
+            words = list(map(printable, argv))
+            app.cli(prog=self.program, description=self.description, args=words or [name])
         except SystemExit as stop:  # from tyro, after --help or an invalid flag
             flush()
             return stop.code if isinstance(stop.code, int) else Exit.REFUSED
@@ -93,6 +94,12 @@ class Application:
         return tyro.cli(
             self.commands[name],
             prog=f"{self.program} {name}",
-            args=flags,
+            args=list(map(_printable_name, flags)),
             config=(tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes),
         )
+
+
+def _printable_name(word: str) -> str:
+    """Escape the name of a flag: tyro prints unknown ones. A pattern of files may match a file "--..."."""
+    name, equals, value = word.partition("=")
+    return printable(name) + equals + value if word.startswith("-") else word

@@ -24,7 +24,7 @@ _MIN_COLUMNS = 40
 def prepare_terminal() -> None:
     """Redirect closed streams to the null device; replace characters that a stream cannot encode.
 
-    The layout of help texts does not end in a few columns, so a terminal counts as ``_MIN_COLUMNS`` wide.
+    A narrower terminal counts as ``_MIN_COLUMNS`` wide, because tyro's layout never ends in 1 to 6 columns.
     """
     if shutil.get_terminal_size().columns < _MIN_COLUMNS:
         os.environ["COLUMNS"] = str(_MIN_COLUMNS)
