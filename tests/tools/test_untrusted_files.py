@@ -237,6 +237,7 @@ def test_documents_that_overwhelm_parsers_are_refused(document: str) -> None:
     "changes",
     [
         {"name": 3},
+        {"name": "\x1b[2J"},
         {"per_agent": "yes"},
         {"options": {"wings": 2}},
         {"options": [1]},
@@ -253,7 +254,7 @@ def test_a_bad_policy_is_refused_on_loading_and_not_when_it_acts(changes: Any, t
         load_policy(path)
 
 
-ESCAPES = "\x1b]0;title\x07\x1b[2J\r\n\t\x9b1m\x7f\u202e\u2028\u200bflock.npz: matches"
+ESCAPES = "\x1b]0;title\x07\x1b[2J\t\x9b1m\x7f\u202e\u2028\u200b\r\nflock.npz: matches"
 
 
 def with_escapes(document: Any) -> Iterator[Any]:
