@@ -26,6 +26,7 @@ from benchmarks import (
     threads,
 )
 from benchmarks.measure import Record
+from flockesc_env.cli.output import prepare_terminal
 
 Section = Literal["kernel", "size", "environments", "line", "grid", "rules", "threads"]
 _FILE = "benchmarks.json"
@@ -144,4 +145,5 @@ def _save(machine_description: dict[str, Any], records: dict[str, list[Record]],
 
 
 if __name__ == "__main__":
+    prepare_terminal()
     app.cli(prog="python -m benchmarks", description="Measure the speed of this project and its peers.")

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import tyro
 
+from flockesc_env.cli.output import prepare_terminal
 from training.arguments import CompareArgs, EvaluateArgs, ExtendArgs, TuneArgs
 from training.presets import train_descriptions, train_presets
 
@@ -62,6 +63,7 @@ def _tune(args: Annotated[TuneArgs, tyro.conf.arg(name="")]) -> None:
 
 def main() -> int:
     """Run a command and return its exit code: 0, 2 for invalid input, 130 after Ctrl-C."""
+    prepare_terminal()
     try:
         app.cli(
             prog="python -m training",

@@ -14,8 +14,8 @@ import tyro
 
 from flockesc_env._core import __version__
 from flockesc_env.cli.exits import MEANINGS, Exit
-from flockesc_env.cli.output import flush, note, prepare_streams, show
-from flockesc_env.common.errors import FlockescError, JobError
+from flockesc_env.cli.output import flush, note, prepare_terminal, show
+from flockesc_env.common.errors import FlockescError, JobError, printable
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Application:
         Args:
             argv: command-line arguments; ``None``: ``sys.argv[1:]``.
         """
-        prepare_streams()
+        prepare_terminal()
         try:
             return self._run(list(sys.argv[1:] if argv is None else argv))
         except KeyboardInterrupt as stop:
@@ -62,11 +62,10 @@ class Application:
             return Exit.INTERRUPTED
         except BrokenPipeError:
             return Exit.UNREAD
-        except JobError as error:
-            note(f"error: {error}")
-            return Exit.FAILED
         except FlockescError as error:
-            note(f"error: {error}")
+            note(*f"error: {error}".split("\n"))  # the failures of jobs have tracebacks
+            if isinstance(error, JobError):
+                return Exit.FAILED
         except OSError as error:
             note(f"error: {error.filename or 'output'}: {error.strerror or error}")
         except MemoryError as error:
@@ -84,7 +83,8 @@ class Application:
             app = tyro.extras.SubcommandApp()
             for command, run in self.commands.items():
                 app.command(name=command, help=(run.__doc__ or "").partition("\n")[0])(run)
-            app.cli(prog=self.program, description=self.description, args=argv or [name])
+            words = list(map(printable, argv))
+            app.cli(prog=self.program, description=self.description, args=words or [name])
         except SystemExit as stop:  # from tyro, after --help or an invalid flag
             flush()
             return stop.code if isinstance(stop.code, int) else Exit.REFUSED
@@ -94,6 +94,12 @@ class Application:
         return tyro.cli(
             self.commands[name],
             prog=f"{self.program} {name}",
-            args=flags,
+            args=list(map(_printable_name, flags)),
             config=(tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes),
         )
+
+
+def _printable_name(word: str) -> str:
+    """Escape the name of a flag: tyro prints unknown ones. A pattern of files may match a file "--..."."""
+    name, equals, value = word.partition("=")
+    return printable(name) + equals + value if word.startswith("-") else word

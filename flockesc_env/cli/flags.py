@@ -13,6 +13,7 @@ from typing import Annotated, Any
 from tyro.conf import DisallowNone, UseAppendAction, arg
 from tyro.constructors import PrimitiveConstructorSpec
 
+from flockesc_env.common.documents import read_json
 from flockesc_env.common.errors import ArgumentError, ScenarioError, shown, shown_name
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.initial_files import read_initial_state
@@ -137,7 +138,7 @@ def scenario_named(name: str) -> Scenario:
     if not path.suffix and not path.exists():
         raise ScenarioError("scenario", f"a file or one of {', '.join(PRESETS)}", shown_name(name, PRESETS))
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
         return _read(text, is_toml=path.suffix == ".toml")
     except UnicodeDecodeError as error:
         raise ScenarioError(str(path), "TOML or JSON", error) from None
@@ -166,7 +167,7 @@ def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:
             parent, key = _place(node, name, path)
             node = parent[key]
         parent, key = _place(node, last, path)
-        value = _value(text)
+        value = _value(text, path)
         is_kind = isinstance(value, str) and isinstance(parent[key], dict)
         parent[key] = {value: {}} if is_kind else value
         with suppress(ScenarioError):  # later changes may make the scenario valid
@@ -176,21 +177,23 @@ def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:
 
 def _place(node: Any, name: str, path: str) -> tuple[Any, Any]:
     """Return the object or list that contains ``name``, and its key or index; kinds can be omitted."""
+    if isinstance(node, dict) and len(node) == 1 and name not in node:
+        [node] = node.values()
     if isinstance(node, dict):
-        if len(node) == 1 and name not in node:
-            [node] = node.values()
         node.setdefault(name, None)
         return node, name
     if not isinstance(node, list):
         raise ScenarioError(path, "the path of a field", f"{shown(name)} inside a plain value")
-    if not name.isdecimal() or int(name) >= len(node):
+    if name not in map(str, range(len(node))):
         raise ScenarioError(path, f"an index below {len(node)}", shown(name))
     return node, int(name)
 
 
-def _value(text: str) -> Any:
+def _value(text: str, path: str) -> Any:
     """Return the value of a change: None, JSON, or otherwise the string itself."""
     try:
-        return None if text == "None" else json.loads(text)
-    except (ValueError, RecursionError):
+        return None if text == "None" else read_json(text)
+    except (ValueError, RecursionError) as error:
+        if text.lstrip()[:1] in {"{", "["}:
+            raise ScenarioError(path, "valid JSON", error) from None
         return text

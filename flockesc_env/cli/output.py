@@ -1,4 +1,7 @@
-"""Output of commands: results on stdout, notes and errors on stderr, checks of output files."""
+"""Output of commands: results on stdout, notes and errors on stderr, checks of output files.
+
+Lines may contain strings from files: everything that a terminal would not print is escaped.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +9,25 @@ import io
 import json
 import math
 import os
+import shutil
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import ArgumentError, printable
+
+_MIN_COLUMNS = 40
 
 
-def prepare_streams() -> None:
-    """Redirect closed streams to the null device; replace characters that a stream cannot encode."""
+def prepare_terminal() -> None:
+    """Redirect closed streams to the null device; replace characters that a stream cannot encode.
+
+    A narrower terminal counts as ``_MIN_COLUMNS`` wide, because tyro's layout never ends in 1 to 6 columns.
+    """
+    if shutil.get_terminal_size().columns < _MIN_COLUMNS:
+        os.environ["COLUMNS"] = str(_MIN_COLUMNS)
     sys.stdout = sys.stdout or Path(os.devnull).open("w")  # noqa: SIM115, open until exit
     sys.stderr = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
@@ -24,13 +35,13 @@ def prepare_streams() -> None:
             stream.reconfigure(errors="replace")
 
 
-def show(text: str) -> None:
-    """Print a result on stdout.
+def show(*lines: str) -> None:
+    """Print lines of a result on stdout.
 
     Raises:
         OSError: if stdout cannot be written, for example a closed pipe.
     """
-    print(text)
+    print(*map(printable, lines), sep="\n")
     flush()
 
 
@@ -49,25 +60,24 @@ def flush() -> None:
 
 def show_json(document: Mapping[str, Any]) -> None:
     """Print a result as JSON on stdout, with floats at full precision; infinity and NaN become null."""
-    show(json.dumps(_finite(document), allow_nan=False, indent=2))
+    show(*json.dumps(_finite(document), allow_nan=False, indent=2).split("\n"))
 
 
-def note(text: str) -> None:
-    """Print a note on stderr; a closed stream is ignored."""
+def note(*lines: str) -> None:
+    """Print the lines of a note on stderr; a closed stream is ignored."""
     with suppress(OSError):
-        print(f"flockesc: {text}", file=sys.stderr, flush=True)
+        print("flockesc:", "\n".join(map(printable, lines)), file=sys.stderr, flush=True)
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a text table with right-aligned columns.
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the lines of a text table with right-aligned columns.
 
     Args:
         head: headings of the columns.
         rows: cells of the rows.
     """
     widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
-    lines = (map(str.rjust, row, widths) for row in (head, *rows))
-    return "\n".join("  ".join(line) for line in lines)
+    return ["  ".join(map(str.rjust, row, widths)) for row in (head, *rows)]
 
 
 def check_output(path: Path | None, suffixes: Sequence[str], field: str = "output") -> None:

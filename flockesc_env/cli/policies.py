@@ -32,8 +32,8 @@ def policy_of(spec: str, argument: str = "policies") -> NamedPolicy:
         sys.path.append(str(Path.cwd()))  # the script `flockesc` does not search there
     try:
         policy = getattr(importlib.import_module(module), function)()
-    except (ImportError, AttributeError, ValueError) as error:
-        raise ArgumentError(argument, f"one of {EXPECTED}", f"{spec!r} ({error})") from None
+    except (Exception, SystemExit) as error:  # the user's own code
+        raise ArgumentError(argument, f"one of {EXPECTED}", f"{spec!r} ({error!r})") from error
     if not isinstance(policy, NamedPolicy):
         raise ArgumentError(argument, f"a NamedPolicy from {spec}", type(policy).__name__)
     return policy

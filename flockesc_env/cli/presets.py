@@ -38,10 +38,10 @@ def run(
         show_json({"command": "presets", "presets": [_entry(known) for known in chosen]})
     elif name is None:
         width = max(map(len, PRESETS))
-        show("\n".join(f"{known:<{width}}  {PRESETS[known].description}" for known in PRESETS))
+        show(*(f"{known:<{width}}  {PRESETS[known].description}" for known in PRESETS))
     else:
         entry = _entry(name)
-        show(f"# {entry['description']}\n{preset(name).to_toml()}".rstrip())
+        show(f"# {entry['description']}", *preset(name).to_toml().rstrip().split("\n"))
     return Exit.DONE
 
 

@@ -41,7 +41,7 @@ def run(
         report = _report(path)
         reports.append(report)
         if not json:
-            show("\n  ".join([f"{path}: {report['outcome']}", *report["differences"]]))
+            show(f"{path}: {report['outcome']}", *(f"  {line}" for line in report["differences"]))
         if report["recorded_with"] not in (None, records.versions()):
             note(
                 f"{path}: recorded with {_listed(report['recorded_with'])}; now {_listed(records.versions())}"

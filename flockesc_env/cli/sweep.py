@@ -301,7 +301,7 @@ def _show_table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: 
         "95 % interval",
         "components",
     ]
-    show(table(heads, rows))
+    show(*table(heads, rows))
     if document["best_range"] is not None:
         best = _with_unit(document["best_range"], ".4g", range_unit)
         oracle = _with_unit(document["hindsight_oracle"], ".4f", objective.unit)

@@ -1,6 +1,7 @@
 """Exceptions of the package.
 
 Errors about values read ``field: expected X, got Y``. Errors about the state of an environment are sentences.
+Messages contain strings from files, so control characters in them are escaped.
 """
 
 from __future__ import annotations
@@ -13,11 +14,24 @@ from gymnasium.error import ResetNeeded
 _MAX_CHARACTERS = 300
 """Values in error messages are cut after this many characters."""
 
+_MAX_FIELD = 10 * _MAX_CHARACTERS
+"""Fields are cut after this many characters. They may contain a path."""
+
+
+def printable(text: str) -> str:
+    """Return a text with line breaks, control characters and invisible characters as backslash escapes.
+
+    A terminal would execute the escape sequences in a string from a file, for example move its cursor.
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
 
 def shown(value: object, length: int = _MAX_CHARACTERS) -> str:
     """Return the ``repr`` of a value, cut after ``length`` characters."""
     try:
-        return _cut(repr(value), length)
+        return _cut(" ".join(map(str.strip, repr(value).split("\n"))), length)
     except (ValueError, RecursionError):  # an integer of thousands of digits, or recursive lists
         return f"a {type(value).__name__} too long to show"
 
@@ -29,11 +43,15 @@ def shown_name(name: object, known: Iterable[str]) -> str:
 
 
 def _cut(text: str, length: int = _MAX_CHARACTERS) -> str:
-    return text if len(text) <= length else f"{text[:length]} .."
+    text = text if len(text) <= length else f"{text[:length]} .."
+    return printable(text)
 
 
 class FlockescError(Exception):
     """Base class of the package's exceptions. A call that raises one leaves everything unchanged."""
+
+    def __str__(self) -> str:
+        return "\n".join(map(printable, super().__str__().split("\n")))
 
 
 class InputError(FlockescError, ValueError):
@@ -50,9 +68,9 @@ class InputError(FlockescError, ValueError):
             self.given = _cut(str(given))
         except (ValueError, RecursionError):
             self.given = shown(given)
-        super().__init__(field, expected, self.given)
-        self.field = field
-        self.expected = expected
+        self.field = _cut(field, _MAX_FIELD)
+        self.expected = printable(expected)
+        super().__init__(self.field, self.expected, self.given)
 
     def __str__(self) -> str:
         return f"{self.field}: expected {self.expected}, got {self.given}"

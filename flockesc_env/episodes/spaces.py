@@ -97,7 +97,7 @@ class RangeActions:
             indices: NDArray[np.int64] = np.abs(ranges[:, None] - self.grid).argmin(axis=1)
             return indices
         if self.mode == "normalized":
-            ranges = 2 * (ranges - self.min_range) / (self.max_range - self.min_range) - 1
+            ranges = (ranges - self.min_range) / (self.max_range - self.min_range) * 2 - 1
         return ranges[:, None].astype(np.float32)
 
 

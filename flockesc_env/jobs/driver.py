@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
@@ -23,6 +24,7 @@ Backend = Callable[[Sequence[Job], Cache], Outcomes]
 """Runs jobs; yields an outcome for each of them, in any order, once its results are in the cache."""
 
 BACKENDS = "serial, processes[:N], ray[:ADDRESS] or slurm[:KEY=VALUE,..]"
+_NUMBER = re.compile(r"[0-9]{1,18}")
 _SHOWN_FAILURES = 5
 _SHOWN_CHARACTERS = 1000  # of the arguments of a training run
 
@@ -37,7 +39,7 @@ def find_backend(spec: str) -> Backend:
     name, _, rest = spec.partition(":")
     if spec == "serial":
         return serial
-    if name == "processes" and (not rest or (rest.isdecimal() and int(rest) > 0)):
+    if name == "processes" and (not rest or (_NUMBER.fullmatch(rest) and int(rest) > 0)):
         return partial(processes, workers=int(rest) if rest else None)
     if name == "ray":
         require("ray", ["ray"])
@@ -49,7 +51,7 @@ def find_backend(spec: str) -> Backend:
         require("slurm", ["submitit"])
         from flockesc_env.jobs.slurm import slurm
 
-        options = {key: int(value) if value.isdecimal() else value for key, _, value in pairs}
+        options = {key: int(value) if _NUMBER.fullmatch(value) else value for key, _, value in pairs}
         return partial(slurm, **options)  # type: ignore[arg-type]  # submitit checks them
     raise ArgumentError("backend", f"one of {BACKENDS}", shown(spec))
 

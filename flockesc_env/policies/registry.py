@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final, cast
 
 from flockesc_env.common.checks import as_flag, as_instance, as_policy, as_seed, as_text
-from flockesc_env.common.errors import ArgumentError, shown_name
+from flockesc_env.common.errors import ArgumentError, shown, shown_name
 from flockesc_env.episodes.options import PROFILE_RANGES, EnvOptions, EnvOptionsDict, env_options
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.base import Policy
@@ -103,7 +103,7 @@ class NamedPolicy:
         scenario: the scenario in which the policy was trained; ``None``: none in particular.
 
     Raises:
-        ArgumentError: if an attribute has the wrong type.
+        ArgumentError: if an attribute has the wrong type, or the name contains control characters.
     """
 
     name: str
@@ -113,7 +113,8 @@ class NamedPolicy:
     scenario: FlockScenario | LineScenario | None = None
 
     def __post_init__(self) -> None:
-        as_text(self.name, "name")
+        if not as_text(self.name, "name").isprintable():
+            raise ArgumentError("name", "printable characters", shown(self.name))
         as_policy(self.policy)
         object.__setattr__(self, "per_agent", as_flag(self.per_agent, "per_agent"))
         as_instance(self.options, "options", dict)

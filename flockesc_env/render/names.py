@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import PurePath
 
+from flockesc_env.common.errors import printable
 from flockesc_env.policies.registry import NAMES
 
 _LEARNERS = {
@@ -22,9 +23,11 @@ def policy_title(name: str, unit: str = "m") -> str:
     """Return how pictures call a policy.
 
     Args:
-        name: a built-in policy, a policy's file, or any other name, which is returned unchanged.
+        name: a built-in policy, a policy's file, or any other name, which is returned with its control
+            characters escaped.
         unit: of a fixed range.
     """
+    name = printable(name)
     if name.startswith("fixed:"):
         return f"fixed range {name.removeprefix('fixed:')} {unit}"
     if name in NAMES:

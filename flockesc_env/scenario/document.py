@@ -21,6 +21,7 @@ import numpy as np
 import tomli_w
 
 from flockesc_env.common.checks import as_text
+from flockesc_env.common.documents import read_json
 from flockesc_env.common.errors import ScenarioError, shown, shown_name
 from flockesc_env.scenario.initial import InitialHeadings, InitialPositions
 from flockesc_env.scenario.motion import Motion
@@ -76,10 +77,7 @@ class Document:
         Raises:
             ScenarioError: if a field is unknown, has the wrong type or is out of bounds.
         """
-        fields = _parse(
-            cls, document, "JSON", lambda text: json.loads(text, object_pairs_hook=_unique_fields)
-        )
-        return cls(**fields)
+        return cls(**_parse(cls, document, "JSON", read_json))
 
     def to_toml(self) -> str:
         """Return the scenario as TOML, with floats at full precision; ``None`` becomes the string "None"."""
@@ -115,13 +113,6 @@ def _parse(cls: Any, document: str, form: str, parse: Callable[[str], Any]) -> M
     except (ValueError, RecursionError) as error:
         raise ScenarioError("document", f"valid {form}", error) from None
     return _check_names(cls, fields, "")
-
-
-def _unique_fields(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return a JSON object after a check that no field is given twice."""
-    if len(fields := dict(pairs)) < len(pairs):
-        raise json.JSONDecodeError("a field is given twice", ", ".join(name for name, _ in pairs), 0)
-    return fields
 
 
 def _replace_values(value: Any, old: Any, new: Any) -> Any:

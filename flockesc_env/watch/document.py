@@ -50,7 +50,7 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     """
     as_text(name, "name")
     as_instance(trajectory, "trajectory", Trajectory)
-    in_force = trajectory.interaction_ranges
+    in_force = np.minimum(trajectory.interaction_ranges, np.finfo(np.float32).max)  # as the columns hold it
     ranges = np.concatenate([in_force, in_force[-1:]])
     per_time = ranges[:, 0] if ranges.shape[1] == 1 else ranges
     graphs = per_time[:1].repeat(len(per_time), axis=0) if trajectory.scenario.frozen_graph else per_time

@@ -12,10 +12,10 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from queue import Empty, Full, Queue
 from threading import Thread
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs
 
 from flockesc_env.common.checks import as_count, as_flag, as_instance, as_seed
-from flockesc_env.common.errors import ArgumentError, FlockescError, InputError
+from flockesc_env.common.errors import ArgumentError, InputError
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.policies.registry import NAMES, built_in
 from flockesc_env.scenario.flock import FlockScenario
@@ -111,7 +111,7 @@ class _Server(ThreadingHTTPServer):
                     continue
                 try:
                     future.set_result(run_for(query, self.scenario))
-                except FlockescError as error:
+                except Exception as error:  # of one answer; the server goes on
                     future.set_exception(error)
         finally:
             self.shutdown()
@@ -139,8 +139,9 @@ def run_for(query: str, scenario: FlockScenario) -> bytes:
         if name not in {"seed", "policy"}:
             raise ArgumentError(name, "seed and policy only", "an unknown field")
     policy = built_in(_single(values, "policy"), "policy")
-    seed = _integer(_single(values, "seed"))
-    document = run_document(policy.name, policy.record(as_seed(seed), scenario))
+    seed = _single(values, "seed")
+    is_integer = seed.isdecimal() and len(seed) <= 20
+    document = run_document(policy.name, policy.record(as_seed(int(seed) if is_integer else seed), scenario))
     return json.dumps(document, allow_nan=False).encode()
 
 
@@ -149,14 +150,6 @@ def _single(values: dict[str, list[str]], field: str) -> str:
     if len(given) != 1:
         raise ArgumentError(field, "one value", f"{len(given)}")
     return given[0]
-
-
-def _integer(text: str) -> int | str:
-    """Return the text as an integer if it is one, and unchanged otherwise."""
-    try:
-        return int(text)
-    except ValueError:
-        return text
 
 
 def _is_policy(name: str) -> bool:
@@ -179,16 +172,16 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Answer a request."""
-        url, hosts = urlsplit(self.path), self.headers.get_all("Host", [])
+        (path, _, query), hosts = self.path.partition("?"), self.headers.get_all("Host", [])
         if len(hosts) != 1 or hosts[0] not in self.server.hosts:
             only = f"This server answers requests for {self.server.address} only."
             self.send_error(HTTPStatus.FORBIDDEN, explain=only)
-        elif url.path == "/":
+        elif path == "/":
             self._send(HTTPStatus.OK, "text/html; charset=utf-8", self.server.page)
-        elif url.path == "/run":
-            self._send_run(url.query)
+        elif path == "/run":
+            self._send_run(query)
         else:
-            self.send_error(HTTPStatus.NOT_FOUND)
+            self.send_error(HTTPStatus.NOT_FOUND if path.startswith("/") else HTTPStatus.BAD_REQUEST)
 
     def _send_run(self, query: str) -> None:
         try:

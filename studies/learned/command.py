@@ -149,7 +149,7 @@ def page(*, results: Results = RESULTS, page: Page = PAGE) -> Exit:
     require("train", _MODULES)
     from studies.learned.page import write_page
 
-    show(write_page(results, page))
+    show(*write_page(results, page).split("\n"))
     note(f"saved: {page}")
     return Exit.DONE
 

@@ -92,4 +92,4 @@ def _show(results: RobustnessResults) -> None:
         "over the longest (m)",
         "best range is",
     ]
-    show(table(head, rows))
+    show(*table(head, rows))

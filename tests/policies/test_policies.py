@@ -321,6 +321,7 @@ def test_policies_by_name_set_their_options() -> None:
     for name, policy, options in (
         ("stubborn-leaders", StubbornLeaders(), {"predator_sensing_range": None}),
         ("fixed:120", FixedRange(120.0), {"max_range": 120.0}),
+        ("fixed:1.7e308", FixedRange(1.7e308), {"max_range": 1.7e308}),
     ):
         named, same = rollout(SCENARIO, name, SEEDS), rollout(SCENARIO, policy, SEEDS, **options)
         assert outcome(named).tolist() == outcome(same).tolist()

@@ -174,9 +174,10 @@ def test_every_kind_of_field_can_be_set(name: str, capsys: pytest.CaptureFixture
     assert type(scenario).from_json(json.dumps(ran.json()["scenario"])) == scenario
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig"])
 @pytest.mark.parametrize("suffix", [".toml", ".json"])
 def test_a_scenario_comes_from_a_file_and_is_changed(
-    suffix: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    suffix: str, encoding: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     path = tmp_path / f"storm{suffix}"
     toml = (
@@ -187,7 +188,7 @@ def test_a_scenario_comes_from_a_file_and_is_changed(
         '{"num_agents": 3, "num_steps": 30, "mass": [0.1, 1, 2], '
         '"predators": [{"pure_pursuit": {"velocity": [12, 0]}}]}'
     )
-    path.write_text(toml if suffix == ".toml" else document)
+    path.write_text(toml if suffix == ".toml" else document, encoding)
     ran = Ran(
         capsys,
         "simulate",

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
+import subprocess
 
 import pytest
-from cli_runs import Ran, plain
+from cli_runs import FLOCKESC, TIMEOUT, Ran, plain
 
 from flockesc_env import __version__
 from flockesc_env.cli import COMMANDS
@@ -41,6 +42,22 @@ def test_the_first_help_lists_commands_and_exit_codes(capsys: pytest.CaptureFixt
     for code, meaning in MEANINGS.items():
         assert f"{code.value}  {meaning}" in ran.out
     assert set(MEANINGS) == set(Exit)
+
+
+def test_help_ends_in_a_narrow_terminal() -> None:
+    """The layout of tyro does not end in 1 to 6 columns."""
+    limited = [
+        "sh",
+        "-c",
+        'ulimit -t 30; ulimit -v 8000000; COLUMNS=1 "$@"',
+        "sh",
+        *FLOCKESC,
+        "simulate",
+        "--help",
+    ]
+    ran = subprocess.run(limited, capture_output=True, text=True, timeout=TIMEOUT, check=False)  # noqa: S603
+    assert (ran.returncode, ran.stderr) == (Exit.DONE, "")
+    assert "Example: flockesc simulate" in ran.stdout
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:

@@ -31,6 +31,19 @@ BAD = {
         "predators.first: expected an index below 1, got 'first'",
     ),
     "path": (_set("num_agents.0=1"), "num_agents.0: expected the path of a field, got '0' inside"),
+    "index of many digits": (
+        _set(f"predators.{'9' * 5000}.velocity=1"),
+        "expected an index below 1, got '999",
+    ),
+    "inside a number": (
+        [*_set('predators.0={"pure_pursuit": 5}'), "--set", "predators.0.target=1"],
+        "predators.0.target: expected the path of a field, got 'target' inside a plain value",
+    ),
+    "a field twice": (
+        _set('motion={"vicsek": {}, "vicsek": {}}'),
+        "motion: expected valid JSON, got a field is given twice",
+    ),
+    "half a list": (_set("mass=[1, 2"), "mass: expected valid JSON, got Expecting ',' delimiter"),
     "unknown field": (_set("num_agent=1"), "got 'num_agent' (did you mean num_agents?)"),
     "no value": (_set("num_agents"), "set: expected PATH=VALUE, got 'num_agents'"),
     "type": (_set("num_agents=many"), "num_agents: expected an integer, got 'many'"),
@@ -79,6 +92,14 @@ BAD = {
         "interaction_range: expected either interaction_range or policy, got both",
     ),
     "policy": (["simulate", "--policy", "fixed:far"], "policy: expected one of fixed:RHO"),
+    "relative module": (["simulate", "--policy", "..:x"], "policy: expected one of fixed:RHO"),
+    "function with arguments": (
+        ["simulate", "--policy", "os.path:join"],
+        "policy: expected one of fixed:RHO",
+    ),
+    "no function": (["simulate", "--policy", "math:pi"], "policy: expected one of fixed:RHO"),
+    "many workers": (["sweep", "--backend", f"processes:{'9' * 5000}"], "backend: expected one of serial"),
+    "escape sequence": (["sweep", "--\x1b[2J"], r"--\x1b[2J"),
     "policy of a line": (
         ["simulate", "--scenario", "paper-line", "--policy", "random"],
         "policy: expected None for a line, got 'random'",

@@ -150,6 +150,7 @@ def test_the_scale_of_ranges_is_the_palettes() -> None:
         ("ppo-own-minimum-2.npz", "learned (PPO own minimum)"),
         ("runs/mine.npz", "learned (mine)"),
         ("any name", "any name"),
+        ("a\0b\x1b", r"a\x00b\x1b"),  # fonts refuse the null character
     ],
 )
 def test_titles_of_policies(name: str, title: str) -> None:

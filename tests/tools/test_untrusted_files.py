@@ -9,18 +9,22 @@ import random
 import resource
 import tracemalloc
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from copy import deepcopy
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from cli_runs import Ran
 from option_table import small_flock
 
 import flockesc_env
 from flockesc_env import FlockScenario, LineScenario, load_policy, read_initial_state, save_policy
-from flockesc_env.common.errors import RecordError, ScenarioError
+from flockesc_env.cli.application import Application
+from flockesc_env.cli.exits import Exit
+from flockesc_env.common.errors import JobError, RecordError, ScenarioError
 from flockesc_env.models import records
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import NamedPolicy
@@ -233,6 +237,7 @@ def test_documents_that_overwhelm_parsers_are_refused(document: str) -> None:
     "changes",
     [
         {"name": 3},
+        {"name": "\x1b[2J"},
         {"per_agent": "yes"},
         {"options": {"wings": 2}},
         {"options": [1]},
@@ -247,6 +252,109 @@ def test_a_bad_policy_is_refused_on_loading_and_not_when_it_acts(changes: Any, t
     np.savez(path, header=np.array(json.dumps(header | changes)), parameters=parameters)
     with pytest.raises((RecordError, ScenarioError)):
         load_policy(path)
+
+
+ESCAPES = "\x1b]0;title\x07\x1b[2J\t\x9b1m\x7f\u202e\u2028\u200b\r\nflock.npz: matches"
+
+
+def with_escapes(document: Any) -> Iterator[Any]:
+    """Yield copies of a document with one value, or the name of one field, replaced by escape sequences."""
+    if not isinstance(document, dict | list):
+        yield ESCAPES
+        return
+    for place in document if isinstance(document, dict) else range(len(document)):
+        for inner in with_escapes(document[place]):
+            changed = deepcopy(document)
+            changed[place] = inner
+            yield changed
+        if isinstance(document, dict):
+            yield {**document, ESCAPES: document[place]}
+            yield {ESCAPES if name == place else name: value for name, value in document.items()}
+
+
+def npz(arrays: dict[str, Any]) -> bytes:
+    stream = io.BytesIO()
+    np.savez(stream, **arrays)
+    return stream.getvalue()
+
+
+def hostile_files(name: str, path: Path) -> Iterator[bytes]:
+    """Yield copies of a valid file with escape sequences in one place each."""
+    FILES[name][0](path)
+    whole = io.BytesIO(path.read_bytes())  # the caller overwrites the file
+    arrays = dict(np.load(whole)) if path.suffix == ".npz" else {}
+    if path.suffix in {".npy", ".npz"}:
+        yield ESCAPES.encode()
+        yield npz({ESCAPES: np.zeros(1)})
+        yield archive({ESCAPES: b""})
+        damaged = npy((1,)).replace(b"<f8", b"\x1b[J")
+        yield damaged if path.suffix == ".npy" else archive({"positions.npy": damaged})
+    for column in arrays:
+        yield npz({ESCAPES if key == column else key: value for key, value in arrays.items()})
+        yield npz({**arrays, column: np.zeros(1, [(ESCAPES, "f8")])})
+    if "header" in arrays:
+        header = json.loads(str(arrays["header"]))
+        scenario = header.pop("scenario")
+        for changed in ({**header, "scenario": {ESCAPES: 1}}, *with_escapes(header)):
+            yield npz({**arrays, "header": np.array(json.dumps({"scenario": scenario} | changed))})
+    if path.suffix == ".json":
+        for changed in with_escapes(json.loads(SCENARIO.to_json())):
+            yield json.dumps(changed).encode()
+    if path.suffix == ".toml":
+        yield f'mass = "{ESCAPES}'.encode()
+        for key in (ESCAPES, "predators", "motion"):
+            yield f"{json.dumps(key)} = {{{json.dumps(ESCAPES)} = 1}}".encode()
+    if path.suffix == ".csv":
+        yield f"{ESCAPES},y\n1,2".encode()
+        yield f"x,y\n1,{ESCAPES}".encode()
+
+
+SIMULATE = ["simulate", "--interaction-range", "1", "--seed", "1", "--scenario", "FILE"]
+STATE = ["simulate", "--interaction-range", "1", "--set", "num_steps=1", "--initial-state", "FILE"]
+PAGE = ["--output", "FILE.html"]
+READERS = {
+    "policy.npz": [["simulate", "--policy", "FILE"], ["watch", "--policies", "FILE", *PAGE]],
+    "run.npz": [["replay", "FILE"], ["watch", "FILE", *PAGE]],
+    "line.npz": [["replay", "FILE"]],
+    "state.npz": [STATE],
+    "state.npy": [STATE],
+    "state.csv": [STATE],
+    "scenario.toml": [SIMULATE],
+    "scenario.json": [
+        SIMULATE,
+        ["watch", "--policies", "fixed:1", "--scenario", "FILE", *PAGE],
+        ["sweep", "--seeds", "0:1", "--interaction-ranges", "1", "--scenario", "FILE"],
+    ],
+}
+"""Commands that read each kind of file."""
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_escape_sequences_in_files_do_not_reach_the_terminal(
+    name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path, escaped, count = tmp_path / f"{ESCAPES} {name}", 0, 0
+    small = [word for change in ("num_agents=5", "num_steps=2") for word in ("--set", change)]
+    for count, raw in enumerate(hostile_files(name, path)):
+        path.write_bytes(raw)
+        command = READERS[name][count % len(READERS[name])]
+        flags = small if "--policy" in command or "--policies" in command else []
+        ran = Ran(capsys, *[word.replace("FILE", str(path)) for word in command], *flags)
+        assert ran.code in {Exit.DONE, Exit.FAILED, Exit.REFUSED}
+        lines = (ran.out + ran.err).split("\n")
+        assert all(line.isprintable() for line in lines), lines
+        assert not any(line.startswith("flock.npz: matches") for line in lines)
+        escaped += r"\x1b]0;title" in ran.out + ran.err
+    assert escaped > count / 2
+
+
+def test_the_reports_of_jobs_are_printed_line_by_line(capsys: pytest.CaptureFixture[str]) -> None:
+    def fail() -> Exit:
+        raise JobError("1 of 2 jobs failed\nTraceback\n  ValueError: \x1b[2J")
+
+    ran = Ran(capsys, "fail", run=Application("test", "", {"fail": fail}).main)
+    assert ran.code == Exit.FAILED
+    assert ran.err == "flockesc: error: 1 of 2 jobs failed\nTraceback\n  ValueError: \\x1b[2J\n"
 
 
 EXECUTES = {"pickle", "marshal", "shelve", "dill", "joblib", "cloudpickle"}

@@ -20,8 +20,9 @@ from urllib.error import HTTPError, URLError
 from urllib.parse import urlencode
 from urllib.request import urlopen
 
+import numpy as np
 import pytest
-from watch_documents import FLOCK, RUNS, assert_shows, document_in
+from watch_documents import FLOCK, RUNS, assert_shows, document_in, numbers
 
 from flockesc_env import (
     ArgumentError,
@@ -128,6 +129,13 @@ def test_a_fixed_range_from_the_server_is_a_simulation(address: str) -> None:
     assert_shows(answer, record(FLOCK, FixedRange(100.0), 4))
 
 
+def test_a_range_beyond_float32_is_served_without_a_warning(address: str) -> None:
+    columns = json.loads(get(f"{address}run?seed=4&policy=fixed:1e308"))["columns"]
+    expected = simulate(FLOCK, 1e308, seed=4).positions.astype(np.float32)
+    np.testing.assert_array_equal(numbers(columns["positions"]), expected)
+    assert set(numbers(columns["ranges"]).ravel()) == {np.finfo(np.float32).max}
+
+
 @pytest.mark.parametrize(
     ("query", "field"),
     [
@@ -163,6 +171,8 @@ def test_other_paths_and_methods_are_refused(address: str) -> None:
             get(address + path)
         with caught.value as error:
             assert error.code == 404
+    host = address.removeprefix("http://").rstrip("/")
+    assert status(int(host.partition(":")[2]), "http://[", [host]) == 400
     with pytest.raises(HTTPError) as caught, urlopen(address, data=b"seed=1", timeout=TIMEOUT):  # noqa: S310
         pass
     with caught.value as error:
@@ -251,6 +261,8 @@ def test_more_runs_than_may_wait_are_refused(monkeypatch: pytest.MonkeyPatch) ->
     def run_for(query: str, scenario: FlockScenario) -> bytes:
         if query == "stop":
             raise KeyboardInterrupt
+        if query == "warn":
+            raise RuntimeWarning
         started.set()
         may_end.wait(TIMEOUT)
         return query.encode()
@@ -279,6 +291,8 @@ def test_more_runs_than_may_wait_are_refused(monkeypatch: pytest.MonkeyPatch) ->
         assert [run.result(TIMEOUT) for run in waiting] == [
             b"%d" % (n + 1) for n in range(server.MAX_WAITING)
         ]
+        with pytest.raises(RuntimeWarning):  # as with -W error
+            listening.run("warn")
         assert get(f"{listening.address}run?again") == b"again"
         Thread(target=listening.run, args=["stop"], daemon=True).start()
         working.result(TIMEOUT)
