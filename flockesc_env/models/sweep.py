@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 class SweepResult(Displayed):
     """Results of ``sweep`` for either model; arrays have shape (ranges, seeds) unless stated otherwise.
 
+    Methods take the name of an objective, a key of ``objectives``; ``None``: the first one.
+
     Attributes:
         scenario: the model's parameters.
         interaction_ranges: the ranges, shape (ranges,).
@@ -63,9 +65,6 @@ class SweepResult(Displayed):
     def values(self, objective: str | None = None) -> FloatArray:
         """Return the objective of every run, shape (ranges, seeds).
 
-        Args:
-            objective: a key of ``objectives``; ``None``: the first one.
-
         Raises:
             ArgumentError: if the model does not have this objective.
         """
@@ -80,9 +79,6 @@ class SweepResult(Displayed):
     def best_range(self, objective: str | None = None) -> float:
         """Return the best fixed range: the range with the largest mean over seeds; if tied, the smallest one.
 
-        Args:
-            objective: a key of ``objectives``; ``None``: the first one.
-
         Raises:
             ArgumentError: if the scenario has no predator; all distances are infinite then.
         """
@@ -95,9 +91,6 @@ class SweepResult(Displayed):
         """Return the objective under the best range of each seed, shape (seeds,).
 
         Its mean is an upper bound for every fixed range.
-
-        Args:
-            objective: a key of ``objectives``; ``None``: the first one.
         """
         best: FloatArray = self.values(objective).max(axis=0)
         return best
@@ -108,7 +101,7 @@ class SweepResult(Displayed):
         """Return the mean over seeds with its percentile bootstrap interval.
 
         Args:
-            objective: a key of ``objectives``; ``None``: the first one.
+            objective: name of the objective.
             confidence: confidence level, between 0 and 1.
 
         Returns:
@@ -143,9 +136,6 @@ class SweepResult(Displayed):
         """Draw the objective against the range with its 95 % interval, as Figures 9 and 10 of the paper.
 
         With one seed there is no interval.
-
-        Args:
-            objective: a key of ``objectives``; ``None``: the first one.
 
         Returns:
             A Matplotlib figure; ``figure.savefig("curve.png")`` writes it.

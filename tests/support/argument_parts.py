@@ -354,6 +354,7 @@ RESULTS: dict[str, Row] = {
         others={
             "fps": Count(4),
             "speed": Number(4.0, low=0.0, is_above=True),
+            "objective": Choice("minimum"),
             "progress": Call(None, True),
         },
     ),
@@ -365,6 +366,7 @@ RESULTS: dict[str, Row] = {
             "step": Count(3, low=0),
             "options": optional(Part(fe.RenderOptions())),
             "title": Text("a run"),
+            "objective": Choice("survival"),
         },
     ),
 }
