@@ -43,8 +43,8 @@ def shown_name(name: object, known: Iterable[str]) -> str:
 
 
 def _cut(text: str, length: int = _MAX_CHARACTERS) -> str:
-    text = text if len(text) <= length else f"{text[:length]} .."
-    return printable(text)
+    """Return a text in one printable line, cut after ``length`` characters."""
+    return printable(text if len(text) <= length else f"{text[:length]} ..")
 
 
 class FlockescError(Exception):
