@@ -5,6 +5,8 @@ from __future__ import annotations
 import polars as pl
 
 from flockesc_env.common import stats
+from flockesc_env.common.array_files import write_table
+from flockesc_env.common.files import check_writable
 from training import seeds
 from training.arguments import EvaluateArgs
 from training.evaluation import run_policy
@@ -17,6 +19,8 @@ def evaluate(args: EvaluateArgs) -> pl.DataFrame:
     Raises:
         ValueError: if an argument is out of bounds or the policy is unknown.
     """
+    if args.output is not None:
+        check_writable(args.output)
     entry = named_policy(args.policy)
     flocks = seeds.first_seeds(seeds.HELD_OUT, args.flocks)
     episodes = run_policy(entry, flocks, scenario=scenario_of([entry]), num_threads=args.num_threads)
@@ -28,9 +32,9 @@ def evaluate(args: EvaluateArgs) -> pl.DataFrame:
             "num_components": episodes.num_components,
         }
     )
-    if args.output is not None:
-        record.write_parquet(args.output)
     print(f"{entry.name} on {args.flocks} held-out flocks, mean and 95 % bootstrap interval:")
     print(f"  J_mean {stats.mean(episodes.min_mean_distance)} m")
     print(f"  J_min  {stats.mean(episodes.min_min_distance)} m")
+    if args.output is not None:
+        write_table(record, args.output)
     return record

@@ -65,18 +65,14 @@ class Trials(Cache):
         super().__init__(args.output)
         self.args = args
 
-    def __contains__(self, job: Job) -> bool:
-        return any(
-            trial.user_attrs.get(_NUMBER) == job.arguments[1] for trial in completed(_study(self.args))
-        )
+    def find(self, job: Job) -> Arrays | None:
+        """Return the number of the trial."""
+        number = job.arguments[1]
+        done = any(trial.user_attrs.get(_NUMBER) == number for trial in completed(_study(self.args)))
+        return {"number": np.array(number)} if done else None
 
     def put(self, job: Job, results: Arrays) -> None:
         """Do nothing: the worker has reported to the study."""
-
-    def get(self, job: Job) -> Arrays:
-        """Return the number of the trial."""
-        self._wait(job)
-        return {"number": np.array(job.arguments[1])}
 
 
 def completed(study: optuna.Study) -> list[optuna.trial.FrozenTrial]:

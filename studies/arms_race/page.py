@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from flockesc_env.common.files import write_text
 from studies import style
 from studies.arms_race.figure import cross_play_figure, label
 from studies.arms_race.race import UNTRAINED
 from studies.arms_race.results import RaceResults, load_race
-from studies.pages import path_from, signed, templates, write_text
+from studies.pages import path_from, signed, templates
 
 FIGURE = "cross_play"
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import CONFIDENCE
 from studies.learned import figures
 from studies.learned.aggregate import RESAMPLES, profile
@@ -23,7 +24,7 @@ from studies.learned.results import BEST_FIXED, FIGURES, ORACLE, load_studies
 from studies.learned.story import story
 from studies.learned.summary import LENDERS, Summary, summarize
 from studies.learned.tables import ablation_table, transfer_tables, versions
-from studies.pages import path_from, templates, write_text
+from studies.pages import path_from, templates
 from studies.style import save
 from training.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
 

@@ -7,16 +7,16 @@ from typing import get_args
 
 import polars as pl
 
+from flockesc_env.common.array_files import write_table
+from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Backend, Cache
 from studies import style
 from studies.learned.results import load_study
 from studies.measurements import run_groups
-from studies.pages import write_text
 from studies.related.attack_speed import attack_jobs, attack_results
 from studies.related.figure import attack_figure
 from studies.related.page import BANDIT_FILE, FIGURE, RESULTS_FILE, RelatedResults, markdown_page
 from studies.related.within_episode import Symbol, across, within_episode
-from training.outputs import write_table
 from training.versions import versions
 
 SHARED: dict[Symbol, str] = {"J_mean": "shared", "J_min": "shared-minimum"}

@@ -7,13 +7,13 @@ from importlib.metadata import version
 from pathlib import Path
 
 from flockesc_env.cli.output import note
+from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Arrays, Backend, Cache
 from flockesc_env.models import records
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import PRESETS
 from studies import style
 from studies.measurements import measure
-from studies.pages import write_text
 from studies.robustness.figure import gains
 from studies.robustness.findings import OBJECTIVES, outcome
 from studies.robustness.page import FIGURE, RESULTS_FILE, PresetResult, RobustnessResults, markdown_page
