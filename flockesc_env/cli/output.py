@@ -104,8 +104,8 @@ def _try_to_write(path: Path, field: str) -> None:
     try:
         check_writable(path)
     except OSError as error:
-        found = f"{str(path)!r} ({error.strerror})"
-        raise ArgumentError(field, "a file that can be written", found) from None
+        expected = f"a file that can be written ({error.strerror})"
+        raise ArgumentError(field, expected, repr(str(path))) from None
 
 
 def _finite(value: Any) -> Any:
