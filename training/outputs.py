@@ -67,7 +67,7 @@ def begin(args: Args) -> None:
         if (found.args, found.versions) != (record.args, record.versions):
             raise FileExistsError(f"run: expected the arguments and versions of {args.run}, got others")
     else:
-        read_checkpoint(args.run, record)  # of another run, if the record was lost
+        read_checkpoint(args.run, record)  # raises if the record of another run was lost
         record.write(args.run)
 
 

@@ -88,7 +88,7 @@ def check_output(path: Path | None, suffixes: Sequence[str], field: str = "outpu
         raise ArgumentError(field, f"a file that ends in {' or '.join(suffixes)}", repr(str(path)))
     if not path.parent.is_dir():
         raise ArgumentError(field, "a file in an existing folder", repr(str(path)))
-    _try_to_write(path, field)
+    _try_to_write(path, field, "a file that can be written", path)
 
 
 def check_folder(folder: Path, field: str = "output") -> None:
@@ -97,15 +97,14 @@ def check_folder(folder: Path, field: str = "output") -> None:
     Raises:
         ArgumentError: if they cannot.
     """
-    _try_to_write(folder / "results", field)
+    _try_to_write(folder / ".part", field, "a folder that can be written", folder)
 
 
-def _try_to_write(path: Path, field: str) -> None:
+def _try_to_write(path: Path, field: str, expected: str, given: Path) -> None:
     try:
         check_writable(path)
     except OSError as error:
-        expected = f"a file that can be written ({error.strerror})"
-        raise ArgumentError(field, expected, repr(str(path))) from None
+        raise ArgumentError(field, f"{expected} ({error.strerror})", repr(str(given))) from None
 
 
 def _finite(value: Any) -> Any:

@@ -64,6 +64,7 @@ def run(
         raise ArgumentError("interaction_range", expected, "neither" if policy is None else "both")
     trajectory = _run(chosen, interaction_range, policy, seed)
     name = policy or f"range {interaction_range:g}"
+    outcome = _outcome(trajectory)
     document = {
         "command": "simulate",
         "model": model_of(chosen),
@@ -71,7 +72,7 @@ def run(
         "interaction_range": interaction_range,
         "policy": policy,
         "seed": trajectory.seed,
-        **(outcome := _outcome(trajectory)),
+        **outcome,
         "output": None if output is None else str(output),
         "versions": records.versions(),
     }

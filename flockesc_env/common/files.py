@@ -95,7 +95,7 @@ def _writing(path: Path, durable: bool) -> Generator[BinaryIO, None, None]:
         if durable:
             _sync_folder(target.parent)
     except OSError as error:
-        if error.filename in {None, str(unfinished), str(path)}:
+        if error.filename is None or str(error.filename) in {str(unfinished), str(path)}:
             raise OSError(error.errno, error.strerror or str(error), str(path)) from error
         raise
     finally:

@@ -75,7 +75,8 @@ class Cache:
         end = time.monotonic() + GRACE_SECONDS
         while (results := self.find(job)) is None:
             if time.monotonic() > end:
-                raise JobError(f"result of a finished job: expected {self.path(job)}, got no such file")
+                found = "no such file, or a damaged one"
+                raise JobError(f"result of a finished job: expected {self.path(job)}, got {found}")
             time.sleep(0.1)
             if self.folder.is_dir():
                 list(self.folder.iterdir())  # asks a network file system for new names

@@ -76,7 +76,7 @@ def run(
     results = {key: done for key, job in unique.items() if (done := cache.find(job)) is not None}
     queue = sorted((unique[key] for key in unique if key not in results), key=lambda job: -job.seconds)
     if queue:
-        check_writable(cache.folder / "results")
+        check_writable(cache.folder / ".part")
     failures = list[Outcome]()
     finished = 0
     hidden = not queue or (False if progress else None)  # None: tqdm hides it without a terminal

@@ -50,7 +50,7 @@ def encoded(value: Any) -> Any:
     match value:
         case Enum():
             return [name, encoded(value.value)]
-        case FlockScenario() | LineScenario():
+        case FlockScenario() | LineScenario() if kind in {FlockScenario, LineScenario}:
             return [name, value.to_json()]
         case _ if dataclasses.is_dataclass(kind) and not isinstance(value, _PLAIN):
             names = [part.name for part in dataclasses.fields(kind)]

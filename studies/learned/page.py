@@ -25,7 +25,7 @@ from studies.learned.story import story
 from studies.learned.summary import LENDERS, Summary, summarize
 from studies.learned.tables import ablation_table, transfer_tables, versions
 from studies.pages import path_from, templates
-from studies.style import save
+from training.figure_style import save_figure
 from training.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
 
 DETAILS = "results-details.md"
@@ -43,7 +43,7 @@ def write_page(results: Path, page: Path) -> str:
     """
     summaries = summarize(load_studies(results))
     for name, picture in {**_pictures(summaries), **_measured(results)}.items():
-        save(picture, results / FIGURES / name, ("png",))
+        save_figure(picture, results / FIGURES / name, ("png",))
     page.parent.mkdir(parents=True, exist_ok=True)
     write_text(page, markdown_page(summaries, results, page))
     details = page.with_name(DETAILS)

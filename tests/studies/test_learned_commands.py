@@ -70,13 +70,18 @@ def test_commands_take_the_arguments_of_their_functions(
     ids=lambda words: words[0],
 )
 def test_a_folder_that_cannot_be_written_is_refused_before_the_work(
-    words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    def never(*_: Any) -> None:
+        raise AssertionError("continued before the folder was checked")
+
+    for study in ("paper", "robustness", "related", "arms_race", "learned"):
+        monkeypatch.setattr(f"studies.{study}.command.require", never)
     (tmp_path / "file").touch()
     ran = Ran(capsys, *words, tmp_path / "file" / "folder", run=STUDIES.main)
     assert (ran.code, ran.out) == (Exit.REFUSED, "")
     field = words[-1].removeprefix("--")
-    assert f"{field}: expected a file that can be written (Not a directory), got " in ran.err
+    assert f"{field}: expected a folder that can be written (Not a directory), got " in ran.err
 
 
 def test_a_mistake_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:

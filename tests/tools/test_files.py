@@ -104,6 +104,19 @@ def test_a_full_disk_leaves_the_older_file_and_nothing_else(tmp_path: Path) -> N
     assert [(file, file.read_bytes()) for file in tmp_path.iterdir()] == [(path, b"old")]
 
 
+def test_an_error_names_the_path_and_not_the_temporary_file(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    with pytest.raises(IsADirectoryError) as caught, atomic_write(path):
+        path.mkdir()
+    assert caught.value.filename == str(path)
+    with pytest.raises(FileNotFoundError) as caught:
+        write(tmp_path / "missing" / "file")
+    assert caught.value.filename == str(tmp_path / "missing" / "file")
+    with pytest.raises(FileNotFoundError) as caught, atomic_write(tmp_path / "other"):
+        Path("nowhere").read_bytes()
+    assert caught.value.filename == "nowhere"
+
+
 def test_a_file_is_on_the_disk_before_it_gets_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -217,14 +230,16 @@ def test_all_files_are_written_by_one_function() -> None:
         "flockesc_env/common/files.py": 2,  # atomic_write
         "flockesc_env/common/array_files.py": 2,  # into its file, and into a buffer
         "flockesc_env/cli/output.py": 2,  # streams
-        "flockesc_env/cli/sweep.py": 1,  # into its file
+        "flockesc_env/cli/sweep.py": 2,  # into its file
+        "flockesc_env/notebook.py": 1,  # into a buffer
         "flockesc_env/jobs/cache.py": 1,  # into a buffer
         "studies/learned/held_out.py": 1,  # into a temporary folder
+        "training/figure_style.py": 1,  # into its file
         "training/tune.py": 1,  # into a text
     }
     found = {}
     pattern = re.compile(
-        r'\.open\("[wax]b?"|(?<!def )\bwrite_(bytes|parquet|csv)\(|\.write_text\(|\.to_csv\(|np\.save'
+        r'\.open\("[wax]b?"|\.write_(bytes|parquet|csv|text)\(|\.to_csv\(|np\.save|\.savefig\('
     )
     for package in ("flockesc_env", "training", "studies", "benchmarks"):
         for path in sorted((ROOT / package).rglob("*.py")):
