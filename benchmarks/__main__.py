@@ -27,6 +27,7 @@ from benchmarks import (
 )
 from benchmarks.measure import Record
 from flockesc_env.cli.output import prepare_terminal
+from flockesc_env.common.files import write_text
 
 Section = Literal["kernel", "size", "environments", "line", "grid", "rules", "threads"]
 _FILE = "benchmarks.json"
@@ -118,7 +119,7 @@ def _page(args: Annotated[PlotArgs, tyro.conf.arg(name="")]) -> None:
     """Write the tables of docs/performance.md and README.md from an earlier run."""
     document = json.loads((args.output / _FILE).read_text())
     for path in page.PAGES:
-        path.write_text(page.rendered(path.read_text("utf-8"), document), "utf-8")
+        write_text(path, page.rendered(path.read_text("utf-8"), document))
 
 
 @app.command(name="frameworks")
@@ -133,15 +134,16 @@ def _instructions(args: Annotated[InstructionsArgs, tyro.conf.arg(name="")]) -> 
     earlier = json.loads(args.output.read_text()) if args.output.exists() else {}
     counts = instructions.count(args.runner)
     instructions.show(counts, earlier)
-    args.output.write_text(json.dumps(counts, indent=1) + "\n")
-    instructions.PAGE.write_text(instructions.rendered(instructions.PAGE.read_text("utf-8"), counts), "utf-8")
+    write_text(args.output, json.dumps(counts, indent=1) + "\n")
+    rendered = instructions.rendered(instructions.PAGE.read_text("utf-8"), counts)
+    write_text(instructions.PAGE, rendered)
 
 
 def _save(machine_description: dict[str, Any], records: dict[str, list[Record]], folder: Path) -> None:
     documents = {kind: [record.document() for record in measured] for kind, measured in records.items()}
     document = {"machine": machine_description, **documents}
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / _FILE).write_text(json.dumps(document, indent=1) + "\n")
+    write_text(folder / _FILE, json.dumps(document, indent=1) + "\n")
 
 
 if __name__ == "__main__":

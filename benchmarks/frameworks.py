@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import machine
+from flockesc_env.common.files import write_text
 
 RESULTS = Path("results/frameworks")
 PAGE = Path("docs/trainers.md")
@@ -56,8 +57,8 @@ def run(args: FrameworksArgs) -> None:
     if args.measure:
         document = json.dumps(_measured(args), indent=1) + "\n"
         RESULTS.mkdir(parents=True, exist_ok=True)
-        (RESULTS / f"{args.measure}.json").write_text(document)
-    PAGE.write_text(rendered(PAGE.read_text("utf-8")), "utf-8")
+        write_text(RESULTS / f"{args.measure}.json", document)
+    write_text(PAGE, rendered(PAGE.read_text("utf-8")))
 
 
 def rendered(page: str) -> str:

@@ -12,7 +12,7 @@ from matplotlib.ticker import StrMethodFormatter
 from benchmarks import PROJECT
 from benchmarks.measure import Record
 from flockesc_env.render.palette import LIGHT
-from training.figure_style import DPI, WIDTH, label_ends
+from training.figure_style import WIDTH, label_ends, save_figure
 
 _NUMPY, _NUMBA, _JAX, _RUST, _SCIPY = LIGHT.others
 # A color per library and a marker per contender.
@@ -105,5 +105,5 @@ def _lines(axes: Axes, records: list[Record], key: str, value: Callable[[Record]
 
 
 def _save(figure: Figure, path: Path) -> Path:
-    figure.savefig(path, dpi=DPI)
+    save_figure(figure, path.with_suffix(""), (path.suffix[1:],))
     return path

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from flockesc_env.common.files import atomic_write
 from flockesc_env.common.stats import Estimate
 
 
@@ -22,12 +21,6 @@ def templates(package: str) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a file; an older one stays whole until this is complete."""
-    with atomic_write(path) as file:
-        file.write(text.encode())
 
 
 def path_from(page: Path, target: Path) -> str:

@@ -1,21 +1,16 @@
-"""Style of the studies' figures: letters of panels, colors of components, files of equal bytes."""
+"""Style of the studies' figures: letters of panels, colors of components."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from flockesc_env.common.files import atomic_write
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.render.colors import label_colors
 from flockesc_env.render.palette import LIGHT
-from training.figure_style import DPI
 
 _PALETTE: list[Any] = (label_colors(20) / 255).tolist()
 
@@ -42,13 +37,3 @@ def cluster_colors(final: FloatArray, rho: float) -> list[Any]:
     numbers = np.zeros(len(final), int)
     numbers[order] = np.concatenate([[0], np.cumsum(np.diff(final[order]) > rho)])
     return [_PALETTE[number % len(_PALETTE)] for number in numbers]
-
-
-def save(figure: Figure, stem: Path, suffixes: tuple[str, ...] = ("svg", "png")) -> None:
-    """Write a figure; each file is complete or not written. Equal figures give equal bytes."""
-    stem.parent.mkdir(parents=True, exist_ok=True)
-    metadata = {"svg": {"Date": None}, "png": {"Software": None}}
-    with mpl.rc_context({"svg.hashsalt": "flockesc_env", "svg.fonttype": "none"}):
-        for suffix in suffixes:
-            with atomic_write(stem.with_suffix(f".{suffix}")) as file:
-                figure.savefig(file, format=suffix, dpi=DPI, metadata=metadata[suffix])

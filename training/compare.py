@@ -12,6 +12,8 @@ import polars as pl
 
 from flockesc_env import FlockScenario, FlockSweepResult, save_run, sweep
 from flockesc_env.common import stats
+from flockesc_env.common.array_files import write_table
+from flockesc_env.common.files import check_writable, write_text
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
@@ -39,6 +41,7 @@ def compare(args: CompareArgs) -> pl.DataFrame:
     tuning = seeds.first_seeds(seeds.TUNING, args.tuning_flocks)
     grid = np.linspace(0.0, args.max_range, args.grid_size)
     args.output.mkdir(parents=True, exist_ok=True)
+    check_writable(args.output / "table.md")
 
     best = _sweep("Grid search on tuning flocks", scenario, grid, tuning, args).best_range(args.objective)
     search = _sweep("Grid search on held-out flocks", scenario, grid, held_out, args)
@@ -55,6 +58,7 @@ def compare(args: CompareArgs) -> pl.DataFrame:
         outcomes[entry.name] = spec.values(episodes)
 
     table = _table(outcomes, fixed)
+    print(_markdown(table, args))
     _write(args, table, outcomes, held_out)
     figures = [plots.objective_against_range(search, spec, outcomes, args.output)]
     if entries:
@@ -67,7 +71,6 @@ def compare(args: CompareArgs) -> pl.DataFrame:
             save_run(run, args.output / file, name=name)
         figures += [plots.flock_over_time(runs, spec, args.output)]
         figures += [plots.flock_under_attack(runs, spec, args.output)]
-    print(_markdown(table, args))
     print("\nFigures:", *figures, sep="\n  ")
     return table
 
@@ -131,15 +134,14 @@ def _write(
     outcomes: dict[str, FloatArray],
     flocks: range,
 ) -> None:
-    (args.output / "table.md").write_text(_markdown(table, args) + "\n")
-    table.write_parquet(args.output / "table.parquet")
+    write_text(args.output / "table.md", _markdown(table, args) + "\n")
+    write_table(table, args.output / "table.parquet")
     episodes = pl.DataFrame({"seed": flocks, **outcomes})
-    episodes.unpivot(index="seed", variable_name="policy", value_name="objective").write_parquet(
-        args.output / "episodes.parquet"
-    )
+    long = episodes.unpivot(index="seed", variable_name="policy", value_name="objective")
+    write_table(long, args.output / "episodes.parquet")
     record = {
         "command": shlex.join(["python", "-m", "training", *sys.argv[1:]]),
         "args": {**dataclasses.asdict(args), "output": args.output.name},
         "versions": versions(),
     }
-    (args.output / "comparison.json").write_text(json.dumps(record, indent=2) + "\n")
+    write_text(args.output / "comparison.json", json.dumps(record, indent=2) + "\n")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import polars as pl
 
 from flockesc_env.common import stats
+from flockesc_env.common.array_files import write_table
+from flockesc_env.common.files import check_writable
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from training import seeds
 from training.arguments import EvaluateArgs
@@ -18,6 +20,8 @@ def evaluate(args: EvaluateArgs) -> pl.DataFrame:
     Raises:
         ValueError: if an argument is out of bounds or the policy is unknown.
     """
+    if args.output is not None:
+        check_writable(args.output)
     entry = named_policy(args.policy)
     flocks = seeds.first_seeds(seeds.HELD_OUT, args.flocks)
     scenario = scenario_of([entry])
@@ -25,10 +29,10 @@ def evaluate(args: EvaluateArgs) -> pl.DataFrame:
     specs = [spec for spec in FLOCK_OBJECTIVES.values() if spec.is_defined_in(scenario)]
     names = ("seeds", *(spec.column for spec in specs), "num_components")
     record = pl.DataFrame({name: getattr(episodes, name) for name in names}).rename({"seeds": "seed"})
-    if args.output is not None:
-        record.write_parquet(args.output)
     print(f"{entry.name} on {args.flocks} held-out flocks, mean and 95 % bootstrap interval:")
     for spec in specs:
         estimate = stats.mean(record[spec.column].to_numpy())
         print(f"  {spec.symbol:<10} {estimate:.{spec.digits}f} {spec.unit}".rstrip())
+    if args.output is not None:
+        write_table(record, args.output)
     return record

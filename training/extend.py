@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import shutil
 from pathlib import Path
 from typing import Any
 
 from flockesc_env import ArgumentError, load_policy
+from flockesc_env.common.files import write_sealed
 from training.arguments import ExtendArgs
 from training.config import BUDGETS, Args, PPOArgs, SB3Args, SearchArgs
-from training.outputs import CHECKPOINT
+from training.outputs import CHECKPOINT, read_checkpoint
 from training.record import CONFIG_FILE, POLICY_FILE, RunRecord
 from training.seeds import training_seeds
 from training.train import train
@@ -40,9 +40,12 @@ def extend(given: ExtendArgs) -> Path:
     _check(args, given.run)
     if not (output / CONFIG_FILE).exists():
         output.mkdir(parents=True, exist_ok=True)
-        shutil.copy(given.run / CHECKPOINT, output)
+        checkpoint = read_checkpoint(given.run, record)
+        assert checkpoint is not None  # noqa: S101, _finished_record has found it
         names = record.continued_at + ((before,) if scheduled(args) else ())
-        RunRecord(args, continued_at=names).write(output)
+        longer = RunRecord(args, continued_at=names)
+        write_sealed(output / CHECKPOINT, longer.to_json(), checkpoint)
+        longer.write(output)
     return train(args)
 
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
 
+from flockesc_env.common.files import atomic_write
 from flockesc_env.render.palette import LIGHT
 
 WIDTH = 8.3
@@ -71,3 +74,13 @@ def label_ends(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float 
             va="center",
             annotation_clip=False,
         )
+
+
+def save_figure(figure: Figure, stem: Path, suffixes: tuple[str, ...] = ("svg", "png")) -> None:
+    """Write a figure; each file is complete or not written. Equal figures give equal bytes."""
+    stem.parent.mkdir(parents=True, exist_ok=True)
+    metadata = {"svg": {"Date": None}, "png": {"Software": None}}
+    with mpl.rc_context({"svg.hashsalt": "flockesc_env", "svg.fonttype": "none"}):
+        for suffix in suffixes:
+            with atomic_write(stem.with_suffix(f".{suffix}")) as file:
+                figure.savefig(file, format=suffix, dpi=DPI, metadata=metadata[suffix])

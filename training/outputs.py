@@ -11,7 +11,9 @@ from typing import Any
 import polars as pl
 
 from flockesc_env import NamedPolicy, save_policy
-from flockesc_env.common.files import atomic_write
+from flockesc_env.common.array_files import write_table
+from flockesc_env.common.errors import RecordError
+from flockesc_env.common.files import check_writable, read_sealed, write_sealed, write_text
 from flockesc_env.policies.files import Stored
 from training.config import Args
 from training.evaluation import objective, policy_spec
@@ -53,36 +55,54 @@ def begin(args: Args) -> None:
     Raises:
         ArgumentError: if the scenario lacks what the objective requires.
         FileExistsError: if it holds a finished run, or an unfinished one with other arguments.
+        OSError: if files cannot be written there.
+        RecordError: if its record is lost or damaged, and a checkpoint of other arguments remains.
     """
     args.spec.check_defined_in(args.model)
     if (args.run / POLICY_FILE).exists():
         raise FileExistsError(f"run: expected a folder without a finished run, got {args.run}")
     args.run.mkdir(parents=True, exist_ok=True)
+    check_writable(args.run / CHECKPOINT)
     record = RunRecord(args)
     if (args.run / CONFIG_FILE).exists():
         found = RunRecord.read(args.run)
         if (found.args, found.versions) != (record.args, record.versions):
             raise FileExistsError(f"run: expected the arguments and versions of {args.run}, got others")
     else:
+        read_checkpoint(args.run, record)  # raises if the record of another run was lost
         record.write(args.run)
 
 
 def save_checkpoint(state: Any, run: Path) -> None:
-    """Write the state that the rest of a run needs; it replaces the older checkpoint when complete."""
-    with atomic_write(run / CHECKPOINT) as file:
-        pickle.dump(state, file)
+    """Write the state that the rest of a run needs; it belongs to the record in the run's folder."""
+    write_sealed(run / CHECKPOINT, RunRecord.read(run).to_json(), pickle.dumps(state))
 
 
 def load_checkpoint(run: Path) -> Any:
-    """Return the last checkpoint of a run, or ``None`` without a checkpoint."""
+    """Return the last checkpoint of a run, or ``None`` without a checkpoint.
+
+    Raises:
+        RecordError: if it is damaged or belongs to another record than the one in the folder.
+    """
+    content = read_checkpoint(run, RunRecord.read(run))
+    return None if content is None else pickle.loads(content)  # noqa: S301, of our own making
+
+
+def read_checkpoint(run: Path, record: RunRecord) -> bytes | None:
+    """Return the bytes of the checkpoint in a folder, or ``None`` without a checkpoint.
+
+    Raises:
+        RecordError: if it is damaged or belongs to another record.
+    """
     path = run / CHECKPOINT
-    return pickle.loads(path.read_bytes()) if path.is_file() else None  # noqa: S301, of our own making
-
-
-def write_table(table: pl.DataFrame, path: Path) -> None:
-    """Write a table as Parquet; an older file is replaced when this one is complete."""
-    with atomic_write(path) as file:
-        table.write_parquet(file)
+    if not path.is_file():
+        return None
+    content = read_sealed(path, record.to_json())
+    if content is None:
+        expected = "a checkpoint of a run with these arguments and versions"
+        found = "a damaged one, or another run's; delete the folder to start the run from the beginning"
+        raise RecordError(str(path), expected, found)
+    return content
 
 
 def finish(args: Args, policy: Stored, measured: Measured) -> Path:
@@ -96,8 +116,7 @@ def finish(args: Args, policy: Stored, measured: Measured) -> Path:
         "samples_per_second": measured.samples / measured.seconds,
         "environment_share": None if inside is None else inside / measured.seconds,
     }
-    with atomic_write(args.run / RUN_FILE) as file:
-        file.write(json.dumps(speed, indent=2).encode() + b"\n")
+    write_text(args.run / RUN_FILE, json.dumps(speed, indent=2) + "\n")
     per_agent, options = policy_spec(args).per_agent, args.env_options()
     entry = NamedPolicy(args.run.name, policy, per_agent=per_agent, options=options, scenario=args.model)
     # The policy comes last: its file marks the run as finished.

@@ -17,7 +17,7 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.objectives import ObjectiveSpec
 from flockesc_env.render.names import policy_title
 from flockesc_env.render.palette import LIGHT
-from training.figure_style import BAND, DPI, RANGES, WIDTH, label_ends
+from training.figure_style import BAND, RANGES, WIDTH, label_ends, save_figure
 
 Run = tuple[str, Trajectory]
 """Name of a policy, and the run of the flock under it."""
@@ -178,6 +178,5 @@ def _snapshot(axes: Axes, trajectory: Trajectory, step: int, top: float) -> Any:
 
 def _save(figure: Figure, stem: Path) -> Path:
     """Write PNG and SVG; return the PNG."""
-    figure.savefig(stem.with_suffix(".svg"))
-    figure.savefig(stem.with_suffix(".png"), dpi=DPI)
+    save_figure(figure, stem)
     return stem.with_suffix(".png")

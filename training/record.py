@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from flockesc_env.common.files import atomic_write
+from flockesc_env.common.errors import RecordError
+from flockesc_env.common.files import write_text
 from training.config import KINDS, Args, make_args
 from training.versions import versions
 
@@ -33,18 +34,20 @@ class RunRecord:
     versions: dict[str, str] = field(default_factory=versions)
     continued_at: tuple[int, ...] = ()
 
-    def write(self, run: Path) -> None:
-        """Write the record into the run's folder."""
-        args = {**dataclasses.asdict(self.args), "run": run.name}
+    def to_json(self, name: str = "") -> str:
+        """Return the record of a run of this name as JSON."""
         document: dict[str, Any] = {
             "learner": KINDS[type(self.args)],
-            "args": args,
+            "args": {**dataclasses.asdict(self.args), "run": name},
             "versions": self.versions,
         }
         if self.continued_at:
             document["continued_at"] = self.continued_at
-        with atomic_write(run / CONFIG_FILE) as file:
-            file.write(json.dumps(document, indent=2).encode() + b"\n")
+        return json.dumps(document, indent=2) + "\n"
+
+    def write(self, run: Path) -> None:
+        """Write the record into the run's folder."""
+        write_text(run / CONFIG_FILE, self.to_json(run.name))
 
     @classmethod
     def read(cls, run: Path) -> RunRecord:
@@ -52,7 +55,12 @@ class RunRecord:
 
         Raises:
             FileNotFoundError: if the folder holds no run.
+            RecordError: if its record is damaged.
         """
-        document = json.loads((run / CONFIG_FILE).read_text())
-        args = make_args(document["learner"], {**document["args"], "run": run})
-        return cls(args, document["versions"], tuple(document.get("continued_at", ())))
+        path = run / CONFIG_FILE
+        try:
+            document = json.loads(path.read_text())
+            args = make_args(document["learner"], {**document["args"], "run": run})
+            return cls(args, document["versions"], tuple(document.get("continued_at", ())))
+        except (KeyError, TypeError, ValueError) as error:
+            raise RecordError(str(path), "the record of a run", repr(error)) from None

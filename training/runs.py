@@ -53,7 +53,6 @@ class RunFolders(Cache):
                 with atomic_write(self.path(job).with_name(name)) as file:
                     file.write(content.tobytes())
 
-    def get(self, job: Job) -> Arrays:
-        """Return the bytes of the files of a run."""
-        self._wait(job)
-        return run_files(self.path(job).parent)
+    def find(self, job: Job) -> Arrays | None:
+        """Return the bytes of the files of a run, or None if it is not finished."""
+        return run_files(self.path(job).parent) if self.path(job).is_file() else None

@@ -11,6 +11,7 @@ from optuna.storages import JournalStorage, RDBStorage
 from optuna.storages.journal import JournalFileBackend
 
 from flockesc_env.common.checks import as_choice
+from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Arrays, Cache, Job, find_backend
 from flockesc_env.jobs import run as run_all
 from training import seeds
@@ -44,7 +45,7 @@ def tune(args: TuneArgs) -> optuna.Study:
     study = _study(args)
     jobs = [Job("training.tune:trial", (args, number), RUN_SECONDS) for number in range(args.trials)]
     run_all(jobs, Trials(args), backend, title=f"Trials of {args.run}")
-    study.trials_dataframe().to_csv(args.output / f"{args.run}.csv", index=False)
+    write_text(args.output / f"{args.run}.csv", study.trials_dataframe().to_csv(index=False))
     return study
 
 
@@ -65,18 +66,14 @@ class Trials(Cache):
         super().__init__(args.output)
         self.args = args
 
-    def __contains__(self, job: Job) -> bool:
-        return any(
-            trial.user_attrs.get(_NUMBER) == job.arguments[1] for trial in completed(_study(self.args))
-        )
+    def find(self, job: Job) -> Arrays | None:
+        """Return the number of the trial."""
+        number = job.arguments[1]
+        done = any(trial.user_attrs.get(_NUMBER) == number for trial in completed(_study(self.args)))
+        return {"number": np.array(number)} if done else None
 
     def put(self, job: Job, results: Arrays) -> None:
         """Do nothing: the worker has reported to the study."""
-
-    def get(self, job: Job) -> Arrays:
-        """Return the number of the trial."""
-        self._wait(job)
-        return {"number": np.array(job.arguments[1])}
 
 
 def completed(study: optuna.Study) -> list[optuna.trial.FrozenTrial]:

@@ -18,7 +18,7 @@ class Exit(IntEnum):
 MEANINGS = {
     Exit.DONE: "done",
     Exit.FAILED: "jobs failed, or a replay differs from its record",
-    Exit.REFUSED: "an option or a file is invalid, or an extra is not installed; see stderr",
+    Exit.REFUSED: "invalid option or file, output that cannot be written, or missing extra; see stderr",
     Exit.INTERRUPTED: "interrupted (Ctrl-C); finished results are kept",
     Exit.UNREAD: "the output was closed by its reader (broken pipe)",
 }

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from flockesc_env.common.errors import ArgumentError, printable
+from flockesc_env.common.files import check_writable
 
 _MIN_COLUMNS = 40
 
@@ -89,14 +90,31 @@ def check_output(path: Path | None, suffixes: Sequence[str], field: str = "outpu
         field: name of the flag, for the error message.
 
     Raises:
-        ArgumentError: if the suffix is not allowed, or the folder does not exist.
+        ArgumentError: if the suffix is not allowed, the folder does not exist, or the file cannot be written.
     """
     if path is None:
         return
     if path.suffix not in suffixes:
         raise ArgumentError(field, f"a file that ends in {' or '.join(suffixes)}", repr(str(path)))
-    if not path.parent.is_dir() or path.is_dir():
+    if not path.parent.is_dir():
         raise ArgumentError(field, "a file in an existing folder", repr(str(path)))
+    _try_to_write(path, field, "a file that can be written", path)
+
+
+def check_folder(folder: Path, field: str = "output") -> None:
+    """Check, before a long computation, that files can be written into a folder. It may be missing.
+
+    Raises:
+        ArgumentError: if they cannot.
+    """
+    _try_to_write(folder / ".part", field, "a folder that can be written", folder)
+
+
+def _try_to_write(path: Path, field: str, expected: str, given: Path) -> None:
+    try:
+        check_writable(path)
+    except OSError as error:
+        raise ArgumentError(field, f"{expected} ({error.strerror})", repr(str(given))) from None
 
 
 def _finite(value: Any) -> Any:

@@ -62,30 +62,30 @@ def run(
         raise ArgumentError("interaction_range", expected, "neither" if policy is None else "both")
     trajectory = _run(chosen, interaction_range, policy, seed)
     name = policy or f"range {interaction_range:g}"
-    if output is not None:
-        records.save_run(trajectory, output, name=name)
     outcome = _outcome(trajectory)
-    if json:
-        show_json(
-            {
-                "command": "simulate",
-                "model": model_of(chosen),
-                "scenario": json_.loads(chosen.to_json()),
-                "interaction_range": interaction_range,
-                "policy": policy,
-                "seed": trajectory.seed,
-                **outcome,
-                "output": None if output is None else str(output),
-                "versions": records.versions(),
-            }
-        )
-        return Exit.DONE
-    show(f"{chosen.num_agents} agents, {name}, seed {trajectory.seed}")
-    for name, value in outcome.items():
-        shown = f"{value:.3f}" if isinstance(value, float) else str(value)
-        show(f"  {name:<18} {shown:>8}  {_MEANINGS[name]}")
-    if output is not None:
-        note(f"saved: {output}; to check it, run flockesc replay {output}")
+    document = {
+        "command": "simulate",
+        "model": model_of(chosen),
+        "scenario": json_.loads(chosen.to_json()),
+        "interaction_range": interaction_range,
+        "policy": policy,
+        "seed": trajectory.seed,
+        **outcome,
+        "output": None if output is None else str(output),
+        "versions": records.versions(),
+    }
+    try:
+        if output is not None:
+            records.save_run(trajectory, output, name=name)
+            note(f"saved: {output}; to check it, run flockesc replay {output}")
+    finally:  # results are shown even if the file cannot be written
+        if json:
+            show_json(document)
+        else:
+            show(f"{chosen.num_agents} agents, {name}, seed {trajectory.seed}")
+            for entry, value in outcome.items():
+                shown = f"{value:.3f}" if isinstance(value, float) else str(value)
+                show(f"  {entry:<18} {shown:>8}  {_MEANINGS[entry]}")
     return Exit.DONE
 
 

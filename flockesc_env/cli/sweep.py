@@ -131,9 +131,6 @@ def run(
     if not parts:
         return code
     result = _joined(parts)
-    if output is not None:
-        _write(result, objective_, output)
-        note(f"saved: {output}")
     intervals = None
     if code is Exit.DONE:
         try:
@@ -152,10 +149,17 @@ def run(
         "output": None if output is None else str(output),
         "versions": records.versions(),
     }
-    if json:
-        show_json(document)
-    else:
-        _show_table(document, spec, chosen.neighbor_rule.unit if isinstance(chosen, FlockScenario) else "")
+    try:
+        if output is not None:
+            _write(result, objective_, output)
+            note(f"saved: {output}")
+    finally:  # results are shown even if the file cannot be written
+        if json:
+            show_json(document)
+        else:
+            _show_table(
+                document, spec, chosen.neighbor_rule.unit if isinstance(chosen, FlockScenario) else ""
+            )
     return code
 
 

@@ -1,4 +1,4 @@
-"""Safe reading and writing of array files (npz, npy).
+"""Safe reading and writing of files of arrays (npz, npy) and tables (Parquet).
 
 Reading executes no code from the file (no pickle) and checks sizes before it allocates memory.
 """
@@ -11,7 +11,7 @@ import zipfile
 from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -20,6 +20,9 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.errors import RecordError
 from flockesc_env.common.files import atomic_write
+
+if TYPE_CHECKING:  # of the extra analysis
+    import polars as pl
 
 _HEADER = "header"
 _MAX_BYTES = 2**26
@@ -31,8 +34,21 @@ _HEADER_READERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_hea
 
 def write_document(path: Path, header: dict[str, Any], arrays: Mapping[str, Any]) -> None:
     """Write a JSON object and arrays to an npz file; an existing file is replaced atomically."""
+    write_npz(path, {_HEADER: np.array(json.dumps(header)), **arrays})
+
+
+def write_npz(path: Path, arrays: Mapping[str, Any]) -> None:
+    """Write arrays to an npz file; an existing file is replaced atomically."""
     with atomic_write(path) as file:
-        np.savez_compressed(file, header=np.array(json.dumps(header)), **arrays)
+        np.savez_compressed(file, allow_pickle=False, **arrays)
+
+
+def write_table(table: pl.DataFrame, path: Path, metadata: dict[str, str] | None = None) -> None:
+    """Write a table to a Parquet file; an existing file is replaced atomically."""
+    packed = BytesIO()  # polars raises its own errors for a full disk
+    table.write_parquet(packed, metadata=metadata)
+    with atomic_write(path) as file:
+        file.write(packed.getbuffer())
 
 
 def read_document(path: Path, expected: str) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
+import warnings
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 
 from flockesc_env.common.errors import JobError
-from flockesc_env.common.files import atomic_write
+from flockesc_env.common.files import read_sealed, write_sealed
 from flockesc_env.jobs.job import Arrays, Job
 
 GRACE_SECONDS = 60.0
@@ -19,6 +21,7 @@ class Cache:
     """A folder with one npz file per job; the key of the job is the file name.
 
     Several drivers and workers may share a folder: equal keys hold equal bytes, and files appear complete.
+    A file ends with a hash of its content and of the key.
 
     Args:
         folder: path of the folder; it is created when the first result is saved.
@@ -32,13 +35,29 @@ class Cache:
         return self.folder / f"{job.key}.npz"
 
     def __contains__(self, job: Job) -> bool:
-        return self.path(job).is_file()
+        return self.find(job) is not None
+
+    def find(self, job: Job) -> Arrays | None:
+        """Return the results of a job, or None if they are missing or, with a warning, damaged."""
+        path = self.path(job)
+        try:
+            packed = read_sealed(path, job.key)
+        except FileNotFoundError:
+            return None
+        if packed is None:
+            message = f"{path}: expected the results of a job, got a damaged file or another job's"
+            warnings.warn(f"{message}; the job runs again", stacklevel=2)
+            return None
+        with np.load(BytesIO(packed), allow_pickle=False) as stored:
+            return dict(stored.items())
 
     def put(self, job: Job, results: Arrays) -> None:
         """Keep the results of a job."""
+        packed = BytesIO()
+        np.savez_compressed(packed, allow_pickle=False, **results)
         self.folder.mkdir(parents=True, exist_ok=True)
-        with atomic_write(self.path(job)) as file:
-            np.savez_compressed(file, allow_pickle=False, **results)
+        # A file that a power failure damages is found and computed again.
+        write_sealed(self.path(job), job.key, packed.getvalue(), durable=False)
 
     def keep(self, job: Job, found: Arrays | str) -> str | None:
         """Keep what ``Job.attempt`` returned: results are put into the cache, an error is returned."""
@@ -53,15 +72,12 @@ class Cache:
         Raises:
             JobError: if its file has not appeared after ``GRACE_SECONDS``.
         """
-        self._wait(job)
-        with np.load(self.path(job), allow_pickle=False) as stored:
-            return {name: stored[name] for name in stored.files}
-
-    def _wait(self, job: Job) -> None:
         end = time.monotonic() + GRACE_SECONDS
-        while job not in self:
+        while (results := self.find(job)) is None:
             if time.monotonic() > end:
-                raise JobError(f"result of a finished job: expected {self.path(job)}, got no such file")
+                found = "no such file, or a damaged one"
+                raise JobError(f"result of a finished job: expected {self.path(job)}, got {found}")
             time.sleep(0.1)
             if self.folder.is_dir():
                 list(self.folder.iterdir())  # asks a network file system for new names
+        return results

@@ -15,8 +15,10 @@ from tqdm import tqdm
 from flockesc_env.common.checks import as_path
 from flockesc_env.common.errors import ArgumentError, JobError, shown
 from flockesc_env.common.extras import require
+from flockesc_env.common.files import check_writable
 from flockesc_env.jobs.cache import Cache
 from flockesc_env.jobs.job import Arrays, Job, Outcome, Outcomes
+from flockesc_env.jobs.keys import import_name
 from flockesc_env.jobs.processes import processes
 from flockesc_env.jobs.serial import serial
 
@@ -63,7 +65,7 @@ def run(
 
     Args:
         jobs: the jobs.
-        cache: keeps the results; a job in it is not computed again.
+        cache: keeps the results; a job in it is not computed again, unless its file is damaged.
         backend: where jobs run.
         title: text before the progress bar.
         progress: whether to show the bar even if stderr is not a terminal.
@@ -72,8 +74,11 @@ def run(
         JobError: if jobs failed, after all others have ended.
         KeyboardInterrupt: saying how many results are kept.
     """
-    missing = {job.key: job for job in jobs if job not in cache}
-    queue = sorted(missing.values(), key=lambda job: -job.seconds)
+    unique = {job.key: job for job in jobs}
+    results = {key: done for key, job in unique.items() if (done := cache.find(job)) is not None}
+    queue = sorted((unique[key] for key in unique if key not in results), key=lambda job: -job.seconds)
+    if queue:
+        check_writable(cache.folder / ".part")
     failures = list[Outcome]()
     finished = 0
     hidden = not queue or (False if progress else None)  # None: tqdm hides it without a terminal
@@ -98,7 +103,8 @@ def run(
             raise KeyboardInterrupt(f"{kept}; run the same again to continue") from None
     if failures:
         raise JobError(_report(failures, len(queue), cache))
-    return [cache.get(job) for job in jobs]
+    results |= {job.key: cache.get(job) for job in queue}
+    return [results[job.key] for job in jobs]
 
 
 def run_jobs(
@@ -131,22 +137,9 @@ def run_jobs(
 
     docs/cluster.md has an example.
     """
-    name = f"{_module(function)}:{function.__qualname__}"
+    name = import_name(function, "function", "a function of a module that other processes can import")
     jobs = [Job(name, tuple(call), seconds) for call in arguments]
     return run(jobs, Cache(as_path(cache)), find_backend(backend), progress=progress)
-
-
-def _module(function: Callable[..., Any]) -> str:
-    """Return the module of a function; a script counts as the module of its name."""
-    module: str = function.__module__
-    if module == "__main__":
-        main = sys.modules[module]
-        module = main.__spec__.name if main.__spec__ else Path(getattr(main, "__file__", "<none>")).stem
-    if not (module + function.__qualname__).replace(".", "").isidentifier():
-        raise ArgumentError(
-            "function", "a function of a module that other processes can import", shown(function)
-        )
-    return module
 
 
 def _report(failures: Sequence[Outcome], total: int, cache: Cache) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 import socket
@@ -21,8 +20,7 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.errors import ArgumentError, JobError, shown
 from flockesc_env.common.in_job import in_job
-from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.line import LineScenario
+from flockesc_env.jobs.keys import encoded
 
 Arrays = dict[str, NDArray[Any]]
 """Results of a job: arrays by name."""
@@ -44,8 +42,8 @@ class Job:
 
     Attributes:
         function: the function as ``module:name``; it returns arrays by name.
-        arguments: scenarios, other dataclasses, ranges of integers, numbers, strings, bytes, paths, and
-            tuples, lists and dicts of these.
+        arguments: scenarios, other dataclasses, enums, ranges of integers, numbers, strings, bytes, paths,
+            and tuples, lists and dicts of these.
         seconds: estimated time on one core. It sets the order of jobs, the size of chunks on SLURM and the
             time left that is shown; results do not depend on it.
         engine: hash of the compiled core. A worker with another core refuses the job.
@@ -63,12 +61,12 @@ class Job:
         Raises:
             ArgumentError: if an argument has another type than those that ``Job`` names.
         """
-        arguments = [_plain(argument) for argument in self.arguments]
-        parts = {"function": self.function, "arguments": arguments, "core": self.engine}
         try:
-            return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
-        except TypeError as error:
-            raise ArgumentError("arguments", "plain data", f"{shown(self.arguments)} ({error})") from None
+            parts = [self.function, self.engine, encoded(self.arguments)]
+            text = json.dumps(parts, ensure_ascii=False)
+        except RecursionError:
+            raise ArgumentError("arguments", "plain data", shown(self.arguments)) from None
+        return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
     def run(self) -> Arrays:
         """Call the function, with one thread per call of the engine.
@@ -111,25 +109,3 @@ class Outcome(NamedTuple):
 
 
 Outcomes = Generator[Outcome, None, None]
-
-
-def _plain(argument: Any) -> Any:
-    """Return an argument as JSON has it; values of different types stay different."""
-    if isinstance(argument, FlockScenario | LineScenario):
-        return {"model": type(argument).__name__, "scenario": json.loads(argument.to_json())}
-    if dataclasses.is_dataclass(argument) and not isinstance(argument, type):
-        fields = {f.name: _plain(getattr(argument, f.name)) for f in dataclasses.fields(argument)}
-        return {"dataclass": type(argument).__name__, "fields": fields}
-    if isinstance(argument, range):
-        return {"range": [argument.start, argument.stop, argument.step]}
-    if isinstance(argument, tuple | list):
-        return [_plain(entry) for entry in argument]
-    if isinstance(argument, dict):
-        return {"dict": [[_plain(key), _plain(value)] for key, value in argument.items()]}
-    if isinstance(argument, bytes):
-        return {"sha256": hashlib.sha256(argument).hexdigest()}
-    if isinstance(argument, Path):
-        return {"path": str(argument)}
-    if isinstance(argument, np.generic):
-        return argument.item()
-    return argument

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
+from flockesc_env.common.array_files import write_table
 from flockesc_env.common.checks import (
     FloatArray,
     as_choice,
@@ -21,7 +22,6 @@ from flockesc_env.common.checks import (
 )
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import require
-from flockesc_env.common.files import atomic_write
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
@@ -199,10 +199,7 @@ class SweepResult(Displayed):
             ArgumentError: if ``path`` is not a path.
             MissingExtraError: if the ``analysis`` extra is not installed.
         """
-        path = as_path(path)
-        table = self.table()
-        with atomic_write(path) as file:
-            table.write_parquet(file, metadata={"scenario": self.scenario.to_json()})
+        write_table(self.table(), as_path(path), {"scenario": self.scenario.to_json()})
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterable, Iterator, Sequence
+import errno
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from subprocess import PIPE, Popen
+from tempfile import TemporaryFile
 
 import numpy as np
 
 from flockesc_env.common.checks import FloatArray, as_callback, as_choice, as_count, as_floats, as_path
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.files import atomic_write
 from flockesc_env.common.progress import Progress
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.options import Objective
@@ -22,14 +25,10 @@ from flockesc_env.render.frame import FlockFrame, recorded_frames, shared_view
 from flockesc_env.render.names import policy_title
 from flockesc_env.render.options import ColorBy, RenderOptions, as_render_options
 
-_FORMATS: dict[str, dict[str, Any]] = {
-    ".mp4": {"codec": "libx264", "quality": 6},
-    ".gif": {
-        "codec": "gif",
-        "pix_fmt_out": "pal8",
-        # One palette for all frames, and only the changes of each frame: small files without flicker.
-        "output_params": ["-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none", "-loop", "0"],
-    },
+_FORMATS = {
+    ".mp4": "-f mp4 -codec:v libx264 -pix_fmt yuv420p -crf 20",
+    # One palette for all frames, and only the changes of each frame: small files without flicker.
+    ".gif": "-f gif -pix_fmt pal8 -vf split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none -loop 0",
 }
 """Options of ffmpeg by the suffix of the file."""
 
@@ -65,6 +64,7 @@ def write_video(
         ArgumentError: if an argument has a wrong type or value; it names the argument.
         ScenarioError: if the options do not fit a flock.
         DependencyNotInstalled: if pygame or imageio-ffmpeg is missing.
+        OSError: if the file cannot be written; an older file stays as it was.
     """
     path = as_path(path)
     chosen = None if options is None else as_render_options(options)
@@ -83,40 +83,63 @@ def write_video(
     for _, run in runs:
         options.selected(run.scenario.num_agents)
     require_video("pygame", "imageio_ffmpeg")
-    import imageio_ffmpeg  # type: ignore[import-untyped]
-
     from flockesc_env.render.flock import draw_flock
 
     times = np.arange(_count_frames(runs, pace, fps)) * pace / fps
     view = shared_view([run for _, run in runs]) if len(runs) > 1 else None
     titles = [policy_title(name, run.scenario.neighbor_rule.unit) for name, run in runs]
     films = [_frames(run, objective, times.tolist(), view) for _, run in runs]
-    unfinished = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     size = len(runs) * options.size, options.size
-    writer = imageio_ffmpeg.write_frames(
-        unfinished,
-        size,
-        fps=fps,
-        macro_block_size=1,
-        ffmpeg_log_level="error",  # ffmpeg warns of every GIF that it has colors twice
-        **_FORMATS[path.suffix],
-    )
-    try:
-        writer.send(None)  # starts ffmpeg
+    with atomic_write(path) as file, _encoder(path.suffix, str(file.name), size, fps) as send:
         for done, frames in enumerate(zip(*films, strict=True), 1):
             pictures = [
                 draw_flock(frame, options, title) for frame, title in zip(frames, titles, strict=True)
             ]
             for picture in pictures[1:]:
                 picture[:, :2] = FRAME
-            writer.send(np.hstack(pictures))
+            send(np.hstack(pictures).tobytes())
             if progress is not None:
                 progress(done, len(times))
-        writer.close()  # waits for ffmpeg
-        unfinished.replace(path)
-    finally:
-        writer.close()
-        unfinished.unlink(missing_ok=True)
+
+
+@contextmanager
+def _encoder(suffix: str, file: str, size: tuple[int, int], fps: int) -> Iterator[Callable[[bytes], None]]:
+    """Yield a function that sends a frame to ffmpeg.
+
+    Raises:
+        OSError: if ffmpeg fails, with its first message.
+    """
+    import imageio_ffmpeg  # type: ignore[import-untyped]
+
+    source = f"-f rawvideo -pix_fmt rgb24 -video_size {size[0]}x{size[1]} -framerate {fps} -i -"
+    # ffmpeg warns of every GIF that it has colors twice.
+    words = [imageio_ffmpeg.get_ffmpeg_exe(), *f"-y -v error {source} {_FORMATS[suffix]}".split(), file]
+    with TemporaryFile() as messages:
+        encoder = Popen(words, stdin=PIPE, stderr=messages, start_new_session=True)  # noqa: S603
+        pipe = encoder.stdin
+        assert pipe is not None  # noqa: S101, for the type checker
+
+        def send(frame: bytes) -> None:
+            try:
+                pipe.write(frame)
+            except BrokenPipeError:
+                raise failure() from None
+
+        def failure() -> OSError:
+            code = encoder.wait()
+            messages.seek(0)
+            first = messages.read().decode(errors="replace").partition("\n")[0]
+            return OSError(errno.EIO, f"ffmpeg ended with exit code {code}: {first}".rstrip(": "))
+
+        try:
+            yield send
+            with suppress(BrokenPipeError):
+                pipe.close()
+            if encoder.wait():
+                raise failure()
+        finally:
+            encoder.kill()
+            encoder.communicate()
 
 
 def _count_frames(runs: Sequence[tuple[str, Trajectory]], pace: float, fps: int) -> int:

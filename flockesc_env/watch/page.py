@@ -12,7 +12,7 @@ from string import Template
 from typing import Any
 
 from flockesc_env.common.checks import as_path
-from flockesc_env.common.files import atomic_write
+from flockesc_env.common.files import write_text
 from flockesc_env.models.records import versions
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.render.palette import DARK, LIGHT
@@ -48,9 +48,7 @@ def write_page(runs: Trajectory | Sequence[Run], path: str | Path) -> None:
         ArgumentError: if there are no runs, they cannot be shown side by side, or ``path`` is not a path.
     """
     target = as_path(path)
-    page = render([(target.stem, runs)] if isinstance(runs, Trajectory) else runs).encode()
-    with atomic_write(target) as file:
-        file.write(page)
+    write_text(target, render([(target.stem, runs)] if isinstance(runs, Trajectory) else runs))
 
 
 def render(runs: Sequence[Run], live: dict[str, Any] | None = None) -> str:

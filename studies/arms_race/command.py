@@ -9,7 +9,7 @@ from tyro.conf import arg
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Backend, Progress
-from flockesc_env.cli.output import check_output, note
+from flockesc_env.cli.output import check_folder, check_output, note
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.extras import require
 from flockesc_env.jobs import find_backend
@@ -35,6 +35,7 @@ def run(
     as_count(num_flocks, "num_flocks", least=2)
     runs_on = find_backend(backend)
     check_output(page, [".md"], field="page")
+    check_folder(output)
     require("train", ["matplotlib", "polars", "jinja2", "cmaes"])
     from studies.arms_race.page import write_race_page
     from studies.arms_race.race import RaceArgs, arms_race

@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from studies import style
+from flockesc_env.common.files import write_text
 from studies.arms_race.figure import cross_play_figure, label
 from studies.arms_race.race import UNTRAINED
 from studies.arms_race.results import RaceResults, load_race
-from studies.pages import path_from, signed, templates, write_text
+from studies.pages import path_from, signed, templates
+from training.figure_style import save_figure
 
 FIGURE = "cross_play"
 
@@ -17,7 +18,7 @@ FIGURE = "cross_play"
 def write_race_page(output: Path, page: Path) -> None:
     """Write the figure and the page from the results in a folder."""
     results = load_race(output)
-    style.save(cross_play_figure(results), output / FIGURE, ("png",))
+    save_figure(cross_play_figure(results), output / FIGURE, ("png",))
     page.parent.mkdir(parents=True, exist_ok=True)
     write_text(page, markdown_page(results, output, page))
 

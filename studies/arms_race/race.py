@@ -15,12 +15,11 @@ import numpy as np
 import polars as pl
 
 from flockesc_env import save_policy
-from flockesc_env.common.files import atomic_write
+from flockesc_env.common.array_files import write_npz, write_table
+from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
 from studies.arms_race.evolve import SCENARIO, STEPS_PER_ACTION, Budget, flock_job, play_job, predator_job
 from studies.arms_race.players import Flock, Predator
-from studies.pages import write_text
-from training.outputs import write_table
 from training.seeds import HELD_OUT, first_seeds
 from training.versions import versions
 
@@ -179,9 +178,8 @@ def _write(race: Race, table: pl.DataFrame, args: RaceArgs) -> None:
         if flock.parameters:
             entry = dataclasses.replace(flock.entry(), name=name, scenario=SCENARIO)
             save_policy(entry, folder / f"{name.replace(', ', '-').replace(' ', '-')}.npz")
-    with atomic_write(folder / "predators.npz") as file:
-        trained = {name: np.array(p.parameters) for name, p in race.predators.items() if p.parameters}
-        np.savez_compressed(file, allow_pickle=False, **trained)
+    trained = {name: np.array(p.parameters) for name, p in race.predators.items() if p.parameters}
+    write_npz(folder / "predators.npz", trained)
     record = {
         "command": f"python -m studies arms-race --rounds {args.rounds} --num-flocks {args.num_flocks}",
         "rounds": args.rounds,

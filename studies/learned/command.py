@@ -9,7 +9,7 @@ from tyro.conf import Positional, arg
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Backend
-from flockesc_env.cli.output import note, show
+from flockesc_env.cli.output import check_folder, note, show
 from flockesc_env.common.extras import require
 
 RESULTS, PAGE = Path("results/learned"), Path("docs/results.md")
@@ -42,6 +42,7 @@ def run(
 
     Example: python -m studies learned shared
     """
+    check_folder(output)
     require("train", _MODULES)
     from studies.learned.study import StudyArgs, study
 
@@ -66,6 +67,7 @@ def references(
 
     Example: python -m studies learned-references shared
     """
+    check_folder(output)
     require("train", _MODULES)
     from studies.learned.study import StudyArgs, study_references
 
@@ -89,6 +91,7 @@ def explain(
 
     Example: python -m studies learned-explain shared
     """
+    check_folder(output)
     require("train", _MODULES)
     from studies.learned.study import StudyArgs, study_explanations
 
@@ -108,6 +111,7 @@ def information(
 
     Example: python -m studies learned-information
     """
+    check_folder(results, "results")
     require("train", _MODULES)
     from flockesc_env.jobs import find_backend
     from studies.learned.information import measure_information
@@ -127,6 +131,7 @@ def mechanism(
 
     Example: python -m studies learned-mechanism
     """
+    check_folder(results, "results")
     require("train", _MODULES)
     require("video", ["pygame", "imageio_ffmpeg"])
     from flockesc_env.jobs import Cache, find_backend
@@ -173,6 +178,9 @@ def submit(
 
     Example: python -m studies learned-submit per-agent-visible my_module:my_policy "my policy"
     """
+    if not dry_run:
+        check_folder(results, "results")
+        check_folder(page.parent, "page")
     require("train", _MODULES)
     from studies.learned.submit import submit as run_submission
 

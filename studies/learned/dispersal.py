@@ -10,9 +10,9 @@ import polars as pl
 from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario, Trajectory, built_in, record, rollout, simulate
+from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, FloatArray, mean
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
-from training.outputs import write_table
 from training.seeds import HELD_OUT, first_seeds
 
 DISPERSAL_FILE = "dispersal.parquet"

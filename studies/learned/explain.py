@@ -22,6 +22,8 @@ from flockesc_env import (
     preset,
     rollout,
 )
+from flockesc_env.common.array_files import write_table
+from flockesc_env.common.files import write_text
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
@@ -35,7 +37,6 @@ from studies.learned.watching import Observations, watch
 from studies.measurements import run_groups
 from training import seeds
 from training.config import Setting
-from training.outputs import write_table
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "time": ("time",),
@@ -126,7 +127,7 @@ def write_explanations(
         measure_listening(stored_policy(file), folder / LISTENING_FILE)
     document = json.loads((folder / STUDY_FILE).read_text())
     document |= {"explained": learner, "explained_seed": seed}
-    (folder / STUDY_FILE).write_text(json.dumps(document, indent=1) + "\n")
+    write_text(folder / STUDY_FILE, json.dumps(document, indent=1) + "\n")
 
 
 def ablation(file: bytes, setting: Setting, flocks: int, cache: Cache, backend: Backend) -> pl.DataFrame:

@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from flockesc_env import rollout
+from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import mean
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
 from flockesc_env.policies import BestCandidate
 from flockesc_env.render.palette import LIGHT
 from training.figure_style import WIDTH, label_ends
-from training.outputs import write_table
 from training.seeds import HELD_OUT, first_seeds
 
 INFORMATION_FILE = "information.parquet"

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario, NamedPolicy
-from flockesc_env.common.files import atomic_write
+from flockesc_env.common.array_files import write_npz
 from flockesc_env.render.palette import LIGHT
 from studies.learned.watching import watch
 from training.figure_style import RANGES, WIDTH
@@ -71,8 +71,7 @@ def measure_listening(entry: NamedPolicy, path: Path) -> None:
         found["stopped"] = np.array(
             [[(last[third] <= action).mean() for action in range(len(agents))] for third in thirds]
         )
-    with atomic_write(path) as file:
-        np.savez_compressed(file, allow_pickle=False, **found)
+    write_npz(path, found)
 
 
 def _thirds(start: NDArray[np.float64]) -> list[NDArray[np.bool]]:

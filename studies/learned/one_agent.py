@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario, NamedPolicy, built_in, load_policy
-from flockesc_env.common.files import atomic_write
+from flockesc_env.common.array_files import write_npz
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.render.palette import LIGHT
 from studies.learned.results import POLICIES, load_study
@@ -61,8 +61,7 @@ def measure_agent(results: Path) -> Path:
         for name, run in runs.items()
         for part, values in run.items()
     }
-    with atomic_write(results / AGENT_FILE) as output:
-        np.savez_compressed(output, allow_pickle=False, **kept)
+    write_npz(results / AGENT_FILE, kept)
     return results / AGENT_FILE
 
 

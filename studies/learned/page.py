@@ -7,6 +7,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import CONFIDENCE
 from studies.learned import figures
 from studies.learned.aggregate import RESAMPLES, profile
@@ -23,8 +24,8 @@ from studies.learned.results import BEST_FIXED, FIGURES, ORACLE, load_studies
 from studies.learned.story import story
 from studies.learned.summary import LENDERS, Summary, summarize
 from studies.learned.tables import ablation_table, transfer_tables, versions
-from studies.pages import path_from, templates, write_text
-from studies.style import save
+from studies.pages import path_from, templates
+from training.figure_style import save_figure
 from training.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
 
 DETAILS = "results-details.md"
@@ -42,7 +43,7 @@ def write_page(results: Path, page: Path) -> str:
     """
     summaries = summarize(load_studies(results))
     for name, picture in {**_pictures(summaries), **_measured(results)}.items():
-        save(picture, results / FIGURES / name, ("png",))
+        save_figure(picture, results / FIGURES / name, ("png",))
     page.parent.mkdir(parents=True, exist_ok=True)
     write_text(page, markdown_page(summaries, results, page))
     details = page.with_name(DETAILS)

@@ -22,6 +22,7 @@ from flockesc_env import (
     FlockVectorEnv,
     rollout,
 )
+from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
 from flockesc_env.policies import BestCandidate, Planner
@@ -29,7 +30,6 @@ from studies.learned.information import CANDIDATES
 from studies.learned.names import CLAIRVOYANT, FREE_HEADINGS, INFORMED_GREEDY, PLANNER
 from studies.learned.results import REFERENCES_FILE
 from training.config import Setting
-from training.outputs import write_table
 
 SIMULATED_FLOCKS = 200
 """Held-out flocks of the references that simulate each flock many times."""

@@ -15,6 +15,8 @@ import numpy as np
 import polars as pl
 
 from flockesc_env import ArgumentError, FlockScenario
+from flockesc_env.common.array_files import write_table
+from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import FloatArray, mean
 from flockesc_env.jobs import Backend, Cache, find_backend, run
 from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
@@ -25,7 +27,6 @@ from studies.learned.references import write_references
 from studies.learned.results import EPISODES_FILE, load_study
 from training import seeds
 from training.config import KINDS, Args
-from training.outputs import write_table
 from training.presets import Preset, presets
 from training.record import CURVE_FILE, POLICY_FILE, RUN_FILE, RunRecord
 from training.runs import RunFolders, run_job
@@ -291,4 +292,4 @@ def _describe(args: StudyArgs, preset: Preset, best: float, folder: Path) -> Non
         "versions": versions(),
         "machine": f"{os.cpu_count()} cores, {platform.machine()}",
     }
-    (folder / "study.json").write_text(json.dumps(document, indent=1) + "\n")
+    write_text(folder / "study.json", json.dumps(document, indent=1) + "\n")

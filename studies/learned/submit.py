@@ -9,7 +9,7 @@ from pathlib import Path
 import polars as pl
 
 from flockesc_env import ArgumentError, EnvOptions, FlockScenario, LineOptions, NamedPolicy
-from flockesc_env.common.files import atomic_write
+from flockesc_env.common.array_files import write_table
 from flockesc_env.policies import NAMES
 from studies.learned.page import write_page
 from studies.learned.results import BEST_FIXED, EPISODES_FILE, ORACLE, load_studies
@@ -80,8 +80,7 @@ def submit(
     others = study.episodes.filter(pl.col("policy") != name)
     episodes = pl.concat([others, rows.select(others.columns)])
     if not dry_run:
-        with atomic_write(results / setting / EPISODES_FILE) as file:
-            episodes.write_parquet(file)
+        write_table(episodes, results / setting / EPISODES_FILE)
         write_page(results, page)
     (row,) = summarize([dataclasses.replace(study, episodes=episodes)])
     reached = row.show(row.policies[name].objective) + study.unit

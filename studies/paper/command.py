@@ -11,7 +11,7 @@ from tyro.conf import arg
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Backend, Json, Progress, optional
-from flockesc_env.cli.output import check_output, note, show, show_json
+from flockesc_env.cli.output import check_folder, check_output, note, show, show_json
 from flockesc_env.common.extras import require
 from flockesc_env.jobs import find_backend
 from studies.paper.plan import BATCH, Trials
@@ -53,6 +53,7 @@ def run(
     trials = Trials(flocks=flocks, lines=lines)
     runs_on = find_backend(backend)
     check_output(page, [".md"], field="page")
+    check_folder(output)
     require("analysis", ["matplotlib", "scipy", "jinja2", "markdown"])
     from studies.paper.figures import measure_and_draw  # heavy, and of an extra
     from studies.paper.reproduction import reproduce

@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.jobs import Arrays, Backend, Cache
-from studies import style
 from studies.measurements import measure
 from studies.paper import flock_figures, line_figures
 from studies.paper.plan import FORCES, OFFSETS, Trials, measurements
 from studies.paper.realizations import flock_seed, line_seed
+from training.figure_style import save_figure
 
 Measured = Mapping[str, Arrays]
 
@@ -86,7 +86,7 @@ FIGURES: Final[dict[str, PaperFigure]] = {
 def draw_figures(output: Path, measured: Measured, names: Iterable[str] = FIGURES) -> None:
     """Write figures of finished measurements, as PNG and SVG."""
     for name in names:
-        style.save(FIGURES[name].draw(measured), output / FIGURES[name].stem)
+        save_figure(FIGURES[name].draw(measured), output / FIGURES[name].stem)
 
 
 def measure_and_draw(

@@ -6,9 +6,9 @@ from importlib.metadata import version
 from pathlib import Path
 
 from flockesc_env.cli.output import note
+from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Backend, Cache
 from studies.measurements import measure
-from studies.pages import write_text
 from studies.paper import realizations
 from studies.paper.figures import draw_figures
 from studies.paper.flock_claims import by_range, flock_claims

@@ -6,16 +6,16 @@ from pathlib import Path
 
 import polars as pl
 
+from flockesc_env.common.array_files import write_table
+from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Backend, Cache
-from studies import style
 from studies.learned.results import load_study
 from studies.measurements import run_groups
-from studies.pages import write_text
 from studies.related.attack_speed import attack_jobs, attack_results
 from studies.related.figure import attack_figure
 from studies.related.page import BANDIT_FILE, FIGURE, RESULTS_FILE, RelatedResults, markdown_page
 from studies.related.within_episode import across, within_episode
-from training.outputs import write_table
+from training.figure_style import save_figure
 from training.versions import versions
 
 SHARED: dict[str, str] = {"J_mean": "shared", "J_min": "shared-minimum"}
@@ -77,6 +77,6 @@ def survey(
 def write_related_page(output: Path, page: Path) -> None:
     """Write the figure and the page from the results in a folder."""
     results = RelatedResults.from_json((output / RESULTS_FILE).read_text())
-    style.save(attack_figure(results.attack), output / FIGURE, ("png",))
+    save_figure(attack_figure(results.attack), output / FIGURE, ("png",))
     page.parent.mkdir(parents=True, exist_ok=True)
     write_text(page, markdown_page(results, output, page))

@@ -10,7 +10,7 @@ from tyro.conf import arg
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Backend, Json, Progress, optional
-from flockesc_env.cli.output import check_output, note, show, show_json, table
+from flockesc_env.cli.output import check_folder, check_output, note, show, show_json, table
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import require
@@ -57,6 +57,7 @@ def run(
     attacked_presets(presets)  # refuses unknown ones before heavy imports
     runs_on = find_backend(backend)
     check_output(page, [".md"], field="page")
+    check_folder(output)
     require("analysis", ["matplotlib", "scipy", "jinja2", "markdown"])
     from studies.robustness.survey import survey  # heavy, and of an extra
 

@@ -7,18 +7,18 @@ from importlib.metadata import version
 from pathlib import Path
 
 from flockesc_env.cli.output import note
+from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Arrays, Backend, Cache
 from flockesc_env.models import records
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import PRESETS
-from studies import style
 from studies.measurements import measure
-from studies.pages import write_text
 from studies.robustness.figure import gains
 from studies.robustness.findings import OBJECTIVES, outcome
 from studies.robustness.page import FIGURE, RESULTS_FILE, PresetResult, RobustnessResults, markdown_page
 from studies.robustness.plan import attacked_presets, grid_of, measurements
 from studies.robustness.questions import question_of
+from training.figure_style import save_figure
 
 
 def survey(
@@ -61,7 +61,7 @@ def survey(
         presets=rows,
         versions={**records.versions(), "scipy": version("scipy")},
     )
-    style.save(gains(results), output / FIGURE)
+    save_figure(gains(results), output / FIGURE)
     markdown = page or output / "robustness.md"
     write_text(output / RESULTS_FILE, results.to_json())
     write_text(markdown, markdown_page(results, output, markdown))

@@ -9,7 +9,9 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from importlib.util import find_spec
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -192,6 +194,63 @@ def test_a_late_result_is_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(cache, "GRACE_SECONDS", 0.2)
     with pytest.raises(JobError, match="result of a finished job"):
         Cache(tmp_path / "never").get(job)
+
+
+DAMAGES: list[Callable[[bytes, bytes], bytes]] = [
+    lambda whole, _: b"",
+    lambda whole, _: whole[: len(whole) // 2],
+    lambda whole, _: whole[:-1],
+    lambda whole, _: bytes(len(whole)),
+    lambda whole, _: whole[:40] + bytes([whole[40] ^ 1]) + whole[41:],
+    lambda whole, _: whole[:-40],
+    lambda _, other: other,
+    lambda _, other: npz(square=np.array(np.nan)),
+]
+"""Empty, truncated, zeros, a flipped bit, without a hash, of another job, arrays of another kind."""
+
+
+def npz(**arrays: Any) -> bytes:
+    packed = BytesIO()
+    np.savez_compressed(packed, allow_pickle=False, **arrays)
+    return packed.getvalue()
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_damaged_results_are_named_and_computed_again(backend: str, tmp_path: Path, noted: Path) -> None:
+    jobs, kept = jobs_of("square", len(DAMAGES) + 1), Cache(tmp_path / "cache")
+    run(jobs, kept, find_backend("serial"))
+    whole = contents(kept.folder)
+    other = kept.path(jobs[-1]).read_bytes()
+    for job, damage in zip(jobs, DAMAGES, strict=False):
+        kept.path(job).write_bytes(damage(kept.path(job).read_bytes(), other))
+    with pytest.warns(UserWarning, match="damaged file or another job's") as warned:
+        found = run(jobs, kept, find_backend(backend))
+    assert squares(found) == [number**2 for number in range(len(jobs))]
+    assert contents(kept.folder) == whole
+    assert calls(noted) == len(jobs) + len(DAMAGES)
+    assert {str(kept.path(job)) for job in jobs[:-1]} == {str(w.message).split(": ")[0] for w in warned}
+
+
+def test_every_flipped_bit_of_a_result_is_found(tmp_path: Path) -> None:
+    job, kept = Job(SQUARE, (3,)), Cache(tmp_path)
+    kept.put(job, {"square": np.array(9)})
+    whole = kept.path(job).read_bytes()
+    for bit in range(8 * len(whole)):
+        damaged = bytearray(whole)
+        damaged[bit // 8] ^= 1 << bit % 8
+        kept.path(job).write_bytes(damaged)
+        with pytest.warns(UserWarning, match="damaged"):
+            assert job not in kept
+
+
+def test_a_cache_that_cannot_be_written_is_found_before_the_first_job(tmp_path: Path, noted: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(NotADirectoryError, match=re.escape(str(tmp_path / "file"))):
+        run(jobs_of("square"), Cache(tmp_path / "file" / "cache"), find_backend("serial"))
+    long = "x" * 256
+    with pytest.raises(OSError, match=long):
+        run(jobs_of("square"), Cache(tmp_path / long), find_backend("serial"))
+    assert calls(noted) == 0
 
 
 def test_longest_jobs_run_first_and_equal_jobs_once(tmp_path: Path, noted: Path) -> None:

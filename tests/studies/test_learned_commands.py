@@ -53,6 +53,37 @@ def test_commands_take_the_arguments_of_their_functions(
     assert called.mock_calls == [expected]
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["paper", "--output"],
+        ["robustness", "--output"],
+        ["related", "--output"],
+        ["arms-race", "--output"],
+        ["learned", "shared", "--output"],
+        ["learned-references", "shared", "--output"],
+        ["learned-explain", "shared", "--output"],
+        ["learned-information", "--results"],
+        ["learned-mechanism", "--results"],
+        ["learned-submit", "line", "my:policy", "it", "--results"],
+    ],
+    ids=lambda words: words[0],
+)
+def test_a_folder_that_cannot_be_written_is_refused_before_the_work(
+    words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def never(*_: Any) -> None:
+        raise AssertionError("continued before the folder was checked")
+
+    for study in ("paper", "robustness", "related", "arms_race", "learned"):
+        monkeypatch.setattr(f"studies.{study}.command.require", never)
+    (tmp_path / "file").touch()
+    ran = Ran(capsys, *words, tmp_path / "file" / "folder", run=STUDIES.main)
+    assert (ran.code, ran.out) == (Exit.REFUSED, "")
+    field = words[-1].removeprefix("--")
+    assert f"{field}: expected a folder that can be written (Not a directory), got " in ran.err
+
+
 def test_a_mistake_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     ran = Ran(capsys, "learned", "nowhere", run=STUDIES.main)
     assert ran.code == Exit.REFUSED

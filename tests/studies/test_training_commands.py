@@ -253,3 +253,38 @@ def test_the_command_line_starts_without_the_learners() -> None:
     loaded = set(run.stdout.split())
     assert "training.config" in loaded
     assert not loaded & {"torch", "stable_baselines3", "optuna", "matplotlib", "polars", "cmaes"}
+
+
+@pytest.mark.parametrize("command", ["evaluate", "compare"])
+def test_an_output_that_cannot_be_written_is_found_before_the_work(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def never(*_: Any, **__: Any) -> None:
+        raise AssertionError("computed before the output was checked")
+
+    monkeypatch.setattr("training.evaluate.run_policy", never)
+    monkeypatch.setattr("training.compare.sweep", never)
+    if command == "evaluate":
+        path = tmp_path / ("x" * 256)
+        arguments = EvaluateArgs(policy="fixed:5", output=path)
+    else:
+        path = tmp_path / "table.md"
+        path.mkdir()
+        arguments = CompareArgs(policies=("fixed:5",), output=tmp_path)
+    run_command: Any = {"evaluate": evaluate, "compare": compare}[command]
+    with pytest.raises(OSError, match=path.name):
+        run_command(arguments)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
+def test_results_are_printed_even_if_the_disk_is_full(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    full = tmp_path / "full"
+    full.symlink_to("/dev/full")
+    words = ["training", "evaluate", "--policy", "fixed:5", "--flocks", "2", "--output", str(full)]
+    monkeypatch.setattr(sys, "argv", words)
+    assert main() == 2
+    printed = capsys.readouterr()
+    assert "J_mean" in printed.out
+    assert printed.err == f"training: error: [Errno 28] No space left on device: '{full}'\n"

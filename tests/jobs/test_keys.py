@@ -1,0 +1,177 @@
+"""Calls share a key only if their arguments have the same types and values."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import enum
+import itertools
+import struct
+import subprocess
+import sys
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import key_twins
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from flockesc_env import ArgumentError, FlockScenario, LineScenario
+from flockesc_env.jobs import Job
+
+
+class Shade(enum.Enum):
+    DARK = 1
+
+
+class Level(enum.IntEnum):
+    LOW = 1
+
+
+@dataclasses.dataclass
+class Box:
+    content: Any
+
+
+@dataclasses.dataclass
+class Crate:
+    content: Any
+
+
+LEAVES: list[Any] = [
+    *(None, False, True, 0, 1, -1, 2**70, 0.0, -0.0, 1.0, float("nan"), float("inf")),
+    *("", "1", "None", "true", "0x1", "\ud800\udc00", "\U00010000", b"", b"1", b"0x1"),
+    *(Path("1"), PurePosixPath("1"), Path(), range(0), range(1), range(0, 1, 2), range(1, 1)),
+    *(np.int8(1), np.int64(1), np.uint64(1), np.float32(1), np.float64(1), np.bool_(True), np.str_("1")),
+    *(np.timedelta64(1, "s"), np.timedelta64(1, "ms"), Shade.DARK, Level.LOW),
+    *(FlockScenario(), FlockScenario(num_agents=1), LineScenario()),
+]
+VALUES: Any = st.recursive(
+    st.sampled_from(LEAVES) | st.integers() | st.floats() | st.text(max_size=3) | st.binary(max_size=3),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.lists(inner, max_size=3).map(tuple)
+        | st.dictionaries(st.sampled_from(["a", "b", 1, True, 1.5, None, b"a"]), inner, max_size=3)
+        | inner.map(Box)
+        | inner.map(Crate)
+        | inner.map(key_twins.Box)
+    ),
+    max_leaves=6,
+)
+
+
+def key(*arguments: Any) -> str:
+    return Job("module:function", arguments, engine="").key
+
+
+def are_same(one: Any, other: Any) -> bool:
+    """Compare types and values in full depth; entries of dicts with their order."""
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, float):
+        both_nan = one != one and other != other
+        return both_nan or struct.pack("d", one) == struct.pack("d", other)
+    if isinstance(one, list | tuple):
+        return len(one) == len(other) and all(map(are_same, one, other))
+    if isinstance(one, dict):
+        return are_same(list(one.items()), list(other.items()))
+    if isinstance(one, range):
+        return (one.start, one.stop, one.step) == (other.start, other.stop, other.step)
+    if isinstance(one, Box | Crate | key_twins.Box):
+        return are_same(one.content, other.content)
+    return bool(one == other) and str(one) == str(other)
+
+
+def test_values_that_are_easily_confused_have_different_keys() -> None:
+    containers = [(1, 2), [1, 2], (1, (2,)), ((1,), 2), [[1], 2], (), [], {}, {1: 2}, ((1, 2),), [(1, 2)]]
+    boxes = [kind(content) for kind in (Box, Crate, key_twins.Box) for content in (1, True, (1,), [1])]
+    orders = [{"a": 1, "b": 2}, {"b": 2, "a": 1}, [["a", 1], ["b", 2]], {"a": 1, "b": 2.0}]
+    for one, other in itertools.combinations([*LEAVES, *containers, *boxes, *orders], 2):
+        assert key(one) != key(other), (one, other)
+    assert key((1, 2)) != key(1, 2) != key([1, 2])
+
+
+@given(VALUES, VALUES)
+def test_keys_are_equal_only_for_the_same_types_and_values(one: Any, other: Any) -> None:
+    assert (key(one) == key(other)) == are_same(one, other)
+
+
+@given(VALUES)
+def test_a_key_does_not_depend_on_the_object(value: Any) -> None:
+    assert key(value) == key(copy.deepcopy(value))
+
+
+def test_function_and_engine_are_part_of_the_key() -> None:
+    keys = {Job(name, (1,), engine=engine).key for name in ("m:f", "m:g") for engine in ("one", "two")}
+    assert len(keys) == 4
+
+
+class Text(str):
+    """A string with an attribute that the key would miss."""
+
+
+@dataclasses.dataclass
+class Listed(list[int]):
+    """Has entries beside its fields."""
+
+    content: int = 0
+
+
+def nested(depth: int) -> list[Any]:
+    value: list[Any] = []
+    for _ in range(depth):
+        value = [value]
+    return value
+
+
+def local_class() -> Any:
+    @dataclasses.dataclass
+    class Local:
+        content: int = 0
+
+    return Local()
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        object(),
+        {1, 2},
+        1j,
+        np.zeros(2),
+        np.longdouble(1),
+        np.complex128(1),
+        bytearray(b"1"),
+        Text("1"),
+        Listed(),
+        Box,
+        len,
+        local_class(),
+        nested(100_000),
+        Box([object()]),
+        {"a": {"b": object()}},
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_other_types_are_refused(value: Any) -> None:
+    with pytest.raises(ArgumentError, match="arguments: expected"):
+        key(value)
+
+
+def test_a_script_counts_as_the_module_of_its_name(tmp_path: Path) -> None:
+    """Two scripts with classes of the same name share no result; a script that is imported does."""
+    source = (
+        "import dataclasses\nfrom flockesc_env.jobs import Job\n"
+        "@dataclasses.dataclass\nclass Box:\n    content: int\n"
+        "print(Job('m:f', (Box(1),), engine='').key)\n"
+    )
+    keys = []
+    for words in (["one.py"], ["two.py"], ["-c", "import one"]):
+        for name in ("one.py", "two.py"):
+            (tmp_path / name).write_text(source)
+        command = [sys.executable, *words]
+        ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)  # noqa: S603
+        keys.append(ran.stdout)
+    assert keys[0] == keys[2] != keys[1]

@@ -1,0 +1,249 @@
+"""Files are complete or stay as they were; whether they can be written is known before the work."""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from cli_runs import SMALL_FLAGS, Ran, sweep_flags
+
+from flockesc_env.cli.exits import Exit
+from flockesc_env.common.files import atomic_write, check_writable
+
+ROOT = Path(__file__).parents[2]
+SIMULATE = ["simulate", "--interaction-range", 5, *SMALL_FLAGS]
+WATCH = ["watch", "--policies", "fixed:5", *SMALL_FLAGS]
+needs_full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
+
+
+@contextmanager
+def small_files(size: int) -> Iterator[None]:
+    """Let writing fail after some bytes, as on a full disk."""
+    resource = pytest.importorskip("resource", reason="limits on files need a POSIX system")
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def write(path: Path, content: bytes = b"new") -> None:
+    with atomic_write(path) as file:
+        file.write(content)
+
+
+@pytest.mark.parametrize("is_dangling", [False, True])
+def test_a_link_stays_and_its_target_is_replaced(is_dangling: bool, tmp_path: Path) -> None:
+    target, link = tmp_path / "elsewhere" / "target", tmp_path / "link"
+    target.parent.mkdir()
+    if not is_dangling:
+        target.write_bytes(b"old")
+    link.symlink_to(target)
+    write(link)
+    assert (link.is_symlink(), target.is_symlink(), target.read_bytes()) == (True, False, b"new")
+
+
+def test_a_pipe_is_written_directly(tmp_path: Path) -> None:
+    pipe, read = tmp_path / "pipe", []
+    os.mkfifo(pipe)
+    check_writable(pipe)
+    reader = threading.Thread(target=lambda: read.append(pipe.read_bytes()), daemon=True)
+    reader.start()
+    write(pipe)
+    reader.join(timeout=10)
+    assert (pipe.is_fifo(), read) == (True, [b"new"])
+
+
+@needs_full
+def test_a_device_stays_a_device(tmp_path: Path) -> None:
+    link = tmp_path / "link"
+    link.symlink_to("/dev/full")
+    with pytest.raises(OSError, match="No space left") as caught:
+        write(link)
+    assert (caught.value.filename, link.is_char_device()) == (str(link), True)
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o755])
+def test_a_replaced_file_keeps_its_mode(mode: int, tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    path.write_bytes(b"old")
+    path.chmod(mode)
+    write(path)
+    assert (stat.S_IMODE(path.stat().st_mode), path.read_bytes()) == (mode, b"new")
+
+
+def test_a_new_file_has_the_mode_of_the_umask(tmp_path: Path) -> None:
+    umask = os.umask(0o027)
+    try:
+        write(tmp_path / "file")
+    finally:
+        os.umask(umask)
+    assert stat.S_IMODE((tmp_path / "file").stat().st_mode) == 0o640
+
+
+@pytest.mark.parametrize("name", ["x" * 255, "\N{GREEK SMALL LETTER RHO}" * 127])
+def test_the_longest_names_are_written(name: str, tmp_path: Path) -> None:
+    write(tmp_path / name)
+    assert (tmp_path / name).read_bytes() == b"new"
+
+
+def test_a_full_disk_leaves_the_older_file_and_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    path.write_bytes(b"old")
+    with small_files(1_000), pytest.raises(OSError, match="File too large") as caught:
+        write(path, bytes(100_000))
+    assert caught.value.filename == str(path)
+    assert [(file, file.read_bytes()) for file in tmp_path.iterdir()] == [(path, b"old")]
+
+
+def test_an_error_names_the_path_and_not_the_temporary_file(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    with pytest.raises(IsADirectoryError) as caught, atomic_write(path):
+        path.mkdir()
+    assert caught.value.filename == str(path)
+    with pytest.raises(FileNotFoundError) as caught:
+        write(tmp_path / "missing" / "file")
+    assert caught.value.filename == str(tmp_path / "missing" / "file")
+    with pytest.raises(FileNotFoundError) as caught, atomic_write(tmp_path / "other"):
+        Path("nowhere").read_bytes()
+    assert caught.value.filename == "nowhere"
+
+
+def test_a_file_is_on_the_disk_before_it_gets_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A power failure leaves the older file or the new one, not an empty one."""
+    calls = []
+
+    def sync(descriptor: int, real: Any = os.fsync) -> None:
+        is_folder = stat.S_ISDIR(os.fstat(descriptor).st_mode)
+        calls.append("folder" if is_folder else f"file of {os.fstat(descriptor).st_size} bytes")
+        real(descriptor)
+
+    def replace(source: Path, target: Path, real: Any = Path.replace) -> None:
+        calls.append("replace")
+        real(source, target)
+
+    monkeypatch.setattr(os, "fsync", sync)
+    monkeypatch.setattr(Path, "replace", replace)
+    write(tmp_path / "file")
+    assert calls == ["file of 3 bytes", "replace", "folder"]
+
+
+@pytest.mark.parametrize("name", ["file", "missing/folder/file", "link"])
+def test_a_check_changes_nothing(name: str, tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"old")
+    (tmp_path / "link").symlink_to(tmp_path / "nothing")
+    before = sorted(tmp_path.iterdir())
+    check_writable(tmp_path / name)
+    assert sorted(tmp_path.iterdir()) == before
+    assert (tmp_path / "file").read_bytes() == b"old"
+
+
+@pytest.mark.parametrize("name", ["x" * 256, "file/inside", "folder"])
+def test_a_check_finds_what_cannot_be_written(name: str, tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"old")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(OSError, match=r"File name too long|Not a directory|Is a directory") as caught:
+        check_writable(tmp_path / name)
+    assert caught.value.filename == str(tmp_path / name)
+
+
+def never(*_: object, **__: object) -> None:
+    raise AssertionError("computed before the output was checked")
+
+
+@pytest.mark.parametrize(
+    ("argv", "suffix"),
+    [
+        (sweep_flags(), ".csv"),
+        (sweep_flags("--backend", "serial"), ".csv"),
+        (SIMULATE, ".npz"),
+        (WATCH, ".mp4"),
+        (WATCH, ".html"),
+    ],
+)
+def test_an_output_that_cannot_be_written_is_refused_before_the_work(
+    argv: list[object],
+    suffix: str,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for work in ("sweep.sweep", "sweep.run_all", "simulate.simulate", "watch._run_policies"):
+        monkeypatch.setattr(f"flockesc_env.cli.{work}", never)
+    name = f"{'x' * (256 - len(suffix))}{suffix}"  # one byte more than file systems take
+    ran = Ran(capsys, *argv, "--output", tmp_path / name)
+    assert (ran.code, ran.out) == (Exit.REFUSED, "")
+    assert "output: expected a file that can be written (File name too long), got" in ran.err
+
+
+@needs_full
+@pytest.mark.parametrize(
+    ("argv", "name", "shown"),
+    [
+        (sweep_flags(), "sweep.csv", "best fixed range"),
+        (sweep_flags(), "sweep.parquet", "best fixed range"),
+        (sweep_flags(), "sweep.png", "best fixed range"),
+        (sweep_flags("--json"), "sweep.csv", '"best_range"'),
+        (SIMULATE, "run.npz", "min_mean_distance"),
+        ([*SIMULATE, "--json"], "run.npz", '"min_mean_distance"'),
+        (WATCH, "runs.html", ""),
+        (WATCH, "runs.mp4", ""),
+        (WATCH, "runs.gif", ""),
+    ],
+)
+def test_results_are_shown_even_if_the_disk_is_full(
+    argv: list[object], name: str, shown: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / name
+    path.symlink_to("/dev/full")
+    ran = Ran(capsys, *argv, "--output", path)
+    assert ran.code == Exit.REFUSED
+    assert shown in ran.out
+    assert re.fullmatch(rf"flockesc: error: {re.escape(str(path))}: .*No space left on device.*\n", ran.err)
+
+
+def test_a_film_that_is_not_complete_replaces_nothing(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "runs.gif"
+    path.write_bytes(b"old")
+    with small_files(1_000):
+        ran = Ran(capsys, *WATCH, "--output", path)
+    assert ran.code == Exit.REFUSED
+    assert ran.err.startswith(f"flockesc: error: {path}: ffmpeg ended with exit code")
+    assert [(file, file.read_bytes()) for file in tmp_path.iterdir()] == [(path, b"old")]
+
+
+def test_all_files_are_written_by_one_function() -> None:
+    """Other ways to write are used for streams, buffers and temporary files alone."""
+    allowed = {
+        "flockesc_env/common/files.py": 2,  # atomic_write
+        "flockesc_env/common/array_files.py": 2,  # into its file, and into a buffer
+        "flockesc_env/cli/output.py": 2,  # streams
+        "flockesc_env/cli/sweep.py": 2,  # into its file
+        "flockesc_env/notebook.py": 1,  # into a buffer
+        "flockesc_env/jobs/cache.py": 1,  # into a buffer
+        "studies/learned/held_out.py": 1,  # into a temporary folder
+        "training/figure_style.py": 1,  # into its file
+        "training/tune.py": 1,  # into a text
+    }
+    found = {}
+    pattern = re.compile(
+        r'\.open\("[wax]b?"|\.write_(bytes|parquet|csv|text)\(|\.to_csv\(|np\.save|\.savefig\('
+    )
+    for package in ("flockesc_env", "training", "studies", "benchmarks"):
+        for path in sorted((ROOT / package).rglob("*.py")):
+            lines = [line for line in path.read_text("utf-8").splitlines() if "``" not in line]
+            if count := len(pattern.findall("\n".join(lines))):
+                found[path.relative_to(ROOT).as_posix()] = count
+    assert found == allowed
