@@ -5,6 +5,7 @@ mod step;
 
 use std::sync::Arc;
 
+use flockesc_core::bindings::SlotReset;
 use flockesc_core::{
     Batch, EpisodeConfig, Error, FlockConfig, InitialState, flock_entries, predator_entries,
 };
@@ -33,6 +34,31 @@ pub(crate) struct FlockBatch {
     made_from: MadeFrom,
     /// Buffers for observations and rewards, before they are copied into `out`.
     scratch: (Vec<f32>, Vec<f64>),
+}
+
+/// The options of a reset, as `flockesc_env.episodes.starts` returns them.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Start<'py> {
+    initial_positions: Option<PyReadonlyArrayDyn<'py, f64>>,
+    initial_velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
+    predator_positions: Option<PyReadonlyArrayDyn<'py, f64>>,
+    predator_velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
+    episode: Option<u64>,
+}
+
+impl Start<'_> {
+    /// Returns the number of the episode and copies of the arrays.
+    fn plain(self) -> PyResult<(Option<u64>, Arc<InitialState>)> {
+        let state = InitialState {
+            seed: 0,
+            positions: flat(self.initial_positions)?,
+            velocities: flat(self.initial_velocities)?,
+            predator_positions: flat(self.predator_positions)?,
+            predator_velocities: flat(self.predator_velocities)?,
+        };
+        Ok((self.episode, Arc::new(state)))
+    }
 }
 
 /// Arguments of the constructor: the different scenarios, the index of each slot's scenario, options and number
@@ -86,33 +112,33 @@ impl FlockBatch {
     }
 
     /// Starts new episodes in `slots`. A seed starts a new schedule, and `None` continues the
-    /// slot's schedule. `episode` is the number of the episode in the schedule, and `None` is the
-    /// next one.
-    #[pyo3(signature = (slots, seeds, *, initial_positions=None, initial_velocities=None, predator_positions=None, predator_velocities=None, episode=None))]
-    #[expect(clippy::too_many_arguments, reason = "options of a reset")]
+    /// slot's schedule. `starts` has one entry per slot, or one for all.
     fn reset<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
         slots: Vec<usize>,
         seeds: Vec<Option<u64>>,
-        initial_positions: Option<PyReadonlyArrayDyn<'py, f64>>,
-        initial_velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
-        predator_positions: Option<PyReadonlyArrayDyn<'py, f64>>,
-        predator_velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
-        episode: Option<u64>,
+        starts: Vec<Start<'py>>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>)> {
         let this = &mut *try_borrow_mut(slf)?;
-        let start = InitialState {
-            seed: 0,
-            positions: flat(initial_positions)?,
-            velocities: flat(initial_velocities)?,
-            predator_positions: flat(predator_positions)?,
-            predator_velocities: flat(predator_velocities)?,
-        };
-        let resets: Vec<_> = slots.iter().copied().zip(seeds).collect();
+        let starts = starts
+            .into_iter()
+            .map(Start::plain)
+            .collect::<PyResult<Vec<_>>>()?;
+        let resets: Vec<_> = slots
+            .iter()
+            .zip(seeds)
+            .zip(starts.iter().cycle())
+            .map(|((&slot, seed), (episode, start))| SlotReset {
+                slot,
+                seed,
+                episode: *episode,
+                start: Arc::clone(start),
+            })
+            .collect();
         let rows = slots.len() * this.rows;
         let mut observations = vec![0.0; rows * this.row_length];
-        this.inner.restart(py, &resets, episode, start)?;
+        this.inner.restart(py, resets)?;
         let (inner, count_components) = (&this.inner, this.count_components);
         let measured = py
             .detach(|| -> flockesc_core::Result<Vec<Measured>> {
@@ -135,7 +161,8 @@ impl FlockBatch {
     /// `at_end` determines what happens to a slot whose episode has ended: "refuse" raises an
     /// error, "restart" starts the next episode, and "stay" changes nothing. The slot's action is
     /// ignored, as are actions of caught agents. Observations and rewards are written to the arrays
-    /// `out`, if they are given.
+    /// `out`, if they are given. `predator_actions` is an array, or a function that returns it; the
+    /// function is called after all checks.
     #[pyo3(signature = (actions, label=None, at_end="refuse", out=None, predator_actions=None))]
     fn step<'py>(
         slf: &Bound<'py, Self>,
@@ -144,7 +171,7 @@ impl FlockBatch {
         label: Option<&Bound<'py, PyAny>>,
         at_end: &str,
         out: Option<Out<'py>>,
-        predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+        predator_actions: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Step<'py>> {
         step::step(slf, py, actions, label, at_end, out, predator_actions)
     }
@@ -156,7 +183,7 @@ impl FlockBatch {
         py: Python<'py>,
         actions: &Bound<'py, PyAny>,
         label: Option<&Bound<'py, PyAny>>,
-        predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+        predator_actions: Option<Bound<'py, PyAny>>,
     ) -> PyResult<StepFlock<'py>> {
         step::step_flock(slf, py, actions, label, predator_actions)
     }
@@ -167,7 +194,7 @@ impl FlockBatch {
         slf: &Bound<'py, Self>,
         py: Python<'py>,
         action: &Bound<'py, PyAny>,
-        predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+        predator_actions: Option<Bound<'py, PyAny>>,
     ) -> PyResult<StepOne<'py>> {
         step::step_one(slf, py, action, predator_actions)
     }
@@ -340,6 +367,13 @@ impl FlockBatch {
     ) -> Result<(), CoreError> {
         let inner = &mut try_borrow_mut(slf)?.inner;
         Ok(py.detach(|| on_batch!(inner, batch => batch.restore(&slots, state)))?)
+    }
+
+    /// Drops the episodes of all slots.
+    fn drop_episodes(slf: &Bound<'_, Self>) -> Result<(), CoreError> {
+        let inner = &mut try_borrow_mut(slf)?.inner;
+        *inner = inner.without_episodes();
+        Ok(())
     }
 
     #[expect(clippy::type_complexity, reason = "the protocol of pickle")]
