@@ -88,7 +88,9 @@ class FlockBatch:
         predator_actions: NDArray[np.float64] | Callable[[], NDArray[np.float64]] | None = None,
     ) -> tuple[NDArray[np.float32], NDArray[np.float64], bool, NDArray[np.float64], dict[str, Any]]: ...
     def step_one(
-        self, action: Any, predator_actions: NDArray[np.float64] | Callable[[], NDArray[np.float64]] | None = None
+        self,
+        action: Any,
+        predator_actions: NDArray[np.float64] | Callable[[], NDArray[np.float64]] | None = None,
     ) -> tuple[NDArray[np.float32], float, bool, dict[str, Any]]: ...
     def rollout(
         self,

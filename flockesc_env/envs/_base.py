@@ -226,8 +226,8 @@ class OneFlock(FlockEnvironment, Rendered, Generic[ObsType]):
         """Return a snapshot of the episode and of the seed schedule of later episodes.
 
         Any environment with the same scenario, options and interface can restore it, in any process and with
-        any number of threads. It contains a format version and a checksum. It does not contain ``np_random``
-        or the random states of spaces; episodes do not draw from them.
+        any number of threads. It contains a format version and a checksum. It does not contain the memory of
+        policies, ``np_random`` or the random states of spaces; episodes do not draw from the last two.
 
         Raises:
             ResetNeededError: if called before ``reset``.
@@ -236,7 +236,7 @@ class OneFlock(FlockEnvironment, Rendered, Generic[ObsType]):
 
     @needs_reset_if_interrupted
     def set_state(self, state: bytes) -> ObsType:
-        """Restore a snapshot and return the observation at that moment.
+        """Restore a snapshot, clear the memory of policies and return the observation at that moment.
 
         Args:
             state: a snapshot from ``get_state`` of this or another environment.
@@ -283,7 +283,7 @@ class ManyFlocks(FlockEnvironment):
 
     @needs_reset_if_interrupted
     def set_state(self, state: bytes, flocks: Any = None) -> Observations:
-        """Restore flocks from a snapshot and return the observations of all flocks.
+        """Restore flocks from a snapshot as ``FlockEscapeEnv.set_state`` and return all flocks' observations.
 
         Args:
             state: a snapshot of the same number of flocks, or of one flock, which is copied to all

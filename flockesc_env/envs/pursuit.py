@@ -42,6 +42,7 @@ class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.fl
     """
 
     _arguments: ClassVar[type] = CommonArguments
+    _flock_observations: Observations
 
     def __init__(
         self,
@@ -120,6 +121,6 @@ class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.fl
         return observation
 
     def _begin(self, flock_observations: Observations) -> None:
-        """Note the flock's observations, after a reset or a restored snapshot, and clear the policy's memory."""
+        """Keep the flock's first observations and clear the memory of its policy."""
         self._flock_observations = flock_observations
         reset_policy(self.flock_policy, np.ones(len(flock_observations), bool))

@@ -21,7 +21,8 @@ class Policy(Protocol):
 
     Only ``act`` is required. A policy that keeps a memory between actions also has a method ``reset(rows)``,
     see ``RowMemory``; rollouts, ``bind`` and ``FlockPursuitEnv`` call it before the first action of every
-    episode. A policy that chooses one range per agent has an attribute ``per_agent = True``.
+    episode, ``FlockPursuitEnv`` also after ``set_state``. A policy that chooses one range per agent has an
+    attribute ``per_agent = True``.
     """
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:

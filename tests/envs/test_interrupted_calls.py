@@ -21,7 +21,13 @@ from flockesc_env.policies.registry import built_in
 
 PACKAGE = str(Path(flockesc_env.__file__).parent)
 
-OTHERS = ("line", "vector without copies", "parallel with capture", "parallel with predators", "agent by agent")
+OTHERS = (
+    "line",
+    "vector without copies",
+    "parallel with capture",
+    "parallel with predators",
+    "agent by agent",
+)
 MAKERS: dict[str, Callable[[], Any]] = {
     **{name: lambda make=make: make(Weave()) for name, make in REMEMBERING.items()},
     **{name: ADAPTERS[name].make for name in OTHERS},
@@ -32,7 +38,7 @@ def interrupted(call: Callable[[Any], Any], env: Any, line: int) -> bool:
     """Call with an interrupt at a line of the package, counted from 0; return whether there was one."""
     left = line
 
-    def trace(frame: FrameType, event: str, argument: Any) -> Any:  # noqa: ARG001
+    def trace(frame: FrameType, event: str, argument: Any) -> Any:
         nonlocal left
         if not frame.f_code.co_filename.startswith(PACKAGE):
             return None

@@ -1,25 +1,24 @@
 //! `FlockBatch`: Python class of a batch of flocks in two or three dimensions.
 
 mod inner;
+mod reset;
 mod step;
 
 use std::sync::Arc;
 
-use flockesc_core::bindings::SlotReset;
-use flockesc_core::{
-    Batch, EpisodeConfig, Error, FlockConfig, InitialState, flock_entries, predator_entries,
-};
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn};
+use flockesc_core::{Batch, EpisodeConfig, Error, FlockConfig, flock_entries, predator_entries};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
 
 use crate::actions::RangeMap;
-use crate::arrays::{column, flat, shaped};
+use crate::arrays::{column, shaped};
 use crate::errors::{CoreError, option_error, try_borrow, try_borrow_mut};
-use crate::info::{self, Measured, columns, metric_columns};
+use crate::info::{self, metric_columns};
 use crate::long_call::long_call;
 use crate::rollout::{networks, outcome_columns};
 use inner::{Inner, on_batch};
+use reset::{Began, Start};
 use step::{Out, Step, StepFlock, StepOne};
 
 #[pyclass(module = "flockesc_env._core")]
@@ -34,31 +33,6 @@ pub(crate) struct FlockBatch {
     made_from: MadeFrom,
     /// Buffers for observations and rewards, before they are copied into `out`.
     scratch: (Vec<f32>, Vec<f64>),
-}
-
-/// The options of a reset, as `flockesc_env.episodes.starts` returns them.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-struct Start<'py> {
-    initial_positions: Option<PyReadonlyArrayDyn<'py, f64>>,
-    initial_velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
-    predator_positions: Option<PyReadonlyArrayDyn<'py, f64>>,
-    predator_velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
-    episode: Option<u64>,
-}
-
-impl Start<'_> {
-    /// Returns the number of the episode and copies of the arrays.
-    fn plain(self) -> PyResult<(Option<u64>, Arc<InitialState>)> {
-        let state = InitialState {
-            seed: 0,
-            positions: flat(self.initial_positions)?,
-            velocities: flat(self.initial_velocities)?,
-            predator_positions: flat(self.predator_positions)?,
-            predator_velocities: flat(self.predator_velocities)?,
-        };
-        Ok((self.episode, Arc::new(state)))
-    }
 }
 
 /// Arguments of the constructor: the different scenarios, the index of each slot's scenario, options and number
@@ -119,40 +93,8 @@ impl FlockBatch {
         slots: Vec<usize>,
         seeds: Vec<Option<u64>>,
         starts: Vec<Start<'py>>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>)> {
-        let this = &mut *try_borrow_mut(slf)?;
-        let starts = starts
-            .into_iter()
-            .map(Start::plain)
-            .collect::<PyResult<Vec<_>>>()?;
-        let resets: Vec<_> = slots
-            .iter()
-            .zip(seeds)
-            .zip(starts.iter().cycle())
-            .map(|((&slot, seed), (episode, start))| SlotReset {
-                slot,
-                seed,
-                episode: *episode,
-                start: Arc::clone(start),
-            })
-            .collect();
-        let rows = slots.len() * this.rows;
-        let mut observations = vec![0.0; rows * this.row_length];
-        this.inner.restart(py, resets)?;
-        let (inner, count_components) = (&this.inner, this.count_components);
-        let measured = py
-            .detach(|| -> flockesc_core::Result<Vec<Measured>> {
-                on_batch!(inner, batch => {
-                    batch.observe(&slots, &mut observations)?;
-                    let started = slots.iter().map(|slot| batch.episode(*slot));
-                    started.map(|episode| Ok(Measured::of(episode?, count_components))).collect()
-                })
-            })
-            .map_err(CoreError::from)?;
-        Ok((
-            shaped(py, observations, [rows, this.row_length])?,
-            columns(py, &measured)?,
-        ))
+    ) -> PyResult<Began<'py>> {
+        reset::reset(slf, py, &slots, seeds, starts)
     }
 
     /// Steps all flocks with stacked actions. `label(index)` returns the name of an action for

@@ -93,11 +93,7 @@ impl Inner {
     }
 
     /// Starts new episodes. If the call is interrupted, the old episodes continue.
-    pub(super) fn restart(
-        &mut self,
-        py: Python<'_>,
-        resets: Vec<SlotReset>,
-    ) -> PyResult<()> {
+    pub(super) fn restart(&mut self, py: Python<'_>, resets: Vec<SlotReset>) -> PyResult<()> {
         on_batch!(self, batch => {
             let visits = batch.work_of_reset(resets.len());
             let reset = batch.prepare_reset(resets.into_iter()).map_err(CoreError::from)?;

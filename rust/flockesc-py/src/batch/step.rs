@@ -7,8 +7,8 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::inner::{Inner, on_batch};
 use super::FlockBatch;
+use super::inner::{Inner, on_batch};
 use crate::arrays::{overwrite, shaped, vector};
 use crate::errors::{CoreError, try_borrow, try_borrow_mut};
 use crate::info::{Measured, columns, numbers};
