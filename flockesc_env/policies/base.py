@@ -125,6 +125,8 @@ def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
     rows_per_flock = spec.num_agents if is_per_agent(spec) else 1
 
     def act_on_rows(observations: Observations) -> NDArray[Any]:
+        if len(observations) % rows_per_flock:
+            raise ArgumentError("observations", f"{rows_per_flock} rows per flock", len(observations))
         has_begun = (observations[:, time] == 0).reshape(-1, rows_per_flock).all(axis=1)
         if has_begun.any():
             reset_policy(policy, np.repeat(has_begun, rows_per_flock))
