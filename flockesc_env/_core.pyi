@@ -65,12 +65,7 @@ class FlockBatch:
         self,
         slots: Sequence[int],
         seeds: Sequence[int | None],
-        *,
-        initial_positions: NDArray[np.float64] | None = None,
-        initial_velocities: NDArray[np.float64] | None = None,
-        predator_positions: NDArray[np.float64] | None = None,
-        predator_velocities: NDArray[np.float64] | None = None,
-        episode: int | None = None,
+        starts: Sequence[Mapping[str, Any]],
     ) -> tuple[NDArray[np.float32], dict[str, NDArray[Any]]]: ...
     def step(
         self,
@@ -78,7 +73,7 @@ class FlockBatch:
         label: Callable[[int], str] | None = None,
         at_end: str = "refuse",
         out: tuple[NDArray[np.float32], NDArray[np.float64]] | None = None,
-        predator_actions: NDArray[np.float64] | None = None,
+        predator_actions: NDArray[np.float64] | Callable[[], NDArray[np.float64]] | None = None,
     ) -> tuple[
         NDArray[np.float32],
         NDArray[np.float64],
@@ -90,10 +85,12 @@ class FlockBatch:
         self,
         actions: Any,
         label: Callable[[int], str] | None = None,
-        predator_actions: NDArray[np.float64] | None = None,
+        predator_actions: NDArray[np.float64] | Callable[[], NDArray[np.float64]] | None = None,
     ) -> tuple[NDArray[np.float32], NDArray[np.float64], bool, NDArray[np.float64], dict[str, Any]]: ...
     def step_one(
-        self, action: Any, predator_actions: NDArray[np.float64] | None = None
+        self,
+        action: Any,
+        predator_actions: NDArray[np.float64] | Callable[[], NDArray[np.float64]] | None = None,
     ) -> tuple[NDArray[np.float32], float, bool, dict[str, Any]]: ...
     def rollout(
         self,
@@ -116,6 +113,7 @@ class FlockBatch:
     def caught(self) -> NDArray[np.bool]: ...
     def get_state(self, slots: Sequence[int]) -> bytes: ...
     def set_state(self, slots: Sequence[int], state: bytes) -> None: ...
+    def drop_episodes(self) -> None: ...
     def __setstate__(self, state: bytes) -> None: ...
     def __deepcopy__(self, _memo: dict[int, Any]) -> Self: ...
 

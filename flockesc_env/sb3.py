@@ -14,7 +14,7 @@ from flockesc_env.common.checks import as_array, as_choice, as_seed
 from flockesc_env.common.errors import ActionError, ArgumentError, OptionError
 from flockesc_env.common.extras import require
 from flockesc_env.envs import _autoreset
-from flockesc_env.envs._base import InfoArguments, Infos, ManyFlocks
+from flockesc_env.envs._base import InfoArguments, Infos, ManyFlocks, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import Columns
 from flockesc_env.episodes.scenarios import Scenarios
 from flockesc_env.episodes.seeds import fresh_seed
@@ -57,6 +57,7 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
         VecEnv.__init__(self, slots, spec.layout.space(), spec.actions.space())
         self.metadata, self.render_mode = metadata, render_mode
 
+    @needs_reset_if_interrupted
     def reset(self) -> VecEnvObs:
         """Start an episode in every flock, with the seeds and options that were set since the last reset.
 
@@ -68,16 +69,9 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
             ArgumentError: if an option is invalid; the running episodes continue.
         """
         rows, flocks = self._batch.rows, range(self._batch.num_flocks)
-        seeds = self._seeds[::rows]
-        if any(self._options):
-            given = self._options[::rows]
-            starts = [self._batch.start(given[flock], flock) for flock in flocks]
-            parts = [self._batch.reset([flock], [seeds[flock]], starts[flock]) for flock in flocks]
-            observations = np.concatenate([rows for rows, _ in parts])
-            reset_infos = [info for _, columns in parts for info in self._slot_infos(columns, np.zeros(rows))]
-        else:
-            observations, columns = self._batch.reset(flocks, seeds)
-            reset_infos = self._slot_infos(columns, np.zeros(self.num_envs))
+        starts = [self._batch.start(given, flock) for flock, given in enumerate(self._options[::rows])]
+        observations, columns = self._batch.reset(flocks, self._seeds[::rows], starts)
+        reset_infos = self._slot_infos(columns, np.zeros(self.num_envs))
         self._reset_seeds()
         self._reset_options()
         self.reset_infos = reset_infos
@@ -88,6 +82,7 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
         """Set the actions of the next step, shape (num_envs, 1) or, for discrete actions, (num_envs,)."""
         self._actions = as_array(actions, "action", ActionError).copy()  # the caller may reuse its array
 
+    @needs_reset_if_interrupted
     def step_wait(self) -> VecEnvStepReturn:
         """Step all flocks; a flock whose episode ends starts the next one in the same step.
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray, as_seed
 from flockesc_env.common.extras import require
-from flockesc_env.envs._base import FlockArguments, ManyFlocks
+from flockesc_env.envs._base import FlockArguments, ManyFlocks, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import Columns, Observations, is_over
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.scenarios import Scenarios
@@ -133,6 +133,7 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
         as_seed(first + len(self._seeds) - 1, "seed of the last flock")
         self._seeds = list(range(first, first + len(self._seeds)))
 
+    @needs_reset_if_interrupted
     def _reset(
         self, tensordict: TensorDictBase | None = None, options: dict[str, Any] | None = None
     ) -> TensorDictBase:
@@ -140,7 +141,7 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
         mask = None if tensordict is None else tensordict.get("_reset", None)
         slots = list(flocks) if mask is None else np.flatnonzero(mask.cpu().numpy()).tolist()
         start = self._batch.start(options, min(slots, default=0))
-        observations, _ = self._batch.reset(slots, [self._seeds[slot] for slot in slots], start)
+        observations, _ = self._batch.reset(slots, [self._seeds[slot] for slot in slots], [start])
         for slot in slots:
             self._seeds[slot] = None
         if len(slots) < len(flocks):
@@ -149,6 +150,7 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
         ended = np.array([self._batch.has_ended(slot) for slot in flocks])
         return self._output(observations, ended, self._batch.metrics())
 
+    @needs_reset_if_interrupted
     def _step(self, tensordict: TensorDictBase) -> TensorDictBase:
         actions = tensordict.get(self.action_key).detach().cpu().numpy()
         stacked = actions.reshape(-1, *actions.shape[len(self._rows) :])

@@ -7,7 +7,9 @@ can be copied (``copy.deepcopy``) and pickled at any time.
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable
 from copy import deepcopy
+from functools import wraps
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypedDict, TypeVar, cast
 
 import numpy as np
@@ -30,6 +32,8 @@ from flockesc_env.scenario.presets import as_scenario
 
 if TYPE_CHECKING:
     from flockesc_env.render.viewer import FlockViewer, Viewer
+
+Method = TypeVar("Method", bound=Callable[..., Any])
 
 ObsType = TypeVar("ObsType")
 """Type of the observations that ``reset`` returns."""
@@ -88,12 +92,34 @@ class LineArguments(RenderArguments, LineOptionsDict, total=False):
     """Keyword arguments of the line environment: ``RenderArguments`` and ``LineOptions``."""
 
 
+def needs_reset_if_interrupted(method: Method) -> Method:
+    """Make Ctrl-C during a method of an environment drop its episodes, so that the next step raises.
+
+    Every method that changes an episode has this decorator. Without it, an interrupt could separate the
+    state of the batch from what Python keeps beside it: agents' names, policies' memories, pictures.
+    """
+
+    @wraps(method)
+    def call(self: Viewed, *args: Any, **kwargs: Any) -> Any:
+        try:
+            return method(self, *args, **kwargs)
+        except KeyboardInterrupt:
+            self._drop_episodes()
+            raise
+
+    return cast("Method", call)
+
+
 class Viewed:
     """Base class of all environments: render mode and viewer."""
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 20}
     render_mode: str | None = None
     _viewer: Viewer | None = None  # Gymnasium calls `close` even if the constructor failed
+
+    def _drop_episodes(self) -> None:
+        """Require a reset, after an interrupt."""
+        raise NotImplementedError
 
     def _set_frames_per_second(self, fps: int) -> None:
         self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
@@ -173,6 +199,9 @@ class FlockEnvironment(Viewed):
         scenario: FlockScenario = as_scenario(given, FlockScenario)
         return scenario
 
+    def _drop_episodes(self) -> None:
+        self._batch.drop_episodes()
+
     def _show(self) -> None:
         """Pass the current state to the viewer, after a reset or a step."""
         if self._viewer is not None:
@@ -197,16 +226,17 @@ class OneFlock(FlockEnvironment, Rendered, Generic[ObsType]):
         """Return a snapshot of the episode and of the seed schedule of later episodes.
 
         Any environment with the same scenario, options and interface can restore it, in any process and with
-        any number of threads. It contains a format version and a checksum. It does not contain ``np_random``
-        or the random states of spaces; episodes do not draw from them.
+        any number of threads. It contains a format version and a checksum. It does not contain the memory of
+        policies, ``np_random`` or the random states of spaces; episodes do not draw from the last two.
 
         Raises:
             ResetNeededError: if called before ``reset``.
         """
         return self._batch.get_state()
 
+    @needs_reset_if_interrupted
     def set_state(self, state: bytes) -> ObsType:
-        """Restore a snapshot and return the observation at that moment.
+        """Restore a snapshot, clear the memory of policies and return the observation at that moment.
 
         Args:
             state: a snapshot from ``get_state`` of this or another environment.
@@ -251,8 +281,9 @@ class ManyFlocks(FlockEnvironment):
         """
         return self._batch.get_state(flocks)
 
+    @needs_reset_if_interrupted
     def set_state(self, state: bytes, flocks: Any = None) -> Observations:
-        """Restore flocks from a snapshot and return the observations of all flocks.
+        """Restore flocks from a snapshot as ``FlockEscapeEnv.set_state`` and return all flocks' observations.
 
         Args:
             state: a snapshot of the same number of flocks, or of one flock, which is copied to all

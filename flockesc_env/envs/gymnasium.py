@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.checks import as_seed
-from flockesc_env.envs._base import FlockArguments, OneFlock
+from flockesc_env.envs._base import FlockArguments, OneFlock, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import is_over
 from flockesc_env.scenario.flock import FlockScenario
 
@@ -40,6 +40,7 @@ class FlockEscapeEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.flo
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.actions.space()
 
+    @needs_reset_if_interrupted
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
@@ -59,11 +60,12 @@ class FlockEscapeEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.flo
         start = self._batch.start(options)
         if seed is not None:
             seed = as_seed(seed)
-            super().reset(seed=seed)
-        observations, columns = self._batch.reset([0], [seed], start)
+        observations, columns = self._batch.reset([0], [seed], [start])
+        super().reset(seed=seed)
         self._show()
         return observations[0], _core.infos(columns, np.zeros(1))[0]
 
+    @needs_reset_if_interrupted
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Set the interaction range and run ``steps_per_action`` model steps.
 

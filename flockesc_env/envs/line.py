@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import as_bytes, as_floats, as_options, as_seed
 from flockesc_env.common.errors import ResetNeededError
-from flockesc_env.envs._base import LineArguments, Rendered
+from flockesc_env.envs._base import LineArguments, Rendered, needs_reset_if_interrupted
 from flockesc_env.episodes.options import LineOptionsDict, check_names, line_options
 from flockesc_env.episodes.seeds import EpisodeSchedule, fresh_seed
 from flockesc_env.episodes.spaces import line_policy_spec
@@ -78,6 +78,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         """
         return LineView(self._episode)
 
+    @needs_reset_if_interrupted
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
@@ -108,6 +109,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         self._show(self._episode)
         return self._episode.observe(), self._episode.info()
 
+    @needs_reset_if_interrupted
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Set the interaction range and run ``steps_per_action`` model steps.
 
@@ -138,6 +140,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
             raise ResetNeededError("get_state() called before reset()")
         return self._episode.get_state(*self._schedule)
 
+    @needs_reset_if_interrupted
     def set_state(self, state: bytes) -> NDArray[np.float32]:
         """Restore a snapshot and return the observation at that moment.
 
@@ -155,6 +158,9 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
             self._viewer.forget()
         self._show(episode)
         return episode.observe()
+
+    def _drop_episodes(self) -> None:
+        self._episode = None
 
     def _show(self, episode: _core.LineEpisode) -> None:
         if self._viewer is not None:

@@ -16,7 +16,13 @@ from pettingzoo.utils import parallel_to_aec, wrappers
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_seed
 from flockesc_env.common.errors import ActionError, OptionError, ResetNeededError, shown
-from flockesc_env.envs._base import InfoArguments, Infos, OneFlock, Rendered
+from flockesc_env.envs._base import (
+    InfoArguments,
+    Infos,
+    OneFlock,
+    Rendered,
+    needs_reset_if_interrupted,
+)
 from flockesc_env.episodes.batch import FlockStep, is_over
 from flockesc_env.episodes.options import TeamReward
 from flockesc_env.episodes.spaces import Label, flock_layout
@@ -104,6 +110,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         """Return the agent's action space, the same object at every call."""
         return self.action_spaces[agent]
 
+    @needs_reset_if_interrupted
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
@@ -124,6 +131,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         observations = self._by_name(self._flock, rows, self._predator_observations())
         return observations, self._infos(self._flock, info, np.zeros(len(rows)))
 
+    @needs_reset_if_interrupted
     def reset_array(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
@@ -141,6 +149,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         rows, info = self._reset(seed, options)
         return rows, self._with_arrays(info, np.zeros(len(rows)))
 
+    @needs_reset_if_interrupted
     def step(
         self, actions: dict[str, Any]
     ) -> tuple[
@@ -197,6 +206,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         observations = self._by_name(agents, rows, self._predator_observations())
         return observations, all_rewards, terminations, truncations, infos
 
+    @needs_reset_if_interrupted
     def step_array(
         self, actions: Any, predator_actions: Any = None
     ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool], NDArray[np.bool], dict[str, Any]]:
@@ -262,12 +272,16 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             message = f"reset() ignores unknown options {unknown}; known options: {known_names}"
             warnings.warn(message, UserWarning, stacklevel=3)
         start = self._batch.start(known)
-        rows, columns = self._batch.reset([0], [None if seed is None else as_seed(seed)], start)
+        rows, columns = self._batch.reset([0], [None if seed is None else as_seed(seed)], [start])
         self.agents = self.possible_agents.copy()
         self._caught = np.zeros(len(self._flock), np.bool)
         self._false = dict.fromkeys(self.agents, False)
         self._show()
         return rows, _core.infos(columns)[0]
+
+    def _drop_episodes(self) -> None:
+        super()._drop_episodes()
+        self.agents = []
 
     def _check_running(self) -> None:
         if not self.agents:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import as_policy, as_seed
 from flockesc_env.common.errors import ResetNeededError, ScenarioError
-from flockesc_env.envs._base import CommonArguments, OneFlock
+from flockesc_env.envs._base import CommonArguments, OneFlock, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import Observations, is_over
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.policies.base import Policy
@@ -42,6 +42,7 @@ class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.fl
     """
 
     _arguments: ClassVar[type] = CommonArguments
+    _flock_observations: Observations
 
     def __init__(
         self,
@@ -61,10 +62,10 @@ class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.fl
         self.flock_policy = (
             FixedRange(10.0) if flock_policy is None else as_policy(flock_policy, "flock_policy")
         )
-        self._flock_observations: Observations = np.zeros((0, 0), np.float32)
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.space()
 
+    @needs_reset_if_interrupted
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
@@ -80,12 +81,13 @@ class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.fl
         start = self._batch.start(options)
         if seed is not None:
             seed = as_seed(seed)
-            super().reset(seed=seed)
-        self._flock_observations, columns = self._batch.reset([0], [seed], start)
-        reset_policy(self.flock_policy, np.ones(len(self._flock_observations), bool))
+        flock_observations, columns = self._batch.reset([0], [seed], [start])
+        super().reset(seed=seed)
+        self._begin(flock_observations)
         self._show()
         return self._batch.observe_predators([0])[0], _core.infos(columns)[0]
 
+    @needs_reset_if_interrupted
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Set the predator's acceleration and run ``steps_per_action`` model steps.
 
@@ -100,9 +102,9 @@ class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.fl
             ActionError: if the action is outside the action space.
             ResetNeededError: if called before ``reset`` or after the end of the episode.
         """
-        if not self._flock_observations.size:
-            raise ResetNeededError("step() called before reset()")
         predator_actions = self.policy_spec.plain_one(action)
+        if self._batch.has_ended(0):
+            raise ResetNeededError("step() called after the end of the episode; call reset()")
         ranges = self.flock_policy.act(self._flock_observations, self._batch.policy_spec)
         self._flock_observations, _, has_ended, _, info = self._batch.step_flock(
             ranges, predator_actions=predator_actions
@@ -114,6 +116,11 @@ class FlockPursuitEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.fl
         return self._batch.observe_predators([0])[0], reward, terminated, truncated, info
 
     def _observe(self) -> NDArray[np.float32]:
-        self._flock_observations = self._batch.observe([0])
+        self._begin(self._batch.observe([0]))
         observation: NDArray[np.float32] = self._batch.observe_predators([0])[0]
         return observation
+
+    def _begin(self, flock_observations: Observations) -> None:
+        """Keep the flock's first observations and clear the memory of its policy."""
+        self._flock_observations = flock_observations
+        reset_policy(self.flock_policy, np.ones(len(flock_observations), bool))

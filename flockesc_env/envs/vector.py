@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_flag, as_mapping, as_seed
 from flockesc_env.common.errors import ArgumentError, ResetNeededError, shown
 from flockesc_env.envs import _autoreset
-from flockesc_env.envs._base import FlockArguments, ManyFlocks
+from flockesc_env.envs._base import FlockArguments, ManyFlocks, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import MAX_FLOCKS, Columns, FlockBatch, Observations
 from flockesc_env.episodes.scenarios import Scenarios, as_scenarios
 from flockesc_env.render import render
@@ -54,6 +54,7 @@ class _BatchVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[
         self._is_started = False
         self.metadata["autoreset_mode"] = self.autoreset_mode
 
+    @needs_reset_if_interrupted
     def reset(
         self,
         *,
@@ -81,8 +82,8 @@ class _BatchVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[
         is_partial = len(flocks) < self._batch.num_flocks
         if is_partial and not self._is_started:
             raise ResetNeededError("first reset() called with a reset_mask that leaves slots out")
+        observations, columns = self._batch.reset(flocks, [seeds[flock] for flock in flocks], [start])
         super().reset(seed=seeds[0])
-        observations, columns = self._batch.reset(flocks, [seeds[flock] for flock in flocks], start)
         self._is_started = True
         self._show()
         if is_partial:
@@ -92,6 +93,7 @@ class _BatchVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[
             observations = self._out[0]
         return observations, self._infos(self._started(columns), mask)
 
+    @needs_reset_if_interrupted
     def step(self, actions: Any) -> VectorStep:
         """Set the interaction range of every slot and run ``steps_per_action`` model steps.
 
@@ -115,6 +117,7 @@ class _BatchVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[
         self._show()
         return step.observations, step.rewards, step.terminations, step.truncations, infos
 
+    @needs_reset_if_interrupted
     def set_state(self, state: bytes, flocks: Any = None) -> Observations:
         observations = super().set_state(state, flocks)
         self._is_started = True
@@ -133,6 +136,10 @@ class _BatchVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[
         """Close the window if one is open."""
         if self._viewer is not None:
             self._viewer.close()
+
+    def _drop_episodes(self) -> None:
+        super()._drop_episodes()
+        self._is_started = False
 
     def _add_final(self, columns: Columns, ending: _autoreset.Ending, infos: dict[str, Any]) -> None:
         """Add ``final_obs`` and ``final_info`` of ended episodes; the other infos describe the new ones."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -146,20 +146,26 @@ class FlockBatch:
         return as_start(options, self._distinct[self._scenario_of_slot[slot]])
 
     def reset(
-        self, slots: Sequence[int], seeds: Sequence[int | None] | None = None, start: Start = NO_START
+        self,
+        slots: Sequence[int],
+        seeds: Sequence[int | None] | None = None,
+        starts: Sequence[Start] = (NO_START,),
     ) -> tuple[Observations, Columns]:
-        """Start episodes in some slots, with the initial states from ``start`` or else from the seeds.
+        """Start episodes in some slots, with the initial states from ``starts`` or else from the seeds.
 
         Args:
             slots: indices of the slots.
             seeds: one seed per slot, which begins a seed schedule (``episode_seed``) at episode 0, or at
                 ``start["episode"]``. ``None``: the slot continues its own schedule.
-            start: the result of the method ``start``.
+            starts: results of the method ``start``: one per slot, or a single one for all.
 
         Returns:
             Observations, shape (len(slots) * rows, entries), and columns of ``info``, of ``slots`` only.
+
+        Raises:
+            ArgumentError: if a start does not fit its slot's scenario. No slot changes.
         """
-        began = self._core.reset(slots, seeds or [None] * len(slots), **start)
+        began = self._core.reset(slots, seeds or [None] * len(slots), starts)
         self._note_begun(slots)
         return began
 
@@ -189,16 +195,11 @@ class FlockBatch:
                 outside the action space.
             ResetNeededError: if a slot was never reset, or if its episode has ended and ``at_end`` is
                 ``"refuse"``.
-            KeyboardInterrupt: on Ctrl-C during a step of many agents. (1) If the step finishes within 0.1 s,
-                it completes; (2) if the action spans 100 model steps or more, it is rolled back;
-                (3) otherwise the environment must be reset.
         """
-        if predator_actions is None:
-            predator_actions = self._predator_actions()
         restarted: list[int] = []
         if self._predator_policy is not None and at_end == "restart":
             restarted = [slot for slot in range(self.num_flocks) if self._core.has_ended(slot)]
-        step = self._core.step(actions, label, at_end, out, predator_actions)
+        step = self._core.step(actions, label, at_end, out, self._hunt(predator_actions))
         self._note_begun(restarted)
         return step
 
@@ -206,9 +207,7 @@ class FlockBatch:
         self, actions: Any, *, label: Label | None = None, predator_actions: FloatArray | None = None
     ) -> FlockStep:
         """Step a batch of one flock as ``step`` does, in less time."""
-        if predator_actions is None:
-            predator_actions = self._predator_actions()
-        return self._core.step_flock(actions, label, predator_actions)
+        return self._core.step_flock(actions, label, self._hunt(predator_actions))
 
     def step_one(self, action: Any) -> tuple[Observations, float, bool, dict[str, Any]]:
         """Step a batch that has a single row; faster than ``step``.
@@ -223,7 +222,7 @@ class FlockBatch:
             ActionError: if the action is outside the action space.
             ResetNeededError: if the slot was never reset, or its episode has ended.
         """
-        return self._core.step_one(action, self._predator_actions())
+        return self._core.step_one(action, self._hunt(None))
 
     def rollout(
         self,
@@ -333,6 +332,10 @@ class FlockBatch:
         self._note_begun(chosen)  # a snapshot does not contain the memory of a predator policy
         return chosen
 
+    def drop_episodes(self) -> None:
+        """Drop the episodes of all slots, which must then be reset; the seed schedules continue."""
+        self._core.drop_episodes()
+
     def _slots(self, slots: Any) -> list[int]:
         if slots is None:
             return list(range(self.num_flocks))
@@ -350,15 +353,21 @@ class FlockBatch:
         if self._predator_policy is not None:
             self._begun += slots
 
-    def _predator_actions(self) -> FloatArray | None:
-        if self._predator_policy is None:
-            return None
+    def _hunt(self, given: FloatArray | None) -> FloatArray | Callable[[], FloatArray] | None:
+        """Return the predators' actions or, with a policy, a function that the core calls for them.
+
+        The core calls it after its checks, so that a refused step does not change the policy's memory.
+        """
+        return self._predator_actions if given is None and self._predator_policy is not None else given
+
+    def _predator_actions(self) -> FloatArray:
         observations = self._core.observe_predators(range(self.num_flocks))
         if self._begun:
             begins = np.isin(np.arange(self.num_flocks), self._begun)
             reset_policy(self._predator_policy, np.repeat(begins, self.predator_policy_spec.count))
             self._begun = []
-        actions = self._predator_policy.act(observations, self.predator_policy_spec)
+        policy = cast("PredatorPolicy", self._predator_policy)
+        actions = policy.act(observations, self.predator_policy_spec)
         return self.predator_policy_spec.plain(actions, len(observations), "actions of the predator policy")
 
 

@@ -14,9 +14,9 @@ RESET_OPTIONS: Final = (*_ARRAYS, "episode")
 """Keys of the ``options`` of a reset: arrays of the initial state, and the index of the episode."""
 
 Start = Mapping[str, Any]
-"""Validated options of a reset. The seed and the scenario determine missing ones."""
+"""Validated options of a reset, with all keys. The seed and the scenario determine those that are None."""
 
-NO_START: Final[Start] = MappingProxyType({})
+NO_START: Final[Start] = MappingProxyType(dict.fromkeys(RESET_OPTIONS))
 
 
 def as_start(options: Mapping[str, Any] | None, scenario: FlockScenario) -> Start:
@@ -36,7 +36,7 @@ def as_start(options: Mapping[str, Any] | None, scenario: FlockScenario) -> Star
     agents = (scenario.num_agents, scenario.dimension)
     predators = (len(scenario.predators), scenario.dimension)
     shapes = dict(zip(_ARRAYS, (agents, agents, predators, predators), strict=True))
-    start: dict[str, Any] = {}
+    start = dict(NO_START)
     for name, value in as_options(options, RESET_OPTIONS).items():
         if value is not None:
             shape = shapes.get(name)

@@ -21,7 +21,8 @@ class Policy(Protocol):
 
     Only ``act`` is required. A policy that keeps a memory between actions also has a method ``reset(rows)``,
     see ``RowMemory``; rollouts, ``bind`` and ``FlockPursuitEnv`` call it before the first action of every
-    episode. A policy that chooses one range per agent has an attribute ``per_agent = True``.
+    episode, ``FlockPursuitEnv`` also after ``set_state``. A policy that chooses one range per agent has an
+    attribute ``per_agent = True``.
     """
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
@@ -40,10 +41,13 @@ class Policy(Protocol):
 class RowMemory:
     """Base class of policies with a memory per observation row.
 
-    An object can be used in one environment at a time.
+    ``act`` reads the memory at its start (``_begin``, ``_recall``) and replaces it at its end
+    (``_remember``), so that an exception on the way leaves it unchanged. An object can be used in one
+    environment at a time.
     """
 
     _begins: NDArray[np.bool] | None = None
+    _memory: tuple[Any, ...] = ()
 
     def reset(self, rows: NDArray[np.bool]) -> None:
         """Clear the memory of the rows in which an episode begins with the next action.
@@ -62,7 +66,7 @@ class RowMemory:
         else:
             raise ArgumentError("rows", f"{len(before)} rows as before", len(rows))
 
-    def _take_begins(self, count: int) -> NDArray[np.bool]:
+    def _begin(self, count: int) -> NDArray[np.bool]:
         """Return whether an episode begins in each of ``count`` rows; if ``reset`` was never called, in all.
 
         Raises:
@@ -71,8 +75,20 @@ class RowMemory:
         begins = np.ones(count, bool) if self._begins is None else self._begins
         if len(begins) != count:
             raise ArgumentError("observations", f"{len(begins)} rows as before", count)
-        self._begins = np.zeros(count, bool)
         return begins
+
+    def _recall(self, begins: NDArray[np.bool], *blank: Any) -> list[NDArray[Any]]:
+        """Return a copy of the memory: one array per entry of ``blank``, which rows in ``begins`` have."""
+        if begins.all():
+            return [np.repeat([entry], len(begins), axis=0) for entry in blank]
+        memory = [array.copy() for array in self._memory]
+        for array, entry in zip(memory, blank, strict=True):
+            array[begins] = entry
+        return memory
+
+    def _remember(self, count: int, *memory: Any) -> None:
+        """Replace the memory of ``count`` rows, whose episodes have begun."""
+        self._memory, self._begins = memory, np.zeros(count, bool)
 
 
 def is_per_agent(policy: Any) -> bool:
@@ -84,8 +100,10 @@ def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
     """Return a function ``act(obs)`` that returns the policy's action for ``env.step``.
 
     Observations can be those of the Gymnasium environments, the vector environments (Gymnasium and SB3,
-    stacked) and the PettingZoo parallel environment (a dict per agent). The policy's memory of a row is reset
-    when the ``time`` of its observation is 0.
+    stacked) and the PettingZoo parallel environment (a dict per agent). The memory of a flock's rows is reset
+    when the ``time`` of all their observations is 0. In the parallel environment the policy gets a row per
+    agent of the flock, zeros for caught agents. Only the agents in ``env.agents`` get an action. Predators
+    that are agents fly straight on.
 
     Args:
         policy: the policy.
@@ -104,17 +122,30 @@ def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
     except (AttributeError, TypeError):
         raise ArgumentError("env", "an environment of this package", shown(env)) from None
     time = spec.layout.index("time")
+    rows_per_flock = spec.num_agents if is_per_agent(spec) else 1
 
     def act_on_rows(observations: Observations) -> NDArray[Any]:
-        begins = observations[:, time] == 0
-        if begins.any():
-            reset_policy(policy, begins)
+        if len(observations) % rows_per_flock:
+            raise ArgumentError("observations", f"{rows_per_flock} rows per flock", len(observations))
+        has_begun = (observations[:, time] == 0).reshape(-1, rows_per_flock).all(axis=1)
+        if has_begun.any():
+            reset_policy(policy, np.repeat(has_begun, rows_per_flock))
         return policy.act(observations, spec)
+
+    def act_on_agents(observations: dict[str, Observations]) -> dict[str, Any]:
+        for agent in inner.agents:
+            if agent not in observations:
+                raise ArgumentError("observations", f"one of {agent!r}", "none")
+        flock = inner.possible_agents[: spec.num_agents]
+        caught = np.zeros(len(spec.layout.names), np.float32)
+        actions = act_on_rows(np.stack([observations.get(agent, caught) for agent in flock]))
+        straight_on = np.zeros(inner.predator_policy_spec.dimension, np.float32)
+        named = dict(zip(flock, actions, strict=True))
+        return {agent: named.get(agent, straight_on) for agent in inner.agents}
 
     def act(observation: Any) -> Any:
         if isinstance(observation, dict):
-            actions = act_on_rows(np.stack(list(observation.values())))
-            return dict(zip(observation, actions, strict=True))
+            return act_on_agents(observation)
         if observation.ndim == 1:
             return act_on_rows(observation[np.newaxis])[0]
         return act_on_rows(observation)

@@ -67,7 +67,6 @@ class StubbornWitnesses(RowMemory):
             "agreement": agreement,
         }
         self.parameters = _not_negative(given)
-        self._has_stopped = self._has_heard = self._is_later = np.zeros(0, bool)
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return the action of every agent; see ``Policy.act``.
@@ -76,23 +75,19 @@ class StubbornWitnesses(RowMemory):
             ArgumentError: if ``spec.per_agent`` is False, or the number of rows changes during an episode.
         """
         check_rows_are_agents(spec)
-        begins = self._take_begins(len(observations))
-        if begins.all():
-            self._has_stopped = self._has_heard = self._is_later = np.zeros(len(observations), bool)
+        begins = self._begin(len(observations))
+        has_stopped, heard, is_later = self._recall(begins, False, False, False)
         patience, first, later, growth, min_neighbors, crowding, agreement = self.parameters
         time = observations[:, spec.layout.index("time")].astype(np.float64)
         is_seen = observations[:, spec.layout.index("predator_sensed")] > 0
         count = _neighbor_count(observations, "neighbor_count", spec)
-        is_alone = self._is_later & (count < min_neighbors)
-        self._has_stopped = ((self._has_stopped | is_alone) & ~begins) | is_seen
-        heard = self._has_heard & ~begins
+        has_stopped |= is_seen | (is_later & (count < min_neighbors))
         waits = time < patience
         later = later + growth * (time - patience)
         later += crowding * np.log1p(count) - agreement * _heard_cosine(observations, spec)
         later = np.clip(later, 0.0, spec.actions.max_range)
-        ranges = np.where(waits | self._has_stopped, 0.0, np.where(heard, later, first))
-        self._has_heard = heard | ~waits
-        self._is_later = heard
+        ranges = np.where(waits | has_stopped, 0.0, np.where(heard, later, first))
+        self._remember(len(begins), has_stopped, heard | ~waits, heard)
         return spec.actions.from_ranges(ranges)
 
 
@@ -120,7 +115,6 @@ class ListenWhileThreatened(RowMemory):
     ) -> None:
         given = {"unaware_range": unaware_range, "aware_range": aware_range, "safe_distance": safe_distance}
         self.parameters = _not_negative(given)
-        self._has_seen = np.zeros(0, bool)
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return the action of every agent; see ``Policy.act``.
@@ -130,17 +124,16 @@ class ListenWhileThreatened(RowMemory):
                 number of rows changes during an episode.
         """
         check_rows_are_agents(spec)
-        begins = self._take_begins(len(observations))
-        if begins.all():
-            self._has_seen = np.zeros(len(observations), bool)
+        begins = self._begin(len(observations))
+        (has_seen,) = self._recall(begins, False)
         own = observations[:, spec.layout.index("closest_approach")]
         heard = observations[:, spec.layout.index("heard_closest_approach")]
-        is_seen = observations[:, spec.layout.index("predator_sensed")] > 0
-        self._has_seen = (self._has_seen & ~begins) | is_seen
+        has_seen |= observations[:, spec.layout.index("predator_sensed")] > 0
         unaware_range, aware_range, safe_distance = self.parameters
         is_threatened = own < safe_distance / (safe_distance + spec.length_scale)
         aware = np.where(is_threatened & (heard > own), aware_range, 0.0)
-        return spec.actions.from_ranges(np.where(self._has_seen, aware, unaware_range))
+        self._remember(len(begins), has_seen)
+        return spec.actions.from_ranges(np.where(has_seen, aware, unaware_range))
 
 
 class WinStayLoseShift(RowMemory):
@@ -184,8 +177,6 @@ class WinStayLoseShift(RowMemory):
         given = {"short_range": short_range, "long_range": long_range, "threshold": threshold, "pause": pause}
         self.parameters = _not_negative(given)
         self.criterion = as_choice(criterion, "criterion", get_args(Criterion))
-        self._listens = self._is_long = np.zeros(0, bool)
-        self._pause = np.zeros(0)
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return the action of every agent; see ``Policy.act``.
@@ -195,10 +186,8 @@ class WinStayLoseShift(RowMemory):
                 or the number of rows changes during an episode.
         """
         check_rows_are_agents(spec)
-        begins = self._take_begins(len(observations))
-        if begins.all():
-            self._listens = self._is_long = np.zeros(len(observations), bool)
-            self._pause = np.zeros(len(observations))
+        begins = self._begin(len(observations))
+        listened, is_long, paused = self._recall(begins, False, False, 1.0)
         short_range, long_range, threshold, pause = self.parameters
         if self.criterion == "closest_approach":
             own = observations[:, spec.layout.index("closest_approach")]
@@ -207,14 +196,14 @@ class WinStayLoseShift(RowMemory):
         else:
             own = observations[:, spec.layout.index("escape_direction_ahead")]
             is_better = observations[:, spec.layout.index("heard_escape_gain")] > 0
-        listened = self._listens & ~begins
         wins = listened & is_better
         loses = listened & ~wins
-        self._is_long = (self._is_long & ~begins) ^ loses
-        self._pause = np.where(begins, 0, np.where(loses, pause, self._pause - 1))
-        self._listens = wins | ((own < threshold) & (self._pause <= 0))
-        ranges = np.where(self._is_long, long_range, short_range)
-        return spec.actions.from_ranges(np.where(self._listens, ranges, 0.0))
+        is_long ^= loses
+        paused = np.where(loses, pause, paused - 1)
+        listens = wins | ((own < threshold) & (paused <= 0))
+        self._remember(len(begins), listens, is_long, paused)
+        ranges = np.where(is_long, long_range, short_range)
+        return spec.actions.from_ranges(np.where(listens, ranges, 0.0))
 
 
 class SpreadOut(RowMemory):
@@ -243,8 +232,6 @@ class SpreadOut(RowMemory):
     def __init__(self, spread_time: float = 0.12, gain: float = 0.3, interaction_range: float = 35.0) -> None:
         given = {"spread_time": spread_time, "gain": gain, "interaction_range": interaction_range}
         self.parameters = _not_negative(given)
-        self._has_seen = np.zeros(0, bool)
-        self._turned_at = self._count_then = np.zeros(0)
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return the action of every agent; see ``Policy.act``.
@@ -257,30 +244,26 @@ class SpreadOut(RowMemory):
         ranges = np.array(spec.profile_ranges)
         if ranges.size < 2:
             raise ArgumentError("profile_ranges", "at least two candidate ranges", ranges.size)
-        begins = self._take_begins(len(observations))
-        if begins.all():
-            self._has_seen = np.zeros(len(observations), bool)
-            self._turned_at = self._count_then = np.zeros(len(observations))
+        begins = self._begin(len(observations))
+        has_seen, turned_at, count_then = self._recall(begins, False, 0.0, 0.0)
         spread_time, gain, interaction_range = self.parameters
         time = observations[:, spec.layout.index("time")].astype(np.float64)
         count = np.log1p(_neighbor_count(observations, f"profile_{ranges.size - 2}_neighbor_count", spec))
-        is_seen = observations[:, spec.layout.index("predator_sensed")] > 0
-        self._has_seen = (self._has_seen & ~begins) | is_seen
-        self._turned_at = np.where(begins, time, self._turned_at)
-        self._count_then = np.where(begins, count, self._count_then)
+        has_seen |= observations[:, spec.layout.index("predator_sensed")] > 0
+        turned_at, count_then = np.where(begins, (time, count), (turned_at, count_then))
 
         velocities = heard_velocities(observations, spec)
-        elapsed = time - self._turned_at
-        fall = np.divide(self._count_then - count, elapsed, out=np.zeros_like(count), where=elapsed > 0)
+        elapsed = time - turned_at
+        fall = np.divide(count_then - count, elapsed, out=np.zeros_like(count), where=elapsed > 0)
         outward = velocities[:, -2] - velocities[:, -1]
         outward[:, 0] += gain * fall
         headings = velocities / np.maximum(np.linalg.norm(velocities, axis=2, keepdims=True), 1e-9)
         chosen = np.einsum("rka,ra->rk", headings, outward).argmax(axis=1)
         chosen[begins] = 0
         turns = ranges[chosen] > 0
-        self._turned_at = np.where(turns, time, self._turned_at)
-        self._count_then = np.where(turns, count, self._count_then)
-        later = np.where(self._has_seen, 0.0, interaction_range)
+        turned_at, count_then = np.where(turns, (time, count), (turned_at, count_then))
+        self._remember(len(begins), has_seen, turned_at, count_then)
+        later = np.where(has_seen, 0.0, interaction_range)
         return spec.actions.from_ranges(np.where(time < spread_time, ranges[chosen], later))
 
 

@@ -110,7 +110,6 @@ class NetworkPolicy(RowMemory):
         self.architecture = architecture
         self.parameters: Parameters = as_floats(narrow, "parameters").astype(np.float32)
         self._layers = list(_layers(architecture, self.parameters))
-        self._memory: FloatArray = np.zeros((0, architecture.memory))
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return one action per observation row; see ``Policy.act``.
@@ -126,11 +125,13 @@ class NetworkPolicy(RowMemory):
         if spec.actions.mode != "normalized":
             raise ArgumentError("action_mode", "'normalized'", repr(spec.actions.mode))
         if self.architecture.memory:
-            values = np.concatenate([values, self._recall(len(observations))], axis=1)
+            (memory,) = self._recall(self._begin(len(values)), np.zeros(self.architecture.memory))
+            values = np.concatenate([values, memory], axis=1)
         values = self._forward(values)
-        self._memory = np.tanh(values[:, 1:])
         action = values[:, :1]
         bounded = np.tanh(action) if self.architecture.squash == "tanh" else action.clip(-1, 1)
+        if self.architecture.memory:
+            self._remember(len(values), np.tanh(values[:, 1:]))
         return bounded.astype(np.float32)
 
     def _read(self, names: Sequence[str], observations: Observations, spec: PolicySpec) -> FloatArray:
@@ -165,12 +166,6 @@ class NetworkPolicy(RowMemory):
         weights, biases = self._layers[-1]
         outputs: FloatArray = values @ weights + biases
         return outputs
-
-    def _recall(self, count: int) -> FloatArray:
-        begins = self._take_begins(count)
-        if begins.all():
-            return np.zeros((count, self.architecture.memory))
-        return np.where(begins[:, None], 0, self._memory)
 
 
 def mirrored(observations: Observations, layout: ObservationLayout) -> Observations:

@@ -40,7 +40,6 @@ class SB3Policy(RowMemory):
             raise ArgumentError("model", "a model (an object with a method predict)", shown(model))
         self.model = model
         self.deterministic = as_flag(deterministic, "deterministic")
-        self._state: Any = None
         self._checked_spec: Any = None
 
     def act(self, observations: Observations, spec: PolicySpec | PredatorPolicySpec) -> NDArray[Any]:
@@ -53,13 +52,13 @@ class SB3Policy(RowMemory):
         if spec is not self._checked_spec:
             self._check_spaces(spec)
             self._checked_spec = spec
-        begins = self._take_begins(len(observations))
-        if begins.all():
-            self._state = None
+        begins = self._begin(len(observations))
+        state = None if begins.all() else self._memory[0]  # the model resets the state of rows that begin
         actions: NDArray[Any]
-        actions, self._state = self.model.predict(
-            observations, state=self._state, episode_start=begins, deterministic=self.deterministic
+        actions, state = self.model.predict(
+            observations, state=state, episode_start=begins, deterministic=self.deterministic
         )
+        self._remember(len(observations), state)
         return actions
 
     def network(self) -> NetworkPolicy:

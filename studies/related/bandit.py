@@ -46,25 +46,22 @@ class RangeBandit(RowMemory):
         self.exploration = exploration
         self.window = window
         self.entry = entry
-        self._arms: Arms = np.zeros((0, 0), np.int64)
-        self._rewards: FloatArray = np.zeros((0, 0))
-        self._before: FloatArray = np.zeros(0)
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return the action of the pulled arm for every row; see ``Policy.act``."""
         values = observations[:, spec.layout.index(self.entry)].astype(np.float64)
-        begins = self._take_begins(len(values))
-        if begins.all():
-            self._arms, self._rewards = np.zeros((len(values), 0), np.int64), np.zeros((len(values), 0))
-        else:
-            self._arms[begins] = -1  # no arm
-            self._rewards[:, -1] = values - self._before
-        scores = ucb_scores(self._arms, self._rewards, len(self.ranges), self.exploration)
+        begins = self._begin(len(values))
+        arms: Arms = np.zeros((len(values), 0), np.int64)
+        rewards: FloatArray = np.zeros((len(values), 0))
+        if not begins.all():
+            arms, rewards, before = self._recall(begins, -1, 0.0, 0.0)  # -1: no arm
+            rewards[:, -1] = values - before
+        scores = ucb_scores(arms, rewards, len(self.ranges), self.exploration)
         pulled = scores.argmax(axis=1)
         kept = slice(-self.window if self.window else None, None)
-        self._arms = np.column_stack([self._arms, pulled])[:, kept]
-        self._rewards = np.column_stack([self._rewards, np.zeros(len(values))])[:, kept]
-        self._before = values
+        arms = np.column_stack([arms, pulled])[:, kept]
+        rewards = np.column_stack([rewards, np.zeros(len(values))])[:, kept]
+        self._remember(len(values), arms, rewards, values)
         return spec.actions.from_ranges(self.ranges[pulled])
 
 

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from envs import REMEMBERING, Weave, draw, has_ended, play
+from envs import start as start_any
 from gymnasium.error import ResetNeeded
 from option_table import small_flock
 from stable_baselines3.common.vec_env import VecEnv
@@ -253,3 +255,30 @@ def test_aec_names_the_agent() -> None:
     with pytest.raises(ActionError) as caught:
         environment.step(good)  # the last agent's action moves the flock
     assert caught.value.field == "action of 'agent_2'"
+
+
+@pytest.mark.parametrize("interface", REMEMBERING)
+def test_a_refused_step_leaves_the_memory_of_policies(interface: str) -> None:
+    """A policy with a memory is asked after the checks of the action and of the episode."""
+    weave = Weave()
+    environment, twin = (REMEMBERING[interface](policy) for policy in (weave, Weave()))
+    for each in (environment, twin):
+        start_any(each, 3)
+        play(each, np.random.default_rng(0), 3)
+    calls = weave.calls
+    bad = draw(environment, np.random.default_rng(1))
+    if isinstance(bad, dict):
+        bad["agent_4"] = np.full(1, np.nan)
+    else:
+        bad[-1] = np.nan
+    with pytest.raises(ActionError):
+        environment.step(bad)
+    assert weave.calls == calls
+    np.testing.assert_equal(*(play(each, np.random.default_rng(2), 12) for each in (environment, twin)))
+    if interface in {"gymnasium", "pursuit", "parallel"}:
+        while not has_ended(environment, environment.step(draw(environment, np.random.default_rng(3)))):
+            pass
+        calls = weave.calls
+        with pytest.raises(ResetNeeded):
+            environment.step(np.zeros(2 if interface == "pursuit" else 1, np.float32))
+        assert weave.calls == calls

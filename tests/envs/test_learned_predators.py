@@ -142,7 +142,7 @@ def test_turning_shifting_and_renumbering_change_nothing(dimension: int, is_rest
 
     def seen(given: dict[str, Any]) -> list[np.ndarray]:
         batch = FlockBatch(hunted(dimension), EnvOptions(action_mode="range"))
-        batch.reset([0], [0], batch.start(given))
+        batch.reset([0], [0], [batch.start(given)])
         rows = [batch.observe_predators([0])]
         for action in actions:
             batch.step(np.array([[8.0]]), predator_actions=action)

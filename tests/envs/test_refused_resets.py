@@ -28,6 +28,7 @@ EPISODES = [("episode", number, "options['episode']") for number in (-1, 2**64, 
 FLOCK_OPTIONS = [
     ("initial_positions", np.zeros((4, 2)), "initial_positions"),
     ("initial_positions", SPOILT, "initial_positions[3, 1]"),
+    ("initial_positions", np.full((5, 2), 1e30), "initial_positions[0, 0]"),
     ("initial_velocities", np.zeros((5, 3)), "initial_velocities"),
     ("initial_velocities", SPOILT.astype(str), "initial_velocities"),
     ("predator_positions", np.zeros(2), "predator_positions"),

@@ -12,7 +12,7 @@ import cloudpickle
 import numpy as np
 import pytest
 import resumed
-from envs import ADAPTERS, play, start
+from envs import ADAPTERS, REMEMBERING, Weave, play, start
 from option_table import small_flock
 
 from flockesc_env import (
@@ -88,6 +88,21 @@ def test_every_preset(name: str) -> None:
     expected = play(env, np.random.default_rng(1), 15)
     for way, other in ways.items():
         np.testing.assert_equal(play(other, np.random.default_rng(1), 15), expected, err_msg=way)
+
+
+@pytest.mark.parametrize("interface", REMEMBERING)
+def test_two_restores_of_one_snapshot_are_equal(interface: str) -> None:
+    """Restoring clears the memory of policies, which a snapshot does not contain."""
+    env, other = REMEMBERING[interface](Weave()), REMEMBERING[interface](Weave())
+    start(env, 3)
+    play(env, np.random.default_rng(0), 4)
+    state = env.get_state()
+    continued = []
+    for each in (env, env, other):
+        each.set_state(state)
+        continued.append(play(each, np.random.default_rng(1), STEPS))
+    np.testing.assert_equal(continued[0], continued[1])
+    np.testing.assert_equal(continued[0], continued[2])
 
 
 @interfaces

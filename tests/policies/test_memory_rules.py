@@ -115,11 +115,13 @@ def test_spread_out_follows_its_definition() -> None:
 def test_a_memory_refuses_rows_added_within_an_episode() -> None:
     env = parallel_env(small_flock(num_agents=4))
     observations, _ = env.reset(seed=0)
-    act = bind(StubbornWitnesses(), env)
-    observations, *_ = env.step(act(observations))
-    del observations["agent_3"]
+    policy, rows = StubbornWitnesses(), np.stack(list(observations.values()))
+    policy.act(rows, env.policy_spec)
     with pytest.raises(ArgumentError, match="observations: expected 4 rows as before, got 3"):
-        act(observations)
+        policy.act(rows[:3], env.policy_spec)
+    del observations["agent_3"]
+    with pytest.raises(ArgumentError, match="observations: expected one of 'agent_3', got none"):
+        bind(policy, env)(observations)
 
 
 def test_listen_while_threatened() -> None:

@@ -214,10 +214,10 @@ def test_stubborn_leaders_need_a_row_per_agent() -> None:
 def test_own_schedule_needs_all_agents_at_once() -> None:
     env = parallel_env(SCENARIO)
     observations, _ = env.reset(seed=0)
-    act = bind(ScheduledRange(OWN_SCHEDULE), env)
-    assert set(act(observations)) == set(env.agents)
+    policy = ScheduledRange(OWN_SCHEDULE)
+    assert set(bind(policy, env)(observations)) == set(env.agents)
     with pytest.raises(ArgumentError) as caught:
-        act({"agent_0": observations["agent_0"]})
+        policy.act(observations["agent_0"][np.newaxis], env.policy_spec)
     assert caught.value.field == "schedule"
 
 

@@ -114,75 +114,50 @@ def test_a_handler_that_does_not_raise_lets_the_sweep_finish() -> None:
     assert finish(process) == "(1, 400) True\n"
 
 
-# Environments in which one step would take hours; `what` returns their whole state.
+# Environments in which one step would take hours.
 STEPS = {
     "gymnasium": """
         env = FlockEscapeEnv(flock, steps_per_action=10**9, action_mode="range")
-        env.reset(seed=0)
         act = lambda: env.step(np.array([1.0], np.float32))
     """,
     "vector": """
         env = FlockVectorEnv(3, flock, copy=False, steps_per_action=10**9, action_mode="range", num_threads=2)
-        observations, _ = env.reset(seed=0)
         act = lambda: env.step(np.ones((3, 1), np.float32))
-        what = lambda: [env.get_state(), observations.copy()]
     """,
     "parallel": """
         env = parallel_env(flock, steps_per_action=10**9, action_mode="range", reward="difference")
-        env.reset(seed=0)
-        act = lambda: env.step({agent: np.ones(1, np.float32) for agent in env.agents})
+        act = lambda: env.step(dict.fromkeys(env.possible_agents, np.ones(1, np.float32)))
     """,
     "line": """
         env = LineEscapeEnv(line, steps_per_action=10**9, action_mode="range", max_range=10.0)
-        env.reset(seed=0, options={"initial_state": cycle})
+        options = {"initial_state": cycle}
         act = lambda: env.step(np.array([10.0], np.float32))
     """,
 }
 
 
 @pytest.mark.parametrize("interface", STEPS)
-def test_ctrl_c_leaves_an_environment_as_it_was_before_the_step(interface: str) -> None:
+def test_ctrl_c_during_a_step_requires_a_reset(interface: str) -> None:
     process = start(f"""
         import numpy as np
+        from gymnasium.error import ResetNeeded
         from flockesc_env import FlockEscapeEnv, FlockVectorEnv, LineEscapeEnv, parallel_env
-        what = lambda: env.get_state()
+        options = None
         {STEPS[interface]}
-        before = what()
-        for _ in range(2):
+        for seed in range(2):
+            env.reset(seed=seed, options=options)
             threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
             try:
                 act()
             except KeyboardInterrupt:
                 print("interrupted", flush=True)
-            np.testing.assert_equal(what(), before)
-        env.reset(seed=1)
+            try:
+                act()
+            except ResetNeeded:
+                print("needs a reset", getattr(env, "agents", []), flush=True)
         check()
     """)
-    assert finish(process).splitlines() == ["interrupted", "interrupted", "works"]
-
-
-def test_ctrl_c_within_a_short_action_requires_a_reset() -> None:
-    """A copy of the flock for the rollback would be too slow, and a partial step must not count as one."""
-    process = start("""
-        import numpy as np
-        from gymnasium.error import ResetNeeded
-        from flockesc_env import FlockEscapeEnv, Voronoi
-        crowd = FlockScenario(num_agents=20_000, initial_side=800.0, neighbor_rule=Voronoi())
-        env = FlockEscapeEnv(crowd, steps_per_action=99, action_mode="range")
-        env.reset(seed=0)
-        threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT)).start()
-        try:
-            env.step(np.array([1.0], np.float32))
-        except KeyboardInterrupt:
-            print("interrupted", flush=True)
-        try:
-            env.step(np.array([1.0], np.float32))
-        except ResetNeeded:
-            print("needs a reset", flush=True)
-        env.reset(seed=0)
-        check()
-    """)
-    assert finish(process).splitlines() == ["interrupted", "needs a reset", "works"]
+    assert finish(process).splitlines() == ["interrupted", "needs a reset []"] * 2 + ["works"]
 
 
 def test_ctrl_c_stops_a_rollout() -> None:

@@ -19,6 +19,8 @@ from pettingzoo import AECEnv, ParallelEnv
 from stable_baselines3.common.vec_env import VecEnv
 
 import flockesc_env as fe
+import flockesc_env.policies
+from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 FLOCK = small_flock()
@@ -71,6 +73,45 @@ ADAPTERS = {
     "stable-baselines3": Adapter(lambda: FlockVecEnv(3, FLOCK, num_threads=2)),
     "stable-baselines3, a slot per agent": Adapter(lambda: AgentVecEnv(2, CAPTURE, num_threads=2)),
 }
+
+
+class Weave(fe.policies.RowMemory):
+    """A policy of a predator or a flock whose action depends on the number of actions since the start."""
+
+    per_agent = True
+
+    def __init__(self) -> None:
+        self.calls = 0
+
+    def act(self, observations: Any, spec: Any) -> Any:
+        self.calls += 1
+        begins = self._begin(len(observations))
+        (count,) = self._recall(begins, 0)
+        self._remember(len(begins), count + 1)
+        share = count % 5 / 5
+        if isinstance(spec, PolicySpec):
+            return spec.actions.from_ranges(20.0 * share)
+        return np.repeat(share[:, np.newaxis], spec.dimension, axis=1)
+
+
+HUNT, LONG_HUNT = (small_flock(num_steps=steps).with_learned_predators() for steps in (10, 1000))
+
+REMEMBERING: dict[str, Callable[[Weave], Any]] = {
+    "gymnasium": lambda weave: fe.FlockEscapeEnv(HUNT, predator_policy=weave),
+    "pursuit": lambda weave: fe.FlockPursuitEnv(HUNT, flock_policy=weave, per_agent=True),
+    "vector": lambda weave: fe.FlockVectorEnv(3, HUNT, predator_policy=weave),
+    "vector in the same step": lambda weave: fe.FlockVectorEnv(
+        3, HUNT, autoreset_mode="SameStep", predator_policy=weave
+    ),
+    "vector without autoreset": lambda weave: fe.FlockVectorEnv(
+        3, LONG_HUNT, autoreset_mode="Disabled", predator_policy=weave
+    ),
+    "a slot per agent": lambda weave: fe.AgentVectorEnv(10, HUNT, predator_policy=weave),
+    "parallel": lambda weave: fe.parallel_env(HUNT, predator_policy=weave),
+    "stable-baselines3": lambda weave: FlockVecEnv(3, HUNT, predator_policy=weave),
+    "stable-baselines3, a slot per agent": lambda weave: AgentVecEnv(2, HUNT, predator_policy=weave),
+}
+"""Environments whose predator or flock follows a policy with a memory."""
 
 
 def adapters(is_wanted: Callable[[Adapter], bool] = lambda _: True) -> pytest.MarkDecorator:

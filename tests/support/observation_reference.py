@@ -234,7 +234,7 @@ def assert_plays_as(flock: Reference, rng: np.random.Generator, *, per_agent: bo
     batch = FlockBatch(flock.scenario, flock.options, per_agent=per_agent)
     state = flock.state
     start = batch.start({"initial_positions": state.positions, "initial_velocities": state.velocities})
-    rows, _ = batch.reset([0], [0], start)
+    rows, _ = batch.reset([0], [0], [start])
     view = flock.agent_view if per_agent else flock.flock_view
     assert_observed(rows, batch.policy_spec.layout, view())
     for _ in range(STEPS):

@@ -7,13 +7,14 @@ from collections.abc import Iterable
 from dataclasses import fields
 from pathlib import Path
 from textwrap import dedent
-from typing import get_args
+from typing import Any, get_args
 
 import pytest
 
-from flockesc_env import PRESETS, EnvOptions, FlockScenario
+from flockesc_env import PRESETS, EnvOptions, FlockEscapeEnv, FlockScenario, ScenarioError, parallel_env
 from flockesc_env.episodes.options import IndividualReward, TeamReward
-from flockesc_env.policies import NAMES
+from flockesc_env.policies import NAMES, bind
+from flockesc_env.policies.registry import built_in
 from flockesc_env.scenario.predators import Predator
 
 ROOT = Path(__file__).parents[2]
@@ -48,6 +49,41 @@ def test_there_is_a_snippet_for_every_interface() -> None:
 def test_snippet_runs(snippet: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)  # where commands of the pages run, too
     exec(compile(snippet, "snippet", "exec"), {})  # noqa: S102, our own text
+
+
+@pytest.mark.parametrize("name", ["fixed:10", *NAMES[1:]])
+def test_the_loop_of_the_readme_plays_every_policy_in_every_preset(name: str) -> None:
+    """Agents are caught on the way; a policy for the flock plays the loop of Gymnasium."""
+    entry = built_in(name)
+    options: dict[str, Any] = {"max_range": 150.0, **entry.options}
+    were_caught = 0
+    for scenario in (preset.scenario for preset in PRESETS.values()):
+        if not isinstance(scenario, FlockScenario):
+            continue
+        count = scenario.num_agents
+        unlike = {
+            field: value[:8]
+            for field, value in vars(scenario).items()
+            if isinstance(value, tuple) and len(value) == count
+        }
+        flock = scenario.replace(num_agents=8, num_steps=9, capture_radius=70.0, **unlike)
+        try:
+            env: Any = parallel_env(flock, **options) if entry.per_agent else FlockEscapeEnv(flock, **options)
+        except ScenarioError:  # this preset has no profile
+            assert "profile_ranges" in options
+            continue
+        policy = bind(entry.policy, env)
+        observations, _ = env.reset(seed=7)
+        if not entry.per_agent:
+            has_ended = False
+            while not has_ended:
+                observations, _, terminated, truncated, _ = env.step(policy(observations))
+                has_ended = terminated or truncated
+            continue
+        while env.agents:
+            were_caught += len(env.agents) < len(env.possible_agents)
+            observations, *_ = env.step(policy(observations))
+    assert were_caught or not entry.per_agent
 
 
 def test_the_readme_is_short() -> None:

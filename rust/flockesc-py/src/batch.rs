@@ -1,24 +1,24 @@
 //! `FlockBatch`: Python class of a batch of flocks in two or three dimensions.
 
 mod inner;
+mod reset;
 mod step;
 
 use std::sync::Arc;
 
-use flockesc_core::{
-    Batch, EpisodeConfig, Error, FlockConfig, InitialState, flock_entries, predator_entries,
-};
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn};
+use flockesc_core::{Batch, EpisodeConfig, Error, FlockConfig, flock_entries, predator_entries};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
 
 use crate::actions::RangeMap;
-use crate::arrays::{column, flat, shaped};
+use crate::arrays::{column, shaped};
 use crate::errors::{CoreError, option_error, try_borrow, try_borrow_mut};
-use crate::info::{self, Measured, columns, metric_columns};
+use crate::info::{self, metric_columns};
 use crate::long_call::long_call;
 use crate::rollout::{networks, outcome_columns};
 use inner::{Inner, on_batch};
+use reset::{Began, Start};
 use step::{Out, Step, StepFlock, StepOne};
 
 #[pyclass(module = "flockesc_env._core")]
@@ -86,47 +86,15 @@ impl FlockBatch {
     }
 
     /// Starts new episodes in `slots`. A seed starts a new schedule, and `None` continues the
-    /// slot's schedule. `episode` is the number of the episode in the schedule, and `None` is the
-    /// next one.
-    #[pyo3(signature = (slots, seeds, *, initial_positions=None, initial_velocities=None, predator_positions=None, predator_velocities=None, episode=None))]
-    #[expect(clippy::too_many_arguments, reason = "options of a reset")]
+    /// slot's schedule. `starts` has one entry per slot, or one for all.
     fn reset<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
         slots: Vec<usize>,
         seeds: Vec<Option<u64>>,
-        initial_positions: Option<PyReadonlyArrayDyn<'py, f64>>,
-        initial_velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
-        predator_positions: Option<PyReadonlyArrayDyn<'py, f64>>,
-        predator_velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
-        episode: Option<u64>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>)> {
-        let this = &mut *try_borrow_mut(slf)?;
-        let start = InitialState {
-            seed: 0,
-            positions: flat(initial_positions)?,
-            velocities: flat(initial_velocities)?,
-            predator_positions: flat(predator_positions)?,
-            predator_velocities: flat(predator_velocities)?,
-        };
-        let resets: Vec<_> = slots.iter().copied().zip(seeds).collect();
-        let rows = slots.len() * this.rows;
-        let mut observations = vec![0.0; rows * this.row_length];
-        this.inner.restart(py, &resets, episode, start)?;
-        let (inner, count_components) = (&this.inner, this.count_components);
-        let measured = py
-            .detach(|| -> flockesc_core::Result<Vec<Measured>> {
-                on_batch!(inner, batch => {
-                    batch.observe(&slots, &mut observations)?;
-                    let started = slots.iter().map(|slot| batch.episode(*slot));
-                    started.map(|episode| Ok(Measured::of(episode?, count_components))).collect()
-                })
-            })
-            .map_err(CoreError::from)?;
-        Ok((
-            shaped(py, observations, [rows, this.row_length])?,
-            columns(py, &measured)?,
-        ))
+        starts: Vec<Start<'py>>,
+    ) -> PyResult<Began<'py>> {
+        reset::reset(slf, py, &slots, seeds, starts)
     }
 
     /// Steps all flocks with stacked actions. `label(index)` returns the name of an action for
@@ -135,7 +103,8 @@ impl FlockBatch {
     /// `at_end` determines what happens to a slot whose episode has ended: "refuse" raises an
     /// error, "restart" starts the next episode, and "stay" changes nothing. The slot's action is
     /// ignored, as are actions of caught agents. Observations and rewards are written to the arrays
-    /// `out`, if they are given.
+    /// `out`, if they are given. `predator_actions` is an array, or a function that returns it; the
+    /// function is called after all checks.
     #[pyo3(signature = (actions, label=None, at_end="refuse", out=None, predator_actions=None))]
     fn step<'py>(
         slf: &Bound<'py, Self>,
@@ -144,7 +113,7 @@ impl FlockBatch {
         label: Option<&Bound<'py, PyAny>>,
         at_end: &str,
         out: Option<Out<'py>>,
-        predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+        predator_actions: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Step<'py>> {
         step::step(slf, py, actions, label, at_end, out, predator_actions)
     }
@@ -156,7 +125,7 @@ impl FlockBatch {
         py: Python<'py>,
         actions: &Bound<'py, PyAny>,
         label: Option<&Bound<'py, PyAny>>,
-        predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+        predator_actions: Option<Bound<'py, PyAny>>,
     ) -> PyResult<StepFlock<'py>> {
         step::step_flock(slf, py, actions, label, predator_actions)
     }
@@ -167,7 +136,7 @@ impl FlockBatch {
         slf: &Bound<'py, Self>,
         py: Python<'py>,
         action: &Bound<'py, PyAny>,
-        predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+        predator_actions: Option<Bound<'py, PyAny>>,
     ) -> PyResult<StepOne<'py>> {
         step::step_one(slf, py, action, predator_actions)
     }
@@ -340,6 +309,13 @@ impl FlockBatch {
     ) -> Result<(), CoreError> {
         let inner = &mut try_borrow_mut(slf)?.inner;
         Ok(py.detach(|| on_batch!(inner, batch => batch.restore(&slots, state)))?)
+    }
+
+    /// Drops the episodes of all slots.
+    fn drop_episodes(slf: &Bound<'_, Self>) -> Result<(), CoreError> {
+        let inner = &mut try_borrow_mut(slf)?.inner;
+        *inner = inner.without_episodes();
+        Ok(())
     }
 
     #[expect(clippy::type_complexity, reason = "the protocol of pickle")]

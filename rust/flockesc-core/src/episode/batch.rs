@@ -10,7 +10,7 @@ mod tests;
 
 use std::sync::Arc;
 
-pub use reset::Reset;
+pub use reset::{Reset, SlotReset};
 pub use step::AtEnd;
 
 use super::options::EpisodeConfig;
@@ -111,15 +111,6 @@ impl<const D: usize> Batch<D> {
             slots: self.slots.iter().map(Slot::without_episode).collect(),
             ..*self
         }
-    }
-
-    /// Returns the largest number of model steps that an action can last.
-    #[must_use]
-    pub fn steps_per_action(&self) -> usize {
-        let num_steps = self.slots.iter().map(|slot| slot.scenario().num_steps);
-        self.config
-            .steps_per_action
-            .min(num_steps.max().unwrap_or(0))
     }
 
     /// Estimates the number of agents that a step visits, a measure of its run time.
@@ -259,9 +250,7 @@ impl<const D: usize> Batch<D> {
 }
 
 fn never_reset(slot: usize) -> Error {
-    Error::episode(format!(
-        "reset() was never called: flock {slot} has no episode"
-    ))
+    Error::episode(format!("flock {slot} has no episode; call reset()"))
 }
 
 fn check_length(field: &str, given: usize, expected: usize) -> Result<()> {

@@ -10,7 +10,7 @@ mod state;
 
 use std::sync::{Arc, OnceLock};
 
-pub use batch::{AtEnd, Batch, Reset};
+pub use batch::{AtEnd, Batch, Reset, SlotReset};
 pub use metrics::Metrics;
 pub use options::EpisodeConfig;
 pub use rollout::EpisodeOutcome;

@@ -1,15 +1,13 @@
 //! `Inner`: a batch in two or three dimensions, and its long-running calls.
 
-use std::time::Duration;
-
-use flockesc_core::bindings::AtEnd;
-use flockesc_core::{Batch, Episode, InitialState, Progress};
+use flockesc_core::bindings::{AtEnd, SlotReset};
+use flockesc_core::{Batch, Episode, Progress};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::errors::CoreError;
 use crate::info::Measured;
-use crate::long_call::{LONG, LongCall, long_call, maybe_detach};
+use crate::long_call::{LONG, long_call, maybe_detach};
 
 /// A batch in two or three dimensions.
 #[derive(Clone)]
@@ -17,13 +15,6 @@ pub(super) enum Inner {
     Plane(Batch<2>),
     Space(Batch<3>),
 }
-
-/// Smallest number of model steps per action for which the flocks are copied before a step. The
-/// copy costs about as much as one or two model steps.
-const MIN_STEPS_TO_COPY: usize = 100;
-
-/// Time that an interrupted step may take to finish, so that its episodes remain usable.
-const GRACE: Duration = Duration::from_millis(100);
 
 /// Evaluates the same expression on a batch in two or three dimensions.
 macro_rules! on_batch {
@@ -102,16 +93,10 @@ impl Inner {
     }
 
     /// Starts new episodes. If the call is interrupted, the old episodes continue.
-    pub(super) fn restart(
-        &mut self,
-        py: Python<'_>,
-        resets: &[(usize, Option<u64>)],
-        episode: Option<u64>,
-        start: InitialState,
-    ) -> PyResult<()> {
+    pub(super) fn restart(&mut self, py: Python<'_>, resets: Vec<SlotReset>) -> PyResult<()> {
         on_batch!(self, batch => {
-            let reset = batch.prepare_reset(resets, episode, start).map_err(CoreError::from)?;
             let visits = batch.work_of_reset(resets.len());
+            let reset = batch.prepare_reset(resets.into_iter()).map_err(CoreError::from)?;
             let reset = if visits >= LONG {
                 long_call(py, None, |progress| reset.build(progress))?
             } else {
@@ -123,11 +108,7 @@ impl Inner {
         Ok(())
     }
 
-    /// Steps all flocks.
-    ///
-    /// A long step can be interrupted. If an action has at least [`MIN_STEPS_TO_COPY`] model steps,
-    /// the interrupted step is rolled back. Otherwise it is completed if that takes less than
-    /// [`GRACE`], or else all slots must be reset.
+    /// Steps all flocks. After an interrupted step, all slots must be reset.
     pub(super) fn advance(
         &mut self,
         py: Python<'_>,
@@ -146,30 +127,19 @@ impl Inner {
                 });
                 return Ok(measured.map_err(CoreError::from)?);
             }
-            let is_copied = batch.steps_per_action() >= MIN_STEPS_TO_COPY;
-            let fallback = if is_copied { batch.clone() } else { batch.without_episodes() };
+            let fallback = batch.without_episodes();
             let mut taken = std::mem::replace(batch, fallback);
             let (ranges, predator_actions) = (ranges.to_vec(), predator_actions.to_vec());
             let (mut out, mut rows) = (std::mem::take(rewards), std::mem::take(observations));
-            let mut call = LongCall::start(move |progress| {
+            let (stepped, out, rows, measured) = long_call(py, None, move |progress| {
                 let action = (&ranges[..], &predator_actions[..]);
                 let measured =
                     taken.step_measured(action, at_end, &mut out, &mut rows, progress, measure);
-                (taken, out, rows, measured)
+                Ok((taken, out, rows, measured))
             })?;
-            match call.finish(py, None) {
-                Ok((stepped, out, rows, measured)) => {
-                    *batch = stepped;
-                    (*rewards, *observations) = (out, rows);
-                    Ok(measured.map_err(CoreError::from)?)
-                }
-                Err(raised) => {
-                    if !is_copied && let Ok(Some((stepped, ..))) = call.wait(py, GRACE) {
-                        *batch = stepped;
-                    }
-                    Err(raised)
-                }
-            }
+            *batch = stepped;
+            (*rewards, *observations) = (out, rows);
+            Ok(measured.map_err(CoreError::from)?)
         })
     }
 }

@@ -2,13 +2,14 @@
 
 use flockesc_core::Error;
 use flockesc_core::bindings::AtEnd;
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn};
+use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::FlockBatch;
-use crate::arrays::{flat, overwrite, shaped};
+use super::inner::{Inner, on_batch};
+use crate::arrays::{overwrite, shaped, vector};
 use crate::errors::{CoreError, try_borrow, try_borrow_mut};
 use crate::info::{Measured, columns, numbers};
 
@@ -52,7 +53,7 @@ pub(super) fn step<'py>(
     label: Option<&Bound<'py, PyAny>>,
     at_end: &str,
     out: Option<Out<'py>>,
-    predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+    predator_actions: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Step<'py>> {
     let at_end = parsed(at_end)?;
     let (observations, rewards, ranges, measured) =
@@ -73,7 +74,7 @@ pub(super) fn step_flock<'py>(
     py: Python<'py>,
     actions: &Bound<'py, PyAny>,
     label: Option<&Bound<'py, PyAny>>,
-    predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+    predator_actions: Option<Bound<'py, PyAny>>,
 ) -> PyResult<StepFlock<'py>> {
     let action = (actions, label);
     let (observations, rewards, ranges, measured) =
@@ -94,7 +95,7 @@ fn stepped<'py>(
     (actions, label): (&Bound<'py, PyAny>, Option<&Bound<'py, PyAny>>),
     at_end: AtEnd,
     out: Option<Out<'py>>,
-    predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+    predator_actions: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Stepped<'py>> {
     let (map, rows) = {
         let this = try_borrow(slf)?;
@@ -108,8 +109,8 @@ fn stepped<'py>(
         }
     }
     map.check(&ranges, actions, label)?;
+    let predator_actions = hunted(slf, predator_actions, at_end)?;
     let this = &mut *try_borrow_mut(slf)?;
-    let predator_actions = flat(predator_actions)?.unwrap_or_default();
     let (mut observations, mut rewards) = match out {
         Some(_) if !this.scratch.1.is_empty() => std::mem::take(&mut this.scratch),
         _ => (vec![0.0; rows * this.row_length], vec![0.0; rows]),
@@ -143,12 +144,12 @@ pub(super) fn step_one<'py>(
     slf: &Bound<'py, FlockBatch>,
     py: Python<'py>,
     action: &Bound<'py, PyAny>,
-    predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+    predator_actions: Option<Bound<'py, PyAny>>,
 ) -> PyResult<StepOne<'py>> {
     let map = try_borrow(slf)?.actions.clone();
     let range = map.to_range(action)?; // may call Python, so no borrow is held
+    let predator_actions = hunted(slf, predator_actions, AtEnd::Refuse)?;
     let this = &mut *try_borrow_mut(slf)?;
-    let predator_actions = flat(predator_actions)?.unwrap_or_default();
     let mut reward = vec![0.0];
     let mut observation = vec![0.0; this.row_length];
     let out_of_core = (&mut reward, &mut observation);
@@ -161,6 +162,24 @@ pub(super) fn step_one<'py>(
     info.set_item(intern!(py, "interaction_range"), range)?;
     let ended = this.inner.has_ended(0)?;
     Ok((observation.into_pyarray(py), reward[0], ended, info))
+}
+
+/// Returns the actions of the learned predators from an array, or from a function that returns it. The
+/// function may change the memory of a policy, so it is called after all other checks of a step.
+fn hunted(
+    slf: &Bound<'_, FlockBatch>,
+    given: Option<Bound<'_, PyAny>>,
+    at_end: AtEnd,
+) -> PyResult<Vec<f64>> {
+    let Some(given) = given else {
+        return Ok(Vec::new());
+    };
+    if !given.is_callable() {
+        return vector(&given.extract()?);
+    }
+    on_batch!(&try_borrow(slf)?.inner, batch => batch.check_episodes(at_end))
+        .map_err(CoreError::from)?;
+    vector(&given.call0()?.extract()?)
 }
 
 /// Returns the metrics of the first flock as numbers.

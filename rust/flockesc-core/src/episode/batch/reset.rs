@@ -14,12 +14,24 @@ use crate::parallel::{Pool, Progress, dispatch};
 /// Cost of drawing and sorting an agent, in units of the cost of its step.
 const RESET_COST: usize = 16;
 
+/// How one slot is reset.
+#[derive(Debug, Clone)]
+pub struct SlotReset {
+    /// Index of the slot.
+    pub slot: usize,
+    /// A seed starts a new schedule; `None` continues the slot's schedule.
+    pub seed: Option<u64>,
+    /// The number of the episode in the schedule; `None` is the next one.
+    pub episode: Option<u64>,
+    /// The arrays of the initial state. Their seed is ignored.
+    pub start: Arc<InitialState>,
+}
+
 /// The new slots of a reset, before they replace the slots of the batch.
 #[derive(Debug)]
 pub struct Reset<const D: usize> {
     config: Arc<EpisodeConfig>,
-    start: InitialState,
-    slots: BTreeMap<usize, Slot<D>>,
+    slots: BTreeMap<usize, (Slot<D>, Arc<InitialState>)>,
     pool: Pool,
 }
 
@@ -29,8 +41,8 @@ impl<const D: usize> Reset<D> {
     /// # Errors
     /// [`Error::Interrupted`] if `progress` was cancelled.
     pub fn build(mut self, progress: &Progress) -> Result<Self> {
-        let (config, start) = (&self.config, &self.start);
-        let built = dispatch(self.pool, self.slots.values_mut(), |slot| {
+        let config = &self.config;
+        let built = dispatch(self.pool, self.slots.values_mut(), |(slot, start)| {
             progress.check()?;
             slot.start(config, start);
             Ok(())
@@ -49,11 +61,8 @@ impl<const D: usize> Batch<D> {
         self.reset_many(&[(slot, Some(start.seed))], None, start)
     }
 
-    /// Starts new episodes in several slots, given as pairs (slot, seed).
-    ///
-    /// A seed starts a new schedule; `None` continues the slot's schedule. `episode` is the number of the
-    /// episode in the schedule; `None` is the next one. All episodes start from the arrays of `start`, whose
-    /// seed is ignored.
+    /// Starts new episodes in several slots, given as pairs (slot, seed), from the same `start`; see
+    /// [`SlotReset`].
     ///
     /// # Errors
     /// [`Error::Argument`] if a slot does not exist or `start` does not fit the scenario of one. The batch is then
@@ -64,52 +73,57 @@ impl<const D: usize> Batch<D> {
         episode: Option<u64>,
         start: &InitialState,
     ) -> Result<()> {
-        let reset = self.prepare_reset(resets, episode, start.clone())?;
+        let start = Arc::new(start.clone());
+        let resets = resets.iter().map(|&(slot, seed)| SlotReset {
+            slot,
+            seed,
+            episode,
+            start: start.clone(),
+        });
+        let reset = self.prepare_reset(resets)?;
         self.commit(reset.build(&Progress::default())?);
         Ok(())
     }
 
-    /// Checks the arguments of [`Self::reset_many`] and returns a [`Reset`] to build and then to commit.
+    /// Checks how several slots are reset and returns a [`Reset`] to build and then to commit.
     ///
     /// # Errors
     /// As [`Self::reset_many`].
     #[doc(hidden)]
-    pub fn prepare_reset(
-        &self,
-        resets: &[(usize, Option<u64>)],
-        episode: Option<u64>,
-        start: InitialState,
-    ) -> Result<Reset<D>> {
-        let slots = self.slots.len();
-        if let Some((slot, _)) = resets.iter().find(|(slot, _)| *slot >= slots) {
-            let expected = format!("an integer below {slots}");
-            return Err(Error::argument("slot", expected, slot));
-        }
+    pub fn prepare_reset(&self, resets: impl Iterator<Item = SlotReset>) -> Result<Reset<D>> {
         let mut new_slots = BTreeMap::new();
-        for &(index, seed) in resets {
-            start.check(self.slots[index].scenario())?;
-            let slot = new_slots
-                .entry(index)
-                .or_insert_with(|| self.slots[index].without_episode());
+        for SlotReset {
+            slot,
+            seed,
+            episode,
+            start,
+        } in resets
+        {
+            let Some(old) = self.slots.get(slot) else {
+                let expected = format!("an integer below {}", self.slots.len());
+                return Err(Error::argument("slot", expected, slot));
+            };
+            start.check(old.scenario())?;
+            let mut new = old.without_episode();
             if let Some(seed) = seed {
-                slot.seed(seed);
+                new.seed(seed);
             }
             if let Some(episode) = episode {
-                slot.set_next_episode(episode);
+                new.set_next_episode(episode);
             }
+            new_slots.insert(slot, (new, start));
         }
         Ok(Reset {
             config: self.config.clone(),
-            start,
+            pool: self.pool(new_slots.len())?,
             slots: new_slots,
-            pool: self.pool(resets.len())?,
         })
     }
 
     /// Replaces slots of the batch by the new slots of a reset.
     #[doc(hidden)]
     pub fn commit(&mut self, reset: Reset<D>) {
-        for (index, slot) in reset.slots {
+        for (index, (slot, _)) in reset.slots {
             self.slots[index] = slot;
         }
     }

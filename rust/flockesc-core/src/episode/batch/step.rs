@@ -107,17 +107,27 @@ impl<const D: usize> Batch<D> {
         check_length("interaction_range", ranges.len(), rows)?;
         check_length("rewards", rewards, rows)?;
         check_length("observations", observations, rows * self.row_length)?;
-        for slot in 0..self.num_flocks() {
-            let Some(episode) = self.slots[slot].episode() else {
-                let message = format!("step() called before reset(): flock {slot} has no episode");
+        self.check_episodes(at_end)?;
+        check_ranges("interaction_range", ranges)
+    }
+
+    /// Checks that every slot has an episode and, under [`AtEnd::Refuse`], that none has ended.
+    ///
+    /// # Errors
+    /// [`Error::Episode`] for the first slot that needs a reset.
+    #[doc(hidden)]
+    pub fn check_episodes(&self, at_end: AtEnd) -> Result<()> {
+        for (index, slot) in self.slots.iter().enumerate() {
+            let Some(episode) = slot.episode() else {
+                let message = format!("step() called before reset(): flock {index} has no episode");
                 return Err(Error::episode(message));
             };
             if episode.has_ended() && at_end == AtEnd::Refuse {
                 let message =
-                    format!("step() called after the end of flock {slot}'s episode; call reset()");
+                    format!("step() called after the end of flock {index}'s episode; call reset()");
                 return Err(Error::episode(message));
             }
         }
-        check_ranges("interaction_range", ranges)
+        Ok(())
     }
 }

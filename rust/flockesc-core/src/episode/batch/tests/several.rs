@@ -21,7 +21,6 @@ fn slots_of_several_scenarios_equal_batches_of_one() {
             many.reset(slot, &start).expect("a slot");
             alone.reset(0, &start).expect("a slot");
         }
-        assert_eq!(many.steps_per_action(), 3);
         assert_eq!(many.work(), alone.iter().map(Batch::work).sum::<usize>());
         for _ in 0..12 {
             let together = restarting(&mut many);
