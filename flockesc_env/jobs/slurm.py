@@ -77,8 +77,8 @@ class Queue:
         except (OSError, subprocess.CalledProcessError) as error:
             reason = getattr(error, "stderr", "") or str(error)
             raise JobError(f"squeue does not answer: {reason.strip()}") from None
-        lines = [line.split("|") for line in answer.stdout.splitlines()]
-        # SLURM holds a task that its node did not start until somebody releases it.
+        lines = [line.split("|", 2) for line in answer.stdout.splitlines()]
+        # After a failed launch SLURM requeues a task, and holds it until somebody releases it.
         states = {task: HELD if reason.startswith("launch") else state for task, state, reason in lines}
         for task in tasks:
             before = self._states.get(task, "PENDING")

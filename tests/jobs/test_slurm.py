@@ -5,6 +5,7 @@ Shell scripts stand for SLURM's commands; tests/slow/test_slurm.py runs a real c
 
 from __future__ import annotations
 
+import csv
 import os
 import re
 from pathlib import Path
@@ -135,6 +136,16 @@ def test_what_cannot_run_is_refused(
     with pytest.raises(ArgumentError, match="backend: expected a cluster that answers and options") as caught:
         run(JOBS, Cache(tmp_path), find_backend(f"slurm:{options}"))
     assert reason in str(caught.value)
+
+
+def test_the_page_shows_the_measured_seconds() -> None:
+    root = Path(__file__).parents[2]
+    with (root / "results" / "cluster" / "slurm_faults.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    page = (root / "docs" / "cluster.md").read_text("utf-8")
+    for fault in {row["fault"] for row in rows}:
+        seconds = {row["accounting"]: row["seconds"] for row in rows if row["fault"] == fault}
+        assert re.search(rf"\| {fault} \| .* \| {seconds['False']} s \| {seconds['True']} s \|", page)
 
 
 def test_chunks_take_about_ten_minutes_and_fit_an_array() -> None:

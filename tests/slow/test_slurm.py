@@ -15,6 +15,9 @@ from flockesc_env.jobs import Cache, Job, find_backend, run
 
 RESULTS = os.environ.get("SLURM_FAULTS")
 """A CSV file that gets the seconds of docs/cluster.md."""
+COMMAND = (
+    "SLURM_FAULTS=results/cluster/slurm_faults.csv python -m pytest tests/slow/test_slurm.py --numprocesses 2"
+)
 JOBS = [Job("backends:held_square", (number,)) for number in range(12)]
 pytestmark = pytest.mark.skipif(obstacle() is not None, reason=str(obstacle()))
 
@@ -62,8 +65,8 @@ def test_faults(
 
 
 def note(path: Path, accounting: bool, version: str, ends: dict[str, Ended]) -> None:
-    rows = [[fault, accounting, round(ends[fault].seconds), version] for fault in FAULTS]
+    rows = [[fault, accounting, round(ends[fault].seconds), version, COMMAND] for fault in FAULTS]
     path.parent.mkdir(parents=True, exist_ok=True)
-    header = [] if path.exists() else [["fault", "accounting", "seconds", "slurm"]]
+    header = [] if path.exists() else [["fault", "accounting", "seconds", "slurm", "command"]]
     with path.open("a", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows(header + rows)
