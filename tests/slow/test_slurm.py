@@ -47,9 +47,8 @@ def test_faults(
             found = contents(end.cache)
             if fault == "scancel of two tasks":
                 assert "6 of 12 jobs failed; the results of all others are kept" in end.error
-                assert (
-                    end.error.count("was cancelled; run the same again to continue") == 5
-                )  # others: not shown
+                # The report shows five failures.
+                assert end.error.count("was cancelled; run the same again to continue") == 5
                 assert found == dict(expected[number] for number in range(3, 9))
                 assert len(list((end.cache / "slurm").glob("*_submission.sh"))) == 1
             elif fault == "job kills its worker":

@@ -46,7 +46,7 @@ class Ended(NamedTuple):
 
 @dataclass
 class Driver:
-    """A process that runs jobs on a cluster. They wait until ``release``."""
+    """A process that runs jobs on a cluster. They go on when the fault has happened."""
 
     cluster: SlurmCluster
     folder: Path
