@@ -56,7 +56,7 @@ robustness: build ## find the best fixed range of every flock preset (about 35 m
 test: lint test-rust test-python ## run linters and all tests except the slow ones
 
 .PHONY: test-all
-test-all: test docs ## run all tests, including slow ones, and build the site: long runs, forks, interrupts, Ray, notebooks
+test-all: test docs ## run all tests, including slow ones, and build the site: long runs, forks, interrupts, Ray, SLURM, notebooks
 	$(INSTALL) --extra ray
 	$(PYTEST) tests/slow
 

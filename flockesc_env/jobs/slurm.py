@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import submitit
+from submitit.core.utils import FailedJobError
 from submitit.helpers import DelayedSubmission
+from tqdm import tqdm
 
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import ArgumentError, JobError
 from flockesc_env.common.in_job import one_thread_each
 from flockesc_env.jobs.cache import Cache
 from flockesc_env.jobs.job import Job, Outcome, Outcomes
@@ -19,8 +24,18 @@ CHUNK_SECONDS = 600.0
 MAX_CHUNKS = 1_000
 """SLURM's default ``MaxArraySize`` is 1,001."""
 POLL_SECONDS = 1.0
+QUEUE_SECONDS = 15.0
+"""Time between two calls of ``squeue``. A task without a result has ended when two calls say so."""
 ATTEMPTS = 4
 """An array task that ends without a result, because it was killed, is submitted so often."""
+SQUEUE = ["squeue", "--me", "--array", "--states=all", "--noheader", "--format=%i|%T|%r"]
+HELD = "HELD"
+ENDED = {
+    *("BOOT_FAIL", "CANCELLED", "COMPLETED", "DEADLINE", "FAILED", HELD, "NODE_FAIL"),
+    *("OUT_OF_MEMORY", "PREEMPTED", "REVOKED", "TIMEOUT"),
+}
+"""Final states: ``squeue`` shows tasks that SLURM requeues as COMPLETING or PENDING."""
+Task = submitit.Job[dict[str, str]]
 
 
 @dataclass(frozen=True)
@@ -43,6 +58,45 @@ class Chunk:
         return DelayedSubmission(self, jobs)
 
 
+class Queue:
+    """States of array tasks by ``squeue``. submitit's ``sacct`` fails on a cluster without accounting."""
+
+    def __init__(self) -> None:
+        self._states = dict[str, str]()
+        self._done = set[str]()
+
+    def ask(self, tasks: Iterable[str]) -> None:
+        """Ask for the states of all tasks at once.
+
+        Raises:
+            JobError: if SLURM does not answer.
+        """
+        environment = {name: value for name, value in os.environ.items() if not name.startswith("SQUEUE_")}
+        try:
+            answer = subprocess.run(SQUEUE, env=environment, capture_output=True, check=True, text=True)  # noqa: S603
+        except (OSError, subprocess.CalledProcessError) as error:
+            reason = getattr(error, "stderr", "") or str(error)
+            raise JobError(f"squeue does not answer: {reason.strip()}") from None
+        lines = [line.split("|", 2) for line in answer.stdout.splitlines()]
+        # After a failed launch SLURM requeues a task, and holds it until somebody releases it.
+        states = {task: HELD if reason.startswith("launch") else state for task, state, reason in lines}
+        for task in tasks:
+            before = self._states.get(task, "PENDING")
+            # SLURM keeps no record of an array task that was cancelled before it started.
+            gone = "CANCELLED" if before in ("CANCELLED", "PENDING") else "FAILED"
+            now = self._states[task] = states.get(task, gone)
+            if before in ENDED and now in ENDED:
+                self._done.add(task)
+
+    def get_state(self, task: str, **_: str) -> str:
+        """Return the last known state."""
+        return self._states.get(task, "UNKNOWN")
+
+    def is_done(self, task: str, **_: str) -> bool:
+        """Return whether the last two answers agree that a task has ended."""
+        return task in self._done
+
+
 def slurm(jobs: Sequence[Job], cache: Cache, cluster: str = "slurm", **options: int | str) -> Outcomes:
     """Run jobs in array tasks of one core.
 
@@ -52,6 +106,17 @@ def slurm(jobs: Sequence[Job], cache: Cache, cluster: str = "slurm", **options: 
         cluster: "slurm", or "local" for processes of this machine.
         options: of sbatch, by the names that submitit gives them; ``time`` is in minutes.
     """
+    if not jobs:
+        return
+    queue, due = Queue(), 0.0
+
+    def submit(chunks: Sequence[Sequence[Job]], attempt: int) -> dict[Task, tuple[Sequence[Job], int]]:
+        with one_thread_each():
+            submitted = executor.map_array(Chunk(cache), chunks)
+        for task in submitted:
+            task.watcher = queue  # type: ignore[assignment]  # the tasks ask it for their states
+        return {task: (chunk, attempt) for task, chunk in zip(submitted, chunks, strict=True)}
+
     values = {"time": 60, "cpus_per_task": 1, "job_name": "flockesc"} | options
     try:
         executor = submitit.AutoExecutor(cache.folder / "slurm", cluster)
@@ -59,31 +124,52 @@ def slurm(jobs: Sequence[Job], cache: Cache, cluster: str = "slurm", **options: 
             timeout_min=values["time"],
             **{f"slurm_{name}": value for name, value in values.items()},
         )
+        if cluster == "slurm":
+            queue.ask([])
+        tasks = submit(chunked(jobs), 1)
     except (AssertionError, NameError, RuntimeError, ValueError) as error:
-        raise ArgumentError("backend", "a cluster and options that submitit knows", error) from None
-    run, chunks = Chunk(cache), chunked(jobs)
-    with one_thread_each():
-        submitted = executor.map_array(run, chunks)
-    tasks = {task: (chunk, 1) for task, chunk in zip(submitted, chunks, strict=True)}
+        raise ArgumentError("backend", "a cluster that answers and options that it knows", error) from None
     try:
         while tasks:
+            if cluster == "slurm" and time.monotonic() >= due:
+                try:
+                    queue.ask(task.job_id for task in tasks)
+                except JobError as error:
+                    tqdm.write(f"{error}; waiting", file=sys.stderr)
+                due = time.monotonic() + QUEUE_SECONDS
             for task in [task for task in tasks if task.done()]:
-                (chunk, attempt), failure = tasks.pop(task), task.exception()
-                errors = {} if failure else task.result()
+                chunk, attempt = tasks.pop(task)
+                errors, failure = ending(task)
+                if task.state == HELD:
+                    task.cancel(check=False)
                 lost = [job for job in chunk if job not in cache] if failure else []
-                if lost and attempt < ATTEMPTS:  # the first may have killed the process: last in the next try
-                    with one_thread_each():
-                        tasks[executor.submit(run, [*lost[1:], lost[0]])] = lost, attempt + 1
-                else:
-                    errors |= {job.key: str(failure) for job in lost}
-                    lost = []
+                again = list[Job]()
+                if lost and attempt < ATTEMPTS and task.state != "CANCELLED":
+                    # The first may have killed the process: it is the last one of the next attempt.
+                    again = [*lost[1:], lost[0]]
+                    try:
+                        tasks |= submit([again], attempt + 1)
+                    except FailedJobError as error:
+                        again, failure = [], f"{failure}\n{error}"
                 for job in chunk:
-                    if job not in lost:
-                        yield Outcome(job, errors.get(job.key), len(tasks))
+                    if job not in again:
+                        yield Outcome(job, failure if job in lost else errors.get(job.key), len(tasks))
             time.sleep(POLL_SECONDS)
     finally:
         for task in tasks:
             task.cancel(check=False)
+
+
+def ending(task: Task) -> tuple[dict[str, str], str | None]:
+    """Return the errors of a task's jobs by key, or why the task left no result."""
+    if task.paths.result_pickle.exists():
+        failure = task.exception()
+        return ({}, str(failure)) if failure else (task.result(), None)
+    if task.state == "CANCELLED":
+        return {}, f"array task {task.job_id} was cancelled; run the same again to continue"
+    log = task.paths.stderr
+    text = log.read_text(errors="replace")[-2_000:] if log.exists() else "no log"
+    return {}, f"array task {task.job_id} ended without a result ({task.state}); {log}:\n{text}"
 
 
 def chunked(jobs: Sequence[Job]) -> list[list[Job]]:

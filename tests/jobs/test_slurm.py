@@ -1,68 +1,151 @@
-"""The back end ``slurm``: what is asked of SLURM; tests/slow/test_slurm.py interrupts its tasks."""
+"""The back end ``slurm``: what it submits, and what it concludes from the answers of ``squeue``.
+
+Shell scripts stand for SLURM's commands; tests/slow/test_slurm.py runs a real cluster.
+"""
 
 from __future__ import annotations
 
+import csv
+import os
 import re
-import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
-from backends import contents, note_calls
+from backends import note_calls
 
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import ArgumentError, JobError
 from flockesc_env.jobs import Cache, Job, find_backend, run
 
 pytest.importorskip("submitit", reason="no submitit (extra slurm)")
-from submitit.core import submission
-from submitit.slurm.test_slurm import mocked_slurm
 
 from flockesc_env.jobs import slurm
 
-JOBS = [Job("backends:square", (number,)) for number in range(30)]
+JOBS = [Job("backends:square", (number,), seconds=200.0) for number in range(6)]
+"""Two array tasks. They never run."""
+COMMANDS = {
+    "srun": "",
+    "scancel": 'echo "$1" >> "$0.calls"',
+    "sbatch": 'echo >> "$0.calls"; echo Submitted batch job $((11 + $(wc -l < "$0.calls")))',
+    "squeue": """
+echo >> "$0.calls"
+answer=$(sed -n "$(wc -l < "$0.calls")p" "$0.answers")
+[ -n "$answer" ] || answer=$(tail -n 1 "$0.answers")
+[ "$answer" != fails ] || exit 1
+[ "$answer" = nothing ] || echo "$answer" | tr ", " "\\n|" | sed "/|.*|/ ! s/$/|reason/"
+""",
+}
+GONE = [f"{number} FAILED" for number in range(13, 19)]
 
 
 @pytest.fixture(autouse=True)
-def noted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    return note_calls(tmp_path, monkeypatch)
+def commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    note_calls(tmp_path, monkeypatch)
+    monkeypatch.setattr(slurm, "QUEUE_SECONDS", 0.0)
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    for name, text in COMMANDS.items():
+        (folder / name).write_text(f"#!/bin/sh\n{text}\n")
+        (folder / name).chmod(0o755)
+    (folder / "squeue.answers").write_text("12_0 CANCELLED,12_1 CANCELLED None\n")
+    monkeypatch.setenv("PATH", f"{folder}:{os.environ['PATH']}")
+    return folder
 
 
-def test_what_slurm_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Array tasks of one core; the mocked cluster runs them in this process."""
-    monkeypatch.setattr(slurm, "CHUNK_SECONDS", 10.0)
+def test_what_slurm_is_asked_for(tmp_path: Path) -> None:
     backend = find_backend("slurm:partition=short,time=30,account=flocks,array_parallelism=2")
-    with mocked_slurm() as mock:
-
-        def work() -> None:
-            folder = tmp_path / "slurm"
-            for number in range(3):
-                while not (folder / f"12_{number}_submitted.pkl").exists():
-                    time.sleep(0.01)
-            for number in range(3):
-                with mock.job_context(f"12_{number}"):
-                    submission.process_job(folder)
-
-        monkeypatch.setattr(slurm, "time", SimpleNamespace(sleep=lambda _: work()))
+    with pytest.raises(JobError, match="6 of 6 jobs failed"):
         run(JOBS, Cache(tmp_path), backend)
     text = (tmp_path / "slurm" / "12_submission.sh").read_text()
     for line in (
         "--partition=short",
         "--time=30",
         "--account=flocks",
-        "--array=0-2%2",
+        "--array=0-1%2",
         "--cpus-per-task=1",
         "--job-name=flockesc",
     ):
         assert f"#SBATCH {line}\n" in text
     assert re.search(r"#SBATCH --signal=USR\d@90\n", text)
-    assert len(contents(tmp_path)) == len(JOBS)
 
 
-@pytest.mark.parametrize("options", ["cluster=nowhere", "cluster=local,colour=red", "partition=short"])
-def test_what_submitit_does_not_know_is_refused(options: str, tmp_path: Path) -> None:
-    """The last one, because this machine has no SLURM."""
-    with pytest.raises(ArgumentError, match="backend: expected a cluster and options that submitit knows"):
+@pytest.mark.parametrize(
+    ("answers", "submissions", "last"),
+    [
+        (
+            ["12_0 CANCELLED,12_1 CANCELLED"],
+            1,
+            "12_1 was cancelled; run the same again to continue",
+        ),
+        (["12_0 PENDING,12_1 PENDING", "nothing"], 1, "12_1 was cancelled"),
+        (["12_0 RUNNING,12_1 RUNNING", "nothing"], 3, "14 was cancelled"),
+        (
+            [",".join(["12_0 FAILED", "12_1 TIMEOUT", *GONE])],
+            7,
+            r"18 ended without a result \(FAILED\)",
+        ),
+        (["12_0 PREEMPTED,12_1 CANCELLED"], 2, "13 was cancelled"),
+        (["12_0 PENDING launch_failed_requeued_held,12_1 CANCELLED"], 2, "13 was cancelled"),
+        (
+            [
+                "12_0 RUNNING,12_1 RUNNING",
+                "fails",
+                "fails",
+                "12_0 CANCELLED,12_1 CANCELLED",
+            ],
+            1,
+            "12_1 was",
+        ),
+        (
+            [
+                "12_0 CONFIGURING,12_1 SUSPENDED",
+                "12_0 NODE_FAIL,12_1 COMPLETING",
+                "12_0 PENDING,12_1 CANCELLED",
+                "12_0 CANCELLED,12_1 CANCELLED",
+            ],
+            1,
+            "12_0 was cancelled",
+        ),
+    ],
+    ids=["cancelled", "never started", "forgotten", "killed", "preempted", "held", "no answer", "requeued"],
+)
+def test_which_tasks_are_started_again(
+    answers: list[str], submissions: int, last: str, tmp_path: Path, commands: Path
+) -> None:
+    (commands / "squeue.answers").write_text("\n".join(["nothing", *answers]) + "\n")
+    with pytest.raises(JobError, match=f"(?s)6 of 6 jobs failed.*array task {last}"):
+        run(JOBS, Cache(tmp_path), find_backend("slurm"))
+    assert (commands / "sbatch.calls").read_text().count("\n") == submissions
+    cancelled = (commands / "scancel.calls").read_text() if (commands / "scancel.calls").exists() else ""
+    assert cancelled == ("12_0\n" if "held" in answers[0] else "")
+
+
+@pytest.mark.parametrize(
+    ("options", "command", "reason"),
+    [
+        ("cluster=nowhere", "", "AutoExecutor doesn't know any executor named nowhere"),
+        ("cluster=local,colour=red", "", "slurm_colour"),
+        ("partition=short", "squeue", "squeue does not answer: no such partition"),
+        ("partition=short", "sbatch", "no such partition"),
+    ],
+)
+def test_what_cannot_run_is_refused(
+    options: str, command: str, reason: str, tmp_path: Path, commands: Path
+) -> None:
+    if command:
+        (commands / command).write_text("#!/bin/sh\necho no such partition >&2; exit 1\n")
+    with pytest.raises(ArgumentError, match="backend: expected a cluster that answers and options") as caught:
         run(JOBS, Cache(tmp_path), find_backend(f"slurm:{options}"))
+    assert reason in str(caught.value)
+
+
+def test_the_page_shows_the_measured_seconds() -> None:
+    root = Path(__file__).parents[2]
+    with (root / "results" / "cluster" / "slurm_faults.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    page = (root / "docs" / "cluster.md").read_text("utf-8")
+    for fault in {row["fault"] for row in rows}:
+        seconds = {row["accounting"]: row["seconds"] for row in rows if row["fault"] == fault}
+        assert re.search(rf"\| {fault} \| .* \| {seconds['False']} s \| {seconds['True']} s \|", page)
 
 
 def test_chunks_take_about_ten_minutes_and_fit_an_array() -> None:

@@ -34,8 +34,7 @@ def note_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder = tmp_path / "calls"
     folder.mkdir()
     monkeypatch.setenv(CALLS, str(folder))
-    if find_spec("submitit"):  # its wait for the result of a killed process
-        monkeypatch.setattr("submitit.core.core.Job._results_timeout_s", 0.1)
+    if find_spec("submitit"):
         monkeypatch.setattr("flockesc_env.jobs.slurm.POLL_SECONDS", 0.05)
     support, package = Path(__file__).parent, Path(flockesc_env.__file__).parents[1]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(support), str(package)]))
@@ -72,6 +71,14 @@ def slow_square(number: int) -> Arrays:
     """Return a square after a second, in which signals are handled."""
     note_call(number)
     time.sleep(1.0)
+    return {"square": np.array(number**2)}
+
+
+def held_square(number: int) -> Arrays:
+    """Return a square, but not while a file holds all calls back."""
+    note_call(number)
+    while Path(os.environ[CALLS]).with_suffix(".hold").exists():
+        time.sleep(0.1)
     return {"square": np.array(number**2)}
 
 
