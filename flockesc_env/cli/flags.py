@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import re
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -14,6 +13,7 @@ from tyro.conf import DisallowNone, UseAppendAction, arg
 from tyro.constructors import PrimitiveConstructorSpec
 
 from flockesc_env.common.errors import ArgumentError, ScenarioError, shown, shown_name
+from flockesc_env.scenario.document import from_fields, parse_document
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.initial_files import read_initial_state
 from flockesc_env.scenario.line import LineScenario
@@ -148,9 +148,9 @@ def scenario_named(name: str) -> Scenario:
 def _read(text: str, *, is_toml: bool) -> Scenario:
     """Return the scenario of a document; one with a field that only ``LineScenario`` has is a line."""
     line_fields = {field.name for field in dataclasses.fields(LineScenario)} - set(vars(FlockScenario()))
-    is_line = re.search(rf'(^|[\s{{,"])({"|".join(line_fields)})"?\s*[:=]', text)
-    model = LineScenario if is_line else FlockScenario
-    return model.from_toml(text) if is_toml else model.from_json(text)
+    fields = parse_document(text, is_toml=is_toml)
+    is_line = isinstance(fields, dict) and not line_fields.isdisjoint(fields)
+    return from_fields(LineScenario, fields) if is_line else from_fields(FlockScenario, fields)
 
 
 def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:
