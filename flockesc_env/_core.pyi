@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "MAX_PARTS",
     "FlockBatch",
     "LineEpisode",
     "RangeMap",
@@ -35,6 +36,7 @@ __all__ = [
     "sweep_line",
 ]
 
+MAX_PARTS: int
 __version__: str
 
 @final

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import re
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -13,8 +12,9 @@ from typing import Annotated, Any
 from tyro.conf import DisallowNone, UseAppendAction, arg
 from tyro.constructors import PrimitiveConstructorSpec
 
-from flockesc_env.common.documents import read_json
 from flockesc_env.common.errors import ArgumentError, ScenarioError, shown, shown_name
+from flockesc_env.common.json_text import parse_json
+from flockesc_env.scenario.document import from_fields, parse_document
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.initial_files import read_initial_state
 from flockesc_env.scenario.line import LineScenario
@@ -149,9 +149,9 @@ def scenario_named(name: str) -> Scenario:
 def _read(text: str, *, is_toml: bool) -> Scenario:
     """Return the scenario of a document; one with a field that only ``LineScenario`` has is a line."""
     line_fields = {field.name for field in dataclasses.fields(LineScenario)} - set(vars(FlockScenario()))
-    is_line = re.search(rf'(^|[\s{{,"])({"|".join(line_fields)})"?\s*[:=]', text)
-    model = LineScenario if is_line else FlockScenario
-    return model.from_toml(text) if is_toml else model.from_json(text)
+    fields = parse_document(text, is_toml=is_toml)
+    is_line = isinstance(fields, dict) and not line_fields.isdisjoint(fields)
+    return from_fields(LineScenario, fields) if is_line else from_fields(FlockScenario, fields)
 
 
 def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:
@@ -192,8 +192,8 @@ def _place(node: Any, name: str, path: str) -> tuple[Any, Any]:
 def _value(text: str, path: str) -> Any:
     """Return the value of a change: None, JSON, or otherwise the string itself."""
     try:
-        return None if text == "None" else read_json(text)
-    except (ValueError, RecursionError) as error:
+        return None if text == "None" else parse_json(text)
+    except ValueError as error:
         if text.lstrip()[:1] in {"{", "["}:
             raise ScenarioError(path, "valid JSON", error) from None
         return text

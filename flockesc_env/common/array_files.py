@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.errors import RecordError
 from flockesc_env.common.files import atomic_write
+from flockesc_env.common.json_text import parse_json
 
 if TYPE_CHECKING:  # of the extra analysis
     import polars as pl
@@ -65,6 +66,7 @@ def read_document(path: Path, expected: str) -> tuple[dict[str, Any], dict[str, 
     arrays = read_npz(path, expected)
     text = str(arrays.pop(_HEADER, np.array(""))[()])
     try:
+        parse_json(text)  # rejects duplicate keys; msgspec rejects NaN and invalid Unicode
         return msgspec.json.decode(text, type=dict[str, Any]), arrays
     except (ValueError, RecursionError) as error:
         raise RecordError(_HEADER, "a JSON object", error) from None

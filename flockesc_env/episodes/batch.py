@@ -26,7 +26,7 @@ from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
 from flockesc_env.episodes.scenarios import distinct_scenarios
 from flockesc_env.episodes.seeds import fresh_seed
-from flockesc_env.episodes.spaces import Label, ObservationLayout, PolicySpec, RangeActions
+from flockesc_env.episodes.spaces import Label, flock_policy_spec
 from flockesc_env.episodes.starts import NO_START, Start, as_start
 from flockesc_env.scenario.flock import FlockScenario
 
@@ -107,15 +107,8 @@ class FlockBatch:
         self.rows_can_be_caught = per_agent and can_be_caught
         threads = as_threads(num_threads)
         document = options.to_core(per_agent=per_agent)
-        self.policy_spec = PolicySpec(
-            actions=RangeActions(options),
-            layout=ObservationLayout.of(_core.observation_entries(document, first.dimension)),
-            per_agent=per_agent,
-            num_agents=first.num_agents,
-            num_steps=num_steps,
-            length_scale=first.initial_side,
-            profile_ranges=tuple(options.profile_ranges or ()),
-        )
+        spec = flock_policy_spec(first, options, per_agent=per_agent)
+        self.policy_spec = replace(spec, num_steps=num_steps)
         row_bytes = np.dtype(np.float32).itemsize * len(self.policy_spec.layout.names)
         check_memory(self.num_flocks, first.num_agents, first.dimension, self.rows * row_bytes)
         self._core = _core.FlockBatch(

@@ -15,6 +15,7 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.options import GRID_SIZE, ActionOptions, EnvOptions, LineOptions
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
 Label = Callable[[int], str]
@@ -179,6 +180,20 @@ class PolicySpec:
         """
         actions = self.actions.from_ranges(np.array(self.profile_ranges))
         return self.actions.to_ranges(actions, len(self.profile_ranges))
+
+
+def flock_policy_spec(scenario: FlockScenario, options: EnvOptions, *, per_agent: bool) -> PolicySpec:
+    """Return the policy spec of a flock environment with this scenario and these options."""
+    entries = _core.observation_entries(options.to_core(per_agent=per_agent), scenario.dimension)
+    return PolicySpec(
+        actions=RangeActions(options),
+        layout=ObservationLayout.of(entries),
+        per_agent=per_agent,
+        num_agents=scenario.num_agents,
+        num_steps=scenario.num_steps,
+        length_scale=scenario.initial_side,
+        profile_ranges=tuple(options.profile_ranges or ()),
+    )
 
 
 def line_policy_spec(scenario: LineScenario, options: LineOptions) -> PolicySpec:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from platform import python_version
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +16,15 @@ from numpy.typing import NDArray
 from flockesc_env.common.array_files import read_document, write_document
 from flockesc_env.common.checks import as_instance, as_path, as_text
 from flockesc_env.common.errors import RecordError, shown
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run, simulate, simulate_line
+from flockesc_env.scenario.document import from_fields
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
 _PACKAGES = ("flockesc-env", "numpy")
 _ORIGIN = ("seed", "is_start_given")
+_LARGEST = float(np.finfo(np.float64).max)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,19 +81,21 @@ def load_run(path: str | Path) -> RecordedRun:
     Raises:
         ArgumentError: if ``path`` is not a path.
         FileNotFoundError: if the file does not exist.
-        RecordError: if the file is damaged, or a part is missing or has a wrong form.
+        RecordError: if the file is damaged, a part is missing or has a wrong form, or a number is impossible:
+            NaN, infinite (except distances without a predator), a negative distance, range or count, or a
+            fraction above 1.
         ScenarioError: if the scenario is invalid in this version of the package.
     """
     path = as_path(path)
     header, columns = read_document(path, "a recorded run (npz)")
     try:
-        model, scenario = _MODELS[header["model"]], json.dumps(header["scenario"])
+        model, fields = _MODELS[header["model"]], header["scenario"]
         origin = {name: header[name] for name in _ORIGIN}
         name, recorded_with = str(header["name"]), dict(header["versions"])
     except (ValueError, KeyError, TypeError) as error:
         expected = "model, scenario, seed, is_start_given, name and versions"
         raise RecordError("header", expected, repr(error)) from None
-    return RecordedRun(_trajectory(model.from_json(scenario), origin, columns), name, recorded_with)
+    return RecordedRun(_trajectory(from_fields(model, fields), origin, columns), name, recorded_with)
 
 
 def replay_run(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTrajectory:
@@ -147,13 +151,13 @@ def run_differences(recorded: Trajectory | LineTrajectory, again: Trajectory | L
 
 
 def _columns(kind: type[Trajectory | LineTrajectory]) -> list[str]:
-    return [field.name for field in fields(kind) if field.name not in {"scenario", *_ORIGIN}]
+    return [field.name for field in dataclasses.fields(kind) if field.name not in {"scenario", *_ORIGIN}]
 
 
 def _trajectory(
     scenario: FlockScenario | LineScenario, origin: dict[str, Any], columns: dict[str, NDArray[Any]]
 ) -> Trajectory | LineTrajectory:
-    """Return the run with these columns after a check of their dtypes and shapes."""
+    """Return the run with these columns after a check of their dtypes, shapes and numbers."""
     kind = Trajectory if isinstance(scenario, FlockScenario) else LineTrajectory
     if set(columns) != set(_columns(kind)):
         raise RecordError("columns", ", ".join(_columns(kind)), ", ".join(sorted(columns)))
@@ -162,38 +166,55 @@ def _trajectory(
         raise RecordError("seed", "an integer from 0 to 2^64 - 1", shown(seed))
     if not isinstance(is_given, bool):
         raise RecordError("is_start_given", "true or false", shown(is_given))
-    for name, (dtype, shape) in _layout(scenario, columns).items():
+    for name, (dtype, shape, low, high) in _layout(scenario, columns).items():
         column = columns[name]
         if column.dtype != dtype or column.shape != shape:
             raise RecordError(name, f"{dtype} of shape {shape}", f"{column.dtype} of shape {column.shape}")
+        outside = np.argwhere(~((column >= low) & (column <= high)))
+        if len(outside):
+            at = tuple(map(int, outside[0]))
+            expected = f"a number from {low:g} to {high:g}"
+            raise RecordError(f"{name}{list(at) if at else ''}", expected, column[at])
     scalars = {name: value.item() if value.ndim == 0 else value for name, value in columns.items()}
     return kind(scenario=scenario, **origin, **scalars)  # type: ignore[arg-type]
 
 
-def _layout(
-    scenario: FlockScenario | LineScenario, columns: dict[str, NDArray[Any]]
-) -> dict[str, tuple[str, tuple[int, ...]]]:
-    """Return the dtype and shape of every column."""
+class _Column(NamedTuple):
+    """The form of a column, and the bounds of its numbers; numbers are finite by default."""
+
+    dtype: str
+    shape: tuple[int, ...]
+    low: float = -_LARGEST
+    high: float = _LARGEST
+
+
+def _layout(scenario: FlockScenario | LineScenario, columns: dict[str, NDArray[Any]]) -> dict[str, _Column]:
+    """Return the form of every column."""
     if isinstance(scenario, LineScenario):
         times = len(columns["states"]) if columns["states"].ndim else 0
+        farthest = np.inf if scenario.predator_position is None else _LARGEST
         return {
-            "interaction_range": ("float64", ()),
-            "states": ("float64", (times, scenario.num_agents)),
-            "num_components": ("int64", (times,)),
-            "escape_distance": ("float64", (times,)),
-            "converged": ("bool", ()),
-            "steps": ("int64", ()),
+            "interaction_range": _Column("float64", (), 0),
+            "states": _Column("float64", (times, scenario.num_agents)),
+            "num_components": _Column("int64", (times,), 0, scenario.num_agents),
+            "escape_distance": _Column("float64", (times,), 0, farthest),
+            "converged": _Column("bool", ()),
+            "steps": _Column("int64", (), 0),
         }
     steps, agents, axes = scenario.num_steps, scenario.num_agents, scenario.dimension
     is_shared = columns["interaction_ranges"].shape[1:] == (1,)
-    per_time = ("times", "polarization", *(spec.series for spec in FLOCK_OBJECTIVES.values()))
+    farthest = _LARGEST if scenario.predators else np.inf
     return {
-        "interaction_ranges": ("float64", (steps, 1 if is_shared else agents)),
-        "predator_actions": ("float64", (steps, scenario.num_learned, axes)),
-        "positions": ("float64", (steps + 1, agents, axes)),
-        "velocities": ("float64", (steps + 1, agents, axes)),
-        "predator_positions": ("float64", (steps + 1, len(scenario.predators), axes)),
-        "num_components": ("int64", (steps + 1,)),
-        "caught_at": ("int64", (agents,)),
-        **dict.fromkeys(per_time, ("float64", (steps + 1,))),
+        "interaction_ranges": _Column("float64", (steps, 1 if is_shared else agents), 0),
+        "predator_actions": _Column("float64", (steps, scenario.num_learned, axes)),
+        "positions": _Column("float64", (steps + 1, agents, axes)),
+        "velocities": _Column("float64", (steps + 1, agents, axes)),
+        "predator_positions": _Column("float64", (steps + 1, len(scenario.predators), axes)),
+        "num_components": _Column("int64", (steps + 1,), 0, agents),
+        "caught_at": _Column("int64", (agents,), -1, steps),
+        "times": _Column("float64", (steps + 1,), 0),
+        "mean_distance": _Column("float64", (steps + 1,), 0, farthest),
+        "min_distance": _Column("float64", (steps + 1,), 0, farthest),
+        "polarization": _Column("float64", (steps + 1,), 0),
+        "fraction_surviving": _Column("float64", (steps + 1,), 0, 1),
     }

@@ -7,10 +7,13 @@ import json
 from pathlib import Path
 from typing import Any, get_args
 
+import numpy as np
+
 from flockesc_env.common.array_files import read_document, write_document
 from flockesc_env.common.checks import as_instance, as_path
-from flockesc_env.common.errors import ArgumentError, RecordError, ScenarioError
+from flockesc_env.common.errors import ArgumentError, InputError, RecordError, ScenarioError
 from flockesc_env.episodes.options import EnvOptions, LineOptions
+from flockesc_env.episodes.spaces import PolicySpec, flock_policy_spec, line_policy_spec
 from flockesc_env.models.records import versions
 from flockesc_env.policies.memory_rules import (
     ListenWhileThreatened,
@@ -21,10 +24,12 @@ from flockesc_env.policies.memory_rules import (
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.profile_rules import StepAside
 from flockesc_env.policies.registry import NAMES, NamedPolicy, built_in
+from flockesc_env.scenario.document import from_fields
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
 SUFFIX = ".npz"
+_SHORT_LINE = 1000
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
 
 Rule = StubbornWitnesses | ListenWhileThreatened | WinStayLoseShift | SpreadOut | StepAside
@@ -81,7 +86,8 @@ def load_policy(path: str | Path) -> NamedPolicy:
     Raises:
         ArgumentError: if ``path`` is not a path.
         FileNotFoundError: if the file does not exist.
-        RecordError: if the file is damaged, is not a policy, or contains an unknown option.
+        RecordError: if the file is damaged, is not a policy, contains an unknown option, or its network
+            cannot act in its scenario with its options, for example because it reads an unknown input.
         ScenarioError: if the scenario is invalid in this version of the package.
     """
     header, arrays = read_document(as_path(path), "a policy")
@@ -89,6 +95,8 @@ def load_policy(path: str | Path) -> NamedPolicy:
         return _named_policy(header, arrays["parameters"])
     except ScenarioError:
         raise
+    except InputError as error:
+        raise RecordError(f"{path}: {error.field}", error.expected, error.given) from None
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise RecordError(str(path), "a policy", repr(error)) from None
 
@@ -116,11 +124,31 @@ def _named_policy(header: dict[str, Any], parameters: Any) -> NamedPolicy:
     name, per_agent, options = header["name"], header["per_agent"], header["options"]
     if not isinstance(name, str) or not isinstance(per_agent, bool):
         raise RecordError("header", "a string name, a bool per_agent", f"{name!r}, {per_agent!r}")
-    scenario = _MODELS[header["model"]].from_json(json.dumps(header["scenario"]))
-    (EnvOptions if isinstance(scenario, FlockScenario) else LineOptions)(**options)  # checks the options
+    scenario = from_fields(_MODELS[header["model"]], header["scenario"])
+    if isinstance(scenario, FlockScenario):
+        spec = flock_policy_spec(scenario, EnvOptions(**options), per_agent=per_agent)
+    else:  # a long line has gigabytes of entries, of the same kinds as a short one
+        short = scenario.replace(num_agents=min(scenario.num_agents, _SHORT_LINE))
+        spec = line_policy_spec(short, LineOptions(**options))
     chosen = {"criterion": header["criterion"]} if "criterion" in header else {}
     policy = _policy(header["architecture"], parameters, chosen)
+    if isinstance(policy, NetworkPolicy):
+        _check_action(policy, spec, scenario.num_agents)
     return NamedPolicy(name, policy, per_agent=per_agent, options=options, scenario=scenario)
+
+
+def _check_action(policy: NetworkPolicy, spec: PolicySpec, num_agents: int) -> None:
+    """Check that a network can act, for example that its inputs are observed."""
+    known = set(spec.layout.names)
+
+    def shortened(name: str) -> str:
+        rank = name.removeprefix("offset_")
+        is_far = "offset_0" in known and rank.isdecimal() and _SHORT_LINE <= int(rank) < num_agents
+        return "offset_0" if is_far and name == f"offset_{int(rank)}" else name
+
+    inputs = tuple(map(shortened, policy.architecture.inputs))
+    architecture = dataclasses.replace(policy.architecture, inputs=inputs)
+    NetworkPolicy(architecture, policy.parameters).act(np.zeros((1, len(known)), np.float32), spec)
 
 
 def _policy(architecture: dict[str, Any] | str, parameters: Any, chosen: dict[str, Any]) -> Stored:

@@ -1,7 +1,7 @@
 """JSON and TOML form of scenarios, and conversion of fields to their declared types.
 
 In a document, a part of a scenario (for example a predator) is an object with its kind as the only key:
-``{"pure_pursuit": {"max_turn_rate": 2.0}}``. The constructors of scenarios also accept this form. msgspec
+``{"pure_pursuit": {"max_turn_rate": 2.0}}``. The constructors of scenarios also accept this form. This module
 converts fields to their declared types; the compiled core checks their bounds.
 """
 
@@ -10,19 +10,19 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import re
 import tomllib
-from collections.abc import Callable, Mapping
-from functools import cache
-from typing import Any, Final, Literal, Self, get_args, get_origin, get_type_hints
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache, partial
+from types import NoneType
+from typing import Any, Final, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
 
-import msgspec
 import numpy as np
 import tomli_w
 
+from flockesc_env import _core
 from flockesc_env.common.checks import as_text
-from flockesc_env.common.documents import read_json
 from flockesc_env.common.errors import ScenarioError, shown, shown_name
+from flockesc_env.common.json_text import parse_json
 from flockesc_env.scenario.initial import InitialHeadings, InitialPositions
 from flockesc_env.scenario.motion import Motion
 from flockesc_env.scenario.neighbors import NeighborRule
@@ -45,14 +45,19 @@ KINDS: Final[dict[str, tuple[str, ...]]] = {
 
 _INTEGER_LIMIT = 2**63
 
-_TYPE_NAMES = {
-    "array": "a list",
-    "bool": "true or false",
-    "float": "a number",
-    "int": "an integer",
-    "null": "None",
+_D = TypeVar("_D", bound="Document")
+
+Converter = Callable[[Any, str], Any]
+"""Converts a value to the type of a field. The second argument is the field's path, for errors."""
+
+_SCALARS: dict[Any, tuple[str, dict[type, Converter]]] = {
+    bool: ("true or false", {bool: lambda value, _: value}),
+    int: ("an integer", {int: lambda value, _: value}),
+    float: ("a number", dict.fromkeys((float, int), lambda value, _: float(value))),
+    str: ("a string", {str: lambda value, _: value}),
+    NoneType: ("None", {NoneType: lambda value, _: value}),
 }
-"""Names of types in error messages; the keys are msgspec's names."""
+"""Description of a type in errors, and the types of the accepted values with their conversions."""
 
 
 class Document:
@@ -61,10 +66,8 @@ class Document:
     def __post_init__(self) -> None:
         """Convert every field to its declared type: lists to tuples, NumPy numbers to Python numbers."""
         cls: Any = type(self)
-        hints = _hints(cls)
-        for field in dataclasses.fields(cls):
-            value = _convert(getattr(self, field.name), hints[field.name], field.name)
-            object.__setattr__(self, field.name, value)
+        for name, convert in _converters(cls).items():
+            object.__setattr__(self, name, convert(getattr(self, name), name))
 
     def to_json(self) -> str:
         """Return the scenario as a JSON document, with floats at full precision."""
@@ -77,7 +80,7 @@ class Document:
         Raises:
             ScenarioError: if a field is unknown, has the wrong type or is out of bounds.
         """
-        return cls(**_parse(cls, document, "JSON", read_json))
+        return from_fields(cls, parse_document(document, is_toml=False))
 
     def to_toml(self) -> str:
         """Return the scenario as TOML, with floats at full precision; ``None`` becomes the string "None"."""
@@ -90,10 +93,7 @@ class Document:
         Raises:
             ScenarioError: if a field is unknown, has the wrong type or is out of bounds.
         """
-        fields = _parse(
-            cls, document, "TOML", lambda text: _replace_values(tomllib.loads(text), "None", None)
-        )
-        return cls(**fields)
+        return from_fields(cls, parse_document(document, is_toml=True))
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some fields changed.
@@ -105,14 +105,22 @@ class Document:
         return dataclasses.replace(self, **changes)  # type: ignore[type-var]
 
 
-def _parse(cls: Any, document: str, form: str, parse: Callable[[str], Any]) -> Mapping[str, Any]:
-    """Return the fields of a document; every parser error becomes a ScenarioError."""
+def parse_document(document: str, *, is_toml: bool) -> Any:
+    """Return the value of a TOML or JSON document; every parser error becomes a ScenarioError."""
     text = as_text(document, "document", ScenarioError)
     try:
-        fields = parse(text)
+        return _replace_values(tomllib.loads(text), "None", None) if is_toml else parse_json(text)
     except (ValueError, RecursionError) as error:
-        raise ScenarioError("document", f"valid {form}", error) from None
-    return _check_names(cls, fields, "")
+        raise ScenarioError("document", f"valid {'TOML' if is_toml else 'JSON'}", error) from None
+
+
+def from_fields(cls: type[_D], fields: Any) -> _D:
+    """Return the scenario with these fields of a document; missing ones get their defaults.
+
+    Raises:
+        ScenarioError: if a field is unknown, has the wrong type or is out of bounds.
+    """
+    return cls(**_check_names(cls, fields, ""))
 
 
 def _replace_values(value: Any, old: Any, new: Any) -> Any:
@@ -130,59 +138,90 @@ def _to_document(value: Any) -> dict[str, Any]:
     return fields if isinstance(value, Document) else {value.kind: fields}
 
 
-_hints: Callable[[Any], dict[str, Any]] = cache(get_type_hints)
+@cache
+def _converters(cls: Any) -> dict[str, Converter]:
+    """Return the converter of every field of a scenario or part."""
+    hints = get_type_hints(cls)
+    return {field.name: _converter(hints[field.name]) for field in dataclasses.fields(cls)}
+
+
+def _converter(hint: Any) -> Converter:
+    """Return the converter to a part, a tuple of parts, one of some words, or plain data."""
+    family = next(iter(get_args(hint)), None)
+    if family in _FAMILIES:
+        return partial(_convert_parts, _FAMILIES[family], _converter(family))
+    if hint in _FAMILIES:
+        return partial(_convert_part, {part.kind: part for part in get_args(hint)})
+    if get_origin(hint) is Literal:
+        return partial(_convert_word, get_args(hint))
+    names: list[str] = []
+    conversions: dict[type, Converter] = {}
+    for one in (hint,) if hint in _SCALARS or get_origin(hint) is tuple else get_args(hint):
+        if get_origin(one) is tuple:
+            names.append("a list")
+            conversions[list] = partial(_convert_entries, _converter(get_args(one)[0]))
+        else:
+            name, accepted = _SCALARS[one]
+            names.append(name)
+            conversions |= accepted
+    return partial(_convert_plain, " or ".join(names), conversions)
+
+
+@cache
+def _required(cls: Any) -> tuple[str, ...]:
+    fields = dataclasses.fields(cls)
+    return tuple(field.name for field in fields if field.default is dataclasses.MISSING)
 
 
 def _check_names(cls: Any, fields: Any, prefix: str) -> Mapping[str, Any]:
     """Return the fields of a scenario or part after a check that all are known and none is missing."""
     if not isinstance(fields, Mapping):
         raise ScenarioError(prefix.rstrip(".") or "document", "an object with its fields", shown(fields))
-    known = {field.name: field for field in dataclasses.fields(cls)}
+    known = _converters(cls)
     for name in fields:
         if name not in known:
             raise ScenarioError(f"{prefix}{name}", f"one of {', '.join(known)}", shown_name(name, known))
-    for name, field in known.items():
-        if field.default is dataclasses.MISSING and name not in fields:
+    for name in _required(cls):
+        if name not in fields:
             raise ScenarioError(f"{prefix}{name}", "a value", "none")
     return fields
 
 
-def _convert(value: Any, hint: Any, path: str) -> Any:
-    """Convert a value to the type ``hint`` of a field: a part, a tuple of parts, or plain data."""
-    family = next(iter(get_args(hint)), None)
-    if family in _FAMILIES:
-        if not isinstance(value, list | tuple):
-            raise ScenarioError(path, f"a tuple of {_FAMILIES[family]}", type(value).__name__)
-        return tuple(_convert(entry, family, f"{path}[{index}]") for index, entry in enumerate(value))
-    if hint not in _FAMILIES:
-        return _convert_plain(value, hint, path)
-    kinds = {part.kind: part for part in get_args(hint)}
-    if isinstance(value, get_args(hint)):
+def _convert_parts(family: str, convert: Converter, value: Any, path: str) -> tuple[Any, ...]:
+    if not isinstance(value, list | tuple):
+        raise ScenarioError(path, f"a tuple of {family}", type(value).__name__)
+    if len(value) > _core.MAX_PARTS:
+        raise ScenarioError(path, f"at most {_core.MAX_PARTS} {family}", len(value))
+    return tuple(convert(entry, f"{path}[{index}]") for index, entry in enumerate(value))
+
+
+def _convert_part(kinds: dict[str, Any], value: Any, path: str) -> Any:
+    if isinstance(value, tuple(kinds.values())):
         value = _to_document(value)
     kind = next(iter(value)) if isinstance(value, Mapping) and len(value) == 1 else value
     if not isinstance(kind, str) or kind is value or kind not in kinds:
         raise ScenarioError(path, f"one of {', '.join(kinds)}", shown_name(kind, kinds))
     cls, prefix = kinds[kind], f"{path}.{kind}."
-    fields = _check_names(cls, value[kind], prefix)
-    return cls(**{name: _convert(entry, _hints(cls)[name], prefix + name) for name, entry in fields.items()})
+    fields, converters = _check_names(cls, value[kind], prefix), _converters(cls)
+    return cls(**{name: converters[name](entry, prefix + name) for name, entry in fields.items()})
 
 
-def _convert_plain(value: Any, hint: Any, path: str) -> Any:
-    """Convert a number, a string or a list of numbers to the type ``hint``."""
-    try:
-        plain = _plain(value, path)
-        return msgspec.convert(plain, hint)
-    except RecursionError:
-        raise ScenarioError(path, "a value of the schema", "lists that are nested too deeply") from None
-    except msgspec.ValidationError as error:
-        problem, _, where = str(error).removesuffix("`").partition(" - at `$")
-        for index in re.findall(r"\d+", where):
-            plain = plain[int(index)]
-        if get_origin(hint) is Literal:
-            words = get_args(hint)
-            raise ScenarioError(path, f"one of {', '.join(words)}", shown_name(plain, words)) from None
-        types = (_TYPE_NAMES.get(name, "a string") for name in problem.split("`")[1].split(" | "))
-        raise ScenarioError(path + where, " or ".join(types), shown(plain)) from None
+def _convert_word(words: Sequence[str], value: Any, path: str) -> str:
+    word: str = _plain(value, path)
+    if word not in words:
+        raise ScenarioError(path, f"one of {', '.join(words)}", shown_name(word, words))
+    return word
+
+
+def _convert_plain(expected: str, conversions: dict[type, Converter], value: Any, path: str) -> Any:
+    value = _plain(value, path)
+    if type(value) not in conversions:
+        raise ScenarioError(path, expected, shown(value))
+    return conversions[type(value)](value, path)
+
+
+def _convert_entries(convert: Converter, value: Sequence[Any], path: str) -> tuple[Any, ...]:
+    return tuple(convert(entry, f"{path}[{index}]") for index, entry in enumerate(value))
 
 
 def _plain(value: Any, path: str) -> Any:
@@ -192,14 +231,20 @@ def _plain(value: Any, path: str) -> Any:
     if isinstance(value, np.generic | np.ndarray) and value.dtype.kind in "biufU":
         value = np.float64(value).tolist() if value.dtype.kind == "f" else value.tolist()
     match value:
-        case list() | tuple():
-            return [_plain(entry, f"{path}[{index}]") for index, entry in enumerate(value)]
         case float() if not math.isfinite(value):
             raise ScenarioError(path, "a finite number", value)
+        case bool() | None:
+            return value
+        case list() | tuple():
+            return list(value)
         case int() if abs(value) >= _INTEGER_LIMIT:
             raise ScenarioError(path, "an integer between -2^63 and 2^63", value)
         case str() if not value.isascii():
             raise ScenarioError(path, "a string of ASCII characters", shown(value))
-        case None | int() | float() | str():  # a bool is an int
-            return value
+        case float():
+            return float(value)
+        case int():
+            return int(value)
+        case str():
+            return str(value)
     raise ScenarioError(path, "a number, a string or a part of a scenario", shown(value))

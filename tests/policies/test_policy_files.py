@@ -134,6 +134,63 @@ def test_a_file_of_another_kind_is_refused(changes: dict[str, Any], tmp_path: Pa
         load_policy(rewritten(path, **changes))
 
 
+@pytest.mark.parametrize(
+    ("make", "changes", "message"),
+    [
+        (flock_policy, {"architecture": {"inputs": ["time", "wings"], "hidden": [2]}}, "an entry 'wings'"),
+        (flock_policy, {"architecture": {"inputs": ["offset_0", "time"], "hidden": [2]}}, "'offset_0'"),
+        (line_policy, {"architecture": {"inputs": ["time", "offset_9"], "hidden": []}}, "'offset_9'"),
+        (line_policy, {"architecture": {"inputs": ["time"], "hidden": [], "mirror": True}}, "_left'"),
+        (
+            line_policy,
+            {"architecture": {"inputs": [], "hidden": [], "candidate_inputs": ["range"]}},
+            "ranges",
+        ),
+        (line_policy, {"options": {"action_mode": "range"}}, "action_mode: expected 'normalized'"),
+    ],
+)
+def test_a_network_that_cannot_act_is_refused(
+    make: Any, changes: dict[str, Any], message: str, tmp_path: Path
+) -> None:
+    save_policy(make(), tmp_path / "policy.npz")
+    network = changes.get("architecture")
+    if network:
+        size = Architecture(
+            **{name: tuple(v) if isinstance(v, list) else v for name, v in network.items()}
+        ).size
+        changes = {**changes, "parameters": np.zeros(size)}
+    with pytest.raises(RecordError) as caught:
+        load_policy(rewritten(tmp_path / "policy.npz", **changes))
+    assert message in str(caught.value)
+
+
+def test_a_network_of_a_long_line_reads_any_agent(tmp_path: Path) -> None:
+    """The observation of this line has 10^7 entries, which are not listed when the file is read."""
+    path = tmp_path / "policy.npz"
+    for inputs, is_good in ((("time", "offset_9999999"), True), (("time", "offset_10000000"), False)):
+        network = NetworkPolicy(Architecture(inputs, ()), [1, -2, 0.5])
+        save_policy(NamedPolicy("long", network, scenario=LineScenario(num_agents=10**7)), path)
+        if is_good:
+            assert load_policy(path).policy.architecture.inputs == inputs  # type: ignore[attr-defined]
+        else:
+            with pytest.raises(RecordError, match=inputs[1]):
+                load_policy(path)
+
+
+@pytest.mark.parametrize("where", ["header", "scenario"])
+def test_a_duplicate_key_of_a_header_is_named(where: str, tmp_path: Path) -> None:
+    path = tmp_path / "policy.npz"
+    save_policy(line_policy(), path)
+    with np.load(path) as file:
+        text, parameters = str(file["header"]), file["parameters"]
+    key = {"header": '"name": "line"', "scenario": '"num_agents": 9'}[where]
+    assert key in text
+    np.savez(path, header=np.array(text.replace(key, f"{key}, {key}")), parameters=parameters)
+    name = key.partition('"')[2].partition('"')[0]
+    with pytest.raises(RecordError, match=f"expected a JSON object, got the key '{name}' more than once"):
+        load_policy(path)
+
+
 def test_foreign_files_are_refused_and_not_executed(tmp_path: Path) -> None:
     class Armed:
         def __reduce__(self) -> Any:

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import json
+import random
+import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from argument_parts import PARTS, SLOTS
 from cli_runs import Ran
 from option_table import small_flock
 
@@ -224,6 +229,95 @@ def test_refused_distributions(part: Any, field: str) -> None:
     with pytest.raises(ScenarioError) as caught:
         randomized(randomization=(Uniform("speed", 5.0, 10.0), part))
     assert caught.value.field == f"randomization[1]{'.' if field else ''}{field}"
+
+
+def numbers_in(value: Any, path: str) -> Iterator[str]:
+    """Yield the paths of all real numbers in a document."""
+    if isinstance(value, dict):
+        for name, entry in value.items():
+            yield from numbers_in(entry, f"{path}.{name}")
+    elif isinstance(value, list):
+        for index, entry in enumerate(value):
+            yield from numbers_in(entry, f"{path}[{index}]")
+    elif isinstance(value, float):
+        yield path
+
+
+def set_number(document: Any, path: str, number: float) -> None:
+    *outer, last = (int(key) if key.isdigit() else key for key in re.findall(r"\w+", path))
+    for key in outer:
+        document = document[key]
+    document[last] = number
+
+
+def is_accepted(document: dict[str, Any]) -> bool:
+    try:
+        _core.check_flock_scenario(json.dumps(document))
+    except ScenarioError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize(("slot", "part"), PARTS)
+def test_randomization_is_accepted_if_all_combinations_are(slot: str, part: Any) -> None:
+    """The core tests few of the combinations of the values; this test tests all."""
+    place, _ = SLOTS[slot]
+    document = json.loads(small_flock(num_agents=5, **{slot: place(part)}).to_json())
+    document["randomization"] = []
+    numbers, rng = list(numbers_in(document[slot], slot)), random.Random(part.kind)  # noqa: S311, no secret
+    for _ in range(40 if numbers else 0):
+        values = {
+            path: rng.choices([0.0, -2.0, 0.5, 1.0, 1.5, 3.0, 10.0, 20.0], [1, 1, 3, 3, 3, 3, 3, 3], k=3)
+            for path in rng.sample(numbers, min(4, len(numbers)))
+        }
+        plain = json.loads(json.dumps(document))
+        all_accepted = True
+        for combination in itertools.product(*values.values()):
+            for path, number in zip(values, combination, strict=True):
+                set_number(plain, path, number)
+            all_accepted = all_accepted and is_accepted(plain)
+        choices = [{"choice": {"field": path, "values": each}} for path, each in values.items()]
+        assert is_accepted(document | {"randomization": choices}) == all_accepted, values
+
+
+def masses(count: int, draws: list[Any]) -> dict[str, Any]:
+    return {"num_agents": count, "mass": [0.5] * count, "randomization": draws}
+
+
+LARGE: dict[str, tuple[dict[str, Any], str | None]] = {
+    "masses": (
+        masses(4000, [{"uniform": {"field": f"mass[{k}]", "low": 0.1, "high": 1.0}} for k in range(4000)]),
+        None,
+    ),
+    "values": (
+        masses(1000, [{"choice": {"field": f"mass[{k}]", "values": [0.5] * 1000}} for k in range(100)]),
+        None,
+    ),
+    "the last value": (
+        masses(1000, [{"choice": {"field": "mass[999]", "values": [*[0.5] * 9_999, 0.0]}}]),
+        "randomization[0].choice.values[9999]: expected",
+    ),
+    "distributions": (
+        masses(1, [{"uniform": {"field": "mass[0]", "low": 0.1, "high": 1.0}}] * 10_001),
+        "randomization: expected at most 10000 distributions, got 10001",
+    ),
+    "predators": (
+        {"predators": [{"constant_velocity": {"position": [0.0, 0.0], "velocity": [1.0, 0.0]}}] * 10_001},
+        "predators: expected at most 10000 predators, got 10001",
+    ),
+}
+
+
+@pytest.mark.parametrize(("document", "error"), LARGE.values(), ids=LARGE)
+def test_large_documents_are_accepted_or_refused(document: dict[str, Any], error: str | None) -> None:
+    """The check of these documents takes minutes if it is not linear in their size."""
+    text = json.dumps(document)
+    if error is None:
+        assert FlockScenario.from_json(text).drawn(1).num_agents == document["num_agents"]
+        return
+    for read in (FlockScenario.from_json, _core.check_flock_scenario):
+        with pytest.raises(ScenarioError, match=f"^{re.escape(error)}"):
+            read(text)
 
 
 def test_distributions_that_contradict_each_other_are_refused() -> None:

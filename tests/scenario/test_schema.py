@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from argument_parts import SLOTS
+from argument_parts import PARTS, SLOTS
 from option_table import small_flock
 
 from flockesc_env import (
@@ -26,11 +26,6 @@ from flockesc_env import (
 from flockesc_env.common.errors import FlockescError
 
 UNKNOWN = "no_such_name"
-PARTS = [
-    pytest.param(slot, kind(**{name: given.good for name, given in arguments.items()}), id=kind.kind)
-    for slot, (_, kinds) in SLOTS.items()
-    for kind, arguments in kinds.items()
-]
 
 
 def known_to(check: Callable[[str], Any], document: Any) -> set[str]:

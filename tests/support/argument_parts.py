@@ -7,6 +7,7 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
+import pytest
 from argument_kinds import (
     Bools,
     Call,
@@ -175,6 +176,13 @@ SLOTS: dict[str, tuple[Callable[[Any], Any], dict[type[Any], dict[str, Kind]]]] 
     "neighbor_rule": (lambda part: part, RULES),
     "randomization": (lambda part: (part,), DRAWS),
 }
+
+PARTS = [
+    pytest.param(slot, kind(**{name: given.good for name, given in arguments.items()}), id=kind.kind)
+    for slot, (_, kinds) in SLOTS.items()
+    for kind, arguments in kinds.items()
+]
+"""Slot and part, one entry per kind of part."""
 
 
 def _part(slot: str, place: Callable[[Any], Any], kind: type[Any]) -> Callable[..., Any]:

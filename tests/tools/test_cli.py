@@ -222,6 +222,14 @@ def test_a_file_with_a_field_of_lines_is_a_line(capsys: pytest.CaptureFixture[st
         assert LineScenario.from_json(json.dumps(document["scenario"])) == scenario
 
 
+def test_comments_and_strings_do_not_make_a_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text(f"# max_steps = 7\n{SMALL.to_toml()}")
+    (tmp_path / "b.json").write_text('{"randomization": [{"uniform": {"field": "a, max_steps = 7"}}]}')
+    flags = ["simulate", "--interaction-range", 0.1, "--json", "--scenario"]
+    assert Ran(capsys, *flags, tmp_path / "a.toml").json()["model"] == "flock"
+    assert "randomization[0].uniform.low: expected" in Ran(capsys, *flags, tmp_path / "b.json").err
+
+
 def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     result = sweep(SMALL, [0, 5.5, 100], range(3, 40))
     path = tmp_path / "sweep.parquet"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import pytest
 from flockesc_env import (
     ConstantVelocity,
     FlockScenario,
+    Learned,
     LineScenario,
     PurePursuit,
     RecordError,
@@ -128,6 +130,7 @@ def rewrite(path: Path, **changes: Any) -> None:
         ({"header": np.array("no json")}, "header"),
         ({"header": np.array("[]")}, "header"),
         ({"header": np.array(json.dumps({"model": "fish"}))}, "header"),
+        ({"header": np.array('{"name": "one", "versions": {"numpy": "1", "numpy": "2"}}')}, "header"),
     ],
 )
 def test_a_file_of_another_format_is_named(changes: dict[str, Any], field: str, tmp_path: Path) -> None:
@@ -137,6 +140,46 @@ def test_a_file_of_another_format_is_named(changes: dict[str, Any], field: str, 
     with pytest.raises(RecordError) as caught:
         load_run(path)
     assert caught.value.field == field
+
+
+IMPOSSIBLE_IN: dict[str, Callable[[], Any]] = {
+    "flock": lambda: simulate(FLOCK.replace(predators=(Learned(),)), 10.0, seed=3),
+    "no predator": RUNS["no predator"],
+    "line": RUNS["line"],
+    "line, no predator": RUNS["line, no predator"],
+}
+SIGNED = ["predator_actions", "positions", "velocities", "predator_positions"]
+NOT_SIGNED = ["times", "interaction_ranges", "mean_distance", "min_distance", "polarization"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "column", "bad"),
+    [
+        *(("flock", name, bad) for name in SIGNED + NOT_SIGNED for bad in (np.nan, np.inf)),
+        *(("flock", name, -1) for name in [*NOT_SIGNED, "num_components", "fraction_surviving"]),
+        ("flock", "num_components", 13),
+        ("flock", "caught_at", -2),
+        ("flock", "caught_at", 10),
+        ("flock", "fraction_surviving", 1.5),
+        ("no predator", "mean_distance", np.nan),
+        ("no predator", "min_distance", -1),
+        *(
+            ("line", name, bad)
+            for name in ("interaction_range", "states", "escape_distance")
+            for bad in (np.nan, np.inf)
+        ),
+        *(("line", name, -1) for name in ("interaction_range", "num_components", "escape_distance", "steps")),
+        ("line, no predator", "escape_distance", np.nan),
+    ],
+)
+def test_impossible_numbers_are_named(kind: str, column: str, bad: float, tmp_path: Path) -> None:
+    path, run = tmp_path / "run.npz", IMPOSSIBLE_IN[kind]()
+    values = np.array(getattr(run, column))
+    values.flat[-1] = bad
+    save_run(dataclasses.replace(run, **{column: values}), path)
+    with pytest.raises(RecordError) as caught:
+        load_run(path)
+    assert caught.value.field.partition("[")[0] == column
 
 
 def header_with(path: Path, **changes: Any) -> np.ndarray:

@@ -20,7 +20,7 @@ mod snapshot;
 mod sweep;
 
 pub use agents::PerAgent;
-pub use base::check::{MAX_AGENTS, MAX_CANDIDATES, MAX_STEPS};
+pub use base::check::{MAX_AGENTS, MAX_CANDIDATES, MAX_PARTS, MAX_STEPS};
 pub use base::entry::Entry;
 pub use base::error::{Error, Result};
 pub use base::rng::episode_seed;

@@ -58,5 +58,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     if os.hasattr("register_at_fork")? {
         os.call_method("register_at_fork", (), Some(&when))?;
     }
+    module.add("MAX_PARTS", flockesc_core::MAX_PARTS)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))
 }

@@ -8,6 +8,10 @@ pub const MAX_AGENTS: usize = 10_000_000;
 /// Largest number of steps of a scenario.
 pub const MAX_STEPS: usize = 1_000_000_000;
 
+/// Largest number of predators, and of distributions of numbers, of a scenario. The limit bounds the time that
+/// the check of a scenario takes.
+pub const MAX_PARTS: usize = 10_000;
+
 /// Largest number of candidate ranges of an observation.
 pub const MAX_CANDIDATES: usize = 64;
 
@@ -100,6 +104,16 @@ pub(crate) fn vector(field: &str, entries: &[f64], dimension: usize) -> Result<(
 pub(crate) fn within(field: &str, value: usize, low: usize, high: usize) -> Result<()> {
     let expected = format!("an integer from {low} to {high}");
     check(field, value, &expected, (low..=high).contains(&value))
+}
+
+/// Checks the length of a list of parts, such as `predators`.
+pub(crate) fn at_most(field: &str, parts: &str, count: usize, most: usize) -> Result<()> {
+    check(
+        field,
+        count,
+        &format!("at most {most} {parts}"),
+        count <= most,
+    )
 }
 
 /// Checks the candidate ranges of a profile: 1 to [`MAX_CANDIDATES`] increasing numbers from 0 to

@@ -14,7 +14,8 @@ use super::motion::{Inertial, Motion, Parameters};
 use super::randomization::{self, Distribution};
 use crate::agents::PerAgent;
 use crate::base::check::{
-    MAX_AGENTS, MAX_STEPS, not_negative, positive_quantity, quantity, within, within_bounds,
+    MAX_AGENTS, MAX_PARTS, MAX_STEPS, at_most, not_negative, positive_quantity, quantity, within,
+    within_bounds,
 };
 use crate::base::document::{parse, parse_value};
 use crate::base::error::{Error, Result};
@@ -154,7 +155,7 @@ impl FlockConfig {
         if self.randomization.is_empty() {
             return Ok(());
         }
-        randomization::check(&self.randomization, &self.undrawn_document(), |drawn| {
+        randomization::check(&self.randomization, self.undrawn_document(), |drawn| {
             parse_value::<Self>(drawn)?.check_fields()
         })
     }
@@ -166,6 +167,9 @@ impl FlockConfig {
 
     /// Checks every field except `randomization`.
     fn check_fields(&self) -> Result<()> {
+        at_most("predators", "predators", self.predators.len(), MAX_PARTS)?;
+        let count = self.randomization.len();
+        at_most("randomization", "distributions", count, MAX_PARTS)?;
         within("num_agents", self.num_agents, 1, MAX_AGENTS)?;
         within("dimension", self.dimension, 2, 3)?;
         within("num_steps", self.num_steps, 1, MAX_STEPS)?;

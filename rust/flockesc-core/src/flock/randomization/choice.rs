@@ -1,5 +1,7 @@
 //! A uniform distribution over a list of numbers.
 
+use std::collections::BTreeSet;
+
 use serde::{Deserialize, Serialize};
 
 use super::distribution::{Draw, End};
@@ -31,9 +33,19 @@ impl Draw for Choice {
     }
 
     fn ends(&self) -> Vec<End> {
-        let places = self.values.iter().enumerate();
-        places
-            .map(|(k, &value)| (format!("values[{k}]"), value))
+        let order = |a: &usize, b: &usize| self.values[*a].total_cmp(&self.values[*b]);
+        let size_order =
+            |a: &usize, b: &usize| self.values[*a].abs().total_cmp(&self.values[*b].abs());
+        let places = || 0..self.values.len();
+        let extremes = [
+            places().next(),
+            places().min_by(order),
+            places().max_by(order),
+            places().min_by(size_order),
+        ];
+        let unique: BTreeSet<usize> = extremes.into_iter().flatten().collect();
+        let ends = unique.into_iter();
+        ends.map(|k| (format!("values[{k}]"), self.values[k]))
             .collect()
     }
 

@@ -11,7 +11,8 @@ pub(super) trait Draw {
     /// Checks the parameters. `path` is the distribution's path in the scenario.
     fn check(&self, path: &str) -> Result<()>;
 
-    /// Returns the smallest and the largest value, or all values of a finite set.
+    /// Returns the smallest and the largest value and, of a finite set, also the first one and the one nearest
+    /// to 0.
     fn ends(&self) -> Vec<End>;
 
     /// Returns the value for a uniform number `part` in [0, 1). It lies between the ends in spite of

@@ -1,6 +1,9 @@
 //! Domain randomization of a scenario's document: validation of the distributions, and drawing of the
 //! numbers.
 
+use std::collections::BTreeMap;
+use std::iter;
+
 use serde_json::Value;
 
 use super::Distribution;
@@ -11,184 +14,221 @@ use crate::base::rng::{self, Stream};
 /// Fields that cannot be randomized: the length scale of observations and the time step.
 const FIXED: [&str; 2] = ["initial_side", "time_step"];
 
-/// Largest number of combinations of ends in one part of a scenario.
-const MAX_COMBINATIONS: usize = 4096;
-
 /// Checks that `accept` accepts the scenario with every possible draw.
 ///
-/// Every bound of a scenario concerns one part of it, such as one predator, and the accepted numbers are a
-/// convex set. If all combinations of the distributions' ends in each part are accepted, every draw is
-/// accepted. The one exception is a direction, which must not be 0. Between accepted ends it is 0 with a
-/// probability of at most 2^-53, and the agent is then at rest.
+/// Every bound of a scenario concerns one part of it, such as one predator. All parts are therefore tested at
+/// once, and the number of calls of `accept` depends only on the largest number of distributions in one part.
+/// A bound is one of three kinds:
+///
+/// 1. The accepted values of one number are an interval.
+/// 2. The magnitudes of some numbers bound another one, as the speed bounds `max_speed`. The bound is strictest
+///    if they are largest.
+/// 3. A direction must not be 0. It is nearest to 0 if the magnitudes of all its entries are smallest.
+///
+/// A direction between accepted ends is 0 with a probability of at most 2^-53. The agent is then at rest.
 ///
 /// # Errors
 /// [`Error::Config`] if a distribution does not name a real number, or if a draw or a combination of draws is
 /// rejected.
 pub(in crate::flock) fn check(
     distributions: &[Distribution],
-    scenario: &Value,
+    scenario: Value,
     accept: impl Fn(&Value) -> Result<()>,
 ) -> Result<()> {
-    for index in 0..distributions.len() {
-        check_field(distributions, index, scenario)?;
-    }
-    let trial = Trial {
-        distributions,
-        scenario,
-        ends: distributions.iter().map(|d| d.as_draw().ends()).collect(),
-        accept: &accept,
+    let mut trial = Trial::new(distributions, scenario)?;
+    let Err(error) = trial.check_together(&accept) else {
+        return Ok(());
     };
-    trial.check_one_by_one()?;
-    trial.check_together()
+    let together = trial.combination_error(&error);
+    trial.check_one_by_one(&accept)?;
+    Err(together)
 }
 
-/// Tests a scenario with combinations of the distributions' ends. Entry k of a combination is the index of an
-/// end of distribution k.
+/// Tests a scenario with combinations of the distributions' ends.
 struct Trial<'a> {
-    distributions: &'a [Distribution],
-    scenario: &'a Value,
-    ends: Vec<Vec<End>>,
-    accept: &'a dyn Fn(&Value) -> Result<()>,
+    numbers: Vec<Number<'a>>,
+    /// Index of the number at a path.
+    indices: BTreeMap<&'a str, usize>,
+    /// Index of the number and index of the end, for the smallest and largest values in a part.
+    parts: BTreeMap<&'a str, Vec<(usize, usize)>>,
+    scenario: Value,
 }
 
-impl Trial<'_> {
-    /// Tests every end of every distribution, with the other distributions at their first end. Errors name
+/// A number of the scenario.
+struct Number<'a> {
+    distribution: &'a Distribution,
+    ends: Vec<End>,
+    /// Index of its end in the present combination.
+    chosen: usize,
+}
+
+impl Number<'_> {
+    fn value(&self) -> f64 {
+        self.ends[self.chosen].1
+    }
+}
+
+impl<'a> Trial<'a> {
+    /// Checks the parameters and the field of every distribution.
+    fn new(distributions: &'a [Distribution], mut scenario: Value) -> Result<Self> {
+        let mut indices = BTreeMap::new();
+        let mut parts: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        let mut numbers = Vec::with_capacity(distributions.len());
+        for (index, distribution) in distributions.iter().enumerate() {
+            let (path, draw) = (path(index, distribution), distribution.as_draw());
+            draw.check(&path)?;
+            let field = draw.field();
+            let is_real = number_at(&mut scenario, field).is_some_and(|value| value.is_f64());
+            let is_first = indices.insert(field, index).is_none();
+            if !is_real || !is_first || FIXED.contains(&field) {
+                let expected = "the path of a real number of the scenario, such as predator_range, in only \
+                                one distribution and not initial_side or time_step";
+                let given = format!("{field:?}");
+                return Err(Error::config(format!("{path}.field"), expected, given));
+            }
+            let ends = draw.ends();
+            let values = || ends.iter().map(|(_, value)| *value);
+            let low = values().fold(f64::INFINITY, f64::min);
+            let high = values().fold(f64::NEG_INFINITY, f64::max);
+            let extremes = (0..ends.len()).filter(|&end| [low, high].contains(&ends[end].1));
+            let tested = extremes.map(|end| (index, end));
+            parts.entry(part(field)).or_default().extend(tested);
+            numbers.push(Number {
+                distribution,
+                ends,
+                chosen: 0,
+            });
+        }
+        Ok(Self {
+            numbers,
+            indices,
+            parts,
+            scenario,
+        })
+    }
+
+    /// Tests all numbers at their smallest magnitude, and the smallest and largest value of each number with the
+    /// other numbers at their largest magnitude.
+    fn check_together(&mut self, accept: &dyn Fn(&Value) -> Result<()>) -> Result<()> {
+        self.combine(smallest, None);
+        accept(&self.scenario)?;
+        (0..self.rounds()).try_for_each(|round| {
+            self.combine(largest, Some(round));
+            accept(&self.scenario)
+        })
+    }
+
+    /// Tests the smallest and largest value of each number with the other numbers at their first end. Errors name
     /// the distribution of the rejected field.
-    fn check_one_by_one(&self) -> Result<()> {
-        let first = vec![0; self.ends.len()];
-        self.check_end(&first, None)?;
-        for (index, ends) in self.ends.iter().enumerate() {
-            for end in 1..ends.len() {
-                let mut combination = first.clone();
-                combination[index] = end;
-                self.check_end(&combination, Some(index))?;
+    fn check_one_by_one(&mut self, accept: &dyn Fn(&Value) -> Result<()>) -> Result<()> {
+        let rounds = (0..self.rounds()).map(Some);
+        iter::once(None).chain(rounds).try_for_each(|round| {
+            self.combine(|_| 0, round);
+            accept(&self.scenario).map_err(|error| self.named(error, round))
+        })
+    }
+
+    /// Returns the largest number of tested values in a part.
+    fn rounds(&self) -> usize {
+        self.parts.values().map(Vec::len).max().unwrap_or(0)
+    }
+
+    /// Sets all numbers to the end that `others` returns. In a round, one number of each part has another end.
+    fn combine(&mut self, others: impl Fn(&[End]) -> usize, round: Option<usize>) {
+        for number in &mut self.numbers {
+            number.chosen = others(&number.ends);
+        }
+        for ends in self.parts.values() {
+            if let Some(&(index, end)) = round.and_then(|round| ends.get(round)) {
+                self.numbers[index].chosen = end;
             }
         }
-        Ok(())
+        for number in &self.numbers {
+            set_number(&mut self.scenario, number.distribution, number.value());
+        }
     }
 
-    fn check_end(&self, combination: &[usize], varied: Option<usize>) -> Result<()> {
-        let Err(error) = (self.accept)(&self.drawn(combination)) else {
-            return Ok(());
-        };
+    /// Returns the error with the name of the distribution to blame: that of the rejected field, or the one
+    /// that has another end in this round.
+    fn named(&self, error: Error, round: Option<usize>) -> Error {
         let Error::Config {
             field, expected, ..
         } = &error
         else {
-            return Err(error);
+            return error;
         };
-        let mut fields = self.distributions.iter().map(|d| d.as_draw().field());
-        let Some(index) = fields.position(|set| set == field).or(varied) else {
-            return Err(self.combination_error(&error, combination));
+        let varied = || {
+            let ends = ancestors(field).find_map(|path| self.parts.get(path))?;
+            ends.get(round?).map(|&(index, _)| index)
         };
-        let (end, value) = &self.ends[index][combination[index]];
-        let path = format!("{}.{end}", path(self.distributions, index));
-        Err(Error::config(path, format!("{expected} ({field})"), value))
-    }
-
-    /// Tests all combinations of the ends in every part of the scenario.
-    fn check_together(&self) -> Result<()> {
-        let part = |index: usize| {
-            self.distributions[index]
-                .as_draw()
-                .field()
-                .split('.')
-                .next()
+        let Some(index) = self.indices.get(field.as_str()).copied().or_else(varied) else {
+            return self.combination_error(&error);
         };
-        let all = 0..self.ends.len();
-        for index in all.clone() {
-            if (0..index).any(|earlier| part(earlier) == part(index)) {
-                continue;
-            }
-            let mut combinations = vec![vec![0; self.ends.len()]];
-            for member in all.clone().filter(|other| part(*other) == part(index)) {
-                let ends = 0..self.ends[member].len();
-                if combinations.len() * ends.len() > MAX_COMBINATIONS {
-                    let part = part(index).unwrap_or_default();
-                    let expected = format!("at most {MAX_COMBINATIONS} combinations in {part}");
-                    return Err(Error::config("randomization", expected, "more"));
-                }
-                let with = |combination: Vec<usize>, end| {
-                    let mut combination = combination;
-                    combination[member] = end;
-                    combination
-                };
-                combinations = (combinations.into_iter())
-                    .flat_map(|combination| {
-                        ends.clone().map(move |end| with(combination.clone(), end))
-                    })
-                    .collect();
-            }
-            for combination in combinations {
-                (self.accept)(&self.drawn(&combination))
-                    .map_err(|error| self.combination_error(&error, &combination))?;
-            }
-        }
-        Ok(())
+        let number = &self.numbers[index];
+        let (end, value) = &number.ends[number.chosen];
+        let path = format!("{}.{end}", path(index, number.distribution));
+        Error::config(path, format!("{expected} ({field})"), value)
     }
 
-    fn values(&self, combination: &[usize]) -> Vec<f64> {
-        let chosen = self.ends.iter().zip(combination);
-        chosen.map(|(ends, &end)| ends[end].1).collect()
-    }
-
-    fn drawn(&self, combination: &[usize]) -> Value {
-        let mut drawn = self.scenario.clone();
-        set_numbers(self.distributions, &self.values(combination), &mut drawn);
-        drawn
-    }
-
-    fn combination_error(&self, error: &Error, combination: &[usize]) -> Error {
+    fn combination_error(&self, error: &Error) -> Error {
         let expected = format!("distributions with valid combinations of draws ({error})");
-        let given = format!("{:?}", self.values(combination));
-        Error::config("randomization", expected, given)
+        let values: Vec<_> = self.numbers.iter().map(Number::value).collect();
+        Error::config("randomization", expected, format!("{values:?}"))
     }
 }
 
-/// Checks the parameters and the field of one distribution.
-fn check_field(distributions: &[Distribution], index: usize, scenario: &Value) -> Result<()> {
-    let (path, field) = (
-        path(distributions, index),
-        distributions[index].as_draw().field(),
-    );
-    distributions[index].as_draw().check(&path)?;
-    let mut earlier = distributions[..index].iter();
-    let mut scenario = scenario.clone();
-    let is_real = number_at(&mut scenario, field).is_some_and(|value| value.is_f64());
-    let is_first = earlier.all(|other| other.as_draw().field() != field);
-    if is_real && is_first && !FIXED.contains(&field) {
-        return Ok(());
+/// Returns the index of the end with the largest magnitude.
+fn largest(ends: &[End]) -> usize {
+    let magnitude = |end: &usize| ends[*end].1.abs();
+    let largest = (0..ends.len()).max_by(|a, b| magnitude(a).total_cmp(&magnitude(b)));
+    largest.unwrap_or(0)
+}
+
+/// Returns the index of the end with the smallest magnitude.
+fn smallest(ends: &[End]) -> usize {
+    let magnitude = |end: &usize| ends[*end].1.abs();
+    let smallest = (0..ends.len()).min_by(|a, b| magnitude(a).total_cmp(&magnitude(b)));
+    smallest.unwrap_or(0)
+}
+
+/// Returns the path of the smallest part of the scenario whose numbers can bound each other: the vector of a
+/// list of vectors, the object around the number, or the number itself.
+fn part(field: &str) -> &str {
+    let vector = match field.rsplit_once('[') {
+        Some((vector, _)) if field.ends_with(']') => vector,
+        _ => field,
+    };
+    if vector.ends_with(']') {
+        return vector;
     }
-    let expected = "the path of a real number of the scenario, such as predator_range, in only one \
-                    distribution and not initial_side or time_step";
-    Err(Error::config(
-        format!("{path}.field"),
-        expected,
-        format!("{field:?}"),
-    ))
+    field.rsplit_once('.').map_or(field, |(object, _)| object)
+}
+
+/// Returns a path and the paths of everything around it.
+fn ancestors(path: &str) -> impl Iterator<Item = &str> {
+    iter::successors(Some(path), |path| {
+        path.rfind(['.', '[']).map(|end| &path[..end])
+    })
 }
 
 /// Returns the path of a distribution in the scenario.
-fn path(distributions: &[Distribution], index: usize) -> String {
-    format!("randomization[{index}].{}", distributions[index].kind())
+fn path(index: usize, distribution: &Distribution) -> String {
+    format!("randomization[{index}].{}", distribution.kind())
 }
 
 /// Draws the randomized numbers of the episode with this seed and writes them to the scenario.
 pub(in crate::flock) fn draw(distributions: &[Distribution], seed: u64, scenario: &mut Value) {
     let mut rng = rng::stream(seed, Stream::Scenario);
-    let draws = distributions
-        .iter()
-        .map(|distribution| distribution.as_draw().draw(rng::uniform(&mut rng, 1.0)));
-    let values: Vec<f64> = draws.collect();
-    set_numbers(distributions, &values, scenario);
+    for distribution in distributions {
+        let value = distribution.as_draw().draw(rng::uniform(&mut rng, 1.0));
+        set_number(scenario, distribution, value);
+    }
 }
 
-/// Writes the numbers of the distributions to the scenario.
-fn set_numbers(distributions: &[Distribution], values: &[f64], scenario: &mut Value) {
-    for (distribution, value) in distributions.iter().zip(values) {
-        if let Some(number) = number_at(scenario, distribution.as_draw().field()) {
-            *number = Value::from(*value);
-        }
+/// Writes the number of a distribution to the scenario.
+fn set_number(scenario: &mut Value, distribution: &Distribution, value: f64) {
+    if let Some(number) = number_at(scenario, distribution.as_draw().field()) {
+        *number = Value::from(value);
     }
 }
 

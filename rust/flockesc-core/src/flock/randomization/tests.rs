@@ -1,7 +1,9 @@
+use std::cell::Cell;
 use std::sync::Arc;
 
 use serde_json::{Value, json};
 
+use super::{Choice, Distribution, check};
 use crate::base::error::{Error, Result};
 use crate::flock::FlockConfig;
 use crate::flock::scenario::tests::paper;
@@ -175,17 +177,66 @@ fn all_draws_between_valid_ends_are_valid() {
     assert!(error.to_string().contains("max_speed"), "{error}");
 }
 
+/// A test of the scenario takes time proportional to its size, and the number of tests depends neither on the
+/// number of randomized numbers nor on the number of values.
 #[test]
-fn too_many_combinations_are_rejected() {
-    let values: Vec<f64> = (1..70).map(f64::from).collect();
-    let choices: Vec<Value> = (["position[0]", "position[1]"].iter())
-        .map(|number| {
+fn the_number_of_tests_does_not_grow_with_the_document() {
+    let calls = |numbers: &[&str], parts: usize, values: usize| {
+        let predator = json!({"velocity": [1.0, 1.0], "max_speed": 9.0});
+        let document = json!({
+            "mass": vec![0.1; parts],
+            "points": vec![vec![0.0; 2]; parts],
+            "predators": vec![json!({"herd": predator}); parts],
+        });
+        let values: Vec<f64> = (0..values).map(|k| k as f64 - 1.0).collect();
+        let distributions: Vec<_> = (0..parts)
+            .flat_map(|k| {
+                numbers
+                    .iter()
+                    .map(move |number| number.replace('#', &k.to_string()))
+            })
+            .map(|field| {
+                Distribution::Choice(Choice {
+                    field,
+                    values: values.clone(),
+                })
+            })
+            .collect();
+        let calls = Cell::new(0);
+        let accept = |_: &Value| {
+            calls.set(calls.get() + 1);
+            Ok(())
+        };
+        check(&distributions, document, accept).expect("every test is accepted");
+        calls.get()
+    };
+    for numbers in [
+        &["mass[#]"][..],
+        &["points[#][0]", "points[#][1]"],
+        &[
+            "predators[#].herd.velocity[0]",
+            "predators[#].herd.velocity[1]",
+            "predators[#].herd.max_speed",
+        ],
+    ] {
+        let few = calls(numbers, 1, 3);
+        assert!(few <= 2 * numbers.len() + 1, "{few}");
+        assert_eq!(calls(numbers, 500, 200), few);
+    }
+}
+
+#[test]
+fn every_end_of_many_values_is_tested() {
+    let bounds = |first: f64| {
+        let values: Vec<f64> = (0..70).map(|k| first + f64::from(k)).collect();
+        let choices = ["position[0]", "position[1]"].map(|number| {
             let field = format!("predators[0].constant_velocity.{number}");
             json!({"choice": {"field": field, "values": values}})
-        })
-        .collect();
-    match scenario(json!(choices)) {
-        Err(Error::Config { field, .. }) => assert_eq!(field, "randomization"),
-        other => panic!("{other:?}"),
+        });
+        scenario(json!(choices))
+    };
+    assert!(bounds(-20.0).is_ok());
+    for first in [-1e21, 1e21] {
+        assert!(bounds(first).is_err(), "{first}");
     }
 }
