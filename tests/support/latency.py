@@ -22,6 +22,7 @@ from flockesc_env import (
     FlockVectorEnv,
     LineEscapeEnv,
     LineScenario,
+    Topological,
     Voronoi,
     parallel_env,
     rollout,
@@ -41,6 +42,8 @@ crowd = FlockScenario(num_agents=100_000, initial_side=1826.0, num_steps=FOREVER
 huge = FlockScenario(num_agents=1_000_000, initial_side=5774.0, num_steps=10)
 dense = FlockScenario(num_agents=10_000, initial_side=100.0, blind_angle=1.0, num_steps=100)
 line = LineScenario(escape_force="linear_as_printed", max_steps=FOREVER)
+profiled = FlockScenario(num_agents=200_000, initial_side=2582.0)
+candidates = {"max_range": 300.0, "profile_ranges": tuple(np.linspace(5.0, 300.0, 64).tolist())}
 points = np.random.default_rng(0).uniform(0.0, 1.0, (60_000, 2))
 
 Call = Callable[[], Any]
@@ -77,6 +80,15 @@ def parallel_step() -> Call:
     return call
 
 
+def observation() -> Call:
+    """Agents search for their 1,000 nearest ones under eight candidate ranges."""
+    scenario = FlockScenario(num_agents=3000, initial_side=300.0, neighbor_rule=Topological())
+    env = parallel_env(scenario, max_range=1008, profile_ranges=tuple(range(1000, 1008)))
+    env.reset(seed=0)
+    state = env.get_state()
+    return lambda: env.set_state(state)
+
+
 def line_step() -> Call:
     env = LineEscapeEnv(line, action_mode="range", max_range=10.0, steps_per_action=FOREVER)
     env.reset(seed=0, options={"initial_state": CYCLE})
@@ -100,6 +112,11 @@ CALLS: dict[str, Callable[[], Call]] = {
     "step of a vector environment": vector_step,
     "step with difference rewards": parallel_step,
     "step of a line": line_step,
+    "step, 64 candidate ranges": lambda: gymnasium_step(profiled.replace(num_agents=20_000), **candidates),
+    "reset of 200,000 agents, 64 candidate ranges": lambda: (
+        lambda: FlockEscapeEnv(profiled, **candidates).reset(seed=0)
+    ),
+    "observation, topological candidates": observation,
     "reset of 1,000,000 agents": lambda: lambda: FlockEscapeEnv(huge).reset(seed=0),
     "reset of 64 x 30,000 agents": lambda: (
         lambda: FlockVectorEnv(64, crowd.replace(num_agents=30_000, initial_side=1000.0)).reset(seed=0)

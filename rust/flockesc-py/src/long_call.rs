@@ -24,6 +24,53 @@ pub(crate) const LONG: usize = 1 << 18;
 /// one.
 const SHORT: usize = 1 << 8;
 
+/// Runs `work`, which visits `visits` agents. A long call can be interrupted.
+pub(crate) fn run<T: Send + 'static>(
+    py: Python<'_>,
+    visits: usize,
+    work: impl FnOnce(&Progress) -> flockesc_core::Result<T> + Send + 'static,
+) -> PyResult<T> {
+    if visits < LONG {
+        let outcome = maybe_detach(py, visits, || work(&Progress::default()));
+        Ok(outcome.map_err(CoreError::from)?)
+    } else {
+        long_call(py, None, work)
+    }
+}
+
+/// Runs `work`, which visits `visits` agents, on `state`. A long call can be interrupted, because it runs on
+/// a clone.
+pub(crate) fn read<S: Clone + Send + 'static, T: Send + 'static>(
+    py: Python<'_>,
+    state: &S,
+    visits: usize,
+    work: impl FnOnce(&S, &Progress) -> flockesc_core::Result<T> + Send + 'static,
+) -> PyResult<T> {
+    let state = state.clone();
+    run(py, visits, move |progress| work(&state, progress))
+}
+
+/// Runs `work`, which visits `visits` agents and changes `state`. A long call can be interrupted, and then
+/// changes nothing.
+pub(crate) fn change<S: Clone + Send + 'static, T: Send + 'static>(
+    py: Python<'_>,
+    state: &mut S,
+    visits: usize,
+    work: impl FnOnce(&mut S, &Progress) -> flockesc_core::Result<T> + Send + 'static,
+) -> PyResult<T> {
+    if visits < LONG {
+        let outcome = maybe_detach(py, visits, || work(state, &Progress::default()));
+        return Ok(outcome.map_err(CoreError::from)?);
+    }
+    let mut changed = state.clone();
+    let (changed, result) = long_call(py, None, move |progress| {
+        let result = work(&mut changed, progress)?;
+        Ok((changed, result))
+    })?;
+    *state = changed;
+    Ok(result)
+}
+
 /// Runs `work`, which visits `visits` agents, and releases the GIL if there are many.
 pub(crate) fn maybe_detach<T: Ungil>(
     py: Python<'_>,

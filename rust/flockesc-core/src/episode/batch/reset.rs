@@ -30,7 +30,7 @@ impl<const D: usize> Reset<D> {
     /// [`Error::Interrupted`] if `progress` was cancelled.
     pub fn build(mut self, progress: &Progress) -> Result<Self> {
         let (config, start) = (&self.config, &self.start);
-        let built = dispatch(self.pool, self.slots.values_mut(), |slot| {
+        let built = dispatch(self.pool.clone(), self.slots.values_mut(), |slot| {
             progress.check()?;
             slot.start(config, start);
             Ok(())
@@ -110,16 +110,16 @@ impl<const D: usize> Batch<D> {
     #[doc(hidden)]
     pub fn commit(&mut self, reset: Reset<D>) {
         for (index, slot) in reset.slots {
-            self.slots[index] = slot;
+            self.slots[index] = Arc::new(slot);
         }
     }
 
-    /// Estimates the cost of a reset of `slots` slots, in the unit of [`Self::work`].
+    /// Estimates the cost of a reset of `slots` slots and of their observations, in the unit of
+    /// [`Self::work`].
     #[doc(hidden)]
     #[must_use]
     pub fn work_of_reset(&self, slots: usize) -> usize {
-        slots
-            .saturating_mul(RESET_COST)
-            .saturating_mul(self.scenario().num_agents)
+        let start = RESET_COST.saturating_mul(self.scenario().num_agents);
+        slots.saturating_mul(start.saturating_add(self.observation_work))
     }
 }
