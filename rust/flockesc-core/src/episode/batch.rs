@@ -17,6 +17,7 @@ use super::options::EpisodeConfig;
 use super::slot::Slot;
 use super::{Episode, Metrics, rows};
 use crate::agents;
+use crate::base::check::rounding;
 use crate::base::entry::Entry;
 use crate::base::error::{Error, Result};
 use crate::base::rng::episode_seed;
@@ -300,6 +301,7 @@ impl<const D: usize> Batch<D> {
     /// # Errors
     /// As [`parallel::pool`].
     pub(super) fn pool(&self, flocks: usize) -> Result<Pool> {
+        rounding()?;
         let is_large = agents::is_large(self.scenario().num_agents);
         if self.num_threads == Some(1) || (flocks <= 1 && !is_large) {
             return Ok(Pool::None);

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use once_cell::race::OnceBox;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use crate::base::check::rounding;
 use crate::base::error::{Error, Result};
 
 /// Largest number of threads of a call.
@@ -41,8 +42,10 @@ pub fn forked() {
 /// later calls until [`MAX_POOLS`] others have been used after it.
 ///
 /// # Errors
-/// [`Error::Argument`] if `num_threads` is 0 or above [`MAX_THREADS`], or if threads cannot be started.
+/// [`Error::Argument`] if `num_threads` is 0 or above [`MAX_THREADS`], or if threads cannot be started;
+/// [`Error::Rounding`], because threads inherit the rounding mode of the thread that starts them.
 pub(crate) fn pool(num_threads: Option<usize>) -> Result<Arc<ThreadPool>> {
+    rounding()?;
     let threads = num_threads.unwrap_or_else(available_threads);
     if !(1..=MAX_THREADS).contains(&threads) {
         return Err(Error::argument(
