@@ -54,22 +54,31 @@ pub(crate) fn pool(num_threads: Option<usize>) -> Result<Arc<ThreadPool>> {
             threads,
         ));
     }
-    let mut pools = this_process()
-        .pools
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner);
-    let known = pools
-        .iter()
-        .position(|pool| pool.current_num_threads() == threads);
-    let pool = match known {
-        Some(index) => pools.remove(index),
-        None => start(threads)?,
-    };
-    pools.push(pool.clone());
-    if pools.len() > MAX_POOLS {
-        pools.remove(0);
+    this_process().pool(threads)
+}
+
+impl Process {
+    fn new(id: (u32, usize)) -> Self {
+        Self {
+            id,
+            pools: Mutex::default(),
+            next: OnceBox::new(),
+        }
     }
-    Ok(pool)
+
+    fn pool(&self, threads: usize) -> Result<Arc<ThreadPool>> {
+        let mut pools = self.pools.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_known = |pool: &Arc<ThreadPool>| pool.current_num_threads() == threads;
+        let pool = match pools.iter().position(is_known) {
+            Some(index) => pools.remove(index),
+            None => start(threads)?,
+        };
+        pools.push(pool.clone());
+        if pools.len() > MAX_POOLS {
+            pools.remove(0);
+        }
+        Ok(pool)
+    }
 }
 
 /// Returns the entry of this process in the list.
@@ -77,13 +86,7 @@ fn this_process() -> &'static Process {
     let id = (std::process::id(), FORKS.load(Ordering::Relaxed));
     let mut link = &PROCESSES;
     loop {
-        let process = link.get_or_init(|| {
-            Box::new(Process {
-                id,
-                pools: Mutex::default(),
-                next: OnceBox::new(),
-            })
-        });
+        let process = link.get_or_init(|| Box::new(Process::new(id)));
         if process.id == id {
             return process;
         }
@@ -116,28 +119,33 @@ mod tests {
 
     use super::*;
 
-    fn started(threads: usize) -> Arc<ThreadPool> {
-        let pool = pool(Some(threads)).expect("few threads");
-        assert_eq!(pool.current_num_threads(), threads);
-        pool
-    }
-
     #[test]
-    fn all_threads_of_a_process_share_the_pools_used_last() {
-        let same = |threads| Arc::ptr_eq(&started(threads), &started(threads));
+    fn all_threads_share_the_pools_that_were_used_last() {
+        let process = Process::new((0, 0));
+        let started = |threads| {
+            let pool = process.pool(threads).expect("few threads");
+            assert_eq!(pool.current_num_threads(), threads);
+            pool
+        };
         let pools: Vec<_> = thread::scope(|scope| {
             let handles: Vec<_> = (0..8).map(|_| scope.spawn(|| started(3))).collect();
             let joined = handles.into_iter().map(|thread| thread.join());
             joined.map(|pool| pool.expect("a pool")).collect()
         });
         assert!(pools.iter().all(|pool| Arc::ptr_eq(pool, &started(3))));
-        assert!(same(2));
-        forked();
-        assert!(!Arc::ptr_eq(&started(3), &pools[0]));
-        let first = Arc::downgrade(&started(3));
+        let first = Arc::downgrade(&pools[0]);
+        drop(pools);
         for threads in 4..4 + MAX_POOLS {
-            assert!(first.upgrade().is_some() && same(threads));
+            assert!(first.upgrade().is_some());
+            assert!(Arc::ptr_eq(&started(threads), &started(threads)));
         }
         assert!(first.upgrade().is_none());
+    }
+
+    #[test]
+    fn a_forked_child_has_its_own_pools() {
+        let before = this_process();
+        forked();
+        assert!(!std::ptr::eq(before, this_process()));
     }
 }
