@@ -101,7 +101,10 @@ class JobError(FlockescError, RuntimeError):
 
 
 class EpisodeError(FlockescError, RuntimeError):
-    """A method was called at the wrong time, for example during another call of the same environment."""
+    """A method was called at the wrong time, for example during another call of the same environment.
+
+    It is also raised if another library has changed the rounding mode of the thread.
+    """
 
 
 class ResetNeededError(EpisodeError, ResetNeeded):

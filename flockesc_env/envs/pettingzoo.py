@@ -32,6 +32,8 @@ from flockesc_env.scenario.flock import FlockScenario
 Observation = NDArray[np.float32]
 StateKind = Literal["full", "flock_view"]
 
+_LARGEST = float(np.finfo(np.float32).max)
+
 
 class ParallelArguments(InfoArguments, total=False):
     """Keyword arguments of the PettingZoo environments: ``InfoArguments`` and the following.
@@ -246,7 +248,8 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         """Return the state of the flock as a flat array; the argument ``state`` says which.
 
         The entries of ``"full"`` are the step, the running minima of the mean and the minimum distance, the
-        positions and velocities of the agents, and those of the predators, in m and m/s.
+        positions and velocities of the agents, and those of the predators, in m and m/s. They are clipped to
+        the finite numbers of float32.
         """
         if self._is_flock_view:
             view: Observation = self._batch.observe_flock([0])[0]
@@ -255,7 +258,8 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         metrics = self._batch.metrics()
         scalars = [state["step"], metrics["min_mean_distance"][0], metrics["min_min_distance"][0]]
         names = ("positions", "velocities", "predator_positions", "predator_velocities")
-        return np.concatenate([scalars, *(state[name].ravel() for name in names)], dtype=np.float32)
+        numbers = np.concatenate([scalars, *(state[name].ravel() for name in names)])
+        return numbers.clip(-_LARGEST, _LARGEST).astype(np.float32)
 
     def _observe(self) -> dict[str, Observation]:
         self._name_agents(has_ended=self._batch.has_ended(0))

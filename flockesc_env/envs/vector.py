@@ -90,7 +90,7 @@ class _BatchVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[
             observations = self._batch.observe(range(self._batch.num_flocks))
         if self._out is not None:
             self._out[0][:] = observations
-            observations = self._out[0]
+            observations = self._out[0].view()
         return observations, self._infos(self._started(columns), mask)
 
     @needs_reset_if_interrupted
@@ -115,7 +115,10 @@ class _BatchVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[
         if step.ending is not None:
             self._add_final(columns, step.ending, infos)
         self._show()
-        return step.observations, step.rewards, step.terminations, step.truncations, infos
+        observations, rewards = step.observations, step.rewards
+        if self._out is not None:  # A caller may lock or reshape what it gets, so it gets views.
+            observations, rewards = observations.view(), rewards.view()
+        return observations, rewards, step.terminations, step.truncations, infos
 
     @needs_reset_if_interrupted
     def set_state(self, state: bytes, flocks: Any = None) -> Observations:

@@ -71,20 +71,27 @@ def _read(path: Path) -> dict[str, NDArray[Any]]:
 def _read_csv(path: Path) -> dict[str, NDArray[Any]]:
     try:
         head, *lines = path.read_text(encoding="utf-8-sig").splitlines() or [""]
-        names = tuple(name.strip() for name in head.split(","))
-        if names not in _COLUMNS.values():
-            raise RecordError(str(path), f"the first line {_HEADS}", shown(head))
-        rows = [line for line in lines if line.strip()]
-        if not rows:
-            raise RecordError(str(path), _TABLE, "no rows")
-        table = np.loadtxt(rows, delimiter=",", ndmin=2)
-    except RecordError:
-        raise
-    except ValueError as error:
+    except UnicodeDecodeError as error:
         raise RecordError(str(path), _form(path), error) from None
-    if table.shape[1] != len(names):
-        raise RecordError(str(path), f"{len(names)} columns, as in the first line", table.shape[1])
-    return _split(table, path)
+    names = tuple(name.strip() for name in head.split(","))
+    if names not in _COLUMNS.values():
+        raise RecordError(str(path), f"the first line {_HEADS}", shown(head))
+    rows = [
+        _numbers(line, len(names), f"{path}: line {i}") for i, line in enumerate(lines, 2) if line.strip()
+    ]
+    if not rows:
+        raise RecordError(str(path), _TABLE, "no rows")
+    return _split(np.array(rows), path)
+
+
+def _numbers(line: str, count: int, field: str) -> list[float]:
+    try:
+        numbers = [float(entry) for entry in line.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count:
+        raise RecordError(field, f"{count} numbers, as many as names in the first line", shown(line))
+    return numbers
 
 
 def _read_npy(path: Path) -> dict[str, NDArray[Any]]:

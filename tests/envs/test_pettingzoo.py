@@ -149,6 +149,13 @@ def test_state_holds_everything_that_moves(dimension: int) -> None:
     assert environment.state_space.contains(environment.state())
 
 
+def test_state_is_finite_beyond_float32() -> None:
+    environment = parallel_env(small_flock(speed=1e20, time_step=1e20))
+    environment.reset(seed=0)
+    environment.step(sample(environment))
+    assert np.abs(environment.state()).max() == np.finfo(np.float32).max
+
+
 @pytest.mark.parametrize("dimension", DIMENSIONS)
 def test_the_flock_view_as_state_is_the_observation_of_the_flock(dimension: int) -> None:
     flock = small_flock(dimension)

@@ -207,9 +207,28 @@ def test_copy_false_reuses_two_arrays(autoreset_mode: AutoresetMode) -> None:
     for arrays in (observations, rewards):
         assert not any(np.shares_memory(a, b) for i, a in enumerate(arrays) for b in arrays[:i])
     returned = play(reusing, keep=lambda result: result)
-    assert len({id(result[0]) for result in returned}) == 1
-    for index, count in ((1, 1), (2, 25), (3, 25)):
-        assert len({id(result[index]) for result in returned[1:-1]}) == count
+    assert all(np.shares_memory(result[0], returned[0][0]) for result in returned)
+    assert all(np.shares_memory(result[1], returned[1][1]) for result in returned[1:-1])
+    for index in (2, 3):
+        assert len({id(result[index]) for result in returned[1:-1]}) == 25
+
+
+@pytest.mark.parametrize("autoreset_mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_locked_results_are_overwritten(autoreset_mode: AutoresetMode) -> None:
+    fresh, reusing = (
+        FlockVectorEnv(SLOTS, small_flock(), autoreset_mode=autoreset_mode, copy=keep)
+        for keep in (True, False)
+    )
+
+    def lock(result: Any) -> Any:
+        kept = copy.deepcopy(result)
+        for array in result[:2]:
+            if isinstance(array, np.ndarray):
+                array.flags.writeable = False
+        return kept
+
+    expected = play(fresh, keep=lambda result: result)
+    assert data_equivalence(play(reusing, keep=lock), expected, exact=True)
 
 
 def test_final_observations_outlive_reused_arrays() -> None:

@@ -114,6 +114,45 @@ def test_a_handler_that_does_not_raise_lets_the_sweep_finish() -> None:
     assert finish(process) == "(1, 400) True\n"
 
 
+def test_a_signal_before_the_first_array_is_a_keyboard_interrupt() -> None:
+    """NumPy's C API is loaded with the package: an import within a call would run the signal's handler."""
+    process = start("""
+        import ctypes, functools
+        from flockesc_env import FlockEscapeEnv
+        env = FlockEscapeEnv(flock)
+
+        class First:  # the index 0; no Python code runs before the core has returned
+            __index__ = functools.partial(ctypes.CDLL(None)["raise"], signal.SIGINT)
+
+        try:
+            env._batch._core.reset([First()], [0], [env._batch.start(None)])
+        except KeyboardInterrupt:
+            print("interrupted", flush=True)
+        env.reset(seed=0)
+        check()
+    """)
+    assert finish(process).splitlines() == ["interrupted", "works"]
+
+
+def test_ctrl_c_during_the_observation_of_a_reset_keeps_the_episodes_of_a_batch() -> None:
+    """An observation takes a second: each agent searches for its 1,000 nearest ones under six ranges."""
+    process = start("""
+        from flockesc_env import FlockEscapeEnv, Topological
+        crowd = FlockScenario(num_agents=2_000, initial_side=250.0, neighbor_rule=Topological())
+        env = FlockEscapeEnv(crowd, max_range=1_006, profile_ranges=tuple(range(1_000, 1_006)))
+        env.reset(seed=0)
+        before = env.get_state()
+        threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+        try:
+            env._batch.reset([0], [1])
+        except KeyboardInterrupt:
+            print("interrupted", flush=True)
+        assert env.get_state() == before
+        check()
+    """)
+    assert finish(process).splitlines() == ["interrupted", "works"]
+
+
 # Environments in which one step would take hours.
 STEPS = {
     "gymnasium": """

@@ -100,6 +100,55 @@ def test_fork_while_another_thread_is_busy(busy: str) -> None:
     assert (found["children"], found["hung"], found["wrong"]) == (24, 0, 0)
 
 
+ROUNDING = """
+import ctypes, platform
+from flockesc_env import (
+    EpisodeError, FlockEscapeEnv, FlockScenario, LineEscapeEnv, LineScenario,
+    rollout, simulate, simulate_line, sweep,
+)
+from flockesc_env.policies import FixedRange
+
+fesetround = ctypes.CDLL(None).fesetround
+NEAREST, DOWN, UP, TO_ZERO = 0, 0x400, 0x800, 0xC00
+flock, line = FlockScenario(num_agents=5, num_steps=9), LineScenario(max_steps=9)
+env, line_env = FlockEscapeEnv(flock, num_threads=2), LineEscapeEnv(line)
+actions = env.action_space.sample(), line_env.action_space.sample()
+env.reset(seed=0)
+line_env.reset(seed=0)
+calls = {
+    "step": lambda: env.step(actions[0]),
+    "step of a line": lambda: line_env.step(actions[1]),
+    "reset": lambda: FlockEscapeEnv(flock).reset(seed=0),
+    "reset of a line": lambda: LineEscapeEnv(line).reset(seed=0),
+    "rollout": lambda: rollout(flock, FixedRange(9.0), range(2)),
+    "simulate": lambda: simulate(flock, 9.0, seed=0),
+    "simulate_line": lambda: simulate_line(line, 0.1, seed=0),
+    "sweep": lambda: sweep(flock, [9.0], range(2)),
+    "sweep of lines": lambda: sweep(line, [0.1], range(2)),
+}
+states = env.get_state(), line_env.get_state()
+for mode in (DOWN, UP, TO_ZERO):
+    for name, call in calls.items():
+        assert fesetround(mode if platform.machine() == "x86_64" else mode << 12) == 0
+        try:
+            call()
+        except EpisodeError as error:
+            assert "does not round to nearest" in str(error), error
+        else:
+            raise AssertionError(f"{name} under {mode:#x}")
+        finally:
+            fesetround(NEAREST)
+assert (env.get_state(), line_env.get_state()) == states
+for call in calls.values():
+    call()
+"""
+
+
+def test_rounding_modes_other_than_to_nearest_are_refused() -> None:
+    """Results would differ by bits. Threads inherit the mode of the thread that starts them."""
+    subprocess.run([sys.executable, "-c", ROUNDING], check=True, timeout=TIMEOUT)  # noqa: S603
+
+
 NAMESPACES = """
 import ctypes, os, sys
 from flockesc_env import FlockScenario, sweep

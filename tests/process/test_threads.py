@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -80,6 +82,20 @@ def test_eight_threads_share_one_pool() -> None:
 
     for there, here in zip(at_once(work), map(work, range(THREADS)), strict=True):
         np.testing.assert_equal(there, here)
+
+
+def test_pools_of_many_sizes_do_not_stay() -> None:
+    def num_threads() -> int:
+        return len(list(Path("/proc/self/task").iterdir()))
+
+    sizes = range(2, 22)
+    before = num_threads()
+    for size in sizes:
+        FlockVectorEnv(2, small_flock(), num_threads=size).reset(seed=0)
+    deadline = time.monotonic() + 30
+    while num_threads() - before > sum(sizes[-4:]) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert num_threads() - before <= sum(sizes[-4:])
 
 
 def shared_flock() -> tuple[Any, Any]:

@@ -6,7 +6,9 @@ mod step;
 
 use std::sync::Arc;
 
-use flockesc_core::{Batch, EpisodeConfig, Error, FlockConfig, flock_entries, predator_entries};
+use flockesc_core::{
+    Batch, EpisodeConfig, Error, FlockConfig, Progress, flock_entries, predator_entries,
+};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
@@ -15,7 +17,7 @@ use crate::actions::RangeMap;
 use crate::arrays::{column, shaped};
 use crate::errors::{CoreError, option_error, try_borrow, try_borrow_mut};
 use crate::info::{self, metric_columns};
-use crate::long_call::long_call;
+use crate::long_call::{long_call, read};
 use crate::rollout::{networks, outcome_columns};
 use inner::{Inner, on_batch};
 use reset::{Began, Start};
@@ -33,6 +35,27 @@ pub(crate) struct FlockBatch {
     made_from: MadeFrom,
     /// Buffers for observations and rewards, before they are copied into `out`.
     scratch: (Vec<f32>, Vec<f64>),
+}
+
+/// Writes observations of `slots`, which have this shape.
+type Write<const D: usize> =
+    fn(&Batch<D>, &[usize], &mut [f32], &Progress) -> flockesc_core::Result<()>;
+
+/// Returns an array of this shape with the observations of `slots`.
+fn rows<'py, const D: usize>(
+    py: Python<'py>,
+    batch: &Batch<D>,
+    slots: Vec<usize>,
+    shape: [usize; 2],
+    write: Write<D>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let visits = batch.work_of_observations(slots.len());
+    let observations = read(py, batch, visits, move |batch, progress| {
+        let mut observations = vec![0.0; shape[0] * shape[1]];
+        write(batch, &slots, &mut observations, progress)?;
+        Ok(observations)
+    })?;
+    shaped(py, observations, shape)
 }
 
 /// Arguments of the constructor: the different scenarios, the index of each slot's scenario, options and number
@@ -176,11 +199,8 @@ impl FlockBatch {
         slots: Vec<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let this = &*try_borrow(slf)?;
-        let rows = slots.len() * this.rows;
-        let mut observations = vec![0.0_f32; rows * this.row_length];
-        on_batch!(&this.inner, batch => batch.observe(&slots, &mut observations))
-            .map_err(CoreError::from)?;
-        shaped(py, observations, [rows, this.row_length])
+        let shape = [slots.len() * this.rows, this.row_length];
+        on_batch!(&this.inner, batch => rows(py, batch, slots, shape, Batch::observe))
     }
 
     /// Returns one row per slot: the flock view without optional entries.
@@ -193,10 +213,7 @@ impl FlockBatch {
         let inner = &this.inner;
         let dimension = on_batch!(inner, batch => batch.dimension());
         let shape = [slots.len(), flock_entries(dimension).len()];
-        let mut observations = vec![0.0_f32; shape[0] * shape[1]];
-        on_batch!(inner, batch => batch.observe_flock(&slots, &mut observations))
-            .map_err(CoreError::from)?;
-        shaped(py, observations, shape)
+        on_batch!(inner, batch => rows(py, batch, slots, shape, Batch::observe_flock))
     }
 
     /// Returns the observations of the learned predators of `slots`, slot after slot and one row
@@ -211,19 +228,16 @@ impl FlockBatch {
         let (learned, dimension) =
             on_batch!(inner, batch => (batch.num_learned(), batch.dimension()));
         let shape = [slots.len() * learned, predator_entries(dimension).len()];
-        let mut observations = vec![0.0_f32; shape[0] * shape[1]];
-        py.detach(|| on_batch!(inner, batch => batch.observe_predators(&slots, &mut observations)))
-            .map_err(CoreError::from)?;
-        shaped(py, observations, shape)
+        on_batch!(inner, batch => rows(py, batch, slots, shape, Batch::observe_predators))
     }
 
     /// Returns the metrics of all slots, one array per metric, without the number of components.
     fn metrics<'py>(slf: &Bound<'py, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let this = &*try_borrow(slf)?;
-        let inner = &this.inner;
-        let metrics = py
-            .detach(|| on_batch!(inner, batch => batch.metrics()))
-            .map_err(CoreError::from)?;
+        let metrics = on_batch!(&this.inner, batch => {
+            let visits = batch.work_of_observations(batch.num_flocks());
+            read(py, batch, visits, Batch::metrics)
+        })?;
         metric_columns(py, &metrics)
     }
 
@@ -232,10 +246,11 @@ impl FlockBatch {
     fn num_components<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
-    ) -> Result<Bound<'py, PyArray1<i64>>, CoreError> {
+    ) -> PyResult<Bound<'py, PyArray1<i64>>> {
         let this = &*try_borrow(slf)?;
-        let inner = &this.inner;
-        let components = py.detach(|| on_batch!(inner, batch => batch.num_components()))?;
+        let components = on_batch!(&this.inner, batch => {
+            read(py, batch, batch.work(), Batch::num_components)
+        })?;
         Ok(column(py, &components, |count| *count as i64))
     }
 

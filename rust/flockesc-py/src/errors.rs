@@ -39,6 +39,9 @@ impl From<CoreError> for PyErr {
                 given,
             }) => raised("ArgumentError", (field, expected, given)),
             CoreError::Core(Error::Episode { message }) => raised("ResetNeededError", (message,)),
+            CoreError::Core(error @ Error::Rounding) => {
+                raised("EpisodeError", (error.to_string(),))
+            }
             CoreError::Core(Error::Interrupted) => PyKeyboardInterrupt::new_err(()),
             CoreError::Python(error) => error,
         }

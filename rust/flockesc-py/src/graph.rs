@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::shaped;
 use crate::errors::CoreError;
-use crate::long_call::{LONG, long_call};
+use crate::long_call::run;
 
 #[pyfunction]
 pub(crate) fn component_labels<'py>(
@@ -135,9 +135,5 @@ fn run_detached<T: Send + 'static>(
     n: usize,
     work: impl FnOnce() -> flockesc_core::Result<T> + Send + 'static,
 ) -> PyResult<T> {
-    if n.saturating_mul(n) >= LONG {
-        long_call(py, None, |_| work())
-    } else {
-        Ok(py.detach(work).map_err(CoreError::from)?)
-    }
+    run(py, n.saturating_mul(n), |_| work())
 }

@@ -12,6 +12,7 @@ mod long_call;
 mod models;
 mod rollout;
 
+use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
 
@@ -21,8 +22,19 @@ fn forked() {
     flockesc_core::bindings::forked();
 }
 
+/// Loads the C API of NumPy and the borrow checker of rust-numpy.
+///
+/// At their first use they would be imported, and a signal during that import would be a panic.
+fn load_numpy(py: Python<'_>) -> PyResult<()> {
+    numpy::get_array_module(py)?;
+    let array = vec![0.0].into_pyarray(py);
+    array.try_readonly()?;
+    Ok(())
+}
+
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    load_numpy(module.py())?;
     module.add_class::<actions::RangeMap>()?;
     module.add_class::<batch::FlockBatch>()?;
     module.add_class::<line::LineEpisode>()?;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use flockesc_core::{LineConfig, LineEpisodeConfig, Progress, line_entries};
+use flockesc_core::{LineConfig, LineEpisodeConfig, line_entries};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArrayDyn};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -10,7 +10,7 @@ use pyo3::types::{PyBytes, PyDict, PyType};
 
 use crate::arrays::flat;
 use crate::errors::{CoreError, try_borrow, try_borrow_mut};
-use crate::long_call::{LONG, long_call};
+use crate::long_call::{change, run};
 
 /// Observation, reward, terminated (in the steady state), truncated, `info`.
 type StepOne<'py> = (
@@ -44,15 +44,9 @@ impl LineEpisode {
         let scenario = LineConfig::from_json(scenario).map_err(CoreError::from)?;
         let options = LineEpisodeConfig::from_json(options).map_err(CoreError::from)?;
         let states = flat(initial_state)?;
-        let is_long = scenario.num_agents >= LONG;
-        let start = move |_: &Progress| {
+        let inner = run(py, scenario.num_agents, move |_| {
             flockesc_core::LineEpisode::new(Arc::new(scenario), options, seed, states.as_deref())
-        };
-        let inner = if is_long {
-            long_call(py, None, start)?
-        } else {
-            start(&Progress::default()).map_err(CoreError::from)?
-        };
+        })?;
         Ok(Self { inner, made_from })
     }
 
@@ -60,7 +54,7 @@ impl LineEpisode {
     fn step(slf: &Bound<'_, Self>, py: Python<'_>, interaction_range: f64) -> PyResult<f64> {
         let this = &mut *try_borrow_mut(slf)?;
         let visits = this.inner.work();
-        this.change(py, visits, move |episode, progress| {
+        change(py, &mut this.inner, visits, move |episode, progress| {
             episode.advance(interaction_range, progress)
         })
     }
@@ -76,10 +70,11 @@ impl LineEpisode {
             .inner
             .work()
             .saturating_add(this.inner.observation_work());
-        let (reward, observation) = this.change(py, visits, move |episode, progress| {
-            let reward = episode.advance(interaction_range, progress)?;
-            Ok((reward, episode.observation()))
-        })?;
+        let (reward, observation) =
+            change(py, &mut this.inner, visits, move |episode, progress| {
+                let reward = episode.advance(interaction_range, progress)?;
+                Ok((reward, episode.observation()))
+            })?;
         let inner = &this.inner;
         let is_steady = inner.is_steady();
         let is_truncated = inner.has_ended() && !is_steady;
@@ -100,7 +95,9 @@ impl LineEpisode {
     fn observe<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<f32>>> {
         let (py, this) = (slf.py(), &mut *try_borrow_mut(slf)?);
         let visits = this.inner.observation_work();
-        let observation = this.change(py, visits, |episode, _| Ok(episode.observation()))?;
+        let observation = change(py, &mut this.inner, visits, |episode, _| {
+            Ok(episode.observation())
+        })?;
         Ok(observation.into_pyarray(py))
     }
 
@@ -182,29 +179,6 @@ impl LineEpisode {
     #[getter]
     fn has_ended(slf: &Bound<'_, Self>) -> Result<bool, CoreError> {
         Ok(try_borrow(slf)?.inner.has_ended())
-    }
-}
-
-impl LineEpisode {
-    /// Runs `work`, which visits `visits` agents. An interrupted call changes nothing.
-    fn change<T: Send + 'static>(
-        &mut self,
-        py: Python<'_>,
-        visits: usize,
-        work: impl FnOnce(&mut flockesc_core::LineEpisode, &Progress) -> flockesc_core::Result<T>
-        + Send
-        + 'static,
-    ) -> PyResult<T> {
-        if visits < LONG {
-            return Ok(work(&mut self.inner, &Progress::default()).map_err(CoreError::from)?);
-        }
-        let mut changed = self.inner.clone();
-        let (changed, result) = long_call(py, None, move |progress| {
-            let result = work(&mut changed, progress)?;
-            Ok((changed, result))
-        })?;
-        self.inner = changed;
-        Ok(result)
     }
 }
 

@@ -1,5 +1,7 @@
 //! Validation of single fields and arguments.
 
+use std::hint::black_box;
+
 use crate::base::error::{Error, Result};
 
 /// Largest number of agents of a scenario. The limit prevents allocations that exceed the memory of any
@@ -21,6 +23,16 @@ pub(crate) const MAX_MAGNITUDE: f64 = 1e20;
 
 /// Smallest value of a parameter that a step divides by.
 const MIN_DIVISOR: f64 = 1e-20;
+
+/// Checks that the thread rounds to nearest. Another rounding mode changes all results.
+pub(crate) fn rounding() -> Result<()> {
+    let (one, tiny) = black_box((1.0, 1e-300));
+    if one + tiny == one && one - tiny == one {
+        Ok(())
+    } else {
+        Err(Error::Rounding)
+    }
+}
 
 pub(crate) fn finite(field: &str, value: f64) -> Result<()> {
     check(

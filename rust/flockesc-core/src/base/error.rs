@@ -1,6 +1,7 @@
 //! The error type of the crate.
 
-/// The error type of the crate. All errors but [`Error::Interrupted`] are caused by the caller's input. A
+/// The error type of the crate. All errors but [`Error::Rounding`] and [`Error::Interrupted`] are caused
+/// by the caller's input. A
 /// call that returns one of them has changed nothing.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Error {
@@ -30,6 +31,12 @@ pub enum Error {
         /// The situation, as a sentence.
         message: String,
     },
+    /// The thread that makes a call does not round to nearest.
+    #[error(
+        "this thread does not round to nearest, which results depend on; another library has called \
+         fesetround()"
+    )]
+    Rounding,
     /// A long call was cancelled before it finished.
     #[error("interrupted")]
     Interrupted,

@@ -10,19 +10,20 @@ mod tests;
 
 use std::sync::Arc;
 
-pub use reset::{Reset, SlotReset};
+pub use reset::SlotReset;
 pub use step::AtEnd;
 
 use super::options::EpisodeConfig;
 use super::slot::Slot;
 use super::{Episode, Metrics, rows};
 use crate::agents;
+use crate::base::check::rounding;
 use crate::base::entry::Entry;
 use crate::base::error::{Error, Result};
 use crate::base::rng::episode_seed;
 use crate::flock::FlockConfig;
 use crate::observation;
-use crate::parallel::{self, Pool, dispatch};
+use crate::parallel::{self, Pool, Progress, dispatch};
 
 /// A batch of episodes. Each flock has a slot; all have one scenario, or each its own.
 ///
@@ -45,11 +46,14 @@ use crate::parallel::{self, Pool, dispatch};
 #[derive(Debug, Clone)]
 pub struct Batch<const D: usize> {
     pub(super) config: Arc<EpisodeConfig>,
-    slots: Vec<Slot<D>>,
+    /// A clone of the batch shares each slot until one of the two changes it.
+    slots: Vec<Arc<Slot<D>>>,
     num_threads: Option<usize>,
     row_length: usize,
     /// Estimated number of agents that a step visits.
     work: usize,
+    /// Estimated number of agents that the observation of one flock visits.
+    observation_work: usize,
 }
 
 impl<const D: usize> Batch<D> {
@@ -99,7 +103,7 @@ impl<const D: usize> Batch<D> {
     /// Running episodes continue. Without this call slot i follows the schedule of seed i.
     pub fn seed(&mut self, seed: u64) {
         for (index, slot) in (1..).zip(&mut self.slots) {
-            slot.seed(episode_seed(seed, index));
+            Arc::make_mut(slot).seed(episode_seed(seed, index));
         }
     }
 
@@ -108,7 +112,11 @@ impl<const D: usize> Batch<D> {
     pub fn without_episodes(&self) -> Self {
         Self {
             config: self.config.clone(),
-            slots: self.slots.iter().map(Slot::without_episode).collect(),
+            slots: self
+                .slots
+                .iter()
+                .map(|slot| Arc::new(slot.without_episode()))
+                .collect(),
             ..*self
         }
     }
@@ -126,7 +134,7 @@ impl<const D: usize> Batch<D> {
     pub fn episode(&self, slot: usize) -> Result<&Episode<D>> {
         self.slots
             .get(slot)
-            .and_then(Slot::episode)
+            .and_then(|slot| slot.episode())
             .ok_or_else(|| never_reset(slot))
     }
 
@@ -144,31 +152,38 @@ impl<const D: usize> Batch<D> {
     /// since its reset.
     #[must_use]
     pub fn team_rewards(&self) -> Vec<f64> {
-        self.slots.iter().map(Slot::team_reward).collect()
+        self.slots.iter().map(|slot| slot.team_reward()).collect()
     }
 
     /// Returns the predators' reward of every slot in the last step: minus the [team's
     /// reward](Self::team_rewards).
     #[must_use]
     pub fn predator_rewards(&self) -> Vec<f64> {
-        let team_rewards = self.slots.iter().map(Slot::team_reward);
-        team_rewards.map(|reward| 0.0 - reward).collect()
+        let rewards = self.slots.iter().map(|slot| 0.0 - slot.team_reward());
+        rewards.collect()
+    }
+
+    /// Estimates the number of agents that the observations of `slots` slots visit, as [`Self::work`] does.
+    #[must_use]
+    pub fn work_of_observations(&self, slots: usize) -> usize {
+        slots.saturating_mul(self.observation_work)
     }
 
     /// Writes the observations of `slots`, slot after slot.
     ///
     /// # Errors
     /// [`Error::Episode`] if a slot was never reset; [`Error::Argument`] if `observations` has the
-    /// wrong length.
-    pub fn observe(&self, slots: &[usize], observations: &mut [f32]) -> Result<()> {
+    /// wrong length; [`Error::Interrupted`] if `progress` was cancelled.
+    pub fn observe(
+        &self,
+        slots: &[usize],
+        observations: &mut [f32],
+        progress: &Progress,
+    ) -> Result<()> {
         let size = self.rows() * self.row_length;
-        check_length("observations", observations.len(), slots.len() * size)?;
-        let episodes = self.episodes(slots.iter().copied())?;
-        let work = episodes.iter().zip(observations.chunks_exact_mut(size));
-        dispatch(self.pool(slots.len())?, work, |(episode, out)| {
-            episode.observe(out);
-        });
-        Ok(())
+        self.write(slots, size, observations, |episode, out| {
+            episode.observe(out, progress)
+        })
     }
 
     /// Writes one row per slot: the flock's observation without optional entries. It does not depend on the
@@ -176,15 +191,16 @@ impl<const D: usize> Batch<D> {
     ///
     /// # Errors
     /// As [`Self::observe`].
-    pub fn observe_flock(&self, slots: &[usize], observations: &mut [f32]) -> Result<()> {
+    pub fn observe_flock(
+        &self,
+        slots: &[usize],
+        observations: &mut [f32],
+        progress: &Progress,
+    ) -> Result<()> {
         let size = observation::flock_entries(D).len();
-        check_length("observations", observations.len(), slots.len() * size)?;
-        let episodes = self.episodes(slots.iter().copied())?;
-        let work = episodes.iter().zip(observations.chunks_exact_mut(size));
-        dispatch(self.pool(slots.len())?, work, |(episode, out)| {
-            episode.observe_flock(out);
-        });
-        Ok(())
+        self.write(slots, size, observations, |episode, out| {
+            episode.observe_flock(out, progress)
+        })
     }
 
     /// Writes the observations of the learned predators of `slots`, slot after slot and one row per
@@ -192,50 +208,91 @@ impl<const D: usize> Batch<D> {
     ///
     /// # Errors
     /// As [`Self::observe`].
-    pub fn observe_predators(&self, slots: &[usize], observations: &mut [f32]) -> Result<()> {
-        let entries = observation::predator_entries(D).len();
-        let size = self.num_learned() * entries;
+    pub fn observe_predators(
+        &self,
+        slots: &[usize],
+        observations: &mut [f32],
+        progress: &Progress,
+    ) -> Result<()> {
+        let size = self.num_learned() * observation::predator_entries(D).len();
+        self.write(slots, size, observations, |episode, out| {
+            progress.check()?;
+            episode.observe_predators(out);
+            Ok(())
+        })
+    }
+
+    /// Calls `write` with the episode of each slot and its `size` entries of `observations`.
+    fn write(
+        &self,
+        slots: &[usize],
+        size: usize,
+        observations: &mut [f32],
+        write: impl Fn(&Episode<D>, &mut [f32]) -> Result<()> + Sync + Send,
+    ) -> Result<()> {
         check_length("observations", observations.len(), slots.len() * size)?;
-        let episodes = self.episodes(slots.iter().copied())?;
-        if size > 0 {
-            let work = episodes.iter().zip(observations.chunks_exact_mut(size));
-            dispatch(self.pool(slots.len())?, work, |(episode, out)| {
-                episode.observe_predators(out);
-            });
+        let episodes = self.episodes(slots)?;
+        if size == 0 {
+            return Ok(());
         }
-        Ok(())
+        let work = episodes.iter().zip(observations.chunks_exact_mut(size));
+        let written = dispatch(self.pool(slots.len())?, work, |(episode, out)| {
+            write(episode, out)
+        });
+        written.into_iter().collect()
     }
 
     /// Returns the metrics of every slot.
     ///
     /// # Errors
-    /// [`Error::Episode`] if a slot was never reset.
-    pub fn metrics(&self) -> Result<Vec<Metrics>> {
-        self.map(Metrics::of)
+    /// [`Error::Episode`] if a slot was never reset; [`Error::Interrupted`] if `progress` was cancelled.
+    pub fn metrics(&self, progress: &Progress) -> Result<Vec<Metrics>> {
+        self.measure(&self.all(), progress, Metrics::of)
     }
 
     /// Returns the number of connected components of every slot under the ranges of its last
     /// action.
     ///
     /// # Errors
-    /// [`Error::Episode`] if a slot was never reset.
-    pub fn num_components(&self) -> Result<Vec<usize>> {
-        self.map(Episode::num_components)
+    /// As [`Self::metrics`].
+    pub fn num_components(&self, progress: &Progress) -> Result<Vec<usize>> {
+        self.measure(&self.all(), progress, Episode::num_components)
     }
 
-    fn map<T: Send>(&self, measure: fn(&Episode<D>) -> T) -> Result<Vec<T>> {
-        let episodes = self.episodes(0..self.num_flocks())?;
-        let pool = self.pool(episodes.len())?;
-        Ok(dispatch(pool, episodes.into_iter(), measure))
+    /// Returns `measure(episode)` of each of `slots`.
+    ///
+    /// # Errors
+    /// As [`Self::metrics`].
+    #[doc(hidden)]
+    pub fn measure<T: Send>(
+        &self,
+        slots: &[usize],
+        progress: &Progress,
+        measure: impl Fn(&Episode<D>) -> T + Sync + Send,
+    ) -> Result<Vec<T>> {
+        let episodes = self.episodes(slots)?;
+        let measured = dispatch(self.pool(slots.len())?, episodes.into_iter(), |episode| {
+            progress.check()?;
+            Ok(measure(episode))
+        });
+        measured.into_iter().collect()
     }
 
-    fn episodes(&self, slots: impl Iterator<Item = usize>) -> Result<Vec<&Episode<D>>> {
-        slots.map(|slot| self.episode(slot)).collect()
+    fn all(&self) -> Vec<usize> {
+        (0..self.num_flocks()).collect()
+    }
+
+    fn episodes(&self, slots: &[usize]) -> Result<Vec<&Episode<D>>> {
+        slots.iter().map(|slot| self.episode(*slot)).collect()
     }
 
     /// Returns the threads for work on `flocks` flocks. One small flock, or a batch of one thread,
     /// needs no pool.
+    ///
+    /// # Errors
+    /// As [`parallel::pool`].
     pub(super) fn pool(&self, flocks: usize) -> Result<Pool> {
+        rounding()?;
         let is_large = agents::is_large(self.scenario().num_agents);
         if self.num_threads == Some(1) || (flocks <= 1 && !is_large) {
             return Ok(Pool::None);

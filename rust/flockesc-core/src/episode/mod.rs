@@ -10,7 +10,7 @@ mod state;
 
 use std::sync::{Arc, OnceLock};
 
-pub use batch::{AtEnd, Batch, Reset, SlotReset};
+pub use batch::{AtEnd, Batch, SlotReset};
 pub use metrics::Metrics;
 pub use options::EpisodeConfig;
 pub use rollout::EpisodeOutcome;
@@ -158,17 +158,23 @@ impl<const D: usize> Episode<D> {
     }
 
     /// Writes the observation: one row for the flock, or one per agent.
-    pub fn observe(&self, out: &mut [f32]) {
-        self.scene().observe(self.config.view, out);
+    ///
+    /// # Errors
+    /// [`crate::Error::Interrupted`] if `progress` was cancelled.
+    pub fn observe(&self, out: &mut [f32], progress: &Progress) -> Result<()> {
+        self.scene().observe(self.config.view, out, progress)
     }
 
     /// Writes the row of the flock without optional entries, also if there is one row per agent.
-    pub fn observe_flock(&self, out: &mut [f32]) {
+    ///
+    /// # Errors
+    /// As [`Self::observe`].
+    pub fn observe_flock(&self, out: &mut [f32], progress: &Progress) -> Result<()> {
         let scene = Scene {
             extras: Extras::default(),
             ..self.scene()
         };
-        scene.observe(View::Flock, out);
+        scene.observe(View::Flock, out, progress)
     }
 
     /// Writes the observations of the learned predators, one row per predator.

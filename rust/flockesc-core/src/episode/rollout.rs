@@ -97,7 +97,7 @@ fn play<const D: usize>(
     let (mut ranges, mut rewards) = (vec![0.0; rows], vec![0.0; rows]);
     let (mut mean_return, mut num_actions) = (0.0, 0);
     while !episode.has_ended() {
-        episode.observe(&mut observations);
+        episode.observe(&mut observations, progress)?;
         network.act(&observations, &mut ranges);
         let mut num_rewarded = rows;
         if config.view == View::Agent {

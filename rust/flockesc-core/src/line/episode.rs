@@ -8,7 +8,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::step::{Line, check_range};
-use crate::base::check::{MAX_STEPS, positive, profile_ranges, within};
+use crate::base::check::{MAX_STEPS, positive, profile_ranges, rounding, within};
 use crate::base::document::parse;
 use crate::base::entry::Entry;
 use crate::base::error::{Error, Result};
@@ -130,9 +130,10 @@ impl LineEpisode {
     ///
     /// # Errors
     /// [`Error::Argument`] if `range` is negative or not finite; [`Error::Episode`] after the end of the
-    /// episode. The episode is then unchanged. [`Error::Interrupted`] if `progress` was cancelled; part of
+    /// episode; [`Error::Rounding`]. The episode is then unchanged. [`Error::Interrupted`] if `progress` was cancelled; part of
     /// the action was then applied.
     pub fn advance(&mut self, range: f64, progress: &Progress) -> Result<f64> {
+        rounding()?;
         check_range(range)?;
         if self.has_ended() {
             let message = "step() called after the end of the episode; call reset()";

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::consensus::{Consensus, components};
 use super::groups::{Group, Groups};
-use crate::base::check::coordinates;
+use crate::base::check::{coordinates, rounding};
 use crate::base::error::{Error, Result};
 use crate::base::rng::{self, Stream};
 use crate::line::scenario::LineConfig;
@@ -52,8 +52,10 @@ impl Line {
     /// Creates a line at `states`. If they are `None`, x(0) ~ U[0, 1]^n is drawn from `seed`.
     ///
     /// # Errors
-    /// [`Error::Argument`] if `states` does not have one entry per agent or an entry is out of bounds.
+    /// [`Error::Argument`] if `states` does not have one entry per agent or an entry is out of bounds;
+    /// [`Error::Rounding`].
     pub fn new(config: Arc<LineConfig>, seed: u64, states: Option<&[f64]>) -> Result<Self> {
+        rounding()?;
         let num_agents = config.num_agents;
         let groups = match states {
             Some(given) => {

@@ -48,13 +48,14 @@ impl NeighborOptions {
         self.is_by_reach() && self.rule.criterion() == Criterion::Range
     }
 
-    /// Estimates the cost of a step per agent of a flock of n, in units of the cost without pairs. Each of
-    /// the n pairs of an agent costs 1/16.
-    pub(crate) fn work_per_agent(&self, n: usize) -> usize {
-        if self.is_by_reach() && !self.needs_pairs {
-            1
-        } else {
-            1 + n / 16
-        }
+    /// Estimates the cost of a step per agent of a flock of n under `range`, in units of the cost under the
+    /// metric rule. Each of the k nearest agents costs 1, and each of the n pairs of an agent 1/16.
+    pub(crate) fn work_per_agent(&self, n: usize, range: f64) -> usize {
+        let nearest = match self.rule.criterion() {
+            Criterion::Reach => n.min(range as usize),
+            Criterion::Range | Criterion::List => 0,
+        };
+        let is_by_pairs = !self.is_by_reach() || self.needs_pairs;
+        1 + nearest + if is_by_pairs { n / 16 } else { 0 }
     }
 }

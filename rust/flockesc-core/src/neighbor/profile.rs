@@ -1,6 +1,7 @@
 //! `Profile`: the sums over neighbors that the agents would have under each of several ranges.
 
 use crate::agents::Agents;
+use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::neighbor::engine::kept::Listing;
 use crate::neighbor::engine::kernel::sum_neighbors;
@@ -9,6 +10,7 @@ use crate::neighbor::engine::profile::{ProfileScratch, sum_profile};
 use crate::neighbor::engine::sums::{NeighborSums, Scratch, sum_pairs};
 use crate::neighbor::neighborhood::Neighborhood;
 use crate::neighbor::ranges::Ranges;
+use crate::parallel::Progress;
 
 /// The sums over neighbors at the current positions, if all agents had the same range, for each of several
 /// ranges.
@@ -31,11 +33,15 @@ enum Search<const D: usize> {
 
 impl<'a, const D: usize> Profile<'a, D> {
     /// Creates the profile for `ranges` in m, in ascending order.
+    ///
+    /// # Errors
+    /// [`crate::Error::Interrupted`] if `progress` was cancelled.
     pub(crate) fn new(
         neighborhood: &'a Neighborhood<D>,
         agents: &'a Agents<D>,
         ranges: &[f64],
-    ) -> Self {
+        progress: &Progress,
+    ) -> Result<Self> {
         let (options, tree) = neighborhood.search();
         let search = if options.is_by_range() {
             let square = |range: &f64| (range * range).min(f64::MAX);
@@ -43,17 +49,19 @@ impl<'a, const D: usize> Profile<'a, D> {
             Search::Together(ranges.iter().map(square).collect(), scratch)
         } else {
             let candidate = |range: &f64| {
+                progress.check()?;
                 let links = neighborhood.links_at(agents, Ranges::Shared(*range));
-                (*range, links)
+                Ok((*range, links))
             };
-            Search::Each(ranges.iter().map(candidate).collect(), Scratch::default())
+            let candidates: Result<_> = ranges.iter().map(candidate).collect();
+            Search::Each(candidates?, Scratch::default())
         };
-        Self {
+        Ok(Self {
             neighborhood,
             agents,
             search,
             sums: vec![NeighborSums::EMPTY; ranges.len()],
-        }
+        })
     }
 
     /// Returns the fixed-point scale of the sums in m/s.

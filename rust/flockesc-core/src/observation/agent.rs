@@ -9,10 +9,12 @@ use super::extras::agent::Writer;
 use super::table::squash;
 use super::vectors::Vectors;
 use crate::agents::{Column, GROUP, Group};
+use crate::base::error::Result;
 use crate::base::exact::{Scale, to_float};
 use crate::base::vector::{SHORTEST, squared_norm};
 use crate::flock::HALF_COUNT;
 use crate::neighbor::NeighborSums;
+use crate::parallel::Progress;
 use crate::predator::Predator;
 
 /// The values that are the same for all agents of a flock.
@@ -180,7 +182,11 @@ fn scaled<const D: usize>(velocities: &[Column<f64>; D], speed: f64) -> [Column<
 }
 
 /// Writes one row per agent. Rows of caught agents are 0.
-pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
+pub(super) fn write<const D: usize>(
+    scene: &Scene<'_, D>,
+    out: &mut [f32],
+    progress: &Progress,
+) -> Result<()> {
     let world = scene.world;
     let common = Common {
         max_range: scene.max_range,
@@ -194,7 +200,7 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
         out[agent * length..(agent + 1) * length].fill(0.0);
     }
     if world.agents().len() == 0 {
-        return;
+        return Ok(());
     }
     let mut features = Features {
         time: [scene.time(); GROUP],
@@ -204,9 +210,10 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
     let mut vectors = Vectors::EMPTY;
     let mut axes = [[[0.0; GROUP]; D]; D];
     let mut rows = GroupRows::new(length);
-    let mut extras = Writer::new(scene);
+    let mut extras = Writer::new(scene, progress)?;
     let sums = world.neighborhood().sums();
     for (index, (group, heard)) in world.agents().groups.iter().zip(sums).enumerate() {
+        progress.check()?;
         let ids = world.agents().ids_of(index);
         compute(
             group,
@@ -229,6 +236,7 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
         }
         rows.flush(ids, out);
     }
+    Ok(())
 }
 
 /// Returns the predator nearest to `position` and its distance in m.

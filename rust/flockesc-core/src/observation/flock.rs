@@ -6,8 +6,10 @@ use nalgebra::SVector;
 use super::agent::nearest;
 use super::table::{Row, Table, squash};
 use super::{Scene, extras};
+use crate::base::error::Result;
 use crate::base::vector::heading;
 use crate::flock::{PredatorDistance, Summary};
+use crate::parallel::Progress;
 
 /// The values that a flock's observation is computed from.
 pub(super) struct Features<'a, const D: usize> {
@@ -96,7 +98,11 @@ impl<const D: usize> Features<'_, D> {
 }
 
 /// Writes one row.
-pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
+pub(super) fn write<const D: usize>(
+    scene: &Scene<'_, D>,
+    out: &mut [f32],
+    progress: &Progress,
+) -> Result<()> {
     let (world, flock) = (scene.world, scene.summary());
     let distance = world.predator_distance();
     let centroid = SVector::from(flock.centroid);
@@ -118,5 +124,5 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
     };
     let mut row = Row::new(&features, out);
     table(&mut row);
-    extras::flock::write(scene, row.rest());
+    extras::flock::write(scene, row.rest(), progress)
 }

@@ -15,6 +15,8 @@ mod vectors;
 mod view;
 
 use crate::base::entry::Entry;
+use crate::base::error::Result;
+use crate::parallel::Progress;
 pub use extras::ExtraEntries;
 pub(crate) use extras::Extras;
 pub(crate) use scene::Scene;
@@ -58,10 +60,13 @@ pub fn predator_entries(dimension: usize) -> Vec<Entry> {
 
 impl<const D: usize> Scene<'_, D> {
     /// Writes the observation: one row for the flock, or one per agent.
-    pub(crate) fn observe(&self, view: View, out: &mut [f32]) {
+    ///
+    /// # Errors
+    /// [`crate::Error::Interrupted`] if `progress` was cancelled.
+    pub(crate) fn observe(&self, view: View, out: &mut [f32], progress: &Progress) -> Result<()> {
         match view {
-            View::Flock => flock::write(self, out),
-            View::Agent => agent::write(self, out),
+            View::Flock => flock::write(self, out, progress),
+            View::Agent => agent::write(self, out, progress),
         }
     }
 

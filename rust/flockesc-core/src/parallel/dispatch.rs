@@ -2,7 +2,7 @@
 
 use std::hint;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -11,15 +11,15 @@ use rayon::prelude::*;
 const SPINS: usize = 1000;
 
 /// The threads that [`dispatch`] uses.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) enum Pool {
     /// Only the calling thread.
     None,
     /// The calling thread and the threads of a pool, for tasks that run on one thread. The calling thread
     /// starts at once, because waking up a pool thread takes as long as a step of some flocks.
-    WithCaller(&'static ThreadPool),
+    WithCaller(Arc<ThreadPool>),
     /// Only the threads of a pool, for tasks with parallel loops.
-    ThreadsOnly(&'static ThreadPool),
+    ThreadsOnly(Arc<ThreadPool>),
 }
 
 /// Runs all tasks and returns their results in order.
@@ -30,7 +30,7 @@ pub(crate) fn dispatch<T: Send, R: Send>(
 ) -> Vec<R> {
     match pool {
         Pool::None => work.map(run).collect(),
-        Pool::WithCaller(pool) => run_with_caller(pool, work, run),
+        Pool::WithCaller(pool) => run_with_caller(&pool, work, run),
         Pool::ThreadsOnly(pool) => {
             let work: Vec<T> = work.collect();
             pool.install(|| work.into_par_iter().map(run).collect())
@@ -105,7 +105,12 @@ mod tests {
             for num_tasks in [0, 1, 2, 7, 1000] {
                 let counts: Vec<_> = (0..num_tasks).map(|_| AtomicUsize::new(0)).collect();
                 let expected: Vec<_> = (0..num_tasks).collect();
-                for pool in [Pool::None, Pool::WithCaller(pool), Pool::ThreadsOnly(pool)] {
+                let pools = [
+                    Pool::None,
+                    Pool::WithCaller(pool.clone()),
+                    Pool::ThreadsOnly(pool.clone()),
+                ];
+                for pool in pools {
                     let done = dispatch(pool, counts.iter().enumerate(), |(index, count)| {
                         count.fetch_add(1, Ordering::Relaxed);
                         index

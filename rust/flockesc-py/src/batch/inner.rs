@@ -7,7 +7,7 @@ use pyo3::types::PyBytes;
 
 use crate::errors::CoreError;
 use crate::info::Measured;
-use crate::long_call::{LONG, long_call, maybe_detach};
+use crate::long_call::{LONG, change, long_call, maybe_detach};
 
 /// A batch in two or three dimensions.
 #[derive(Clone)]
@@ -92,20 +92,25 @@ impl Inner {
         Ok(PyBytes::new(py, &state))
     }
 
-    /// Starts new episodes. If the call is interrupted, the old episodes continue.
-    pub(super) fn restart(&mut self, py: Python<'_>, resets: Vec<SlotReset>) -> PyResult<()> {
+    /// Starts new episodes and returns their observations and metrics. If the call is interrupted, the old
+    /// episodes continue.
+    pub(super) fn restart(
+        &mut self,
+        py: Python<'_>,
+        resets: Vec<SlotReset>,
+        count_components: bool,
+    ) -> PyResult<(Vec<f32>, Vec<Measured>)> {
         on_batch!(self, batch => {
             let visits = batch.work_of_reset(resets.len());
-            let reset = batch.prepare_reset(resets.into_iter()).map_err(CoreError::from)?;
-            let reset = if visits >= LONG {
-                long_call(py, None, |progress| reset.build(progress))?
-            } else {
-                let progress = Progress::default();
-                maybe_detach(py, visits, || reset.build(&progress)).map_err(CoreError::from)?
-            };
-            batch.commit(reset);
-        });
-        Ok(())
+            change(py, batch, visits, move |batch, progress| {
+                let slots: Vec<usize> = resets.iter().map(|reset| reset.slot).collect();
+                batch.restart(resets, progress)?;
+                let mut rows = vec![0.0; slots.len() * batch.rows() * batch.row_length()];
+                batch.observe(&slots, &mut rows, progress)?;
+                let measure = |episode: &Episode<_>| Measured::of(episode, count_components);
+                Ok((rows, batch.measure(&slots, progress, measure)?))
+            })
+        })
     }
 
     /// Steps all flocks. After an interrupted step, all slots must be reset.

@@ -9,10 +9,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::FlockBatch;
-use super::inner::{Inner, on_batch};
 use crate::arrays::{flat, shaped};
-use crate::errors::{CoreError, try_borrow_mut};
-use crate::info::{Measured, columns};
+use crate::errors::try_borrow_mut;
+use crate::info::columns;
 
 /// Observations and metrics of the slots that were reset.
 pub(super) type Began<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
@@ -66,19 +65,9 @@ pub(super) fn reset<'py>(
             start: Arc::clone(start),
         })
         .collect();
+    let counts = this.count_components;
+    let (observations, measured) = this.inner.restart(py, resets, counts)?;
     let rows = slots.len() * this.rows;
-    let mut observations = vec![0.0; rows * this.row_length];
-    this.inner.restart(py, resets)?;
-    let (inner, count_components) = (&this.inner, this.count_components);
-    let measured = py
-        .detach(|| -> flockesc_core::Result<Vec<Measured>> {
-            on_batch!(inner, batch => {
-                batch.observe(slots, &mut observations)?;
-                let started = slots.iter().map(|slot| batch.episode(*slot));
-                started.map(|episode| Ok(Measured::of(episode?, count_components))).collect()
-            })
-        })
-        .map_err(CoreError::from)?;
     Ok((
         shaped(py, observations, [rows, this.row_length])?,
         columns(py, &measured)?,

@@ -109,7 +109,7 @@ fn stepped<'py>(
         }
     }
     map.check(&ranges, actions, label)?;
-    let predator_actions = hunted(slf, predator_actions, at_end)?;
+    let predator_actions = predator_actions_of(slf, predator_actions, at_end)?;
     let this = &mut *try_borrow_mut(slf)?;
     let (mut observations, mut rewards) = match out {
         Some(_) if !this.scratch.1.is_empty() => std::mem::take(&mut this.scratch),
@@ -148,7 +148,7 @@ pub(super) fn step_one<'py>(
 ) -> PyResult<StepOne<'py>> {
     let map = try_borrow(slf)?.actions.clone();
     let range = map.to_range(action)?; // may call Python, so no borrow is held
-    let predator_actions = hunted(slf, predator_actions, AtEnd::Refuse)?;
+    let predator_actions = predator_actions_of(slf, predator_actions, AtEnd::Refuse)?;
     let this = &mut *try_borrow_mut(slf)?;
     let mut reward = vec![0.0];
     let mut observation = vec![0.0; this.row_length];
@@ -166,7 +166,7 @@ pub(super) fn step_one<'py>(
 
 /// Returns the actions of the learned predators from an array, or from a function that returns it. The
 /// function may change the memory of a policy, so it is called after all other checks of a step.
-fn hunted(
+fn predator_actions_of(
     slf: &Bound<'_, FlockBatch>,
     given: Option<Bound<'_, PyAny>>,
     at_end: AtEnd,

@@ -12,6 +12,9 @@ use crate::parallel;
 use crate::reward::Term;
 use crate::snapshot::Fingerprint;
 
+/// Cost of a search for the neighbors under a candidate range, in units of the same search in a step.
+const CANDIDATE_COST: usize = 4;
+
 impl<const D: usize> Batch<D> {
     /// Creates a batch of `num_flocks` empty slots for a scenario of dimension D. `num_threads` of
     /// `None` is one thread per core.
@@ -48,25 +51,30 @@ impl<const D: usize> Batch<D> {
         let is_one = scenarios.iter().all(|other| Arc::ptr_eq(first, other));
         let mut known = HashMap::new();
         let mut slots = Vec::with_capacity(scenarios.len());
-        let mut work: usize = 0;
+        let (mut work, mut observation_work): (usize, usize) = (0, 0);
         for (index, scenario) in scenarios.iter().enumerate() {
-            let (fingerprint, work_per_flock) = match known.get(&Arc::as_ptr(scenario)) {
-                Some(found) => *found,
-                None => {
-                    let label = if is_one {
-                        String::new()
-                    } else {
-                        format!("scenario[{index}].")
-                    };
-                    check_scenario::<D>(scenario, first, &config, &label)?;
-                    let fingerprint = Fingerprint::of(&(scenario.as_ref(), &config));
-                    let new = (fingerprint, work_per_flock(scenario, &config));
-                    known.insert(Arc::as_ptr(scenario), new);
-                    new
-                }
-            };
-            slots.push(Slot::new(index as u64, scenario.clone(), fingerprint));
-            work = work.saturating_add(work_per_flock);
+            let (fingerprint, work_per_step, work_per_observation) =
+                match known.get(&Arc::as_ptr(scenario)) {
+                    Some(found) => *found,
+                    None => {
+                        let label = if is_one {
+                            String::new()
+                        } else {
+                            format!("scenario[{index}].")
+                        };
+                        check_scenario::<D>(scenario, first, &config, &label)?;
+                        let fingerprint = Fingerprint::of(&(scenario.as_ref(), &config));
+                        let observation = work_per_observation(scenario, &config);
+                        let step = work_per_step(scenario, &config).saturating_add(observation);
+                        let new = (fingerprint, step, observation);
+                        known.insert(Arc::as_ptr(scenario), new);
+                        new
+                    }
+                };
+            let slot = Slot::new(index as u64, scenario.clone(), fingerprint);
+            slots.push(Arc::new(slot));
+            work = work.saturating_add(work_per_step);
+            observation_work = observation_work.max(work_per_observation);
         }
         if scenarios.len() > 1 || num_threads.is_some() {
             parallel::pool(num_threads)?; // reports a bad number of threads before the first step
@@ -77,6 +85,7 @@ impl<const D: usize> Batch<D> {
             slots,
             num_threads,
             work,
+            observation_work,
         })
     }
 }
@@ -122,13 +131,25 @@ fn check_scenario<const D: usize>(
     Ok(())
 }
 
-/// Estimates the number of agents that a step of one flock visits.
-fn work_per_flock(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
+/// Estimates the number of agents that one action visits in one flock, without its observation.
+fn work_per_step(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
     let n = scenario.num_agents;
+    let neighbors = scenario.neighbor_options();
     let visits = match config.reward.term::<2>() {
-        Term::Team(_) | Term::Individual(_) => scenario.neighbor_options().work_per_agent(n),
+        Term::Team(_) | Term::Individual(_) => neighbors.work_per_agent(n, config.max_range),
         Term::Counterfactual(_) => n,
     };
     let steps = config.steps_per_action.min(scenario.num_steps);
     n.saturating_mul(visits).saturating_mul(steps)
+}
+
+/// Estimates the number of agents that the observation of one flock visits.
+fn work_per_observation(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
+    let n = scenario.num_agents;
+    let neighbors = scenario.neighbor_options();
+    let ranges = config.profile_ranges.iter();
+    let visits = ranges.fold(1, |visits: usize, range| {
+        visits.saturating_add(CANDIDATE_COST * neighbors.work_per_agent(n, *range))
+    });
+    n.saturating_mul(visits)
 }

@@ -1,4 +1,4 @@
-//! Resets of a batch. New episodes are built outside of the batch, so that a failed or cancelled reset
+//! Resets of a batch. New episodes are built beside the running ones, so that a failed or cancelled reset
 //! changes nothing.
 
 use std::collections::BTreeMap;
@@ -6,10 +6,8 @@ use std::sync::Arc;
 
 use super::Batch;
 use crate::base::error::{Error, Result};
-use crate::episode::options::EpisodeConfig;
-use crate::episode::slot::Slot;
 use crate::flock::InitialState;
-use crate::parallel::{Pool, Progress, dispatch};
+use crate::parallel::{Progress, dispatch};
 
 /// Cost of drawing and sorting an agent, in units of the cost of its step.
 const RESET_COST: usize = 16;
@@ -25,31 +23,6 @@ pub struct SlotReset {
     pub episode: Option<u64>,
     /// The arrays of the initial state. Their seed is ignored.
     pub start: Arc<InitialState>,
-}
-
-/// The new slots of a reset, before they replace the slots of the batch.
-#[derive(Debug)]
-pub struct Reset<const D: usize> {
-    config: Arc<EpisodeConfig>,
-    slots: BTreeMap<usize, (Slot<D>, Arc<InitialState>)>,
-    pool: Pool,
-}
-
-impl<const D: usize> Reset<D> {
-    /// Starts the episodes of the new slots.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`] if `progress` was cancelled.
-    pub fn build(mut self, progress: &Progress) -> Result<Self> {
-        let config = &self.config;
-        let built = dispatch(self.pool, self.slots.values_mut(), |(slot, start)| {
-            progress.check()?;
-            slot.start(config, start);
-            Ok(())
-        });
-        built.into_iter().collect::<Result<()>>()?;
-        Ok(self)
-    }
 }
 
 impl<const D: usize> Batch<D> {
@@ -80,60 +53,50 @@ impl<const D: usize> Batch<D> {
             episode,
             start: start.clone(),
         });
-        let reset = self.prepare_reset(resets)?;
-        self.commit(reset.build(&Progress::default())?);
+        self.restart(resets.collect(), &Progress::default())
+    }
+
+    /// Starts new episodes in several slots.
+    ///
+    /// # Errors
+    /// As [`Self::reset_many`], and [`Error::Interrupted`] if `progress` was cancelled. The batch is then unchanged.
+    #[doc(hidden)]
+    pub fn restart(&mut self, resets: Vec<SlotReset>, progress: &Progress) -> Result<()> {
+        let mut new_slots = BTreeMap::new();
+        for reset in resets {
+            let Some(old) = self.slots.get(reset.slot) else {
+                let expected = format!("an integer below {}", self.slots.len());
+                return Err(Error::argument("slot", expected, reset.slot));
+            };
+            reset.start.check(old.scenario())?;
+            let mut new = old.without_episode();
+            if let Some(seed) = reset.seed {
+                new.seed(seed);
+            }
+            if let Some(episode) = reset.episode {
+                new.set_next_episode(episode);
+            }
+            new_slots.insert(reset.slot, (new, reset.start));
+        }
+        let pool = self.pool(new_slots.len())?;
+        let started = dispatch(pool, new_slots.values_mut(), |(slot, start)| {
+            progress.check()?;
+            slot.start(&self.config, start);
+            Ok(())
+        });
+        started.into_iter().collect::<Result<()>>()?;
+        for (index, (slot, _)) in new_slots {
+            self.slots[index] = Arc::new(slot);
+        }
         Ok(())
     }
 
-    /// Checks how several slots are reset and returns a [`Reset`] to build and then to commit.
-    ///
-    /// # Errors
-    /// As [`Self::reset_many`].
-    #[doc(hidden)]
-    pub fn prepare_reset(&self, resets: impl Iterator<Item = SlotReset>) -> Result<Reset<D>> {
-        let mut new_slots = BTreeMap::new();
-        for SlotReset {
-            slot,
-            seed,
-            episode,
-            start,
-        } in resets
-        {
-            let Some(old) = self.slots.get(slot) else {
-                let expected = format!("an integer below {}", self.slots.len());
-                return Err(Error::argument("slot", expected, slot));
-            };
-            start.check(old.scenario())?;
-            let mut new = old.without_episode();
-            if let Some(seed) = seed {
-                new.seed(seed);
-            }
-            if let Some(episode) = episode {
-                new.set_next_episode(episode);
-            }
-            new_slots.insert(slot, (new, start));
-        }
-        Ok(Reset {
-            config: self.config.clone(),
-            pool: self.pool(new_slots.len())?,
-            slots: new_slots,
-        })
-    }
-
-    /// Replaces slots of the batch by the new slots of a reset.
-    #[doc(hidden)]
-    pub fn commit(&mut self, reset: Reset<D>) {
-        for (index, (slot, _)) in reset.slots {
-            self.slots[index] = slot;
-        }
-    }
-
-    /// Estimates the cost of a reset of `slots` slots, in the unit of [`Self::work`].
+    /// Estimates the cost of a reset of `slots` slots and of their observations, in the unit of
+    /// [`Self::work`].
     #[doc(hidden)]
     #[must_use]
     pub fn work_of_reset(&self, slots: usize) -> usize {
-        slots
-            .saturating_mul(RESET_COST)
-            .saturating_mul(self.scenario().num_agents)
+        let start = RESET_COST.saturating_mul(self.scenario().num_agents);
+        slots.saturating_mul(start.saturating_add(self.observation_work))
     }
 }

@@ -1,8 +1,10 @@
 //! Snapshots of a batch's slots.
 
+use std::sync::Arc;
+
 use super::Batch;
 use crate::base::error::{Error, Result};
-use crate::episode::slot::{Slot, SlotState};
+use crate::episode::slot::SlotState;
 use crate::snapshot::{Fingerprint, decode, encode};
 
 impl<const D: usize> Batch<D> {
@@ -13,7 +15,7 @@ impl<const D: usize> Batch<D> {
     pub fn save(&self, slots: &[usize]) -> Result<Vec<u8>> {
         let states: Vec<SlotState<D>> = slots
             .iter()
-            .map(|slot| self.slots.get(*slot).map(Slot::save))
+            .map(|slot| self.slots.get(*slot).map(|slot| slot.save()))
             .collect::<Option<_>>()
             .ok_or_else(|| self.no_such_slot(slots))?;
         encode(self.fingerprint(slots), &states)
@@ -43,7 +45,7 @@ impl<const D: usize> Batch<D> {
             restored = vec![only.clone(); slots.len()];
         }
         for (slot, restored) in slots.iter().zip(restored) {
-            self.slots[*slot] = restored;
+            self.slots[*slot] = Arc::new(restored);
         }
         Ok(())
     }

@@ -1,5 +1,7 @@
 //! Steps of a batch.
 
+use std::sync::Arc;
+
 use super::{Batch, check_length};
 use crate::base::error::{Error, Result};
 use crate::episode::Episode;
@@ -83,14 +85,16 @@ impl<const D: usize> Batch<D> {
         let measured = dispatch(pool, work, |((((index, slot), ranges), rewards), out)| {
             let first = index * entries_per_flock;
             let predator_actions = &predator_actions[first..first + entries_per_flock];
+            let slot = Arc::make_mut(slot);
             let has_advanced = slot.advance(ranges, predator_actions, rewards, progress)?;
             if !has_advanced && at_end == AtEnd::Restart {
                 slot.start(config, &InitialState::default());
             }
-            Ok(slot.episode().map(|episode| {
-                episode.observe(out);
-                measure(episode)
-            }))
+            let Some(episode) = slot.episode() else {
+                return Ok(None);
+            };
+            episode.observe(out, progress)?;
+            Ok(Some(measure(episode)))
         });
         let measured: Result<Vec<Option<T>>> = measured.into_iter().collect();
         Ok(measured?.into_iter().flatten().collect())

@@ -103,6 +103,7 @@ fn rewards_sum_to_the_change_of_the_objective() {
 /// Slots whose episodes end at different times give the same results as batches of one slot.
 #[test]
 fn slots_restart_at_their_own_horizon() {
+    let progress = Progress::default();
     let actions_per_episode = 7; // 20 steps, three per action
     for threads in [1, 3] {
         let mut many = batch(3, threads);
@@ -131,7 +132,7 @@ fn slots_restart_at_their_own_horizon() {
                 AtEnd::Restart,
                 &mut rewards,
                 &mut observations,
-                &Progress::default(),
+                &progress,
                 |_| (),
             )
             .expect("good ranges");
@@ -142,7 +143,9 @@ fn slots_restart_at_their_own_horizon() {
                     numbers[slot] += 1;
                     let start = InitialState::seeded(episode_seed(slot as u64, numbers[slot]));
                     single.reset(0, &start).expect("a slot");
-                    single.observe(&[0], &mut observation).expect("a slot");
+                    single
+                        .observe(&[0], &mut observation, &progress)
+                        .expect("a slot");
                     reward.fill(0.0);
                 } else {
                     let ranges = vec![4.0; AGENTS];
@@ -185,6 +188,7 @@ fn episodes_start_by_their_number_in_the_schedule() {
 
 #[test]
 fn slots_without_a_seed_differ_and_rejected_resets_change_nothing() {
+    let progress = Progress::default();
     let mut batch = batch(3, 1);
     batch.seed(5);
     let all: Vec<_> = (0..3).map(|slot| (slot, None)).collect();
@@ -198,11 +202,11 @@ fn slots_without_a_seed_differ_and_rejected_resets_change_nothing() {
         ..InitialState::default()
     };
     assert!(batch.reset_many(&all, None, &too_short).is_err());
-    assert!(batch.metrics().is_err());
+    assert!(batch.metrics(&progress).is_err());
     batch
         .reset_many(&all, None, &InitialState::default())
         .expect("slots");
-    let metrics = batch.metrics().expect("episodes");
+    let metrics = batch.metrics(&progress).expect("episodes");
     assert!(metrics[0] != metrics[1] && metrics[1] != metrics[2] && metrics[0] != metrics[2]);
     for (slot, expected) in metrics.iter().enumerate() {
         let seed = episode_seed(5, slot as u64 + 1);
@@ -214,24 +218,28 @@ fn slots_without_a_seed_differ_and_rejected_resets_change_nothing() {
             *expected
         );
     }
-    assert_eq!(batch.num_components().expect("episodes"), [AGENTS; 3]);
+    assert_eq!(
+        batch.num_components(&progress).expect("episodes"),
+        [AGENTS; 3]
+    );
 }
 
 #[test]
 fn rejected_steps_change_nothing() {
+    let progress = Progress::default();
     let mut batch = batch(2, 1);
     assert!(matches!(step(&mut batch, 1.0), Err(Error::Episode { .. })));
     for slot in 0..2 {
         batch.reset(slot, &InitialState::seeded(9)).expect("a slot");
     }
-    let before = batch.metrics();
+    let before = batch.metrics(&progress);
     for range in [f64::NAN, f64::INFINITY, -3.0] {
         assert!(matches!(
             step(&mut batch, range),
             Err(Error::Argument { .. })
         ));
     }
-    assert_eq!(batch.metrics(), before);
+    assert_eq!(batch.metrics(&progress), before);
     for _ in 0..7 {
         step(&mut batch, 1.0).expect("steps left");
     }

@@ -265,33 +265,53 @@ proptest! {
 }
 
 /// The triangulation accepts coordinates up to 2^201 m.
+/// Coordinates beyond the bounds of a triangulation: 2^201 m, and 2^-142 m or 0.
 #[test]
-fn agents_too_far_for_a_triangulation_have_neighbors_at_the_same_point() {
-    let points = [
+fn agents_beyond_the_bounds_of_a_triangulation_have_neighbors_at_the_same_point() {
+    let far = [
         [0.0, 0.0],
         [1e70, 0.0],
         [1.0, 0.0],
         [1e70, 0.0],
         [1e70, 1.0],
     ];
-    let case = Case {
-        blind_angle: 0.0,
-        positions: points.map(SVector::from).to_vec(),
-        velocities: vec![SVector::from([1.0, 0.0]); points.len()],
-        ranges: vec![f64::MAX],
-    };
+    let near = |least: f64| [0.0, 1.0, 0.0, 2.0, 3.0].map(|x| [x * least, 0.0]);
+    let least = 0.5_f64.powi(142);
+    let everyone = (0..5).flat_map(|i| (0..5).map(move |j| (i, j)));
+    let cases = [
+        (far, vec![(0, 2), (1, 3), (2, 0), (3, 1)]),
+        (
+            near(least),
+            [(0, 1), (1, 2), (0, 2), (1, 3), (3, 4)]
+                .into_iter()
+                .flat_map(|(i, j)| [(i, j), (j, i)])
+                .collect(),
+        ),
+        (
+            near(least / 4.0),
+            everyone.filter(|(i, j)| i != j).collect(),
+        ),
+    ];
     let options = Options {
         rule: NeighborRule::Voronoi(Voronoi {}),
         blind_angle: 0.0,
         side: None,
         is_mutual: false,
     };
-    let expected = [(0, 2), (1, 3), (2, 0), (3, 1)];
-    check(
-        &case,
-        Ranges::Shared(f64::MAX),
-        options.internal(false),
-        &expected,
-    )
-    .expect("equal");
+    for (points, mut expected) in cases {
+        let case = Case {
+            blind_angle: 0.0,
+            positions: points.map(SVector::from).to_vec(),
+            velocities: vec![SVector::from([1.0, 0.0]); points.len()],
+            ranges: vec![f64::MAX],
+        };
+        expected.sort_unstable();
+        check(
+            &case,
+            Ranges::Shared(f64::MAX),
+            options.internal(false),
+            &expected,
+        )
+        .expect("equal");
+    }
 }

@@ -6,10 +6,12 @@ use nalgebra::SVector;
 use super::features::{Common, Features, compute};
 use super::{ExtraEntries, Extras};
 use crate::agents::{Column, Group};
+use crate::base::error::Result;
 use crate::flock::{Drift, Straight};
 use crate::neighbor::{NeighborSums, Profile};
 use crate::observation::Scene;
 use crate::observation::columns::{ColumnTable, GroupRows, Rows};
+use crate::parallel::Progress;
 
 /// Adds the entries of a row to `table`.
 #[inline(always)]
@@ -61,11 +63,14 @@ pub(in crate::observation) struct Writer<'a, const D: usize> {
 
 impl<'a, const D: usize> Writer<'a, D> {
     /// Creates the writer of a scene; `None` without optional entries.
-    pub(in crate::observation) fn new(scene: &Scene<'a, D>) -> Option<Self> {
+    pub(in crate::observation) fn new(
+        scene: &Scene<'a, D>,
+        progress: &Progress,
+    ) -> Result<Option<Self>> {
         let (extras, world) = (scene.extras, scene.world);
         let num_agents = world.agents().len();
         if extras.is_empty() || num_agents == 0 {
-            return None;
+            return Ok(None);
         }
         let predators: Vec<Straight<D>> = world.predators().iter().map(Straight::from).collect();
         let places = if extras.has(ExtraEntries::EscapeDirection) {
@@ -75,8 +80,9 @@ impl<'a, const D: usize> Writer<'a, D> {
         } else {
             Vec::new()
         };
-        let profile = Profile::new(world.neighborhood(), world.agents(), extras.ranges);
-        Some(Self {
+        let (agents, ranges) = (world.agents(), extras.ranges);
+        let profile = Profile::new(world.neighborhood(), agents, ranges, progress)?;
+        Ok(Some(Self {
             common: Common {
                 places,
                 predators,
@@ -87,8 +93,8 @@ impl<'a, const D: usize> Writer<'a, D> {
             },
             extras,
             profile,
-            features: Features::new(extras.ranges.len()),
-        })
+            features: Features::new(ranges.len()),
+        }))
     }
 
     /// Computes the sums over the neighbors of a group's agents under every candidate range.

@@ -1,10 +1,12 @@
 //! Optional entries of the flock's observation.
 
 use super::{ExtraEntries, Extras};
+use crate::base::error::Result;
 use crate::flock::{Approach, Headings, Preview, Straight};
 use crate::neighbor::{NeighborSums, Profile};
 use crate::observation::Scene;
 use crate::observation::table::{Row, Table, squash};
+use crate::parallel::Progress;
 
 /// The values that the entries are computed from.
 pub(in crate::observation) struct Features {
@@ -88,22 +90,27 @@ impl Features {
 }
 
 /// Writes one row.
-pub(in crate::observation) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
+pub(in crate::observation) fn write<const D: usize>(
+    scene: &Scene<'_, D>,
+    out: &mut [f32],
+    progress: &Progress,
+) -> Result<()> {
     let (world, num_agents) = (scene.world, scene.world.agents().len());
     if scene.extras.is_empty() || num_agents == 0 {
         out.fill(0.0);
-        return;
+        return Ok(());
     }
     let predators: Vec<Straight<D>> = world.predators().iter().map(Straight::from).collect();
     let mut preview = Preview::new(world, world.neighborhood().sums().to_vec());
     let features = Features {
         now: response(&mut preview, Headings::default(), scene, &predators),
-        candidates: candidates(&mut preview, scene, predators),
+        candidates: candidates(&mut preview, scene, predators, progress)?,
         is_sensed: scene.is_sensed(world.predator_distance().minimum),
         length: scene.length(),
         time: scene.length() / scene.speed(),
     };
     table(scene.extras, &mut Row::new(&features, out));
+    Ok(())
 }
 
 /// Returns the averages after one step under every candidate range.
@@ -111,26 +118,29 @@ fn candidates<const D: usize>(
     preview: &mut Preview<D>,
     scene: &Scene<'_, D>,
     mut predators: Vec<Straight<D>>,
-) -> Vec<Response> {
+    progress: &Progress,
+) -> Result<Vec<Response>> {
     let (world, ranges) = (scene.world, scene.extras.ranges);
     for predator in &mut predators {
         predator.position = predator.after(scene.scenario().time_step);
     }
     let num_groups = world.agents().groups.len();
-    let mut profile = Profile::new(world.neighborhood(), world.agents(), ranges);
+    let mut profile = Profile::new(world.neighborhood(), world.agents(), ranges, progress)?;
     let mut candidates: Vec<Vec<NeighborSums<D>>> = ranges
         .iter()
         .map(|_| Vec::with_capacity(num_groups))
         .collect();
     for group in 0..num_groups {
+        progress.check()?;
         for (candidate, sums) in candidates.iter_mut().zip(profile.of_group(group)) {
             candidate.push(sums.clone());
         }
     }
     let response_after_step = |sums| {
+        progress.check()?;
         preview.restart(world, sums);
         let headings = preview.advance(world, &predators);
-        response(preview, headings, scene, &predators)
+        Ok(response(preview, headings, scene, &predators))
     };
     candidates.into_iter().map(response_after_step).collect()
 }
