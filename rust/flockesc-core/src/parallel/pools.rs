@@ -37,7 +37,7 @@ pub fn forked() {
 /// # Errors
 /// [`Error::Argument`] if `num_threads` is 0 or above [`MAX_THREADS`], or if threads cannot be started.
 pub(crate) fn pool(num_threads: Option<usize>) -> Result<&'static ThreadPool> {
-    let threads = num_threads.unwrap_or_else(available_threads);
+    let threads = self::num_threads(num_threads);
     if !(1..=MAX_THREADS).contains(&threads) {
         return Err(Error::argument(
             "num_threads",
@@ -70,6 +70,11 @@ fn start(threads: usize, process: (u32, usize)) -> Result<Box<Node>> {
         process,
         next: OnceBox::new(),
     }))
+}
+
+/// Returns a number of threads; `None` is one per core.
+pub(crate) fn num_threads(num_threads: Option<usize>) -> usize {
+    num_threads.unwrap_or_else(available_threads)
 }
 
 /// Returns the default number of threads, one per core.

@@ -5,9 +5,12 @@ use std::sync::Arc;
 
 use super::Batch;
 use crate::base::error::{Error, Result};
+use crate::base::memory;
 use crate::episode::options::EpisodeConfig;
+use crate::episode::rows;
 use crate::episode::slot::Slot;
-use crate::flock::FlockConfig;
+use crate::flock::{FlockConfig, World};
+use crate::observation;
 use crate::parallel;
 use crate::reward::Term;
 use crate::snapshot::Fingerprint;
@@ -18,8 +21,8 @@ impl<const D: usize> Batch<D> {
     ///
     /// # Errors
     /// [`Error::Config`] if the scenario or `config` is out of bounds, or if the scenario has no
-    /// predator or another dimension; [`Error::Argument`] if `num_flocks` is 0 or `num_threads` is
-    /// out of bounds.
+    /// predator or another dimension; [`Error::Argument`] if `num_flocks` is 0, if `num_threads` is
+    /// out of bounds, or if the batch does not fit into memory.
     pub fn new(
         scenario: FlockConfig,
         config: EpisodeConfig,
@@ -47,10 +50,11 @@ impl<const D: usize> Batch<D> {
         };
         let is_one = scenarios.iter().all(|other| Arc::ptr_eq(first, other));
         let mut known = HashMap::new();
-        let mut slots = Vec::with_capacity(scenarios.len());
-        let mut work: usize = 0;
+        let row_length = config.entries(D).len();
+        let mut fingerprints = Vec::with_capacity(scenarios.len());
+        let (mut work, mut bytes): (usize, u128) = (0, 0);
         for (index, scenario) in scenarios.iter().enumerate() {
-            let (fingerprint, work_per_flock) = match known.get(&Arc::as_ptr(scenario)) {
+            let (fingerprint, visits, size) = match known.get(&Arc::as_ptr(scenario)) {
                 Some(found) => *found,
                 None => {
                     let label = if is_one {
@@ -60,21 +64,35 @@ impl<const D: usize> Batch<D> {
                     };
                     check_scenario::<D>(scenario, first, &config, &label)?;
                     let fingerprint = Fingerprint::of(&(scenario.as_ref(), &config));
-                    let new = (fingerprint, work_per_flock(scenario, &config));
+                    let size = bytes_per_flock::<D>(scenario, &config, row_length);
+                    let new = (fingerprint, work_per_flock(scenario, &config), size);
                     known.insert(Arc::as_ptr(scenario), new);
                     new
                 }
             };
-            slots.push(Slot::new(index as u64, scenario.clone(), fingerprint));
-            work = work.saturating_add(work_per_flock);
+            fingerprints.push(fingerprint);
+            work = work.saturating_add(visits);
+            bytes += size as u128;
         }
+        let threads = parallel::num_threads(num_threads).min(scenarios.len());
+        bytes += threads as u128 * working_bytes::<D>(first, &config) as u128;
+        let field = if scenarios.len() == 1 {
+            "num_agents"
+        } else {
+            "num_flocks"
+        };
+        memory::check(field, bytes)?;
         if scenarios.len() > 1 || num_threads.is_some() {
             parallel::pool(num_threads)?; // reports a bad number of threads before the first step
         }
+        let slots = (0..).zip(scenarios).zip(fingerprints);
         Ok(Self {
-            row_length: config.entries(D).len(),
+            row_length,
+            bytes,
             config: Arc::new(config),
-            slots,
+            slots: slots
+                .map(|((index, scenario), print)| Slot::new(index, scenario.clone(), print))
+                .collect(),
             num_threads,
             work,
         })
@@ -121,6 +139,35 @@ fn check_scenario<const D: usize>(
     }
     Ok(())
 }
+
+/// Estimates the memory in bytes of one flock in a batch, with its rows in the arrays of actions, rewards and
+/// observations here and in Python.
+fn bytes_per_flock<const D: usize>(
+    scenario: &FlockConfig,
+    config: &EpisodeConfig,
+    row_length: usize,
+) -> usize {
+    let entries =
+        ARRAYS * rows(config, scenario) * (2 * size_of::<f64>() + row_length * size_of::<f32>());
+    Slot::<D>::bytes(scenario, config) + entries + INFO_BYTES
+}
+
+/// Estimates the memory in bytes that a thread needs during a reset or a step.
+fn working_bytes<const D: usize>(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
+    let observation = observation::working_bytes::<D>(config.view, config.extras(), scenario);
+    let copies = match config.reward.term::<D>() {
+        Term::Team(_) | Term::Individual(_) => 0,
+        Term::Counterfactual(_) => 2,
+    };
+    THREAD_BYTES + observation + copies * World::<D>::bytes(scenario)
+}
+
+/// Number of copies of the observations and rewards: in the core, and in the arrays of an environment.
+const ARRAYS: usize = 2;
+/// Memory in bytes of the metrics of a flock.
+const INFO_BYTES: usize = 256;
+/// Memory in bytes of the buffers of a thread that do not depend on the flock.
+const THREAD_BYTES: usize = 1 << 15;
 
 /// Estimates the number of agents that a step of one flock visits.
 fn work_per_flock(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {

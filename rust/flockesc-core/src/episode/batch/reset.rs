@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::Batch;
 use crate::base::error::{Error, Result};
+use crate::base::memory;
 use crate::episode::options::EpisodeConfig;
 use crate::episode::slot::Slot;
 use crate::flock::InitialState;
@@ -98,6 +99,9 @@ impl<const D: usize> Batch<D> {
                 slot.set_next_episode(episode);
             }
         }
+        // The old flocks stay until the new ones are complete. A new one takes half before its first step.
+        let share = resets.len() as u128 * self.bytes / self.slots.len() as u128;
+        memory::check("slots", share / 2)?;
         Ok(Reset {
             config: self.config.clone(),
             start,

@@ -2,6 +2,7 @@
 
 use super::{Batch, check_length};
 use crate::base::error::{Error, Result};
+use crate::base::memory;
 use crate::episode::Episode;
 use crate::flock::{InitialState, check_predator_actions, check_ranges};
 use crate::parallel::{Progress, dispatch};
@@ -118,6 +119,16 @@ impl<const D: usize> Batch<D> {
                 return Err(Error::episode(message));
             }
         }
-        check_ranges("interaction_range", ranges)
+        check_ranges("interaction_range", ranges)?;
+        let mut num_pairs = 0;
+        for (slot, ranges) in ranges.chunks_exact(self.rows()).enumerate() {
+            if self.slots[slot].scenario().frozen_graph {
+                num_pairs += self.episode(slot)?.pairs_to_freeze(ranges)?;
+            }
+        }
+        memory::check(
+            "interaction_range",
+            num_pairs as u128 * size_of::<u32>() as u128,
+        )
     }
 }
