@@ -18,12 +18,16 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from flockesc_env import _core
 from flockesc_env.common.errors import ArgumentError, InputError, shown, shown_name
 from flockesc_env.common.in_job import is_in_job
 
 FloatArray = NDArray[np.float64]
 
 MAX_SEED = 2**64 - 1
+
+_BYTES_PER_SEED = 200
+"""The seed in two lists, its outcomes in the core and a number in each of ten columns."""
 
 _T = TypeVar("_T")
 _Error = type[InputError]
@@ -48,12 +52,20 @@ def as_seed(value: Any, field: str = "seed") -> int:
 
 
 def as_seeds(values: Any, field: str = "seeds") -> list[int]:
-    """Return a list of at least one seed."""
+    """Return a list of at least one seed. A list that exceeds the memory is refused before it is read."""
     if isinstance(values, str | bytes) or not isinstance(values, Iterable):
         raise ArgumentError(field, "a list of seeds", shown(values))
     if isinstance(values, np.ndarray) and values.ndim == 0:
         raise ArgumentError(field, "a list of seeds", "a single number")
-    seeds = [as_seed(value, f"{field}[{i}]") for i, value in enumerate(values)]
+    try:
+        length = operator.length_hint(values)
+    except OverflowError:  # range(2**64)
+        length = MAX_SEED
+    seeds: list[int] = []
+    for i, value in enumerate(values):
+        if i & (i - 1) == 0:  # 0 and the powers of two, for iterators without a length
+            _core.check_memory(field, _BYTES_PER_SEED * max(length, 2 * i))
+        seeds.append(as_seed(value, f"{field}[{i}]"))
     if not seeds:
         raise ArgumentError(field, "at least one seed", "none")
     return seeds

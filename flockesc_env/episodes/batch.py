@@ -20,7 +20,6 @@ from flockesc_env.common.checks import (
     as_threads,
 )
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.episodes.capacity import check_memory
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
@@ -70,8 +69,8 @@ class FlockBatch:
         predator_policy_spec: the same for ``Learned`` predators.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or value, the batch is larger than the memory of the
-            machine, or ``predator_policy`` is given and no predator is ``Learned``.
+        ArgumentError: if an argument has the wrong type or value, the batch does not fit into memory, or
+            ``predator_policy`` is given and no predator is ``Learned``.
         OptionError: if the reward needs one range per agent and ``per_agent`` is False.
         ScenarioError: if the scenario has no predator, or the list has another length or its scenarios do not
             agree.
@@ -109,8 +108,6 @@ class FlockBatch:
         document = options.to_core(per_agent=per_agent)
         spec = flock_policy_spec(first, options, per_agent=per_agent)
         self.policy_spec = replace(spec, num_steps=num_steps)
-        row_bytes = np.dtype(np.float32).itemsize * len(self.policy_spec.layout.names)
-        check_memory(self.num_flocks, first.num_agents, first.dimension, self.rows * row_bytes)
         self._core = _core.FlockBatch(
             [distinct.to_json() for distinct in self._distinct],
             self._scenario_of_slot,

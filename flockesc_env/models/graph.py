@@ -66,7 +66,8 @@ def neighbor_pairs(
         Pairs in lexicographic order, shape (m, 2).
 
     Raises:
-        ArgumentError: if an argument has a wrong shape, is not finite, or a range is negative.
+        ArgumentError: if an argument has a wrong shape, is not finite, or a range is negative, or if the
+            pairs do not fit into memory.
         ScenarioError: if the name is not a preset of a flock.
 
     Examples:
@@ -109,9 +110,9 @@ def perron_matrix(states: ArrayLike, interaction_range: float) -> FloatArray:
         states: positions x_i of the agents, shape (n,).
         interaction_range: rho.
 
-
     Raises:
-        ArgumentError: if the states are not a vector of finite numbers, or the range is not a number >= 0.
+        ArgumentError: if the states are not a vector of finite numbers, the range is not a number >= 0, or
+            the matrix does not fit into memory.
     """
     return _core.perron_matrix(*_line(states, interaction_range))
 
@@ -123,9 +124,9 @@ def laplacian(states: ArrayLike, interaction_range: float) -> FloatArray:
         states: positions x_i of the agents, shape (n,).
         interaction_range: rho.
 
-
     Raises:
-        ArgumentError: if the states are not a vector of finite numbers, or the range is not a number >= 0.
+        ArgumentError: if the states are not a vector of finite numbers, the range is not a number >= 0, or
+            the matrix does not fit into memory.
     """
     return _core.laplacian(*_line(states, interaction_range))
 

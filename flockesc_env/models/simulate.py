@@ -262,7 +262,8 @@ def simulate(
         ``Trajectory`` or, for a line, ``LineTrajectory``.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite.
+        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite, or if the run
+            does not fit into memory.
         ScenarioError: if the name is not a preset.
 
     Examples:
@@ -295,13 +296,14 @@ def simulate(
     start = _seed(seed)
     ranges = _ranges(interaction_range, schedule, model)
     threads = as_threads(num_threads)
+    document = model.to_json()
+    _core.check_record(document, ranges.shape[1])
     actions_shape = (model.num_steps, model.num_learned, model.dimension)
     accelerations = (
         np.zeros(actions_shape)
         if predator_actions is None
         else as_floats(predator_actions, "predator_actions", actions_shape)
     )
-    document = model.to_json()
     run = _core.simulate_flock(document, ranges, start, positions, velocities, threads, accelerations)
     with np.errstate(over="ignore"):
         times: FloatArray = np.arange(model.num_steps + 1) * np.float64(model.time_step)
@@ -333,7 +335,8 @@ def simulate_line(
         initial_state: x(0), shape (n,); ``None``: drawn from the seed.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite.
+        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite, or if the run
+            does not fit into memory.
         ScenarioError: if the name is not a preset of a line.
 
     Examples:

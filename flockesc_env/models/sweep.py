@@ -285,7 +285,8 @@ def sweep(
         ``FlockSweepResult`` or, for a line, ``LineSweepResult``.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite.
+        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite, or if the
+            outcomes do not fit into memory.
         ScenarioError: if the name is not a preset.
 
     Examples:

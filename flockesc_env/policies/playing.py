@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_policy
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.episodes.batch import Columns, FlockBatch
@@ -112,6 +113,7 @@ def record_flock(
     predator_policy: PredatorPolicy | None = None,
 ) -> Trajectory:
     """Run a policy on one flock and return the trajectory; see ``record``."""
+    _core.check_record(scenario.to_json(), scenario.num_agents if per_agent else 1)
     recorder = None if predator_policy is None else _Recorder(as_policy(predator_policy, "predator_policy"))
     batch = FlockBatch(scenario, options, per_agent=per_agent, predator_policy=recorder)
     ranges = np.array([ranges for ranges, _ in episode_steps(batch, policy, [seed])])

@@ -90,7 +90,7 @@ def rollout(
         ``Episodes`` or, for a line, ``LineEpisodes``.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or value.
+        ArgumentError: if an argument has the wrong type or value, or if the outcomes do not fit into memory.
         OptionError: if an option is unknown, missing or out of bounds.
         ScenarioError: if the scenario has no predator, or the name is not a preset.
 
@@ -156,7 +156,7 @@ def record(
         **options: see ``EnvOptions``.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or value.
+        ArgumentError: if an argument has the wrong type or value, or if the run does not fit into memory.
         OptionError: if an option is unknown, missing or out of bounds.
     """
     entry = _named(policy, per_agent)

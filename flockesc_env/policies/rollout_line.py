@@ -84,6 +84,7 @@ def play_lines(
 def _play(
     policy: Policy, seeds: list[int], scenario: LineScenario, options: LineOptions, spec: PolicySpec
 ) -> list[_core.LineEpisode]:
+    _core.check_lines("batch_size", scenario.num_agents, len(seeds))
     documents = scenario.to_json(), options.to_core()
     episodes = [_core.LineEpisode(*documents, seed) for seed in seeds]
     observations = np.stack([episode.observe() for episode in episodes])

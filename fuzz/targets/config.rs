@@ -42,7 +42,7 @@ fn run_flock<const D: usize>(config: FlockConfig) {
     }
     let mut world = World::<D>::new(Arc::new(config), &InitialState::seeded(1));
     for range in [0.0, 7.0, f64::MAX] {
-        world.step(Ranges::Shared(range));
+        world.step(Ranges::Shared(range)).expect("few agents");
         assert_world_is_sound(&world, Ranges::Shared(range));
     }
 }

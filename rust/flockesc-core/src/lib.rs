@@ -29,13 +29,13 @@ pub use flock::{
     AlignedHeadings, Choice, Clusters, Disc, Distribution, FlockConfig, Gaussian, GivenHeadings,
     GivenPositions, Inertial, InitialHeadings, InitialPositions, InitialState, LogUniform, Motion,
     PredatorDistance, RandomHeadings, Reynolds, Ring, Schedule, Segment, Square, Trajectory,
-    Uniform, Vicsek, World, simulate_flock,
+    Uniform, Vicsek, World, check_record, simulate_flock,
 };
 pub use graph::{NeighborGraph, laplacian, perron_matrix};
 pub use kinds::kinds;
 pub use line::{
     EscapeForce, Line, LineConfig, LineEpisode, LineEpisodeConfig, LineEpisodeOutcome, LineReward,
-    LineTrajectory, line_entries, rollout_line, simulate_line,
+    LineTrajectory, check_lines, line_entries, rollout_line, simulate_line,
 };
 pub use neighbor::{Metric, NeighborRule, Ranges, Topological, Voronoi};
 pub use network::{Architecture, NetworkRanges, Networks, NormalizedRange, Squash};

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::base::error::Result;
-use crate::flock::{FlockConfig, InitialState, World, check_ranges};
+use crate::base::memory;
+use crate::flock::{FlockConfig, InitialState, World, check_flocks, check_ranges};
 use crate::line::{Line, LineConfig};
 use crate::neighbor::Ranges;
 use crate::parallel::{self, Progress};
@@ -59,6 +60,7 @@ pub fn sweep_flock(
     progress: &Progress,
 ) -> Result<Vec<FlockOutcome>> {
     check_ranges("interaction_ranges", ranges)?;
+    check_flocks(config, parallel::num_threads(num_threads).min(seeds.len()))?;
     grid(
         ranges,
         seeds,
@@ -104,6 +106,9 @@ fn grid<T: Send>(
     progress: &Progress,
     run: impl Fn(f64, u64) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
+    // The outcomes, and as many columns.
+    let num_cells = ranges.len() as u128 * seeds.len() as u128;
+    memory::check("seeds", 2 * num_cells * size_of::<T>() as u128)?;
     parallel::pool(num_threads)?.install(|| {
         (0..ranges.len() * seeds.len())
             .into_par_iter()
@@ -131,7 +136,7 @@ fn run_flock<const D: usize>(
     for step in 0..=config.num_steps {
         if step > 0 {
             progress.check()?;
-            world.step(Ranges::Shared(range));
+            world.step(Ranges::Shared(range))?;
         }
         let values = Objective::values_of(&world);
         for (minimum, value) in outcome.objectives.iter_mut().zip(values) {

@@ -35,12 +35,12 @@ fn assert_steps_of_a_scenario_allocate_nothing<const D: usize>(
     let mut ranges = vec![0.0; AGENTS];
     let mut step = |step: usize| {
         if is_shared {
-            world.step(Ranges::Shared(range(step)));
+            world.step(Ranges::Shared(range(step))).expect("a step");
         } else {
             for (agent, entry) in ranges.iter_mut().enumerate() {
                 *entry = range(step + agent);
             }
-            world.step(Ranges::PerAgent(&ranges));
+            world.step(Ranges::PerAgent(&ranges)).expect("a step");
         }
     };
     (0..STEPS).for_each(&mut step);
@@ -93,10 +93,11 @@ fn a_flock_of_boids_with_noise_and_delay() {
     config.sensing_delay = 3;
     let mut world = World::<2>::new(Arc::new(config), &InitialState::seeded(0));
     // All agents are neighbors in the first steps, so that the lists of offsets reach their final size.
-    (0..10).for_each(|_| world.step(Ranges::Shared(1e6)));
-    (0..STEPS).for_each(|step| world.step(Ranges::Shared(range(step))));
+    (0..10).for_each(|_| world.step(Ranges::Shared(1e6)).expect("a step"));
+    (0..STEPS).for_each(|step| world.step(Ranges::Shared(range(step))).expect("a step"));
     let later = STEPS..2 * STEPS;
-    let after = measure(|| later.for_each(|step| world.step(Ranges::Shared(range(step)))));
+    let after =
+        measure(|| later.for_each(|step| world.step(Ranges::Shared(range(step))).expect("a step")));
     assert_eq!(after.count_total, 0);
 }
 
@@ -118,7 +119,7 @@ fn assert_steps_with_actions_allocate_nothing<const D: usize>() {
             *entry = ((step + 7 * index) as f64 / 10.0).sin();
         }
         world.set_predator_actions(&predator_actions);
-        world.step(Ranges::Shared(range(step)));
+        world.step(Ranges::Shared(range(step))).expect("a step");
     };
     (0..STEPS).for_each(&mut step);
     let after = measure(|| (STEPS..2 * STEPS).for_each(&mut step));

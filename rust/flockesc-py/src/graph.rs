@@ -1,7 +1,8 @@
 //! Python functions for the neighbor graph of a flock and the matrices of a line.
 
-use flockesc_core::{FlockConfig, NeighborGraph, Ranges};
-use nalgebra::{DMatrix, SVector};
+use flockesc_core::bindings::memory;
+use flockesc_core::{FlockConfig, NeighborGraph, Ranges, Result};
+use nalgebra::SVector;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -40,8 +41,11 @@ pub(crate) fn neighbor_pairs<'py>(
             2 => arguments.graph::<2>().pairs(arguments.ranges()),
             _ => arguments.graph::<3>().pairs(arguments.ranges()),
         }?;
-        let flat = pairs.iter().flat_map(|&(i, j)| [i.into(), j.into()]);
-        Ok(flat.collect())
+        let mut flat = memory::vector("interaction_range", 2 * pairs.len())?;
+        for (i, j) in pairs {
+            flat.extend([i64::from(i), i64::from(j)]);
+        }
+        Ok(flat)
     })?;
     let pairs = flat.len() / 2;
     shaped(py, flat, [pairs, 2])
@@ -113,19 +117,16 @@ pub(crate) fn perron_matrix<'py>(
     matrix(py, &states, interaction_range, flockesc_core::perron_matrix)
 }
 
-/// Computes a matrix of a line's neighbor graph and converts it from column-major into row-major order, shape
-/// (n, n).
+/// Computes a matrix of a line's neighbor graph, shape (n, n).
 fn matrix<'py>(
     py: Python<'py>,
     states: &PyReadonlyArray1<'py, f64>,
     range: f64,
-    compute: fn(&[f64], f64) -> DMatrix<f64>,
+    compute: fn(&[f64], f64) -> Result<Vec<f64>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let states = states.as_slice()?.to_vec();
     let n = states.len();
-    let entries = run_detached(py, n, move || {
-        Ok(compute(&states, range).transpose().data.into())
-    })?;
+    let entries = run_detached(py, n, move || compute(&states, range))?;
     shaped(py, entries, [n, n])
 }
 
@@ -133,7 +134,7 @@ fn matrix<'py>(
 fn run_detached<T: Send + 'static>(
     py: Python<'_>,
     n: usize,
-    work: impl FnOnce() -> flockesc_core::Result<T> + Send + 'static,
+    work: impl FnOnce() -> Result<T> + Send + 'static,
 ) -> PyResult<T> {
     run(py, n.saturating_mul(n), |_| work())
 }

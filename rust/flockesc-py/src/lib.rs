@@ -45,6 +45,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(models::default_line_scenario, module)?)?;
     module.add_function(wrap_pyfunction!(models::kinds, module)?)?;
     module.add_function(wrap_pyfunction!(models::objectives, module)?)?;
+    module.add_function(wrap_pyfunction!(models::check_memory, module)?)?;
+    module.add_function(wrap_pyfunction!(models::check_record, module)?)?;
     module.add_function(wrap_pyfunction!(models::simulate_flock, module)?)?;
     module.add_function(wrap_pyfunction!(models::simulate_line, module)?)?;
     module.add_function(wrap_pyfunction!(models::sweep_flock, module)?)?;
@@ -61,6 +63,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
         layouts::predator_observation_entries,
         module
     )?)?;
+    module.add_function(wrap_pyfunction!(line::check_lines, module)?)?;
     module.add_function(wrap_pyfunction!(line::line_observation_entries, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::network_ranges, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::rollout_line, module)?)?;
@@ -71,5 +74,12 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
         os.call_method("register_at_fork", (), Some(&when))?;
     }
     module.add("MAX_PARTS", flockesc_core::MAX_PARTS)?;
+    if os.hasattr("sysconf")? {
+        let value =
+            |name: &str| -> PyResult<u64> { os.call_method1("sysconf", (name,))?.extract() };
+        if let (Ok(pages), Ok(size)) = (value("SC_PHYS_PAGES"), value("SC_PAGE_SIZE")) {
+            flockesc_core::bindings::memory::set_machine(pages.saturating_mul(size));
+        }
+    }
     module.add("__version__", env!("CARGO_PKG_VERSION"))
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use flockesc_core::bindings::memory;
 use flockesc_core::{LineConfig, LineEpisodeConfig, line_entries};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArrayDyn};
 use pyo3::intern;
@@ -194,14 +195,28 @@ fn info<'py>(
     Ok(dict)
 }
 
+/// Raises `ArgumentError` if this many lines do not fit into memory. `field` is the argument to blame.
+#[pyfunction]
+pub(crate) fn check_lines(
+    field: &str,
+    num_agents: usize,
+    num_lines: usize,
+) -> Result<(), CoreError> {
+    Ok(flockesc_core::check_lines(field, num_agents, num_lines)?)
+}
+
 /// Returns the name, lower and upper bound of every entry of a line's observation.
 #[pyfunction]
 pub(crate) fn line_observation_entries(
     num_agents: usize,
     num_profile_ranges: usize,
-) -> Vec<(String, f32, f32)> {
-    line_entries(num_agents, num_profile_ranges)
+) -> Result<Vec<(String, f32, f32)>, CoreError> {
+    memory::check("num_agents", num_agents as u128 * ENTRY_BYTES)?;
+    Ok(line_entries(num_agents, num_profile_ranges)
         .into_iter()
         .map(|entry| (entry.name, entry.low, entry.high))
-        .collect()
+        .collect())
 }
+
+/// Memory in bytes of the name and bounds of an entry, here and in Python.
+const ENTRY_BYTES: u128 = 256;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use flockesc_core::bindings::memory;
 use flockesc_core::{FlockConfig, InitialState, LineConfig, Objective, Schedule};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
@@ -56,6 +57,19 @@ pub(crate) fn kinds() -> BTreeMap<&'static str, Vec<&'static str>> {
 pub(crate) fn objectives() -> Vec<String> {
     let rows = flockesc_core::objectives();
     rows.map(|objective| objective.to_json()).collect()
+}
+
+/// Raises `ArgumentError` if a call that needs this many bytes exceeds the memory that the process can have.
+#[pyfunction]
+pub(crate) fn check_memory(field: &str, num_bytes: u128) -> Result<(), CoreError> {
+    Ok(memory::check(field, num_bytes)?)
+}
+
+/// Raises `ArgumentError` if the record of a run with this many ranges per step does not fit into memory.
+#[pyfunction]
+pub(crate) fn check_record(scenario: &str, columns: usize) -> Result<(), CoreError> {
+    let config = FlockConfig::from_json(scenario)?;
+    Ok(flockesc_core::check_record(&config, columns)?)
 }
 
 #[pyfunction]

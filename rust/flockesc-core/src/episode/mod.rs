@@ -110,7 +110,7 @@ impl<const D: usize> Episode<D> {
             }
             progress.check()?;
             let minimum_before = self.objective().minimum;
-            self.world.step(as_ranges(&self.config, &self.ranges));
+            self.world.step(as_ranges(&self.config, &self.ranges))?;
             self.step += 1;
             if self.config.reward.is_individual() {
                 std::mem::swap(&mut self.agent_distances_before, &mut self.agent_distances);
@@ -155,6 +155,21 @@ impl<const D: usize> Episode<D> {
             }
         }
         Ok(())
+    }
+
+    /// Returns the number of pairs in the neighbor graph that the next action freezes.
+    ///
+    /// # Errors
+    /// [`crate::Error::Argument`] if the graph does not fit into memory.
+    pub(crate) fn pairs_to_freeze(&self, ranges: &[f64]) -> Result<usize> {
+        self.world.pairs_to_freeze(as_ranges(&self.config, ranges))
+    }
+
+    /// Returns the memory in bytes of an episode.
+    pub(crate) fn bytes(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
+        let per_row = size_of::<f64>() * rows(config, scenario);
+        let distances = if config.reward.is_individual() { 3 } else { 0 };
+        World::<D>::bytes(scenario) + per_row * (1 + distances)
     }
 
     /// Writes the observation: one row for the flock, or one per agent.

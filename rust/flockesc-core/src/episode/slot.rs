@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::options::EpisodeConfig;
-use super::{Episode, EpisodeState};
+use super::{Episode, EpisodeState, rows};
 use crate::base::error::Result;
 use crate::base::rng::episode_seed;
 use crate::flock::{FlockConfig, InitialState};
@@ -50,6 +50,13 @@ impl<const D: usize> Slot<D> {
             episode: None,
             last_rewards: Vec::new(),
         }
+    }
+
+    /// Returns the memory in bytes of a slot with an episode.
+    pub(crate) fn bytes(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
+        let rewards = size_of::<f64>() * rows(config, scenario).max(4);
+        // One in the batch, and one in the map of a reset, which is up to half empty.
+        3 * size_of::<Self>() + Episode::<D>::bytes(scenario, config) + rewards
     }
 
     pub(crate) fn save(&self) -> SlotState<D> {

@@ -7,6 +7,7 @@ use nalgebra::SVector;
 use super::initial_state::InitialState;
 use super::world::World;
 use crate::base::error::{Error, Result};
+use crate::base::memory;
 use crate::flock::scenario::FlockConfig;
 use crate::neighbor::Ranges;
 use crate::parallel::{self, Progress};
@@ -135,26 +136,21 @@ pub struct Trajectory {
 impl Trajectory {
     /// Creates an empty record with memory for the whole run. Returns an error if there is not enough memory.
     fn with_capacity_for(config: &FlockConfig) -> Result<Self> {
-        let mut trajectory = Self {
-            caught_at: vec![-1; config.num_agents],
-            ..Self::default()
-        };
         let times = config.num_steps + 1;
-        let row = config.num_agents * config.dimension;
-        let reserved = times.checked_mul(row).is_some_and(|entries| {
-            let both = [&mut trajectory.positions, &mut trajectory.velocities];
-            both.into_iter()
-                .all(|array| array.try_reserve_exact(entries).is_ok())
-        });
-        if reserved {
-            Ok(trajectory)
-        } else {
-            Err(Error::argument(
-                "scenario",
-                "a run that fits into memory",
-                format!("{times} times, {} agents", config.num_agents),
-            ))
-        }
+        let agents = times.saturating_mul(config.num_agents * config.dimension);
+        let predators = times.saturating_mul(config.predators.len() * config.dimension);
+        let vector = |entries| memory::vector("num_steps", entries);
+        Ok(Self {
+            positions: vector(agents)?,
+            velocities: vector(agents)?,
+            predator_positions: vector(predators)?,
+            mean_distance: vector(times)?,
+            min_distance: vector(times)?,
+            num_components: memory::vector("num_steps", times)?,
+            polarization: vector(times)?,
+            fraction_surviving: vector(times)?,
+            caught_at: vec![-1; config.num_agents],
+        })
     }
 
     fn record<const D: usize>(&mut self, world: &World<D>, ranges: Ranges<'_>) {
@@ -187,6 +183,30 @@ fn extend<'a, const D: usize>(
     }
 }
 
+/// Returns an error if the record of a run does not fit into memory. It also has one row of `columns` ranges and the
+/// actions of the learned predators per step.
+///
+/// # Errors
+/// [`Error::Argument`] with the number of bytes.
+pub fn check_record(config: &FlockConfig, columns: usize) -> Result<()> {
+    let vectors = 2 * config.num_agents + config.predators.len() + 2 * config.num_learned();
+    let entries = vectors * config.dimension + columns + SCALARS;
+    let bytes = (config.num_steps + 1) as u128 * (entries * size_of::<f64>()) as u128;
+    memory::check("num_steps", bytes)
+}
+
+/// Returns an error if this many flocks do not fit into memory.
+pub(crate) fn check_flocks(config: &FlockConfig, num_flocks: usize) -> Result<()> {
+    let bytes = match config.dimension {
+        2 => World::<2>::bytes(config),
+        _ => World::<3>::bytes(config),
+    };
+    memory::check("num_agents", num_flocks as u128 * bytes as u128)
+}
+
+/// Number of arrays of a record with one number per time.
+const SCALARS: usize = 6;
+
 /// Runs a flock for `num_steps` steps and records it. A large flock runs on `num_threads` threads; `None` is
 /// one thread per core.
 ///
@@ -202,6 +222,8 @@ pub fn simulate_flock(
 ) -> Result<Trajectory> {
     start.check(&config)?;
     schedule.check(&config)?;
+    check_record(&config, schedule.columns)?;
+    check_flocks(&config, 1)?;
     parallel::pool(num_threads)?.install(|| match config.dimension {
         2 => run::<2>(config, schedule, start, progress),
         _ => run::<3>(config, schedule, start, progress),
@@ -221,7 +243,7 @@ fn run<const D: usize>(
         progress.check()?;
         trajectory.record(&world, schedule.at(step));
         world.set_predator_actions(schedule.actions_at(step, num_steps));
-        world.step(schedule.at(step));
+        world.step(schedule.at(step))?;
     }
     trajectory.record(&world, schedule.at(num_steps - 1));
     Ok(trajectory)

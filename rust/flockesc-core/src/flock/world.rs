@@ -12,12 +12,16 @@ pub(crate) use state::WorldState;
 use super::initial_state::InitialState;
 use super::motion::{Predators, Response, advance};
 use crate::agents::{Agents, GROUP};
+use crate::base::error::Result;
 use crate::base::rng::{self, Stream};
 use crate::flock::metrics::{PredatorDistance, distances};
 use crate::flock::scenario::FlockConfig;
 use crate::neighbor::{Neighborhood, Ranges};
 use crate::parallel;
 use crate::predator::{self, Predator, Prey};
+
+/// Number of fields with one number per agent that a randomized scenario can draw.
+const RANDOMIZED_FIELDS: usize = 4;
 
 /// A flock and its predators at one time.
 ///
@@ -27,11 +31,12 @@ use crate::predator::{self, Predator, Prey};
 ///
 /// let mut world = World::<2>::new(Arc::new(FlockConfig::default()), &InitialState::seeded(7));
 /// for _ in 0..10 {
-///     world.step(Ranges::Shared(12.0));
+///     world.step(Ranges::Shared(12.0))?;
 /// }
 /// let distance = world.predator_distance();
 /// assert!(distance.minimum < distance.mean);
 /// assert_eq!(world.positions().len(), world.config().num_agents);
+/// # Ok::<(), flockesc_core::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct World<const D: usize> {
@@ -85,7 +90,12 @@ impl<const D: usize> World<D> {
     }
 
     /// Advances the flock and its predators by one time step dt with the interaction ranges `ranges`.
-    pub fn step(&mut self, ranges: Ranges<'_>) {
+    ///
+    /// # Errors
+    /// [`crate::Error::Argument`] if the scenario freezes the neighbor graph and it does not fit into memory. The world
+    /// is unchanged.
+    pub fn step(&mut self, ranges: Ranges<'_>) -> Result<()> {
+        self.neighborhood.freeze(&self.agents, ranges)?;
         let prey = Prey {
             agents: &self.agents,
             neighborhood: &self.neighborhood,
@@ -137,6 +147,39 @@ impl<const D: usize> World<D> {
             &mut self.rng,
         );
         self.predator_distance = PredatorDistance::of(&self.agents.groups, self.agents.len());
+        Ok(())
+    }
+
+    /// Returns the number of pairs in the neighbor graph that the next step freezes; 0 if it freezes none.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub(crate) fn pairs_to_freeze(&self, ranges: Ranges<'_>) -> Result<usize> {
+        let (agents, neighborhood) = (&self.agents, &self.neighborhood);
+        if neighborhood.will_freeze() {
+            neighborhood.with_pairs(agents, ranges, |pairs| pairs.check_memory())
+        } else {
+            Ok(0)
+        }
+    }
+
+    /// Returns the memory in bytes of a world with these parameters, without the frozen graph.
+    pub(crate) fn bytes(config: &FlockConfig) -> usize {
+        let per_predator = size_of::<Predator<D>>() + 2 * size_of::<[f64; D]>();
+        let drawn = if config.randomization.is_empty() {
+            0
+        } else {
+            size_of::<FlockConfig>() + config.num_agents * RANDOMIZED_FIELDS * size_of::<f64>()
+        };
+        Agents::<D>::bytes(config.num_agents, config.capture_radius.is_some())
+            + Neighborhood::<D>::bytes(&config.neighbor_options(), config.num_agents)
+            + Response::<D>::bytes(
+                &config.motion,
+                &config.motion_parameters(),
+                config.num_steps,
+            )
+            + config.predators.len() * per_predator
+            + drawn
     }
 
     /// Sets the actions of the learned predators for the next steps: D entries in [-1, 1] per predator. With

@@ -53,10 +53,11 @@ impl<const D: usize> NeighborGraph<D> {
     /// Returns the pairs (agent, neighbor) of different agents, in ascending order.
     ///
     /// # Errors
-    /// [`Error::Argument`] if a range is negative or not finite, or if there is not one range per agent.
+    /// [`Error::Argument`] if a range is negative or not finite, if there is not one range per agent, or if the pairs
+    /// do not fit into memory.
     pub fn pairs(&self, ranges: Ranges<'_>) -> Result<Vec<(u32, u32)>> {
         self.check(ranges)?;
-        let mut pairs = self.neighborhood.pairs_by_id(&self.agents, ranges);
+        let mut pairs = self.neighborhood.pairs_by_id(&self.agents, ranges)?;
         pairs.sort_unstable();
         Ok(pairs)
     }

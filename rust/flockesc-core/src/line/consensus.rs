@@ -33,6 +33,11 @@ pub(super) fn components(groups: &[Group], range: f64) -> impl Iterator<Item = &
 }
 
 impl Consensus {
+    /// Returns the memory in bytes of the buffers for this many groups.
+    pub(super) fn bytes(num_groups: usize) -> usize {
+        (num_groups + STRIDE) * (2 * size_of::<f64>() + size_of::<Prefix>() + size_of::<u32>())
+    }
+
     /// Creates buffers for `num_groups` groups.
     pub(super) fn with_capacity(num_groups: usize) -> Self {
         Self {

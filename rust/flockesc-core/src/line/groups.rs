@@ -55,6 +55,11 @@ impl Groups {
         Self { sorted, companion }
     }
 
+    /// Returns the memory in bytes of the groups of this many agents.
+    pub(super) fn bytes(num_agents: usize) -> usize {
+        num_agents * (size_of::<Group>() + size_of::<u32>())
+    }
+
     /// Returns whether the groups are valid for a line of `num_agents` agents.
     pub(super) fn fit(&self, num_agents: usize) -> bool {
         let is_agent = |id: u32| (id as usize) < num_agents;

@@ -16,4 +16,4 @@ pub use escape::EscapeForce;
 pub use rollout::{LineEpisodeOutcome, rollout_line};
 pub use scenario::LineConfig;
 pub use simulate::{LineTrajectory, simulate_line};
-pub use step::Line;
+pub use step::{Line, check_lines};

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::step::Line;
 use crate::base::error::Result;
+use crate::base::memory;
 use crate::line::scenario::LineConfig;
 use crate::parallel::Progress;
 
@@ -26,7 +27,8 @@ pub struct LineTrajectory {
 /// records it.
 ///
 /// # Errors
-/// As [`Line::new`] and [`Line::step`]; [`crate::Error::Interrupted`] if `progress` was cancelled.
+/// As [`Line::new`] and [`Line::step`]; [`crate::Error::Argument`] if the record does not fit into memory;
+/// [`crate::Error::Interrupted`] if `progress` was cancelled.
 pub fn simulate_line(
     config: Arc<LineConfig>,
     range: f64,
@@ -45,6 +47,11 @@ pub fn simulate_line(
     while !trajectory.converged && trajectory.steps < line.config().max_steps {
         progress.check()?;
         let moved = line.step(range)?;
+        memory::reserve(
+            "max_steps",
+            &mut trajectory.states,
+            line.config().num_agents,
+        )?;
         line.append_states(&mut trajectory.states);
         trajectory
             .num_components

@@ -2,14 +2,17 @@
 
 mod state;
 
-use crate::agents::{Agents, GROUP};
+use crate::agents::{Agents, Column, GROUP};
+use crate::base::error::Result;
 use crate::base::exact::Scale;
+use crate::base::memory;
 use crate::neighbor::engine::components::connect;
 use crate::neighbor::engine::forest::{Forest, connect_pairs};
 use crate::neighbor::engine::isolation;
 use crate::neighbor::engine::kept::{Kept, Listing};
 use crate::neighbor::engine::kernel::sum_neighbors;
 use crate::neighbor::engine::links::Links;
+use crate::neighbor::engine::lists::{Lists, RANGE};
 use crate::neighbor::engine::pairs::Pairs;
 use crate::neighbor::engine::sums::{NeighborSums, Scratch, sum_pairs};
 use crate::neighbor::engine::tree::Tree;
@@ -60,6 +63,19 @@ impl<const D: usize> Neighborhood<D> {
         }
     }
 
+    /// Returns the memory in bytes for this many agents, without a frozen graph.
+    pub(crate) fn bytes(options: &NeighborOptions, num_agents: usize) -> usize {
+        let groups = num_agents.div_ceil(GROUP).max(1);
+        let chunks = parallel::num_chunks(groups);
+        let kept = groups * size_of::<[Column<f64>; D]>() + num_agents * size_of::<f64>();
+        Tree::<D>::bytes(groups)
+            + groups * size_of::<NeighborSums<D>>()
+            + chunks * size_of::<Scratch>()
+            + Scratch::most_bytes(num_agents)
+            + kept
+            + Links::bytes(options, num_agents)
+    }
+
     /// Stops the counting of neighbors. Their numbers are unspecified from the next step on.
     pub(crate) fn stop_counting(&mut self) {
         self.is_counting = false;
@@ -100,7 +116,12 @@ impl<const D: usize> Neighborhood<D> {
                 }
                 None => sum_pairs(links.pairs(options, agents, tree), first, sums, scratch),
             }
+            let places = first * GROUP..agents.len().min((first + sums.len()) * GROUP);
+            scratch.trim(places.len());
         });
+        if matches!(listing, Listing::New(_)) && self.scratch.iter().any(|s| s.is_trimmed) {
+            self.kept.pause();
+        }
         self.scale = tree.scale;
     }
 
@@ -185,8 +206,34 @@ impl<const D: usize> Neighborhood<D> {
     }
 
     /// Returns the ids of all pairs of an agent and a neighbor other than itself, at the current positions.
-    pub(crate) fn pairs_by_id(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> Vec<(u32, u32)> {
+    ///
+    /// # Errors
+    /// [`crate::Error::Argument`] if they do not fit into memory.
+    pub(crate) fn pairs_by_id(
+        &self,
+        agents: &Agents<D>,
+        ranges: Ranges<'_>,
+    ) -> Result<Vec<(u32, u32)>> {
         self.with_pairs(agents, ranges, |pairs| pairs.by_id())
+    }
+
+    /// Returns whether the next step freezes the graph.
+    pub(crate) fn will_freeze(&self) -> bool {
+        self.options.is_frozen && !self.links.is_frozen()
+    }
+
+    /// Freezes the graph at the current positions, if the options ask for it and it is not frozen.
+    ///
+    /// # Errors
+    /// As [`Self::pairs_by_id`].
+    pub(crate) fn freeze(&mut self, agents: &Agents<D>, ranges: Ranges<'_>) -> Result<()> {
+        if self.will_freeze() {
+            let pairs = self.pairs_by_id(agents, ranges)?;
+            let others = memory::vector(RANGE, pairs.len())?;
+            let lists = Lists::new(agents.num_agents(), &pairs, others);
+            self.links.freeze(lists, agents);
+        }
+        Ok(())
     }
 
     /// Calls `visit` with the neighbor graph at the current positions and returns its result.
@@ -198,7 +245,7 @@ impl<const D: usize> Neighborhood<D> {
     ) -> T {
         let options = NeighborOptions {
             needs_pairs: true,
-            ..self.options
+            ..self.current_options()
         };
         let links = self.current_links(&options, agents, ranges);
         visit(links.pairs(&options, agents, &self.tree))
@@ -216,11 +263,12 @@ impl<const D: usize> Neighborhood<D> {
     }
 
     fn components(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> Forest {
-        let links = self.current_links(&self.options, agents, ranges);
-        let reaches = links.reaches(&self.options, ranges);
-        match reaches.filter(|_| self.options.is_by_reach()) {
+        let options = self.current_options();
+        let links = self.current_links(&options, agents, ranges);
+        let reaches = links.reaches(&options, ranges);
+        match reaches.filter(|_| options.is_by_reach()) {
             Some(reaches) => connect(agents, &self.tree, reaches),
-            None => connect_pairs(&links.pairs(&self.options, agents, &self.tree)),
+            None => connect_pairs(&links.pairs(&options, agents, &self.tree)),
         }
     }
 
@@ -232,6 +280,14 @@ impl<const D: usize> Neighborhood<D> {
     /// Returns the options and the tree of the agents, for searches under other ranges.
     pub(in crate::neighbor) fn search(&self) -> (&NeighborOptions, &Tree<D>) {
         (&self.options, &self.tree)
+    }
+
+    /// Returns the options of the graph at the current positions, which is frozen only after the first step.
+    fn current_options(&self) -> NeighborOptions {
+        NeighborOptions {
+            is_frozen: self.links.is_frozen(),
+            ..self.options
+        }
     }
 
     /// Computes reaches and lists at the current positions.

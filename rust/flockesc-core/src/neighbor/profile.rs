@@ -9,6 +9,7 @@ use crate::neighbor::engine::links::Links;
 use crate::neighbor::engine::profile::{ProfileScratch, sum_profile};
 use crate::neighbor::engine::sums::{NeighborSums, Scratch, sum_pairs};
 use crate::neighbor::neighborhood::Neighborhood;
+use crate::neighbor::options::NeighborOptions;
 use crate::neighbor::ranges::Ranges;
 use crate::parallel::Progress;
 
@@ -62,6 +63,16 @@ impl<'a, const D: usize> Profile<'a, D> {
             search,
             sums: vec![NeighborSums::EMPTY; ranges.len()],
         })
+    }
+
+    /// Returns the memory in bytes of the profile of this many agents.
+    pub(crate) fn bytes(options: &NeighborOptions, num_agents: usize, num_ranges: usize) -> usize {
+        let search = if options.is_by_range() {
+            ProfileScratch::<D>::bytes(num_agents)
+        } else {
+            num_ranges * Links::bytes(options, num_agents)
+        };
+        search + num_ranges * size_of::<NeighborSums<D>>()
     }
 
     /// Returns the fixed-point scale of the sums in m/s.

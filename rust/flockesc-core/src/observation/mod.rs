@@ -14,8 +14,11 @@ mod table;
 mod vectors;
 mod view;
 
+use crate::agents::{GROUP, Group};
 use crate::base::entry::Entry;
 use crate::base::error::Result;
+use crate::flock::FlockConfig;
+use crate::neighbor::{NeighborSums, Profile};
 use crate::parallel::Progress;
 pub use extras::ExtraEntries;
 pub(crate) use extras::Extras;
@@ -56,6 +59,24 @@ pub fn predator_entries(dimension: usize) -> Vec<Entry> {
         _ => predator::table::<3>(&mut entries),
     }
     entries.entries
+}
+
+/// Returns the memory in bytes that a thread needs to compute an observation with optional entries.
+pub(crate) fn working_bytes<const D: usize>(
+    view: View,
+    extras: Extras<'_>,
+    scenario: &FlockConfig,
+) -> usize {
+    let (n, num_ranges) = (scenario.num_agents, extras.ranges.len());
+    if extras.is_empty() {
+        return 0;
+    }
+    let per_group = match view {
+        View::Flock => size_of::<Group<D>>() + (1 + num_ranges) * size_of::<NeighborSums<D>>(),
+        View::Agent => 0,
+    };
+    let profile = Profile::<D>::bytes(&scenario.neighbor_options(), n, num_ranges);
+    n.div_ceil(GROUP) * per_group + profile
 }
 
 impl<const D: usize> Scene<'_, D> {

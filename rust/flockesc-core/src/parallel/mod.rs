@@ -10,5 +10,5 @@ pub(crate) use chunks::{
 };
 pub(crate) use dispatch::{Pool, dispatch};
 pub use pools::forked;
-pub(crate) use pools::pool;
+pub(crate) use pools::{num_threads, pool};
 pub use progress::Progress;

@@ -46,7 +46,7 @@ pub fn forked() {
 /// [`Error::Rounding`], because threads inherit the rounding mode of the thread that starts them.
 pub(crate) fn pool(num_threads: Option<usize>) -> Result<Arc<ThreadPool>> {
     rounding()?;
-    let threads = num_threads.unwrap_or_else(available_threads);
+    let threads = self::num_threads(num_threads);
     if !(1..=MAX_THREADS).contains(&threads) {
         return Err(Error::argument(
             "num_threads",
@@ -100,6 +100,11 @@ fn start(threads: usize) -> Result<Arc<ThreadPool>> {
         let expected = "a number of threads that the system can start";
         Error::argument("num_threads", expected, error)
     })
+}
+
+/// Returns a number of threads; `None` is one per core.
+pub(crate) fn num_threads(num_threads: Option<usize>) -> usize {
+    num_threads.unwrap_or_else(available_threads)
 }
 
 /// Returns the default number of threads, one per core.

@@ -28,7 +28,7 @@ pub(super) fn add<const D: usize>(
                     break;
                 }
                 progress.check()?;
-                world.step(Ranges::PerAgent(&others));
+                world.step(Ranges::PerAgent(&others))?;
             }
             rewards[id] += action.value - action.objective.value_of(&world);
             others[id] = action.ranges[id];

@@ -5,9 +5,12 @@ use std::sync::Arc;
 
 use super::Batch;
 use crate::base::error::{Error, Result};
+use crate::base::memory;
 use crate::episode::options::EpisodeConfig;
+use crate::episode::rows;
 use crate::episode::slot::Slot;
-use crate::flock::FlockConfig;
+use crate::flock::{FlockConfig, World};
+use crate::observation;
 use crate::parallel;
 use crate::reward::Term;
 use crate::snapshot::Fingerprint;
@@ -21,8 +24,8 @@ impl<const D: usize> Batch<D> {
     ///
     /// # Errors
     /// [`Error::Config`] if the scenario or `config` is out of bounds, or if the scenario has no
-    /// predator or another dimension; [`Error::Argument`] if `num_flocks` is 0 or `num_threads` is
-    /// out of bounds.
+    /// predator or another dimension; [`Error::Argument`] if `num_flocks` is 0, if `num_threads` is
+    /// out of bounds, or if the batch does not fit into memory.
     pub fn new(
         scenario: FlockConfig,
         config: EpisodeConfig,
@@ -50,42 +53,51 @@ impl<const D: usize> Batch<D> {
         };
         let is_one = scenarios.iter().all(|other| Arc::ptr_eq(first, other));
         let mut known = HashMap::new();
-        let mut slots = Vec::with_capacity(scenarios.len());
-        let (mut work, mut observation_work): (usize, usize) = (0, 0);
+        let row_length = config.entries(D).len();
+        let mut checked = Vec::with_capacity(scenarios.len());
         for (index, scenario) in scenarios.iter().enumerate() {
-            let (fingerprint, work_per_step, work_per_observation) =
-                match known.get(&Arc::as_ptr(scenario)) {
-                    Some(found) => *found,
-                    None => {
-                        let label = if is_one {
-                            String::new()
-                        } else {
-                            format!("scenario[{index}].")
-                        };
-                        check_scenario::<D>(scenario, first, &config, &label)?;
-                        let fingerprint = Fingerprint::of(&(scenario.as_ref(), &config));
-                        let observation = work_per_observation(scenario, &config);
-                        let step = work_per_step(scenario, &config).saturating_add(observation);
-                        let new = (fingerprint, step, observation);
-                        known.insert(Arc::as_ptr(scenario), new);
-                        new
-                    }
-                };
-            let slot = Slot::new(index as u64, scenario.clone(), fingerprint);
-            slots.push(Arc::new(slot));
-            work = work.saturating_add(work_per_step);
-            observation_work = observation_work.max(work_per_observation);
+            let found = match known.get(&Arc::as_ptr(scenario)) {
+                Some(found) => *found,
+                None => {
+                    let label = if is_one {
+                        String::new()
+                    } else {
+                        format!("scenario[{index}].")
+                    };
+                    check_scenario::<D>(scenario, first, &config, &label)?;
+                    let new = Checked::new::<D>(scenario, &config, row_length);
+                    known.insert(Arc::as_ptr(scenario), new);
+                    new
+                }
+            };
+            checked.push(found);
         }
+        let threads = parallel::num_threads(num_threads).min(scenarios.len());
+        let working = threads as u128 * working_bytes::<D>(first, &config) as u128;
+        let bytes = working + checked.iter().map(|c| c.bytes as u128).sum::<u128>();
+        let field = if scenarios.len() == 1 {
+            "num_agents"
+        } else {
+            "num_flocks"
+        };
+        memory::check(field, bytes)?;
         if scenarios.len() > 1 || num_threads.is_some() {
             parallel::pool(num_threads)?; // reports a bad number of threads before the first step
         }
+        let work = checked.iter().map(|c| c.work);
+        let observation_work = checked.iter().map(|c| c.observation_work);
+        let slots = (0..).zip(scenarios).zip(&checked);
+        let new_slot = |((index, scenario), found): ((u64, &Arc<FlockConfig>), &Checked)| {
+            Arc::new(Slot::new(index, scenario.clone(), found.fingerprint))
+        };
         Ok(Self {
-            row_length: config.entries(D).len(),
+            row_length,
+            bytes,
             config: Arc::new(config),
-            slots,
+            slots: slots.map(new_slot).collect(),
             num_threads,
-            work,
-            observation_work,
+            work: work.fold(0, usize::saturating_add),
+            observation_work: observation_work.max().unwrap_or(0),
         })
     }
 }
@@ -130,6 +142,63 @@ fn check_scenario<const D: usize>(
     }
     Ok(())
 }
+
+/// A scenario that passed its checks: its fingerprint and estimates for one flock.
+#[derive(Debug, Clone, Copy)]
+struct Checked {
+    fingerprint: Fingerprint,
+    /// Number of agents that an action visits, with its observation.
+    work: usize,
+    /// Number of agents that an observation visits.
+    observation_work: usize,
+    /// Memory in bytes.
+    bytes: usize,
+}
+
+impl Checked {
+    fn new<const D: usize>(
+        scenario: &FlockConfig,
+        config: &EpisodeConfig,
+        row_length: usize,
+    ) -> Self {
+        let observation_work = work_per_observation(scenario, config);
+        Self {
+            fingerprint: Fingerprint::of(&(scenario, config)),
+            work: work_per_step(scenario, config).saturating_add(observation_work),
+            observation_work,
+            bytes: bytes_per_flock::<D>(scenario, config, row_length),
+        }
+    }
+}
+
+/// Estimates the memory in bytes of one flock in a batch, with its rows in the arrays of actions, rewards and
+/// observations here and in Python.
+fn bytes_per_flock<const D: usize>(
+    scenario: &FlockConfig,
+    config: &EpisodeConfig,
+    row_length: usize,
+) -> usize {
+    let entries =
+        ARRAYS * rows(config, scenario) * (2 * size_of::<f64>() + row_length * size_of::<f32>());
+    Slot::<D>::bytes(scenario, config) + entries + INFO_BYTES
+}
+
+/// Estimates the memory in bytes that a thread needs during a reset or a step.
+fn working_bytes<const D: usize>(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
+    let observation = observation::working_bytes::<D>(config.view, config.extras(), scenario);
+    let copies = match config.reward.term::<D>() {
+        Term::Team(_) | Term::Individual(_) => 0,
+        Term::Counterfactual(_) => 2,
+    };
+    THREAD_BYTES + observation + copies * World::<D>::bytes(scenario)
+}
+
+/// Number of copies of the observations and rewards: in the core, and in the arrays of an environment.
+const ARRAYS: usize = 2;
+/// Memory in bytes of the metrics of a flock.
+const INFO_BYTES: usize = 256;
+/// Memory in bytes of the buffers of a thread that do not depend on the flock.
+const THREAD_BYTES: usize = 1 << 15;
 
 /// Estimates the number of agents that one action visits in one flock, without its observation.
 fn work_per_step(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::Batch;
 use crate::base::error::{Error, Result};
+use crate::base::memory;
 use crate::flock::InitialState;
 use crate::parallel::{Progress, dispatch};
 
@@ -78,6 +79,9 @@ impl<const D: usize> Batch<D> {
             }
             new_slots.insert(reset.slot, (new, reset.start));
         }
+        // The old flocks stay until the new ones are complete. A new one takes half before its first step.
+        let share = new_slots.len() as u128 * self.bytes / self.slots.len() as u128;
+        memory::check("slots", share / 2)?;
         let pool = self.pool(new_slots.len())?;
         let started = dispatch(pool, new_slots.values_mut(), |(slot, start)| {
             progress.check()?;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::{Batch, check_length};
 use crate::base::error::{Error, Result};
+use crate::base::memory;
 use crate::episode::Episode;
 use crate::flock::{InitialState, check_predator_actions, check_ranges};
 use crate::parallel::{Progress, dispatch};
@@ -112,7 +113,17 @@ impl<const D: usize> Batch<D> {
         check_length("rewards", rewards, rows)?;
         check_length("observations", observations, rows * self.row_length)?;
         self.check_episodes(at_end)?;
-        check_ranges("interaction_range", ranges)
+        check_ranges("interaction_range", ranges)?;
+        let mut num_pairs = 0;
+        for (slot, ranges) in ranges.chunks_exact(self.rows()).enumerate() {
+            if self.slots[slot].scenario().frozen_graph {
+                num_pairs += self.episode(slot)?.pairs_to_freeze(ranges)?;
+            }
+        }
+        memory::check(
+            "interaction_range",
+            num_pairs as u128 * size_of::<u32>() as u128,
+        )
     }
 
     /// Checks that every slot has an episode and, under [`AtEnd::Refuse`], that none has ended.

@@ -27,6 +27,22 @@ impl<const D: usize> Noise<D> {
         }
     }
 
+    /// Returns the memory in bytes of the errors of a step.
+    pub(super) fn bytes(parameters: &Parameters<'_>) -> usize {
+        let sensing = if parameters.sensing_noise > 0.0 {
+            size_of::<SVector<f64, D>>()
+        } else {
+            0
+        };
+        let turns = if parameters.angular_noise > 0.0 {
+            size_of::<(f64, SVector<f64, D>)>()
+        } else {
+            0
+        };
+        // A vector that grows has room for up to twice its length.
+        2 * parameters.num_agents.max(4) * (sensing + turns)
+    }
+
     /// Returns the position in the random stream.
     pub(super) fn stream_position(&self) -> u128 {
         self.rng.get_word_pos()

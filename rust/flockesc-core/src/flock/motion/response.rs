@@ -48,6 +48,30 @@ impl<const D: usize> Response<D> {
         }
     }
 
+    /// Returns the memory in bytes in a run of `num_steps` steps.
+    pub(crate) fn bytes(motion: &Motion, parameters: &Parameters<'_>, num_steps: usize) -> usize {
+        let Parameters {
+            num_agents: n,
+            sensing_noise,
+            sensing_delay,
+            ..
+        } = *parameters;
+        let groups = n.div_ceil(GROUP).max(1);
+        let needs_pairs = motion.needs_pairs();
+        let mut bytes = Noise::<D>::bytes(parameters);
+        if sensing_noise > 0.0 || sensing_delay > 0 || needs_pairs {
+            bytes += 2 * groups.max(4) * size_of::<Force<D>>();
+        }
+        if sensing_delay > 0 {
+            let past = 1 + sensing_delay.min(num_steps);
+            bytes += past * (n * size_of::<SVector<f64, D>>() + 2 * size_of::<Vec<f64>>());
+        }
+        if needs_pairs {
+            bytes += parallel::num_chunks(groups) * OffsetBuffers::<D>::most_bytes(n);
+        }
+        bytes
+    }
+
     pub(crate) fn save(&self) -> ResponseState<D> {
         ResponseState {
             stream_position: self.noise.stream_position(),
@@ -146,6 +170,7 @@ impl<const D: usize> Response<D> {
                 };
                 motion.add_pair_forces(&pairs, buffers, force);
             }
+            buffers.trim();
         });
     }
 

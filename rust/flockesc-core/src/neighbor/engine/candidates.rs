@@ -91,6 +91,18 @@ impl Candidates {
         self.num_tile_pairs = 0;
     }
 
+    /// Returns the memory in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        self.groups.capacity() * size_of::<Nodes>()
+            + self.tiles.capacity() * size_of::<Tile>()
+            + self.nodes.capacity() * size_of::<Children>()
+            + self.stack.capacity() * size_of::<(usize, usize)>()
+            + self.near_groups.capacity() * size_of::<usize>()
+            + self.enclosed.bytes()
+            + self.across.bytes()
+            + self.near_tiles.bytes()
+    }
+
     /// Returns an estimate of the work with these candidates, in units of a pair of tiles.
     pub(super) fn work(&self) -> usize {
         self.num_tile_pairs / 2 + self.across.len / TILE

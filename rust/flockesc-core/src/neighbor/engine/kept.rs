@@ -8,6 +8,8 @@ use crate::neighbor::ranges::Ranges;
 
 /// Number of steps for which new candidates should be complete.
 const STEPS: f64 = 4.0;
+/// Number of steps after which too many candidates may have become few enough.
+const PAUSE: usize = 32;
 /// Fraction of the reach that covers the rounding of distances. It is larger than the rounding.
 const ROUNDING: f64 = 1e-12;
 
@@ -37,6 +39,8 @@ pub(in crate::neighbor) struct Kept<const D: usize> {
     margin: Option<f64>,
     /// Number of steps that have taken these candidates.
     pub(in crate::neighbor) steps: usize,
+    /// Number of steps for which candidates are not kept.
+    pause: usize,
 }
 
 impl<const D: usize> Kept<D> {
@@ -47,13 +51,24 @@ impl<const D: usize> Kept<D> {
             num_agents: 0,
             margin: None,
             steps: 0,
+            pause: 0,
         }
+    }
+
+    /// Forgets the candidates, and pauses because there were too many to keep.
+    pub(in crate::neighbor) fn pause(&mut self) {
+        self.margin = None;
+        self.pause = PAUSE;
     }
 
     /// Decides what the next step does with the candidates.
     pub(in crate::neighbor) fn plan(&mut self, agents: &Agents<D>, ranges: Ranges<'_>) -> Listing {
         let ranges = slice(&ranges);
         if self.num_agents != agents.len() || self.ranges != ranges {
+            return Listing::Discarded;
+        }
+        if self.pause > 0 {
+            self.pause -= 1;
             return Listing::Discarded;
         }
         let drift = drift(&agents.groups, &self.positions);
@@ -78,6 +93,7 @@ impl<const D: usize> Kept<D> {
             Listing::Discarded | Listing::Kept => None,
         };
         self.positions.clear();
+        self.positions.reserve_exact(agents.groups.len());
         let positions = agents.groups.iter().map(|group| group.position);
         self.positions.extend(positions);
         self.ranges.clear();

@@ -5,6 +5,12 @@ use serde::{Deserialize, Serialize};
 /// Marks caught agents, which have no place.
 pub(in crate::neighbor) const NO_PLACE: u32 = u32::MAX;
 
+/// The ids of an agent and another agent.
+pub(in crate::neighbor) type Pair = (u32, u32);
+
+/// The argument that determines the number of pairs, for errors.
+pub(in crate::neighbor) const RANGE: &str = "interaction_range";
+
 /// Adjacency lists: for every agent the ids of other agents.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(in crate::neighbor) struct Lists {
@@ -14,8 +20,14 @@ pub(in crate::neighbor) struct Lists {
 }
 
 impl Lists {
-    /// Creates the lists of `num_agents` agents from distinct pairs (agent, other agent).
-    pub(in crate::neighbor) fn new(num_agents: usize, pairs: &[(u32, u32)]) -> Self {
+    /// Creates the lists of `num_agents` agents from distinct pairs (agent, other agent). `others` is an empty vector,
+    /// with room for all pairs if there may be too many for the memory.
+    pub(in crate::neighbor) fn new(
+        num_agents: usize,
+        pairs: &[Pair],
+        mut others: Vec<u32>,
+    ) -> Self {
+        others.resize(pairs.len(), 0);
         let mut starts = vec![0; num_agents + 1];
         for &(id, _) in pairs {
             starts[id as usize + 1] += 1;
@@ -23,7 +35,7 @@ impl Lists {
         for id in 0..num_agents {
             starts[id + 1] += starts[id];
         }
-        let (mut next, mut others) = (starts.clone(), vec![0; pairs.len()]);
+        let mut next = starts.clone();
         for &(id, other) in pairs {
             others[next[id as usize]] = other;
             next[id as usize] += 1;

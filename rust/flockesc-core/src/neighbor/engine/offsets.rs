@@ -11,7 +11,9 @@ use crate::neighbor::engine::field_of_view::FieldOfView;
 use crate::neighbor::engine::own::{Own, lanes};
 use crate::neighbor::engine::pairs::Pairs;
 use crate::neighbor::engine::reach::{bits, squared_norm};
+use crate::neighbor::engine::select::TileColumn;
 use crate::neighbor::engine::separation::{Terms, sum_terms};
+use crate::neighbor::engine::sums::Scratch;
 use crate::neighbor::ranges::Reaches;
 
 /// The sums of the agents of one group.
@@ -29,6 +31,28 @@ pub(crate) struct OffsetBuffers<const D: usize> {
     candidates: Candidates,
     /// Terms of the close neighbors of every tile.
     terms: [Terms<D>; FANOUT],
+}
+
+impl<const D: usize> OffsetBuffers<D> {
+    /// Largest memory in bytes that is kept from step to step.
+    const MOST_BYTES: usize = 1 << 20;
+
+    /// Returns the memory in bytes that the buffers of a chunk keep in a flock of this many agents.
+    pub(crate) fn most_bytes(num_agents: usize) -> usize {
+        let rows = FANOUT * 2 * num_agents.max(4) * size_of::<[TileColumn<f64>; D]>();
+        let candidates = Scratch::most_bytes(2 * num_agents);
+        size_of::<Self>() + Self::MOST_BYTES.min(rows + candidates)
+    }
+
+    /// Frees the buffers if they are too large to keep.
+    pub(crate) fn trim(&mut self) {
+        let terms: usize = self.terms.iter().map(Terms::bytes).sum();
+        if terms + self.candidates.bytes() + self.tiles.capacity() * size_of::<u32>()
+            > Self::MOST_BYTES
+        {
+            *self = Self::default();
+        }
+    }
 }
 
 impl<const D: usize> Pairs<'_, D> {

@@ -5,9 +5,11 @@ use std::ops::Range;
 use multiversion::multiversion;
 
 use crate::agents::{Agents, Column, FANOUT, GROUP, TILE};
+use crate::base::error::Result;
+use crate::base::memory;
 use crate::base::vector::{larger, squared_norm};
 use crate::neighbor::engine::field_of_view::FieldOfView;
-use crate::neighbor::engine::lists::{Lists, NO_PLACE};
+use crate::neighbor::engine::lists::{Lists, NO_PLACE, Pair, RANGE};
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::options::NeighborOptions;
 
@@ -84,8 +86,11 @@ impl<const D: usize> Pairs<'_, D> {
     }
 
     /// Returns the ids of all pairs of an agent and a neighbor other than itself.
-    pub(crate) fn by_id(&self) -> Vec<(u32, u32)> {
-        let mut pairs = Vec::new();
+    ///
+    /// # Errors
+    /// As [`Self::check_memory`].
+    pub(crate) fn by_id(&self) -> Result<Vec<Pair>> {
+        let mut pairs = memory::vector(RANGE, self.check_memory()?)?;
         let mut tiles = Vec::new();
         for group in 0..self.agents.groups.len() {
             self.visit(group, &mut tiles, |lane, place| {
@@ -95,7 +100,25 @@ impl<const D: usize> Pairs<'_, D> {
                 }
             });
         }
-        pairs
+        Ok(pairs)
+    }
+
+    /// Returns the number of pairs of an agent and a neighbor other than itself.
+    ///
+    /// # Errors
+    /// [`crate::Error::Argument`] as soon as a list of the pairs does not fit into memory.
+    pub(crate) fn check_memory(&self) -> Result<usize> {
+        let (mut count, mut checked, mut tiles) = (0, 0, Vec::new());
+        for group in 0..self.agents.groups.len() {
+            self.visit(group, &mut tiles, |_, _| count += 1);
+            count -= self.agents.ids_of(group).len();
+            if count > 2 * checked {
+                memory::check(RANGE, count as u128 * size_of::<Pair>() as u128)?;
+                checked = count;
+            }
+        }
+        memory::check(RANGE, count as u128 * size_of::<Pair>() as u128)?;
+        Ok(count)
     }
 
     /// Lists the tiles that may contain neighbors of a tile's agents.

@@ -10,6 +10,11 @@ pub(super) struct Places {
 }
 
 impl Places {
+    /// Returns the memory in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        self.places.capacity() * size_of::<u32>()
+    }
+
     /// Returns a writer with room for `count` calls of [`Writer::add`].
     #[inline(always)]
     pub(super) fn writer(&mut self, count: usize) -> Writer<'_> {

@@ -6,7 +6,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::agents::{Agents, Column, FANOUT, TILE};
+use crate::agents::{Agents, Column, FANOUT, GROUP, TILE};
 use crate::neighbor::engine::box_distances::{BoxDistances, Total, find_groups, sum_enclosed};
 use crate::neighbor::engine::nodes::Bounds;
 use crate::neighbor::engine::own::lanes;
@@ -56,15 +56,21 @@ impl<const D: usize> ProfileScratch<D> {
         let packed =
             |tile: usize| std::array::from_fn(|lane| pack(tree.velocity(tile * TILE + lane)));
         let num_groups = tree.velocities.len();
-        let num_tiles = num_groups.min(BATCH) * FANOUT;
         Self {
             packed: (0..num_groups * FANOUT).map(packed).collect(),
             stack: Vec::new(),
             groups: Vec::new(),
             totals: vec![Total::EMPTY; num_ranges],
             across: vec![0; num_ranges],
-            distances: vec![Distances([[0.0; TILE]; TILE]); num_tiles],
+            distances: vec![Distances([[0.0; TILE]; TILE]); num_groups.min(BATCH) * FANOUT],
         }
+    }
+
+    /// Returns the memory in bytes for this many agents.
+    pub(in crate::neighbor) fn bytes(num_agents: usize) -> usize {
+        let num_tiles = num_agents.div_ceil(GROUP) * FANOUT;
+        num_tiles * size_of::<[Packed<D>; TILE]>()
+            + num_tiles.min(BATCH * FANOUT) * size_of::<Distances>()
     }
 }
 

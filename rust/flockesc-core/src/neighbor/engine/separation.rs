@@ -29,6 +29,11 @@ impl<const D: usize> Default for Terms<D> {
 }
 
 impl<const D: usize> Terms<D> {
+    /// Returns the memory in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        self.rows.capacity() * size_of::<[TileColumn<f64>; D]>()
+    }
+
     pub(super) fn clear(&mut self) {
         self.rows.clear();
         self.counts = [0; TILE];

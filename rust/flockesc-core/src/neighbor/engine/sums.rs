@@ -76,6 +76,29 @@ pub(in crate::neighbor) struct Scratch {
     tiles: Vec<u32>,
     /// Estimated work of the last step, in units of a pair of tiles that is tested agent by agent.
     pub(in crate::neighbor) work: usize,
+    /// Whether the buffers of the last step were freed.
+    pub(in crate::neighbor) is_trimmed: bool,
+}
+
+/// Memory in bytes that a chunk of groups keeps for candidates, and per agent. A flock of 300 agents needs at most
+/// 200 bytes per agent. In large and dense flocks, candidates of a step would take thousands.
+const MIN_BYTES: usize = 1024;
+const BYTES_PER_AGENT: usize = 384;
+
+impl Scratch {
+    /// Returns the memory in bytes that the buffers for `num_agents` agents of a chunk keep from step to step.
+    pub(in crate::neighbor) fn most_bytes(num_agents: usize) -> usize {
+        MIN_BYTES + BYTES_PER_AGENT * num_agents
+    }
+
+    /// Frees the buffers if they are too large for the `num_agents` agents of a chunk.
+    pub(in crate::neighbor) fn trim(&mut self, num_agents: usize) {
+        let bytes = self.candidates.bytes() + self.tiles.capacity() * size_of::<u32>();
+        self.is_trimmed = bytes > Self::most_bytes(num_agents);
+        if self.is_trimmed {
+            (self.candidates, self.tiles) = Default::default();
+        }
+    }
 }
 
 /// Computes the sums of the groups from `first` on, from all pairs of neighbors.

@@ -41,6 +41,16 @@ impl<const D: usize> Tree<D> {
         }
     }
 
+    /// Returns the memory in bytes of a tree for `num_groups` groups.
+    pub(in crate::neighbor) fn bytes(num_groups: usize) -> usize {
+        let (mut blocks, mut total) = (num_groups, num_groups);
+        while blocks > 1 {
+            blocks = blocks.div_ceil(FANOUT);
+            total += blocks;
+        }
+        total * size_of::<Siblings<D>>() + num_groups * size_of::<FixedPointVelocities<D>>()
+    }
+
     /// Shrinks the tree to `num_groups` groups. A [`Tree::refresh`] must follow.
     pub(in crate::neighbor) fn shrink(&mut self, num_groups: usize) {
         self.velocities.truncate(num_groups);

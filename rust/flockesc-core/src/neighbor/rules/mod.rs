@@ -44,6 +44,13 @@ macro_rules! rules {
                 }
             }
 
+            /// Returns the memory in bytes of lists and buffers for this many agents.
+            pub(in crate::neighbor) fn bytes(&self, num_agents: usize) -> usize {
+                match self {
+                    $(Self::$Variant(rule) => rule.bytes(num_agents),)+
+                }
+            }
+
             /// Computes the reaches or lists that the criterion needs. `found` has the results of the last
             /// step.
             pub(in crate::neighbor) fn find<const D: usize>(

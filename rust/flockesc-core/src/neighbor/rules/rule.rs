@@ -1,6 +1,6 @@
 //! `Rule`: the trait of a neighbor rule.
 
-use crate::agents::{Agents, Column, GROUP};
+use crate::agents::{Agents, Column, GROUP, TILE};
 use crate::base::error::Result;
 use crate::neighbor::engine::field_of_view::{FieldOfView, Torus};
 use crate::neighbor::engine::lists::Lists;
@@ -47,6 +47,25 @@ pub(in crate::neighbor) struct SearchBuffers {
     pub(in crate::neighbor) distances: Vec<TileColumn<f64>>,
 }
 
+impl SearchBuffers {
+    /// Largest memory in bytes that is kept from step to step.
+    const MOST_BYTES: usize = 1 << 17;
+
+    /// Returns the memory in bytes that the buffers of a chunk keep in a flock of this many agents.
+    pub(super) fn most_bytes(num_agents: usize) -> usize {
+        let per_agent = size_of::<TileColumn<f64>>() + size_of::<u32>();
+        Self::MOST_BYTES.min(2 * (num_agents + TILE) * per_agent)
+    }
+
+    /// Frees the buffers if they are too large to keep.
+    pub(super) fn trim(&mut self) {
+        let distances = self.distances.capacity() * size_of::<TileColumn<f64>>();
+        if distances + self.tiles.capacity() * size_of::<u32>() > Self::MOST_BYTES {
+            *self = Self::default();
+        }
+    }
+}
+
 impl Found {
     /// Sets the reach of every agent to its interaction range.
     pub(in crate::neighbor) fn square_ranges<const D: usize>(&mut self, sensing: &Sensing<'_, D>) {
@@ -67,6 +86,11 @@ pub(in crate::neighbor) trait Rule {
 
     /// Returns the criterion by which agents are neighbors.
     fn criterion(&self) -> Criterion;
+
+    /// Returns the memory in bytes of lists and buffers for this many agents.
+    fn bytes(&self, _num_agents: usize) -> usize {
+        0
+    }
 
     /// Computes the reaches or lists that the criterion needs. `found` has the results of the last step.
     fn find<const D: usize>(&self, sensing: &Sensing<'_, D>, found: &mut Found) {

@@ -30,7 +30,13 @@ impl Rule for Topological {
         searches.resize_with(parallel::num_chunks(num_groups), SearchBuffers::default);
         parallel::for_each_chunk_with(squares, searches, |first, squares, buffers| {
             reach_nearest(sensing, first, squares, buffers);
+            buffers.trim();
         });
+    }
+
+    fn bytes(&self, num_agents: usize) -> usize {
+        let chunks = parallel::num_chunks(num_agents.div_ceil(GROUP));
+        chunks * SearchBuffers::most_bytes(num_agents)
     }
 
     fn typical_reach(&self, _ranges: Ranges<'_>, found: &Found) -> f64 {
