@@ -101,7 +101,7 @@ def run(
             raise KeyboardInterrupt(f"{kept}; run the same again to continue") from None
     if failures:
         raise JobError(_report(failures, len(queue), cache))
-    return [results.pop(job.key, None) or cache.get(job) for job in jobs]
+    return [results.pop(job.key, {}) or cache.get(job) for job in jobs]
 
 
 def run_jobs(
