@@ -21,6 +21,7 @@ def evaluate(args: EvaluateArgs) -> pl.DataFrame:
         ValueError: if an argument is out of bounds or the policy is unknown.
     """
     if args.output is not None:
+        args.output.parent.mkdir(parents=True, exist_ok=True)
         check_writable(args.output)
     entry = named_policy(args.policy)
     flocks = seeds.first_seeds(seeds.HELD_OUT, args.flocks)

@@ -103,8 +103,7 @@ def run(
             raise KeyboardInterrupt(f"{kept}; run the same again to continue") from None
     if failures:
         raise JobError(_report(failures, len(queue), cache))
-    results |= {job.key: cache.get(job) for job in queue}
-    return [results[job.key] for job in jobs]
+    return [results.pop(job.key, {}) or cache.get(job) for job in jobs]
 
 
 def run_jobs(

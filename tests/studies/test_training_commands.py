@@ -88,10 +88,12 @@ def test_a_run_is_not_overwritten(run: Path) -> None:
 def test_equal_seeds_train_equal_policies(run: Path, tmp_path: Path) -> None:
     train(small_run(tmp_path / "again"))
     train(small_run(tmp_path / "other", seed=1))
-    results = [
-        evaluate(EvaluateArgs(policy=str(folder), flocks=4))["min_mean_distance"].to_list()
-        for folder in (run, tmp_path / "again", tmp_path / "other")
-    ]
+    results = []
+    for folder in (run, tmp_path / "again", tmp_path / "other"):
+        output = tmp_path / "tables" / f"{folder.name}.parquet"
+        table = evaluate(EvaluateArgs(policy=str(folder), flocks=4, output=output))
+        assert pl.read_parquet(output).equals(table)
+        results.append(table["min_mean_distance"].to_list())
     assert results[0] == results[1]
     assert results[0] != results[2]
 
