@@ -16,13 +16,7 @@ from pettingzoo.utils import parallel_to_aec, wrappers
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_seed
 from flockesc_env.common.errors import ActionError, OptionError, ResetNeededError, shown
-from flockesc_env.envs._base import (
-    InfoArguments,
-    Infos,
-    OneFlock,
-    Rendered,
-    needs_reset_if_interrupted,
-)
+from flockesc_env.envs._base import InfoArguments, Infos, OneFlock, Rendered, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import FlockStep, is_over
 from flockesc_env.episodes.options import TeamReward
 from flockesc_env.episodes.spaces import Label, flock_layout
