@@ -258,18 +258,25 @@ def is_accepted(document: dict[str, Any]) -> bool:
     return True
 
 
+def some_values(rng: random.Random) -> list[float]:
+    """Return three values around 0, or close enough to those of other numbers that combinations decide."""
+    middle = rng.uniform(0.5, 20.0)
+    near = [middle * rng.uniform(0.7, 1.3) for _ in range(3)]
+    return near if rng.random() < 0.75 else rng.choices([-2.0, 0.0, 1.0], k=3)
+
+
 @pytest.mark.parametrize(("slot", "part"), PARTS)
 def test_randomization_is_accepted_if_all_combinations_are(slot: str, part: Any) -> None:
     """The core tests few of the combinations of the values; this test tests all."""
     place, _ = SLOTS[slot]
     document = json.loads(small_flock(num_agents=5, **{slot: place(part)}).to_json())
     document["randomization"] = []
-    numbers, rng = list(numbers_in(document[slot], slot)), random.Random(part.kind)  # noqa: S311, no secret
-    for _ in range(40 if numbers else 0):
-        values = {
-            path: rng.choices([0.0, -2.0, 0.5, 1.0, 1.5, 3.0, 10.0, 20.0], [1, 1, 3, 3, 3, 3, 3, 3], k=3)
-            for path in rng.sample(numbers, min(4, len(numbers)))
-        }
+    rng = random.Random(part.kind)  # noqa: S311, no secret
+    numbers = [path for path in numbers_in(document[slot], slot) if part.kind in path]
+    bounded = [path for path in numbers if re.search("velocity|max_speed|radius|width|direction", path)]
+    for _ in range(100 if numbers else 0):
+        among = rng.choice([numbers, bounded or numbers])
+        values = {path: some_values(rng) for path in rng.sample(among, min(3, len(among)))}
         plain = json.loads(json.dumps(document))
         all_accepted = True
         for combination in itertools.product(*values.values()):
