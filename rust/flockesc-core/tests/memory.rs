@@ -69,6 +69,8 @@ fn the_estimate_is_at_least_the_peak_and_at_most_two_and_a_half_times_as_much() 
     }
 }
 
+type Kind = fn(FlockConfig) -> FlockConfig;
+
 /// All agents are in one dense square, where lists of candidates and neighbors are longest.
 #[test]
 fn the_estimate_covers_dense_flocks_with_every_kind_of_buffer() {
@@ -76,7 +78,7 @@ fn the_estimate_covers_dense_flocks_with_every_kind_of_buffer() {
         capture_radius: Some(1e-3),
         ..scenario(num_agents, 2, 30, 50.0)
     };
-    let kinds: [(&str, fn(FlockConfig) -> FlockConfig); 6] = [
+    let kinds: [(&str, Kind); 6] = [
         ("blind", |plain| FlockConfig {
             blind_angle: 1.0,
             mutual: true,
