@@ -50,7 +50,7 @@ CASES = {
     "simulate": ("simulate(flock.replace(num_steps=10**9), 1.0)", "num_steps", None),
     "record": ("record(flock.replace(num_steps=10**9), FixedRange(1.0), 0)", "num_steps", None),
     "simulate_line": (
-        "simulate_line(endless, 0.1, initial_state=[0.36, 0.68] * 50_000)",
+        "simulate_line(endless, 10.0, initial_state=[0.36, 0.68] * 50_000)",
         "max_steps",
         None,
     ),

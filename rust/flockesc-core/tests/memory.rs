@@ -72,6 +72,8 @@ fn the_estimate_is_at_least_the_peak_and_at_most_two_and_a_half_times_as_much() 
     }
 }
 
+type Kind = fn(FlockConfig) -> FlockConfig;
+
 /// All agents are in one dense square, where lists of candidates and neighbors are longest.
 #[test]
 fn the_estimate_covers_dense_flocks_with_every_kind_of_buffer() {

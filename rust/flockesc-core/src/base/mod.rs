@@ -6,6 +6,6 @@ pub(crate) mod entry;
 pub(crate) mod error;
 pub(crate) mod exact;
 pub(crate) mod frame;
-pub(crate) mod memory;
+pub mod memory;
 pub(crate) mod rng;
 pub(crate) mod vector;
