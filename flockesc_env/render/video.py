@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import errno
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+import shutil
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
-from subprocess import PIPE, Popen
-from tempfile import TemporaryFile
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
@@ -25,10 +26,14 @@ from flockesc_env.render.frame import FlockFrame, recorded_frames, shared_view
 from flockesc_env.render.names import policy_title
 from flockesc_env.render.options import ColorBy, RenderOptions, as_render_options
 
-_FORMATS = {
-    ".mp4": "-f mp4 -codec:v libx264 -pix_fmt yuv420p -crf 20",
-    # One palette for all frames, and only the changes of each frame: small files without flicker.
-    ".gif": "-f gif -pix_fmt pal8 -vf split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none -loop 0",
+_FORMATS: dict[str, dict[str, Any]] = {
+    ".mp4": {"codec": "libx264", "quality": 6},
+    ".gif": {
+        "codec": "gif",
+        "pix_fmt_out": "pal8",
+        # One palette for all frames, and only the changes of each frame: small files without flicker.
+        "output_params": ["-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none", "-loop", "0"],
+    },
 }
 """Options of ffmpeg by the suffix of the file."""
 
@@ -83,6 +88,8 @@ def write_video(
     for _, run in runs:
         options.selected(run.scenario.num_agents)
     require_video("pygame", "imageio_ffmpeg")
+    import imageio_ffmpeg  # type: ignore[import-untyped]
+
     from flockesc_env.render.flock import draw_flock
 
     times = np.arange(_count_frames(runs, pace, fps)) * pace / fps
@@ -90,56 +97,49 @@ def write_video(
     titles = [policy_title(name, run.scenario.neighbor_rule.unit) for name, run in runs]
     films = [_frames(run, objective, times.tolist(), view) for _, run in runs]
     size = len(runs) * options.size, options.size
-    with atomic_write(path) as file, _encoder(path.suffix, str(file.name), size, fps) as send:
-        for done, frames in enumerate(zip(*films, strict=True), 1):
-            pictures = [
-                draw_flock(frame, options, title) for frame, title in zip(frames, titles, strict=True)
-            ]
-            for picture in pictures[1:]:
-                picture[:, :2] = FRAME
-            send(np.hstack(pictures).tobytes())
-            if progress is not None:
-                progress(done, len(times))
+    with TemporaryDirectory() as folder:
+        film = str(Path(folder, f"film{path.suffix}"))
+        writer = imageio_ffmpeg.write_frames(
+            film,
+            size,
+            fps=fps,
+            macro_block_size=1,
+            ffmpeg_log_level="error",  # ffmpeg warns of every GIF that it has colors twice
+            **_FORMATS[path.suffix],
+        )
+        with closing(writer):  # waits for ffmpeg
+            writer.send(None)  # starts ffmpeg
+            for done, frames in enumerate(zip(*films, strict=True), 1):
+                pictures = [
+                    draw_flock(frame, options, title) for frame, title in zip(frames, titles, strict=True)
+                ]
+                for picture in pictures[1:]:
+                    picture[:, :2] = FRAME
+                try:
+                    writer.send(np.hstack(pictures))
+                except OSError:
+                    break  # ffmpeg has ended
+                if progress is not None:
+                    progress(done, len(times))
+        _check_film(film, len(times))
+        with Path(film).open("rb") as source, atomic_write(path) as file:
+            shutil.copyfileobj(source, file)
 
 
-@contextmanager
-def _encoder(suffix: str, file: str, size: tuple[int, int], fps: int) -> Iterator[Callable[[bytes], None]]:
-    """Yield a function that sends a frame to ffmpeg.
+def _check_film(film: str, expected: int) -> None:
+    """Check that a film has all frames: imageio-ffmpeg does not say whether ffmpeg failed.
 
     Raises:
-        OSError: if ffmpeg fails, with its first message.
+        OSError: if it has not.
     """
-    import imageio_ffmpeg  # type: ignore[import-untyped]
+    import imageio_ffmpeg
 
-    source = f"-f rawvideo -pix_fmt rgb24 -video_size {size[0]}x{size[1]} -framerate {fps} -i -"
-    # ffmpeg warns of every GIF that it has colors twice.
-    words = [imageio_ffmpeg.get_ffmpeg_exe(), *f"-y -v error {source} {_FORMATS[suffix]}".split(), file]
-    with TemporaryFile() as messages:
-        encoder = Popen(words, stdin=PIPE, stderr=messages, start_new_session=True)  # noqa: S603
-        pipe = encoder.stdin
-        assert pipe is not None  # noqa: S101, for the type checker
-
-        def send(frame: bytes) -> None:
-            try:
-                pipe.write(frame)
-            except BrokenPipeError:
-                raise failure() from None
-
-        def failure() -> OSError:
-            code = encoder.wait()
-            messages.seek(0)
-            first = messages.read().decode(errors="replace").partition("\n")[0]
-            return OSError(errno.EIO, f"ffmpeg ended with exit code {code}: {first}".rstrip(": "))
-
-        try:
-            yield send
-            with suppress(BrokenPipeError):
-                pipe.close()
-            if encoder.wait():
-                raise failure()
-        finally:
-            encoder.kill()
-            encoder.communicate()
+    try:
+        found, _ = imageio_ffmpeg.count_frames_and_secs(film)
+    except RuntimeError:
+        found = 0
+    if found != expected:
+        raise OSError(errno.EIO, f"ffmpeg wrote {found} of {expected} frames", film)
 
 
 def _count_frames(runs: Sequence[tuple[str, Trajectory]], pace: float, fps: int) -> int:

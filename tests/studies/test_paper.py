@@ -180,7 +180,7 @@ def test_the_paper_is_reproduced(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A small run from the command line gives the same numbers in JSON, on the pages and on stdout."""
-    monkeypatch.setattr("studies.style.DPI", 40)
+    monkeypatch.setattr("training.figure_style.DPI", 40)
     output, page = tmp_path / "paper", tmp_path / "docs.md"
     flags = ["--flocks", 2, "--lines", 40, "--output", output, "--page", page, "--json"]
     ran = Ran(capsys, "paper", *flags, run=STUDIES.main)

@@ -41,7 +41,7 @@ BAD = {
     ),
     "a field twice": (
         _set('motion={"vicsek": {}, "vicsek": {}}'),
-        "motion: expected valid JSON, got a field is given twice",
+        "motion: expected valid JSON, got the key 'vicsek' more than once",
     ),
     "half a list": (_set("mass=[1, 2"), "mass: expected valid JSON, got Expecting ',' delimiter"),
     "unknown field": (_set("num_agent=1"), "got 'num_agent' (did you mean num_agents?)"),

@@ -71,7 +71,7 @@ impl<const D: usize> Neighborhood<D> {
         Tree::<D>::bytes(groups)
             + groups * size_of::<NeighborSums<D>>()
             + chunks * size_of::<Scratch>()
-            + Scratch::most_bytes(num_agents)
+            + Scratch::most_bytes(num_agents, num_agents)
             + kept
             + Links::bytes(options, num_agents)
     }
@@ -117,7 +117,7 @@ impl<const D: usize> Neighborhood<D> {
                 None => sum_pairs(links.pairs(options, agents, tree), first, sums, scratch),
             }
             let places = first * GROUP..agents.len().min((first + sums.len()) * GROUP);
-            scratch.trim(places.len());
+            scratch.trim(places.len(), agents.len());
         });
         if matches!(listing, Listing::New(_)) && self.scratch.iter().any(|s| s.is_trimmed) {
             self.kept.pause();

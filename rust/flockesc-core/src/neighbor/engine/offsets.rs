@@ -40,7 +40,7 @@ impl<const D: usize> OffsetBuffers<D> {
     /// Returns the memory in bytes that the buffers of a chunk keep in a flock of this many agents.
     pub(crate) fn most_bytes(num_agents: usize) -> usize {
         let rows = FANOUT * 2 * num_agents.max(4) * size_of::<[TileColumn<f64>; D]>();
-        let candidates = Scratch::most_bytes(2 * num_agents);
+        let candidates = Scratch::most_bytes(2 * num_agents, num_agents);
         size_of::<Self>() + Self::MOST_BYTES.min(rows + candidates)
     }
 

@@ -80,21 +80,26 @@ pub(in crate::neighbor) struct Scratch {
     pub(in crate::neighbor) is_trimmed: bool,
 }
 
-/// Memory in bytes that a chunk of groups keeps for candidates, and per agent. A flock of 300 agents needs at most
-/// 200 bytes per agent. In large and dense flocks, candidates of a step would take thousands.
+/// Memory in bytes that a chunk of groups keeps for candidates.
 const MIN_BYTES: usize = 1024;
-const BYTES_PER_AGENT: usize = 384;
+/// Smallest and largest memory in bytes that an agent's candidates keep. In between it grows with the square root
+/// of the number of agents, as lists under a range of half the flock do. In dense flocks, candidates of a step
+/// would take ten times as much, and a new search is faster than reading them.
+const BYTES_PER_AGENT: (usize, usize) = (384, 1024);
+const BYTES_PER_ROOT: usize = 12;
 
 impl Scratch {
-    /// Returns the memory in bytes that the buffers for `num_agents` agents of a chunk keep from step to step.
-    pub(in crate::neighbor) fn most_bytes(num_agents: usize) -> usize {
-        MIN_BYTES + BYTES_PER_AGENT * num_agents
+    /// Returns the memory in bytes that the buffers for `num_agents` agents of a chunk keep from step to step, in a
+    /// flock of `flock` agents.
+    pub(in crate::neighbor) fn most_bytes(num_agents: usize, flock: usize) -> usize {
+        let per_agent = BYTES_PER_ROOT * flock.isqrt();
+        MIN_BYTES + num_agents * per_agent.clamp(BYTES_PER_AGENT.0, BYTES_PER_AGENT.1)
     }
 
-    /// Frees the buffers if they are too large for the `num_agents` agents of a chunk.
-    pub(in crate::neighbor) fn trim(&mut self, num_agents: usize) {
+    /// Frees the buffers if they are larger than [`Self::most_bytes`].
+    pub(in crate::neighbor) fn trim(&mut self, num_agents: usize, flock: usize) {
         let bytes = self.candidates.bytes() + self.tiles.capacity() * size_of::<u32>();
-        self.is_trimmed = bytes > Self::most_bytes(num_agents);
+        self.is_trimmed = bytes > Self::most_bytes(num_agents, flock);
         if self.is_trimmed {
             (self.candidates, self.tiles) = Default::default();
         }
