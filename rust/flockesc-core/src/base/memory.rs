@@ -37,7 +37,7 @@ pub fn check(field: &str, bytes: u128) -> Result<()> {
 /// Returns an empty vector with room for `len` items.
 ///
 /// # Errors
-/// As [`reserve`].
+/// [`Error::Argument`] if there is not enough memory; as [`check`].
 pub fn vector<T>(field: &str, len: usize) -> Result<Vec<T>> {
     let mut vector = Vec::new();
     reserve(field, &mut vector, len)?;
