@@ -29,6 +29,7 @@ __all__ = [
     "named_infos",
     "neighbor_pairs",
     "network_ranges",
+    "objectives",
     "observation_entries",
     "perron_matrix",
     "predator_observation_entries",
