@@ -62,8 +62,13 @@ def gymnasium_step(scenario: FlockScenario, rho: float = 10.0, **options: Any) -
 
 def vector_step() -> Call:
     env = FlockVectorEnv(64, small, action_mode="range", steps_per_action=10_000, copy=False)
-    env.reset(seed=0)
-    return lambda: env.step(np.full((64, 1), 10.0, np.float32))
+
+    def call() -> None:
+        env.reset(seed=0)
+        armed()
+        env.step(np.full((64, 1), 10.0, np.float32))
+
+    return call
 
 
 def parallel_step() -> Call:
@@ -91,8 +96,13 @@ def observation() -> Call:
 
 def line_step() -> Call:
     env = LineEscapeEnv(line, action_mode="range", max_range=10.0, steps_per_action=FOREVER)
-    env.reset(seed=0, options={"initial_state": CYCLE})
-    return lambda: env.step(np.array([10.0], np.float32))
+
+    def call() -> None:
+        env.reset(seed=0, options={"initial_state": CYCLE})
+        armed()
+        env.step(np.array([10.0], np.float32))
+
+    return call
 
 
 CALLS: dict[str, Callable[[], Call]] = {
