@@ -29,9 +29,9 @@ QUEUE_SECONDS = 15.0
 ATTEMPTS = 4
 """An array task that ends without a result, because it was killed, is submitted so often."""
 SQUEUE = ["squeue", "--me", "--array", "--states=all", "--noheader", "--format=%i|%T|%r"]
-HELD = "HELD"
+HELD, FORGOTTEN = "HELD", "FORGOTTEN"
 ENDED = {
-    *("BOOT_FAIL", "CANCELLED", "COMPLETED", "DEADLINE", "FAILED", HELD, "NODE_FAIL"),
+    *("BOOT_FAIL", "CANCELLED", "COMPLETED", "DEADLINE", "FAILED", FORGOTTEN, HELD, "NODE_FAIL"),
     *("OUT_OF_MEMORY", "PREEMPTED", "REVOKED", "TIMEOUT"),
 }
 """Final states: ``squeue`` shows tasks that SLURM requeues as COMPLETING or PENDING."""
@@ -82,8 +82,7 @@ class Queue:
         states = {task: HELD if reason.startswith("launch") else state for task, state, reason in lines}
         for task in tasks:
             before = self._states.get(task, "PENDING")
-            # SLURM keeps no record of an array task that was cancelled before it started.
-            gone = "CANCELLED" if before in ("CANCELLED", "PENDING") else "FAILED"
+            gone = "CANCELLED" if before == "CANCELLED" else FORGOTTEN
             now = self._states[task] = states.get(task, gone)
             if before in ENDED and now in ENDED:
                 self._done.add(task)
@@ -144,7 +143,7 @@ def slurm(jobs: Sequence[Job], cache: Cache, cluster: str = "slurm", **options: 
                     task.cancel(check=False)
                 lost = [job for job in chunk if job not in cache] if failure else []
                 again = list[Job]()
-                if lost and attempt < ATTEMPTS and task.state != "CANCELLED":
+                if lost and attempt < ATTEMPTS and not was_cancelled(task):
                     # The first may have killed the process: it is the last one of the next attempt.
                     again = [*lost[1:], lost[0]]
                     try:
@@ -165,11 +164,20 @@ def ending(task: Task) -> tuple[dict[str, str], str | None]:
     if task.paths.result_pickle.exists():
         failure = task.exception()
         return ({}, str(failure)) if failure else (task.result(), None)
-    if task.state == "CANCELLED":
+    if was_cancelled(task):
         return {}, f"array task {task.job_id} was cancelled; run the same again to continue"
     log = task.paths.stderr
     text = log.read_text(errors="replace")[-2_000:] if log.exists() else "no log"
     return {}, f"array task {task.job_id} ended without a result ({task.state}); {log}:\n{text}"
+
+
+def was_cancelled(task: Task) -> bool:
+    """Return whether a user cancelled a task.
+
+    SLURM forgets a task that was cancelled before it started, some minutes after its end, or when slurmctld
+    crashes before it has saved the task. A task that has started has a log.
+    """
+    return task.state == "CANCELLED" or (task.state == FORGOTTEN and not task.paths.stderr.exists())
 
 
 def chunked(jobs: Sequence[Job]) -> list[list[Job]]:

@@ -78,6 +78,7 @@ def test_what_slurm_is_asked_for(tmp_path: Path) -> None:
         ),
         (["12_0 PENDING,12_1 PENDING", "nothing"], 1, "12_1 was cancelled"),
         (["12_0 RUNNING,12_1 RUNNING", "nothing"], 3, "14 was cancelled"),
+        (["12_0 PENDING,12_1 PENDING", "nothing"], 3, "14 was cancelled"),
         (
             [",".join(["12_0 FAILED", "12_1 TIMEOUT", *GONE])],
             7,
@@ -106,11 +107,30 @@ def test_what_slurm_is_asked_for(tmp_path: Path) -> None:
             "12_0 was cancelled",
         ),
     ],
-    ids=["cancelled", "never started", "forgotten", "killed", "preempted", "held", "no answer", "requeued"],
+    ids=[
+        "cancelled",
+        "never started",
+        "forgotten",
+        "lost",
+        "killed",
+        "preempted",
+        "held",
+        "no answer",
+        "requeued",
+    ],
 )
 def test_which_tasks_are_started_again(
-    answers: list[str], submissions: int, last: str, tmp_path: Path, commands: Path
+    answers: list[str],
+    submissions: int,
+    last: str,
+    tmp_path: Path,
+    commands: Path,
+    request: pytest.FixtureRequest,
 ) -> None:
+    if request.node.callspec.id in {"forgotten", "lost"}:  # the tasks have started
+        (tmp_path / "slurm").mkdir()
+        for name in ("12_0_0_log.err", "12_1_0_log.err"):
+            (tmp_path / "slurm" / name).touch()
     (commands / "squeue.answers").write_text("\n".join(["nothing", *answers]) + "\n")
     with pytest.raises(JobError, match=f"(?s)6 of 6 jobs failed.*array task {last}"):
         run(JOBS, Cache(tmp_path), find_backend("slurm"))

@@ -18,11 +18,15 @@ from flockesc_env import (
 )
 
 STEPS = 10**6
-HUNTERS = (
-    Wandering((0.0, 9.0), (5.0, 5.0), angular_diffusion=1.0),
-    PurePursuit((9.0, 0.0), (6.0, 6.0), confusion_rate=3.0),
-    PurePursuit((9.0, 9.0), (1.0, 6.0), max_speed=30.0, acceleration=0.01),
-)
+
+
+def hunters(dimension: int) -> tuple[Wandering | PurePursuit, ...]:
+    above = (0.0,) * (dimension - 2)
+    return (
+        Wandering((0.0, 9.0, *above), (5.0, 5.0, *above), angular_diffusion=1.0),
+        PurePursuit((9.0, 0.0, *above), (6.0, 6.0, *above), confusion_rate=3.0),
+        PurePursuit((9.0, 9.0, *above), (1.0, 6.0, *above), max_speed=30.0, acceleration=0.01),
+    )
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -41,7 +45,7 @@ def test_a_million_steps(motion: Any, constant_speed: bool, dimension: int) -> N
         motion=motion,
         constant_speed=constant_speed,
         angular_noise=0.1,
-        predators=HUNTERS,
+        predators=hunters(dimension),
     )
     env = FlockEscapeEnv(scenario, action_mode="range", steps_per_action=5000)
     env.reset(seed=1)

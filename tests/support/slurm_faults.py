@@ -141,6 +141,7 @@ def driver_interrupted(driver: Driver, array: str) -> None:
 
 def slurmctld_killed(driver: Driver, array: str) -> None:
     """Meanwhile one task is killed, and the other one ends."""
+    time.sleep(10)  # slurmctld saves its state every few seconds, and forgets jobs that it has not saved
     driver.cluster.kill("slurmctld")
     processes_of_a_task_killed(driver, array)
     driver.hold.unlink()
