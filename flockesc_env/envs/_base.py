@@ -117,9 +117,9 @@ class Viewed:
     render_mode: str | None = None
     _viewer: Viewer | None = None  # Gymnasium calls `close` even if the constructor failed
 
+    @abstractmethod
     def _drop_episodes(self) -> None:
         """Require a reset, after an interrupt."""
-        raise NotImplementedError
 
     def _set_frames_per_second(self, fps: int) -> None:
         self.metadata = {**deepcopy(self.metadata), "render_fps": fps}

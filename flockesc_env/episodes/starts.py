@@ -14,7 +14,7 @@ RESET_OPTIONS: Final = (*_ARRAYS, "episode")
 """Keys of the ``options`` of a reset: arrays of the initial state, and the index of the episode."""
 
 Start = Mapping[str, Any]
-"""Validated options of a reset, with all keys. The seed and the scenario determine those that are None."""
+"""Validated options of a reset, with all keys. The seed and the scenario determine the rest (None)."""
 
 NO_START: Final[Start] = MappingProxyType(dict.fromkeys(RESET_OPTIONS))
 
