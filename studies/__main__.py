@@ -17,6 +17,7 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "learned": learned.run,
     "learned-references": learned.references,
     "learned-explain": learned.explain,
+    "learned-losses": learned.losses,
     "learned-information": learned.information,
     "learned-mechanism": learned.mechanism,
     "learned-page": learned.page,

@@ -11,11 +11,13 @@ from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import CONFIDENCE
 from studies.learned import figures
 from studies.learned.aggregate import RESAMPLES, profile
+from studies.learned.cells import LOSSES_FILE, read_cells
 from studies.learned.dispersal import DISPERSAL_FILE, DISPERSAL_FLOCKS, dispersal_figures
 from studies.learned.information import INFORMATION_FILE, STEPS_PER_ACTION, UNAWARE_RANGE, draw_information
 from studies.learned.leaderboard import PAGE as LEADERBOARD
 from studies.learned.leaderboard import leaderboard_page
 from studies.learned.listening import LISTENING_FILE, LISTENING_FLOCKS, WATCHED, draw_listening
+from studies.learned.loss_tables import loss_tables
 from studies.learned.names import KNOWLEDGE
 from studies.learned.one_agent import AGENT_FILE, draw_agent
 from studies.learned.questions import QUESTIONS
@@ -73,6 +75,7 @@ def markdown_page(summaries: Sequence[Summary], results: Path, page: Path) -> st
             details=DETAILS,
             dispersal=dispersal_figures(dispersal) if dispersal.is_file() else None,
             dispersal_flocks=DISPERSAL_FLOCKS,
+            losses=loss_tables(read_cells(results / LOSSES_FILE), summaries),
             unaware_range=UNAWARE_RANGE,
             steps_per_action=STEPS_PER_ACTION,
             listening_flocks=LISTENING_FLOCKS,
@@ -86,6 +89,7 @@ def markdown_page(summaries: Sequence[Summary], results: Path, page: Path) -> st
 
 def details_page(summaries: Sequence[Summary], results: Path, page: Path) -> str:
     """Return the page of details as Markdown; arguments as those of ``markdown_page``."""
+    cells = read_cells(results / LOSSES_FILE)
     rendered: str = (
         templates("studies.learned")
         .get_template("details.md")
@@ -95,7 +99,8 @@ def details_page(summaries: Sequence[Summary], results: Path, page: Path) -> str
             credit=[summary for summary in summaries if summary.study.setting == CREDIT],
             lenders=LENDERS,
             ablation=ablation_table(summaries),
-            transfers=transfer_tables(summaries),
+            transfers=transfer_tables(cells, summaries),
+            losses=loss_tables(cells, summaries),
             versions=versions(summaries),
             **_PROTOCOL,
         )

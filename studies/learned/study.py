@@ -149,7 +149,7 @@ def study_explanations(args: StudyArgs) -> Path:
     if preset.setting.is_line:
         raise ArgumentError("setting", "a setting of a flock", repr(args.setting))
     cache, backend = Cache(args.runs / "fixed"), find_backend(args.backend)
-    write_explanations(load_study(folder), preset.setting, _grid(preset), cache, backend, folder)
+    write_explanations(load_study(folder), preset.setting, cache, backend, folder)
     return folder
 
 
