@@ -179,7 +179,8 @@ def test_the_closest_approach_follows_from_entries_that_every_agent_has() -> Non
 
     def speed(prefix: str) -> np.ndarray:
         scaled = vector(prefix)  # in units of v0
-        return scaled / (1 - np.linalg.norm(scaled, axis=1, keepdims=True))
+        velocities: np.ndarray = scaled / (1 - np.linalg.norm(scaled, axis=1, keepdims=True))
+        return velocities
 
     distance = rows[:, [layout.index("predator_distance")]]
     offset = distance / (1 - distance) * vector("predator_direction")
