@@ -16,6 +16,7 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "robustness": robustness.run,
     "learned": learned.run,
     "learned-references": learned.references,
+    "learned-replay": learned.replay,
     "learned-explain": learned.explain,
     "learned-losses": learned.losses,
     "learned-information": learned.information,

@@ -13,7 +13,6 @@ from studies.learned.cells import LOSSES_FILE, Cell, Kind, cell, cells_of, lost,
 from studies.learned.results import load_studies
 from studies.learned.retrained import RETRAINED, chosen_pairs, file_name, train_there
 from studies.learned.starts import STARTED, starts
-from studies.learned.study import FLOCK_GRID
 from studies.learned.transfer import (
     FixedRanges,
     Headline,
@@ -50,7 +49,7 @@ def measure_losses(results: Path, runs: Path, minutes: float, backend: Backend) 
         JobError: if jobs fail.
         RecordError: if the results are incomplete.
     """
-    known, cache, grid = presets(), Cache(runs / "fixed"), tuple(float(rho) for rho in FLOCK_GRID)
+    known, cache = presets(), Cache(runs / "fixed")
     studies = {
         study.setting: study
         for study in load_studies(results)
@@ -58,23 +57,24 @@ def measure_losses(results: Path, runs: Path, minutes: float, backend: Backend) 
     }
     policies = [headline(study, results) for study in studies.values()]
 
-    scenarios = worlds()
-    fixed = fixed_ranges(scenarios, FLOCKS, grid, cache, backend)
-    tables = transfer(policies, scenarios, fixed, cache, backend)
-    for setting, table in tables.items():
-        write_table(table, results / setting / "transfer.parquet")
-    cells = [found for setting, table in tables.items() for found in cells_of("world", setting, table)]
-    for policy in policies:
-        refused = refusals(policy, scenarios)
-        cells += [Cell("world", policy.setting, world, 0, None, None, why) for world, why in refused]
-
     beginnings = starts()
-    fixed |= fixed_ranges(beginnings, 2 * FLOCKS, grid, cache, backend)
+    fixed = fixed_ranges(beginnings, 2 * FLOCKS, cache, backend)
     started = [policy for policy in policies if policy.setting in STARTED]
     tables = transfer(started, beginnings, fixed, cache, backend)
     write_table(_joined(tables), results / STARTS_FILE)
-    cells += [found for setting, table in tables.items() for found in cells_of("start", setting, table)]
+    cells = [found for setting, table in tables.items() for found in cells_of("start", setting, table)]
     cells += [found for start in beginnings for found in _extremes(start, fixed[start])]
+    write_cells(cells, results / LOSSES_FILE)
+
+    scenarios = worlds()
+    fixed |= fixed_ranges(scenarios, FLOCKS, cache, backend)
+    tables = transfer(policies, scenarios, fixed, cache, backend)
+    for setting, table in tables.items():
+        write_table(table, results / setting / "transfer.parquet")
+    cells += [found for setting, table in tables.items() for found in cells_of("world", setting, table)]
+    for policy in policies:
+        refused = refusals(policy, scenarios)
+        cells += [Cell("world", policy.setting, world, 0, None, None, why) for world, why in refused]
     write_cells(cells, results / LOSSES_FILE)
 
     scenarios |= beginnings

@@ -16,7 +16,7 @@ from flockesc_env.episodes.options import env_options
 from flockesc_env.jobs import Arrays, Backend, Cache, Job
 from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
 from flockesc_env.jobs.sweeps import seed_jobs
-from studies.learned.held_out import stored_policy
+from studies.learned.held_out import FLOCK_GRID, stored_policy
 from studies.learned.results import POLICIES, Study
 from studies.learned.summary import BEST_THERE, LEARNED
 from studies.measurements import run_groups
@@ -108,16 +108,16 @@ def refusal(entry: NamedPolicy, scenario: FlockScenario) -> str | None:
 def fixed_ranges(
     scenarios: Mapping[str, FlockScenario],
     flocks: int,
-    grid: tuple[float, ...],
     cache: Cache,
     backend: Backend,
 ) -> dict[str, FixedRanges]:
     """Play all fixed ranges in all worlds, on held-out flocks and on twice as many tuning flocks.
 
+    Agents that count neighbors have the grid of the robustness study.
+
     Args:
         scenarios: the worlds by name.
         flocks: number of held-out flocks; slow worlds have fewer.
-        grid: ranges in m; agents that count neighbors have the grid of the robustness study.
         cache: of the measurements; all policies share them.
         backend: where they run.
     """
@@ -126,12 +126,12 @@ def fixed_ranges(
         count = _num_flocks(scenario, flocks)
         for purpose, num in ((seeds.TUNING, 2 * count), (seeds.HELD_OUT, count)):
             chosen = seeds.first_seeds(purpose, num)
-            jobs[_key(name, purpose)] = seed_jobs(SWEEP, scenario, _actions(scenario, grid), chosen)
+            jobs[_key(name, purpose)] = seed_jobs(SWEEP, scenario, _actions(scenario), chosen)
     found = run_groups(jobs, cache, backend, title="Fixed ranges")
     return {
         name: FixedRanges(
             seeds.first_seeds(seeds.HELD_OUT, _num_flocks(scenario, flocks)),
-            _actions(scenario, grid),
+            _actions(scenario),
             found[_key(name, seeds.TUNING)],
             found[_key(name, seeds.HELD_OUT)],
         )
@@ -210,9 +210,9 @@ def _rows(world: str, policy: str, fixed: float | None, flocks: range, values: F
     return pl.DataFrame({**columns, **numbers}, {**types, "seed": pl.Int64, "objective": pl.Float64})
 
 
-def _actions(scenario: FlockScenario, grid: tuple[float, ...]) -> tuple[float, ...]:
+def _actions(scenario: FlockScenario) -> tuple[float, ...]:
     own = grid_of(scenario)
-    return grid if own is METERS else own.actions
+    return tuple(float(rho) for rho in FLOCK_GRID) if own is METERS else own.actions
 
 
 def _num_flocks(scenario: FlockScenario, flocks: int) -> int:

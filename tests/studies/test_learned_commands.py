@@ -64,6 +64,7 @@ def test_commands_take_the_arguments_of_their_functions(
         ["learned-references", "shared", "--output"],
         ["learned-explain", "shared", "--output"],
         ["learned-losses", "--results"],
+        ["learned-replay", "line", "--write", "--results"],
         ["learned-information", "--results"],
         ["learned-mechanism", "--results"],
         ["learned-submit", "line", "my:policy", "it", "--results"],

@@ -16,12 +16,13 @@ from flockesc_env.common.stats import Estimate
 from flockesc_env.jobs import find_backend
 from studies.learned import losses, retrained
 from studies.learned.cells import LOSSES_FILE, Cell, cells_of, lost, outcomes, read_cells, write_cells
+from studies.learned.held_out import FLOCK_GRID
 from studies.learned.loss_tables import loss_tables
 from studies.learned.losses import measure_losses
 from studies.learned.results import BEST_FIXED, load_studies, load_study
 from studies.learned.retrained import chosen_pairs
 from studies.learned.starts import POLARIZATIONS, starts
-from studies.learned.study import FLOCK_GRID, StudyArgs, study
+from studies.learned.study import StudyArgs, study
 from studies.learned.summary import BEST_THERE, LEARNED, summarize
 from studies.learned.tables import transfer_tables
 from studies.learned.transfer import refusal, worlds
@@ -182,7 +183,7 @@ def test_a_policy_that_was_trained_there_is_replayed_from_its_file(measured: Pat
     alone = rollout(OTHER, load_policy(path), HELD_OUT[:FLOCKS])
     np.testing.assert_array_equal(alone.min_mean_distance, played.min_mean_distance)
     kinds = [cell.kind for cell in read_cells(measured / LOSSES_FILE)]
-    assert kinds == ["world", "world", "start", "over the longest", "over none", "trained there"]
+    assert kinds == ["start", "over the longest", "over none", "world", "world", "trained there"]
 
 
 def test_training_stops_when_the_time_is_spent(tmp_path: Path) -> None:
