@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from flockesc_env.common.files import write_text
+from flockesc_env.common.stats import Estimate
 from studies.arms_race.figure import cross_play_figure, label
+from studies.arms_race.players import MOST_PARAMETERS
+from studies.arms_race.predators import SHAPES
 from studies.arms_race.race import UNTRAINED
 from studies.arms_race.results import RaceResults, load_race
-from studies.pages import path_from, signed, templates
+from studies.pages import compared, path_from, signed, templates
 from training.figure_style import save_figure
 
 FIGURE = "cross_play"
@@ -35,17 +40,62 @@ def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
             record=results.record,
             trainings=trainings,
             num_trainings=len(trainings),
+            unchanged=sum(row["first"] == row["best"] for row in trainings),
             measurements=results.trainings["measurement"].n_unique(),
             minutes=sum(row["minutes"] for row in trainings),
             picture=f"{folder}/{FIGURE}.png",
             label=label,
             difference=signed,
-            gained=list(UNTRAINED),
-            least_loss=min(results.flocks, key=lambda flock: results.loss(flock).mean),
+            untrained=list(UNTRAINED),
+            tracks={track: _track(results, track) for track in results.record["tracks"]},
+            by_loss=sorted(results.flocks, key=lambda flock: results.loss(flock).mean),
             largest=max(results.flocks, key=lambda flock: results.own(flock).mean),
+            lead_gains=_changes(results.flocks, results.gain_of_lead),
+            training_gains=_changes(results.flocks, results.gain_of_training),
+            nearest_gains=_changes(results.flocks, results.gain_of_nearest),
+            not_worst=[flock for flock in results.flocks if results.worst(flock)[0] != flock],
+            most_parameters=MOST_PARAMETERS,
+            hidden=SHAPES[0][1],
         )
     )
     return rendered
+
+
+@dataclass(frozen=True)
+class Changes:
+    """Paired differences of some flock policies, sorted into three groups by their intervals.
+
+    Attributes:
+        larger: names of the policies whose interval lies above 0.
+        smaller: names of those whose interval lies below 0.
+        neither: names of the others.
+        most: the policy with the largest difference, and the difference.
+        least: the policy with the smallest difference, and the difference.
+    """
+
+    larger: tuple[str, ...]
+    smaller: tuple[str, ...]
+    neither: tuple[str, ...]
+    most: tuple[str, Estimate]
+    least: tuple[str, Estimate]
+
+
+def _changes(names: Sequence[str], change: Callable[[str], Estimate]) -> Changes:
+    found = {name: change(name) for name in names}
+    ordered = sorted(found.items(), key=lambda pair: pair[1].mean)
+
+    def group(word: str) -> tuple[str, ...]:
+        return tuple(name for name, estimate in found.items() if compared(estimate) == word)
+
+    return Changes(
+        group("larger"), group("smaller"), group("not measurably different"), ordered[-1], ordered[0]
+    )
+
+
+def _track(results: RaceResults, track: str) -> Changes:
+    """Return what training in turns changes, against the predators without training and the track's first."""
+    predators = [*UNTRAINED, track]
+    return _changes(predators, lambda predator: results.gain_in_turns(track, predator))
 
 
 def _trainings(results: RaceResults) -> list[dict[str, Any]]:

@@ -48,8 +48,21 @@ class RaceResults:
         return stats.mean(self.objective[flock, "straight"] - self.objective[flock, flock])
 
     def gain_of_training(self, flock: str) -> Estimate:
-        """Return how much smaller J_mean is against its own predator than against pursuit of the centroid."""
-        return stats.mean(self.objective[flock, "centroid"] - self.objective[flock, flock])
+        """Return how much smaller J_mean is against its own predator than against lead pursuit."""
+        return stats.mean(self.objective[flock, "lead"] - self.objective[flock, flock])
+
+    def gain_of_lead(self, flock: str) -> Estimate:
+        """Return how much smaller J_mean is against lead pursuit than against pursuit of the centroid."""
+        return stats.mean(self.objective[flock, "centroid"] - self.objective[flock, "lead"])
+
+    def gain_of_nearest(self, flock: str) -> Estimate:
+        """Return how much smaller J_mean is against pursuit of the nearest agent than in straight flight."""
+        return stats.mean(self.objective[flock, "straight"] - self.objective[flock, "nearest"])
+
+    def excess_loss(self, flock: str, other: str) -> Estimate:
+        """Return the paired difference of the losses of two flock policies; see ``loss``."""
+        losses = [self.objective[name, "straight"] - self.objective[name, name] for name in (flock, other)]
+        return stats.mean(losses[0] - losses[1])
 
     def gain_in_turns(self, track: str, predator: str) -> Estimate:
         """Return how much larger J_mean is after the last round than before the first, against a predator."""
