@@ -31,7 +31,7 @@ def write_race_page(output: Path, page: Path) -> None:
 def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the picture in the folder ``figures``."""
     folder = path_from(page, figures)
-    trainings = _trainings(results)
+    trainings, distinct = _trainings(results), results.distinct
     rendered: str = (
         templates("studies.arms_race")
         .get_template("arms_race.md")
@@ -48,12 +48,15 @@ def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
             difference=signed,
             untrained=list(UNTRAINED),
             tracks={track: _track(results, track) for track in results.record["tracks"]},
-            by_loss=sorted(results.flocks, key=lambda flock: results.loss(flock).mean),
-            largest=max(results.flocks, key=lambda flock: results.own(flock).mean),
-            lead_gains=_changes(results.flocks, results.gain_of_lead),
-            training_gains=_changes(results.flocks, results.gain_of_training),
-            nearest_gains=_changes(results.flocks, results.gain_of_nearest),
-            not_worst=[flock for flock in results.flocks if results.worst(flock)[0] != flock],
+            distinct=distinct,
+            repeated=[flock for flock in results.flocks if flock not in distinct],
+            by_loss=sorted(distinct, key=lambda flock: results.loss_to_worst(flock).mean),
+            by_straight=sorted(distinct, key=lambda flock: -results.cells[flock, "straight"].mean),
+            by_objective=sorted(distinct, key=lambda flock: -results.worst(flock)[1].mean),
+            lead_gains=grouped(distinct, results.gain_of_lead),
+            training_gains=grouped(distinct, results.gain_of_training),
+            nearest_gains=grouped(distinct, results.gain_of_nearest),
+            not_worst=[flock for flock in distinct if results.worst(flock)[1].mean < results.own(flock).mean],
             most_parameters=MOST_PARAMETERS,
             hidden=SHAPES[0][1],
         )
@@ -63,14 +66,14 @@ def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
 
 @dataclass(frozen=True)
 class Changes:
-    """Paired differences of some flock policies, sorted into three groups by their intervals.
+    """Paired differences of some players in three groups, by their intervals.
 
     Attributes:
-        larger: names of the policies whose interval lies above 0.
+        larger: names of the players whose interval lies above 0.
         smaller: names of those whose interval lies below 0.
         neither: names of the others.
-        most: the policy with the largest difference, and the difference.
-        least: the policy with the smallest difference, and the difference.
+        most: the player with the largest difference, and the difference.
+        least: the player with the smallest difference, and the difference.
     """
 
     larger: tuple[str, ...]
@@ -80,7 +83,8 @@ class Changes:
     least: tuple[str, Estimate]
 
 
-def _changes(names: Sequence[str], change: Callable[[str], Estimate]) -> Changes:
+def grouped(names: Sequence[str], change: Callable[[str], Estimate]) -> Changes:
+    """Return the differences of some players, grouped; ``change`` returns that of a player."""
     found = {name: change(name) for name in names}
     ordered = sorted(found.items(), key=lambda pair: pair[1].mean)
 
@@ -95,7 +99,7 @@ def _changes(names: Sequence[str], change: Callable[[str], Estimate]) -> Changes
 def _track(results: RaceResults, track: str) -> Changes:
     """Return what training in turns changes, against the predators without training and the track's first."""
     predators = [*UNTRAINED, track]
-    return _changes(predators, lambda predator: results.gain_in_turns(track, predator))
+    return grouped(predators, lambda predator: results.gain_in_turns(track, predator))
 
 
 def _trainings(results: RaceResults) -> list[dict[str, Any]]:

@@ -59,10 +59,22 @@ class RaceResults:
         """Return how much smaller J_mean is against pursuit of the nearest agent than in straight flight."""
         return stats.mean(self.objective[flock, "straight"] - self.objective[flock, "nearest"])
 
+    def loss_to_worst(self, flock: str) -> Estimate:
+        """Return how much smaller J_mean is against the worst predator than in straight flight."""
+        return stats.mean(self._loss_to_worst(flock))
+
     def excess_loss(self, flock: str, other: str) -> Estimate:
-        """Return the paired difference of the losses of two flock policies; see ``loss``."""
-        losses = [self.objective[name, "straight"] - self.objective[name, name] for name in (flock, other)]
-        return stats.mean(losses[0] - losses[1])
+        """Return the paired difference of two flock policies' losses to their worst predators."""
+        return stats.mean(self._loss_to_worst(flock) - self._loss_to_worst(other))
+
+    def _loss_to_worst(self, flock: str) -> FloatArray:
+        return self.objective[flock, "straight"] - self.objective[flock, self.worst(flock)[0]]
+
+    @property
+    def distinct(self) -> tuple[str, ...]:
+        """Names of the flock policies that differ from all earlier ones: training may keep its start."""
+        first = {self.objective[flock, "straight"].tobytes(): flock for flock in reversed(self.flocks)}
+        return tuple(flock for flock in self.flocks if flock in first.values())
 
     def gain_in_turns(self, track: str, predator: str) -> Estimate:
         """Return how much larger J_mean is after the last round than before the first, against a predator."""

@@ -12,18 +12,18 @@ from option_table import small_flock
 
 from flockesc_env import rollout
 from flockesc_env.common import stats
-from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.predators import PredatorPolicySpec
+from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.episodes.predators import Observations, PredatorPolicySpec
 from flockesc_env.jobs import find_backend
 from flockesc_env.policies import find_policy
 from flockesc_env.policies.predators import Pursue
-from studies.arms_race import evolve, race
+from studies.arms_race import evolve, page, race
 from studies.arms_race.evolve import Budget, train_flock, train_predator
 from studies.arms_race.page import write_race_page
 from studies.arms_race.players import Flock, Predator
 from studies.arms_race.predators import SIZE, LeadPursuit, NetworkPredator
 from studies.arms_race.race import BEST_FIXED, CROSS_PLAY_FILE, LEARNED, PER_AGENT, RaceArgs, arms_race
-from studies.arms_race.results import load_race
+from studies.arms_race.results import RaceResults, load_race
 
 LEARNED_RESULTS = Path(__file__).parents[2] / "results" / "learned"
 PER_AGENT_FILE = str(LEARNED_RESULTS / "per-agent-visible" / "policies" / "search-0.npz")
@@ -45,7 +45,7 @@ def played(flock: str, predator: Any) -> FloatArray:
     ).min_mean_distance
 
 
-def predator_view(**entries: float) -> tuple[FloatArray, PredatorPolicySpec]:
+def predator_view(**entries: float) -> tuple[Observations, PredatorPolicySpec]:
     """Return an observation of a predator; entries that are not given are 0."""
     spec = PredatorPolicySpec.of(SCENARIO)
     observation = np.zeros((1, len(spec.layout.names)), np.float32)
@@ -155,6 +155,42 @@ def test_a_large_network_or_a_rule_is_not_trained() -> None:
         train_flock(Flock(str(large)), Predator("centroid"), BUDGET, 100)
     with pytest.raises(TypeError, match="expected a network, got StubbornLeaders"):
         train_flock(Flock("stubborn-leaders"), Predator("centroid"), BUDGET, 100)
+
+
+def made_up(objective: dict[tuple[str, str], list[float]]) -> RaceResults:
+    """Return results with a given J_mean of every flock policy against every predator."""
+    values = {pair: np.array(row) for pair, row in objective.items()}
+    flocks = tuple(dict.fromkeys(flock for flock, _ in objective))
+    predators = tuple(dict.fromkeys(predator for _, predator in objective))
+    cells = {pair: stats.mean(row) for pair, row in values.items()}
+    return RaceResults({}, pl.DataFrame(), flocks, predators, values, cells)
+
+
+def test_losses_are_to_the_worst_predator_and_equal_policies_count_once() -> None:
+    results = made_up(
+        {
+            ("a", "straight"): [10.0, 20.0],
+            ("a", "a"): [9.0, 18.0],
+            ("a", "b"): [7.0, 15.0],  # worse than its own
+            ("b", "straight"): [30.0, 40.0],
+            ("b", "a"): [30.0, 39.0],
+            ("b", "b"): [29.0, 38.0],
+            ("a again", "straight"): [10.0, 20.0],
+            ("a again", "a"): [9.0, 18.0],
+            ("a again", "b"): [7.0, 15.0],
+        }
+    )
+    assert results.worst("a")[0] == "b"
+    assert results.loss_to_worst("a").mean == (3 + 5) / 2
+    assert results.excess_loss("a", "b").mean == ((3 - 1) + (5 - 2)) / 2
+    assert results.distinct == ("a", "b")
+
+
+def test_changes_are_grouped_by_their_intervals() -> None:
+    found = {"up": Estimate(2, 1, 3), "down": Estimate(-1, -2, -0.5), "none": Estimate(0.1, -1, 1)}
+    changes = page.grouped(list(found), found.__getitem__)
+    assert (changes.larger, changes.smaller, changes.neither) == (("up",), ("down",), ("none",))
+    assert (changes.least[0], changes.most[0]) == ("down", "up")
 
 
 def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None:
