@@ -18,6 +18,7 @@ from flockesc_env.episodes.options import Objective
 STUDY_FILE = "study.json"
 EPISODES_FILE = "episodes.parquet"
 REFERENCES_FILE = "references.parquet"
+RULES_FILE = "rules.parquet"
 POLICIES = "policies"
 FIGURES = "figures"
 BEST_FIXED = "best fixed range"
@@ -31,8 +32,9 @@ _COLUMNS = {
     "ablation": ("removed", "seed", "objective"),
     "transfer": ("world", "policy", "seed", "objective"),
     "references": ("reference", "seed", "objective"),
+    "rules": ("rule", "seed", "objective"),
 }
-_OPTIONAL = ("ablation", "transfer", "references")
+_OPTIONAL = ("ablation", "transfer", "references", "rules")
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,7 @@ class Study:
         ablation: removed, seed, objective; ``None`` without an ablation.
         transfer: world, policy, seed, objective; ``None`` without other scenarios.
         references: reference, seed (some of the held-out flocks), objective; ``None`` without references.
+        rules: rule, seed (of tuning flocks), objective, of the built-in rules; ``None`` without rules.
     """
 
     setting: str
@@ -97,6 +100,7 @@ class Study:
     ablation: pl.DataFrame | None
     transfer: pl.DataFrame | None
     references: pl.DataFrame | None
+    rules: pl.DataFrame | None
 
     @property
     def spec(self) -> ObjectiveSpec:

@@ -25,6 +25,7 @@ from studies.learned.explain import write_explanations
 from studies.learned.held_out import play_job
 from studies.learned.references import write_references
 from studies.learned.results import EPISODES_FILE, load_study
+from studies.learned.rules import write_rules
 from training import seeds
 from training.config import KINDS, Args
 from training.presets import Preset, presets
@@ -50,10 +51,12 @@ PROFILE_RULES = ("turn-away", "keep-distance")
 SHARED_PROFILE_RULES = ("turn-flock-away", "turn-flock-from-predator")
 SETTING_RULES = {
     "shared": ("listen-while-fleeing",),
+    "shared-minimum": ("listen-while-fleeing",),
     "per-agent-visible-derived": ("win-stay-lose-shift-escape",),
     "per-agent-visible-profile": ("head-away",),
     "per-agent-visible-profile-minimum": ("step-aside",),
     "shared-profile": ("wait-for-escape",),
+    "steering-predator-profile": ("head-away",),
 }
 """Further rules of single settings."""
 
@@ -103,7 +106,7 @@ def study(args: StudyArgs) -> Path:
         _rows("hindsight oracle", None, held_out, fixed.max(axis=0)),
     ]
     policies: list[tuple[str, int | None, str | bytes]]
-    policies = [(name, None, name) for name in (*_rules(preset), *SETTING_RULES.get(args.setting, ()))]
+    policies = [(name, None, name) for name in rules_of(args.setting, preset)]
     policies += [(name, seed, (folder / POLICY_FILE).read_bytes()) for name, seed, folder in runs]
     jobs = [play_job(policy, preset.setting, held_out) for _, _, policy in policies]
     results = run(jobs, cache, backend, title="Policies on held-out flocks")
@@ -113,6 +116,7 @@ def study(args: StudyArgs) -> Path:
     write_table(pl.concat([made, _submitted(made, args.setting, folder)]), folder / EPISODES_FILE)
     write_table(_grid_frame(preset, fixed), folder / "grid.parquet")
     write_references(preset.setting, held_out, cache, backend, folder)
+    write_rules(rules_of(args.setting, preset), preset.setting, cache, backend, folder)
     _collect(runs, folder)
     _describe(args, preset, best, folder)
     if not preset.setting.is_line:
@@ -211,6 +215,11 @@ def _fixed(title: str, preset: Preset, flocks: range, cache: Cache, backend: Bac
 
 def _choose(preset: Preset, values: FloatArray) -> float:
     return _grid(preset)[int(values.mean(axis=1).argmax())]
+
+
+def rules_of(setting: str, preset: Preset) -> tuple[str, ...]:
+    """Return the names of the built-in rules that run in a setting."""
+    return (*_rules(preset), *SETTING_RULES.get(setting, ()))
 
 
 def _rules(preset: Preset) -> tuple[str, ...]:
