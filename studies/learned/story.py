@@ -26,6 +26,9 @@ _SETTINGS = {
     "steering-predator": "one range per agent,\npredator always seen, steers",
 }
 _BLIND, _INFORMED, _REST = LIGHT.learned, LIGHT.others[0], LIGHT.grid
+_SECOND = 150
+"""Place of the second gain above a bar, in points from its start."""
+
 _REFERENCES = {
     PLANNER: "planner",
     CLAIRVOYANT: "clairvoyant",
@@ -107,13 +110,13 @@ def _best(summary: Summary) -> tuple[float, str]:
 
 def _draw(axes: Axes, rows: Sequence[Row], label: str) -> None:
     for place, row in enumerate(rows):
-        bars = [(row.informed, _INFORMED), (row.blind, _BLIND)]
-        drawn = [(*bar, color) for bar, color in bars if bar is not None]
-        end = max([*(gain for gain, _, _ in drawn), *row.references.values()])
-        axes.barh(place, end, 0.42, color=_REST)
-        for gain, kind, color in drawn:
-            axes.barh(place, gain, 0.42, color=color)
-            _write(axes, gain, kind, place, color)
+        end = max(found[0] for found in (row.blind, row.informed) if found)
+        axes.barh(place, max([end, *row.references.values()]), 0.42, color=_REST)
+        if row.informed is not None:
+            axes.barh(place, row.informed[0], 0.42, color=_INFORMED)
+            _write(axes, *row.informed, place, _INFORMED, _SECOND)
+        axes.barh(place, row.blind[0], 0.42, color=_BLIND)
+        _write(axes, *row.blind, place, _BLIND)
         axes.vlines(list(row.references.values()), place - 0.21, place + 0.27, color=LIGHT.ink, lw=1.8)
         ordered = sorted(row.references.items(), key=lambda item: item[1])
         names = [f"{_REFERENCES[name]} {gain:+.1f}" for name, gain in ordered]
@@ -125,11 +128,10 @@ def _draw(axes: Axes, rows: Sequence[Row], label: str) -> None:
     axes.spines["bottom"].set_visible(False)
 
 
-def _write(axes: Axes, gain: float, kind: str, place: float, color: str) -> None:
-    """Write a gain and the kind of the policy above the end of its bar."""
-    start, side = (0.0, "left") if gain < 2 else (gain, "right")
-    style = {"ha": side, "va": "bottom", "color": color, "weight": "bold"}
-    _note(axes, (start, place - 0.21), f"{kind} {gain:+.1f}", (1, 1), **style)
+def _write(axes: Axes, gain: float, kind: str, place: float, color: str, offset: int = 1) -> None:
+    """Write the kind of a policy and its gain above its bar, at an offset in points from the start."""
+    style = {"ha": "left", "va": "bottom", "color": color, "weight": "bold"}
+    _note(axes, (0.0, place - 0.21), f"{kind} {gain:+.1f}", (offset, 1), **style)
 
 
 def _note(axes: Axes, at: tuple[float, float], text: str, offset: tuple[int, int], **style: Any) -> None:
@@ -138,8 +140,8 @@ def _note(axes: Axes, at: tuple[float, float], text: str, offset: tuple[int, int
 
 def _legend(figure: Figure) -> None:
     handles = [
-        Patch(color=_BLIND, label="best policy, blind"),
-        Patch(color=_INFORMED, label="best policy that knows what candidate ranges would bring"),
+        Patch(color=_BLIND, label="best blind policy"),
+        Patch(color=_INFORMED, label="best policy with a profile"),
         Patch(color=_REST, label="not reached"),
         Line2D([], [], color=LIGHT.ink, lw=1.8, label="reference"),
     ]
