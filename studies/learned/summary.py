@@ -80,9 +80,11 @@ class Summary:
         return kind_of(self.study, policy) or UNKNOWN
 
     def origin(self, policy: str) -> str:
-        """Return a policy's name, for a searched rule with the rule at which the search began."""
-        began = searched_rule(self.study, policy) if policy in self.study.learners else ""
-        return f"`{policy}` from `{began}`" if began else f"`{policy}`"
+        """Return a policy's name with its training seeds and the rule at which its search began, if any."""
+        if policy not in self.study.learners:
+            return f"`{policy}`"
+        began = searched_rule(self.study, policy)
+        return f"`{policy}`{f' from `{began}`' if began else ''}, {self.seeds(policy)} seeds"
 
     def iqm(self, policy: str) -> str:
         """Return the interquartile mean over training seeds."""

@@ -231,7 +231,7 @@ def test_the_page_says_what_the_files_say(results: Path, tmp_path: Path) -> None
     (row,) = rows_of(short, "[per-agent-visible](results-details.md#per-agent-visible)")
     found = visible.policies["search"]
     assert (
-        row[4] == f"{visible.show(found.objective)} m<br>{visible.show(found.difference, '+')} m<br>`search`"
+        row[4] == f"{visible.show(found.objective)} m<br>{visible.show(found.difference, '+')} m<br>`search`, 3 seeds"
     )
     assert row[3] == "-"
     pictures = re.findall(r"\]\((.*\.png)\)", short + text)
