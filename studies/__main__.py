@@ -17,6 +17,7 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "learned": learned.run,
     "learned-extend": learned.extend,
     "learned-references": learned.references,
+    "learned-replay": learned.replay,
     "learned-explain": learned.explain,
     "learned-information": learned.information,
     "learned-mechanism": learned.mechanism,

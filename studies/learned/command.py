@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated
 
 from tyro.conf import Positional, arg
@@ -104,6 +105,47 @@ def references(
     args = StudyArgs(setting, output, runs, held_out_flocks=held_out_flocks, backend=backend)
     note(f"saved: {study_references(args)}; now run python -m studies learned-page")
     return Exit.DONE
+
+
+def replay(
+    settings: Annotated[
+        Positional[tuple[str, ...]], arg(help="names of settings; none: all", metavar="SETTING")
+    ] = (),
+    *,
+    results: Results = RESULTS,
+    write: Annotated[bool, arg(help="replace the results by those of the replay")] = False,
+    flocks: Annotated[int | None, arg(help="number of held-out flocks; None: all")] = None,
+    runs: Annotated[
+        Path | None, arg(help="folder that keeps finished parts; None: everything is played again")
+    ] = None,
+    backend: Backend = "processes",
+) -> Exit:
+    """Play every policy file, rule and fixed range of settings again, and compare with the results.
+
+    Nothing is trained. The exit code is 1 if an episode differs in any bit, unless --write replaces it. Give
+    --runs only to continue an interrupted replay of the same version.
+
+    Example: python -m studies learned-replay shared line
+    """
+    if write:
+        check_folder(results, "results")
+    require("train", _MODULES)
+    from flockesc_env.jobs import Cache, find_backend
+    from studies.learned.replay import find_studies
+    from studies.learned.replay import replay as play_again
+
+    does_differ = False
+    with TemporaryDirectory() as folder:
+        cache = Cache(runs or Path(folder))
+        for study in find_studies(settings, results):
+            found = play_again(
+                study, results / study.setting, cache, find_backend(backend), flocks=flocks, write=write
+            )
+            show(*found.lines())
+            does_differ |= bool(found.differences)
+    if write:
+        note(f"saved: {results}; now run python -m studies learned-page")
+    return Exit.FAILED if does_differ and not write else Exit.DONE
 
 
 def explain(

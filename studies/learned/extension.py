@@ -13,7 +13,7 @@ import polars as pl
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Backend, Cache, find_backend, run
-from studies.learned.held_out import play_job
+from studies.learned.held_out import _rows, play_job, rules_of
 from studies.learned.results import BEST_FIXED, EPISODES_FILE, ORACLE, STUDY_FILE, Study, load_study
 from studies.learned.rules import write_rules
 from studies.learned.study import (
@@ -21,9 +21,7 @@ from studies.learned.study import (
     TrainingRun,
     _collect,
     _preset,
-    _rows,
     _train,
-    rules_of,
     study_explanations,
 )
 from training import seeds
@@ -55,7 +53,7 @@ def extend_study(args: StudyArgs) -> Path:
                 pl.concat([getattr(known, name), added], how="diagonal_relaxed"), folder / f"{name}.parquet"
             )
         _add_learners(args.setting, learners, folder)
-    write_rules(rules_of(args.setting, preset), preset.setting, cache, backend, folder)
+    write_rules(rules_of(args.setting, preset.setting), preset.setting, cache, backend, folder)
     if known.explained and load_study(folder).best_learner != known.explained:
         study_explanations(args)
     return folder
@@ -65,7 +63,7 @@ def _add_episodes(
     known: Study, preset: Preset, runs: Sequence[TrainingRun], cache: Cache, backend: Backend, folder: Path
 ) -> None:
     """Play rules without rows and new policies on the held-out flocks, and add them in the usual order."""
-    rules = rules_of(known.setting, preset)
+    rules = rules_of(known.setting, preset.setting)
     policies: list[tuple[str, int | None, str | bytes]]
     policies = [(name, None, name) for name in rules if name not in known.policies]
     policies += [(name, seed, (run_folder / POLICY_FILE).read_bytes()) for name, seed, run_folder in runs]

@@ -17,6 +17,7 @@ from flockesc_env.episodes.options import Objective
 
 STUDY_FILE = "study.json"
 EPISODES_FILE = "episodes.parquet"
+GRID_FILE = "grid.parquet"
 REFERENCES_FILE = "references.parquet"
 RULES_FILE = "rules.parquet"
 POLICIES = "policies"

@@ -11,20 +11,16 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 import polars as pl
 
-from flockesc_env import ArgumentError, FlockScenario
+from flockesc_env import ArgumentError
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import write_text
-from flockesc_env.common.stats import FloatArray, mean
 from flockesc_env.jobs import Backend, Cache, find_backend, run
-from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
-from flockesc_env.jobs.sweeps import joined, seed_jobs
 from studies.learned.explain import write_explanations
-from studies.learned.held_out import play_job
+from studies.learned.held_out import choose_range, grid_of, play_all, rules_of
 from studies.learned.references import write_references
-from studies.learned.results import EPISODES_FILE, load_study
+from studies.learned.results import POLICIES, STUDY_FILE, load_study
 from studies.learned.rules import write_rules
 from training import seeds
 from training.config import KINDS, Args
@@ -33,32 +29,8 @@ from training.record import CURVE_FILE, POLICY_FILE, RUN_FILE, RunRecord
 from training.runs import RunFolders, run_job
 from training.versions import versions
 
-FLOCK_GRID = (*range(0, 21, 2), 25, 30, 40, 50, 75, 100, 150)
-"""Fixed ranges in m among which the best is chosen."""
-
-LINE_GRID = tuple(np.linspace(0, 1, 51).tolist())
-
 TrainingRun = tuple[str, int, Path]
 """Learner, training seed and folder."""
-
-VISIBLE_RULES = {
-    "mean": ("stubborn-leaders",),
-    "minimum": ("stubborn-leaders", "win-stay-lose-shift"),
-}
-LOCAL_RULES = ("stubborn-leaders-local", "stubborn-witnesses", "listen-while-threatened")
-LOCAL_PROFILE_RULES = ("stubborn-witnesses", "spread-out")
-PROFILE_RULES = ("turn-away", "keep-distance")
-SHARED_PROFILE_RULES = ("turn-flock-away", "turn-flock-from-predator")
-SETTING_RULES = {
-    "shared": ("listen-while-fleeing",),
-    "shared-minimum": ("listen-while-fleeing",),
-    "per-agent-visible-derived": ("win-stay-lose-shift-escape",),
-    "per-agent-visible-profile": ("head-away",),
-    "per-agent-visible-profile-minimum": ("step-aside",),
-    "shared-profile": ("wait-for-escape",),
-    "steering-predator-profile": ("head-away",),
-}
-"""Further rules of single settings."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -96,27 +68,15 @@ def study(args: StudyArgs) -> Path:
     tuning = seeds.first_seeds(seeds.TUNING, args.tuning_flocks)
     runs = _train(args, preset, backend)
     folder = args.output / args.setting
-    (folder / "policies").mkdir(parents=True, exist_ok=True)
+    (folder / POLICIES).mkdir(parents=True, exist_ok=True)
 
     cache = Cache(args.runs / "fixed")
-    best = _choose(preset, _fixed("Fixed ranges on tuning flocks", preset, tuning, cache, backend))
-    fixed = _fixed("Fixed ranges on held-out flocks", preset, held_out, cache, backend)
-    rows = [
-        _rows("best fixed range", None, held_out, fixed[_grid(preset).index(best)]),
-        _rows("hindsight oracle", None, held_out, fixed.max(axis=0)),
-    ]
-    policies: list[tuple[str, int | None, str | bytes]]
-    policies = [(name, None, name) for name in rules_of(args.setting, preset)]
-    policies += [(name, seed, (folder / POLICY_FILE).read_bytes()) for name, seed, folder in runs]
-    jobs = [play_job(policy, preset.setting, held_out) for _, _, policy in policies]
-    results = run(jobs, cache, backend, title="Policies on held-out flocks")
-    for (name, seed, _), result in zip(policies, results, strict=True):
-        rows.append(_rows(name, seed, held_out, result["objective"]))
-    made = pl.concat(rows)
-    write_table(pl.concat([made, _submitted(made, args.setting, folder)]), folder / EPISODES_FILE)
-    write_table(_grid_frame(preset, fixed), folder / "grid.parquet")
+    best = choose_range(preset.setting, tuning, cache, backend)
+    files = [(name, seed, (run_folder / POLICY_FILE).read_bytes()) for name, seed, run_folder in runs]
+    played = play_all(args.setting, preset.setting, best, files, held_out, cache, backend)
+    played.write(folder)
     write_references(preset.setting, held_out, cache, backend, folder)
-    write_rules(rules_of(args.setting, preset), preset.setting, cache, backend, folder)
+    write_rules(rules_of(args.setting, preset.setting), preset.setting, cache, backend, folder)
     _collect(runs, folder)
     _describe(args, preset, best, folder)
     if not preset.setting.is_line:
@@ -153,7 +113,7 @@ def study_explanations(args: StudyArgs) -> Path:
     if preset.setting.is_line:
         raise ArgumentError("setting", "a setting of a flock", repr(args.setting))
     cache, backend = Cache(args.runs / "fixed"), find_backend(args.backend)
-    write_explanations(load_study(folder), preset.setting, _grid(preset), cache, backend, folder)
+    write_explanations(load_study(folder), preset.setting, grid_of(preset.setting), cache, backend, folder)
     return folder
 
 
@@ -203,75 +163,11 @@ def _args(preset: Preset, run: TrainingRun) -> Args:
     return dataclasses.replace(preset.learners[learner].args, run=folder, seed=seed)
 
 
-def _grid(preset: Preset) -> tuple[float, ...]:
-    return LINE_GRID if preset.setting.is_line else tuple(float(rho) for rho in FLOCK_GRID)
-
-
-def _fixed(title: str, preset: Preset, flocks: range, cache: Cache, backend: Backend) -> FloatArray:
-    """Return the objective under every fixed range, shape (ranges, flocks)."""
-    jobs = seed_jobs(SWEEP, preset.setting.model, _grid(preset), flocks)
-    return joined(run(jobs, cache, backend, title=title))[preset.setting.spec.column]
-
-
-def _choose(preset: Preset, values: FloatArray) -> float:
-    return _grid(preset)[int(values.mean(axis=1).argmax())]
-
-
-def rules_of(setting: str, preset: Preset) -> tuple[str, ...]:
-    """Return the names of the built-in rules that run in a setting."""
-    return (*_rules(preset), *SETTING_RULES.get(setting, ()))
-
-
-def _rules(preset: Preset) -> tuple[str, ...]:
-    """Return the names of the built-in rules that see what the setting shows."""
-    setting = preset.setting
-    if not isinstance(setting.model, FlockScenario):
-        return ()
-    informed = bool(setting.profile_ranges)
-    if not setting.per_agent:
-        return SHARED_PROFILE_RULES if informed else ()
-    if setting.predator_visible:
-        return PROFILE_RULES if informed else VISIBLE_RULES.get(setting.objective, ())
-    return LOCAL_PROFILE_RULES if informed else LOCAL_RULES
-
-
-def _rows(name: str, seed: int | None, flocks: range, values: FloatArray) -> pl.DataFrame:
-    schema = {"policy": pl.String, "training_seed": pl.Int64, "seed": pl.Int64, "objective": pl.Float64}
-    columns = {"policy": [name] * len(flocks), "training_seed": [seed] * len(flocks)}
-    return pl.DataFrame({**columns, "seed": flocks, "objective": values}, schema=schema)
-
-
-def _submitted(made: pl.DataFrame, setting: str, folder: Path) -> pl.DataFrame:
-    """Return the rows of an earlier file that others have submitted, if they are about the same flocks."""
-    if not (folder / EPISODES_FILE).is_file():
-        return made.clear()
-    own = {*made["policy"], *presets()[setting].learners}
-    # Policies trained here have a training seed, under any name.
-    others = pl.read_parquet(folder / EPISODES_FILE).filter(
-        ~pl.col("policy").is_in(own), pl.col("training_seed").is_null()
-    )
-    flocks = made["seed"].unique().sort()
-    parts = others.select(made.columns).partition_by("policy")
-    return pl.concat([made.clear(), *(part for part in parts if part["seed"].sort().equals(flocks))])
-
-
-def _grid_frame(preset: Preset, values: FloatArray) -> pl.DataFrame:
-    estimates = [mean(row) for row in values]
-    return pl.DataFrame(
-        {
-            "interaction_range": _grid(preset),
-            "mean": [e.mean for e in estimates],
-            "low": [e.low for e in estimates],
-            "high": [e.high for e in estimates],
-        }
-    )
-
-
 def _collect(runs: Sequence[TrainingRun], folder: Path) -> None:
     """Copy the policies, and put what the runs measured into one file each."""
     outputs, curves = [], []
     for name, seed, source in runs:
-        shutil.copy(source / POLICY_FILE, folder / "policies" / f"{name}-{seed}.npz")
+        shutil.copy(source / POLICY_FILE, folder / POLICIES / f"{name}-{seed}.npz")
         origin = {"learner": name, "training_seed": seed}
         outputs.append({**origin, **json.loads((source / RUN_FILE).read_text())})
         curves.append(
@@ -301,4 +197,4 @@ def _describe(args: StudyArgs, preset: Preset, best: float, folder: Path) -> Non
         "versions": versions(),
         "machine": f"{os.cpu_count()} cores, {platform.machine()}",
     }
-    write_text(folder / "study.json", json.dumps(document, indent=1) + "\n")
+    write_text(folder / STUDY_FILE, json.dumps(document, indent=1) + "\n")

@@ -17,8 +17,8 @@ from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
 from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
 from flockesc_env.jobs.sweeps import joined, seed_jobs
+from studies.learned.held_out import FLOCK_GRID
 from studies.learned.results import BEST_FIXED, Study
-from studies.learned.study import FLOCK_GRID
 from studies.related.bandit import RangeBandit, across_episodes
 from studies.robustness.findings import OBJECTIVES
 from training.seeds import HELD_OUT, TUNING, first_seeds

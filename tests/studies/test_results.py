@@ -18,11 +18,11 @@ from flockesc_env.common.errors import RecordError
 from flockesc_env.common.stats import Estimate
 from studies.learned.aggregate import aggregate, means, profile
 from studies.learned.coverage import SEEDS, VARIATIONS, Variation, coverage, pigeonhole, two_way
+from studies.learned.held_out import rules_of
 from studies.learned.kinds import Kind, best_by_kind, kind_of, tuning_objectives
 from studies.learned.page import DETAILS, details_page, markdown_page, readme_table, write_page
 from studies.learned.questions import QUESTIONS
 from studies.learned.results import BEST_FIXED, ORACLE, Study, load_studies, load_study
-from studies.learned.study import rules_of
 from studies.learned.summary import elsewhere, hidden, losses_first, outcomes, summarize
 from studies.learned.tables import ablation_table, is_tied, transfer_tables, versions
 from training.presets import presets
@@ -230,9 +230,8 @@ def test_the_page_says_what_the_files_say(results: Path, tmp_path: Path) -> None
     assert [row[-1] for row in rows_of(text, "ppo")] == ["50,000 (25%)", "2.5"]
     (row,) = rows_of(short, "[per-agent-visible](results-details.md#per-agent-visible)")
     found = visible.policies["search"]
-    assert (
-        row[4] == f"{visible.show(found.objective)} m<br>{visible.show(found.difference, '+')} m<br>`search`, 3 seeds"
-    )
+    gain = visible.show(found.difference, "+")
+    assert row[4] == f"{visible.show(found.objective)} m<br>{gain} m<br>`search`, 3 seeds"
     assert row[3] == "-"
     pictures = re.findall(r"\]\((.*\.png)\)", short + text)
     assert len(pictures) == 4
@@ -323,7 +322,7 @@ def test_settings_in_which_learning_loses_come_first(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("study", load_studies(COMMITTED), ids=lambda study: study.setting)
 def test_committed_rules_have_tuning_flocks_and_held_out_flocks(study: Study) -> None:
-    names = set(rules_of(study.setting, presets()[study.setting]))
+    names = set(rules_of(study.setting, presets()[study.setting].setting))
     tuned = set() if study.rules is None else set(study.rules["rule"])
     assert names == tuned
     assert {name for name in study.policies if kind_of(study, name) == Kind.RULE} == names

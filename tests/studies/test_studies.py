@@ -16,10 +16,11 @@ from tiny_studies import TINY, Spy, write_preset
 
 from flockesc_env import built_in, load_policy, rollout, sweep
 from studies.learned import explain
+from studies.learned.held_out import FLOCK_GRID
 from studies.learned.names import FREE_HEADINGS
 from studies.learned.page import DETAILS, write_page
 from studies.learned.results import BEST_FIXED, ORACLE, Study, load_study
-from studies.learned.study import FLOCK_GRID, StudyArgs, study, study_explanations
+from studies.learned.study import StudyArgs, study, study_explanations
 from studies.learned.submit import submit
 from studies.learned.summary import BEST_THERE
 from training import search, seeds

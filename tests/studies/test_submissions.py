@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import polars as pl
 import pytest
 from study_folders import write_study
 
-from flockesc_env import ArgumentError, FlockScenario, rollout
-from flockesc_env.policies import FixedRange, StubbornLeaders
+from flockesc_env import ArgumentError, FlockEscapeEnv, FlockScenario, PolicySpec, rollout
+from flockesc_env.policies import StubbornLeaders
 from flockesc_env.policies.registry import NamedPolicy
 from studies.learned.page import DETAILS
 from studies.learned.results import BEST_FIXED, load_study
-from studies.learned.submit import check_fits, submit
-from training.config import Setting
+from studies.learned.submit import UNCHECKED, submit
 from training.seeds import HELD_OUT
+
+HERE = __name__
+"""The module of the policies below."""
 
 SMALL = FlockScenario(num_agents=12, num_steps=24, initial_side=20.0)
 
@@ -51,7 +54,8 @@ def test_a_submission_end_to_end(tiny: Path, tmp_path: Path) -> None:
     assert study.values("my rule (v2)") == pytest.approx(told.min_min_distance[None])
     assert study.episodes["training_seed"][-6:].null_count() == 6
     assert (
-        f"\n| my rule (v2) | - | - | {told.min_min_distance.mean():.2f} [" in page.with_name(DETAILS).read_text()
+        f"\n| my rule (v2) | - | - | {told.min_min_distance.mean():.2f} ["
+        in page.with_name(DETAILS).read_text()
     )
     assert f"my rule (v2) {told.min_min_distance.mean():.2f} [" in sentence
     with pytest.raises(ArgumentError, match="name"):
@@ -64,6 +68,49 @@ def test_a_submission_end_to_end(tiny: Path, tmp_path: Path) -> None:
     assert load_study(tiny / "tiny").episodes.equals(study.episodes)
 
 
+class Rule(StubbornLeaders):
+    """Code that could hold a simulator, and that records the running minimum of its rows."""
+
+    seen: ClassVar[list[np.ndarray]] = []
+
+    def act(self, observations: np.ndarray, spec: PolicySpec) -> np.ndarray:
+        self.seen.append(observations[:, spec.layout.index("running_minimum")])
+        return super().act(observations, spec)
+
+
+def own_code() -> NamedPolicy:
+    return NamedPolicy("own", Rule(), True)
+
+
+def package_class() -> NamedPolicy:
+    return NamedPolicy("own", StubbornLeaders(), True)
+
+
+def with_escape_direction() -> NamedPolicy:
+    return NamedPolicy("own", Rule(), True, {"extra_entries": ("escape_direction",)})
+
+
+def of_the_mean() -> NamedPolicy:
+    return NamedPolicy("own", Rule(), True, {"objective": "mean"})
+
+
+def test_policies_whose_code_can_see_more_are_marked(tiny: Path, tmp_path: Path) -> None:
+    page = tmp_path / "docs" / "results.md"
+    Rule.seen.clear()
+    sentence = submit("tiny", f"{HERE}:own_code", "mine", tiny, page)
+    assert f"mine{UNCHECKED} " in sentence
+    assert f"\n| mine{UNCHECKED} | - | " in page.with_name(DETAILS).read_text()
+    _, info = FlockEscapeEnv(SMALL).reset(seed=HELD_OUT[0])  # the setting's objective is the nearest agent
+    assert Rule.seen[0][0] == pytest.approx(
+        info["min_distance"] / (info["min_distance"] + SMALL.initial_side)
+    )
+    with pytest.raises(ArgumentError, match="name"):
+        submit("tiny", f"{HERE}:own_code", f"mine{UNCHECKED}", tiny, page)
+    assert UNCHECKED not in submit("tiny", f"{HERE}:package_class", "mine", tiny, page)
+    study = load_study(tiny / "tiny")
+    np.testing.assert_array_equal(study.values("mine"), study.values(f"mine{UNCHECKED}"))
+
+
 @pytest.mark.parametrize(
     ("setting", "policy", "name", "field"),
     [
@@ -73,6 +120,9 @@ def test_a_submission_end_to_end(tiny: Path, tmp_path: Path) -> None:
         ("tiny", "stubborn-leaders-local", "", "name"),
         ("tiny", "fixed:10", "mine", "per_agent"),
         ("tiny", "stubborn-leaders", "mine", "predator_sensing_range"),
+        ("tiny", "spread-out", "mine", "profile_ranges"),
+        ("tiny", f"{HERE}:with_escape_direction", "mine", "extra_entries"),
+        ("tiny", f"{HERE}:of_the_mean", "mine", "objective"),
         ("tiny", "stubborn-followers", "mine", "policies"),
     ],
 )
@@ -92,45 +142,3 @@ def test_other_flocks_than_the_held_out_ones_are_refused(tiny: Path, tmp_path: P
     pl.read_parquet(path).with_columns(pl.col("seed") + 1).write_parquet(path)
     with pytest.raises(ArgumentError, match="flocks 2000000 to 2000005"):
         submit("tiny", "stubborn-leaders-local", "mine", tiny, tmp_path / "results.md")
-
-
-LOCAL = Setting(per_agent=False, predator_visible=False)
-VISIBLE = Setting(per_agent=False)
-LINE = Setting(scenario="paper-line")
-RHO = FixedRange(0.1)
-
-
-@pytest.mark.parametrize(
-    ("entry", "setting"),
-    [
-        (NamedPolicy("", RHO), LOCAL),
-        (NamedPolicy("", RHO, options={"predator_sensing_range": 5.0}), LOCAL),
-        (
-            NamedPolicy("", RHO, options={"max_range": 1.0, "steps_per_action": 7, "reward": "terminal"}),
-            LOCAL,
-        ),
-        (NamedPolicy("", RHO, options={"predator_sensing_range": None}), VISIBLE),
-        (NamedPolicy("", RHO, options={"predator_sensing_range": 1000.0}), VISIBLE),
-        (NamedPolicy("", RHO, options={"max_range": 0.5}), LINE),
-    ],
-)
-def test_policies_that_see_no_more_than_the_setting_shows_fit(entry: NamedPolicy, setting: Setting) -> None:
-    check_fits(entry, setting)
-
-
-@pytest.mark.parametrize(
-    ("entry", "setting", "field"),
-    [
-        (NamedPolicy("", RHO, options={"predator_sensing_range": None}), LOCAL, "predator_sensing_range"),
-        (NamedPolicy("", RHO, options={"predator_sensing_range": 30.5}), LOCAL, "predator_sensing_range"),
-        (NamedPolicy("", RHO, per_agent=True), LOCAL, "per_agent"),
-        (NamedPolicy("", RHO, per_agent=True), LINE, "per_agent"),
-        (NamedPolicy("", RHO, scenario=SMALL), LINE, "scenario"),
-        (NamedPolicy("", RHO, options={"predator_sensing_range": None}), LINE, "options"),
-        (NamedPolicy("", RHO, options={"max_rage": 1.0}), LOCAL, "options"),
-    ],
-)
-def test_policies_for_other_problems_do_not(entry: NamedPolicy, setting: Setting, field: str) -> None:
-    with pytest.raises(ArgumentError) as caught:
-        check_fits(entry, setting)
-    assert caught.value.field == field
