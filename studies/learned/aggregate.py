@@ -90,24 +90,57 @@ def profile(values: FloatArray, thresholds: FloatArray) -> Profile:
     return Profile(*_shares((values > thresholds[:, None, None]).astype(np.float64)))
 
 
-def intervals(scores: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return mean, lower and upper end of the interval of every score; as ``means``, as arrays."""
-    _, num_seeds, num_flocks = scores.shape
-    mean = scores.mean(axis=(1, 2))
-    by_seed, by_flock = scores.mean(axis=2), scores.mean(axis=1)
-    # Mean squares of flocks, of training seeds and of what neither explains, with their degrees of freedom.
-    flocks, free = num_seeds * by_flock.var(axis=1, ddof=1), num_flocks - 1
-    if num_seeds == 1:
-        total, freedom = flocks, np.full(len(scores), float(free))
-    else:
-        seeds = num_flocks * by_seed.var(axis=1, ddof=1)
-        rest = scores - by_seed[:, :, None] - by_flock[:, None, :] + mean[:, None, None]
-        error = (rest**2).sum(axis=(1, 2)) / ((num_seeds - 1) * free)
-        total = np.maximum(seeds + flocks - error, np.maximum(seeds, flocks))
-        squares = (seeds**2 + error**2 / free) / (num_seeds - 1) + flocks**2 / free
-        freedom = np.divide(total**2, squares, out=np.full(len(scores), float(free)), where=squares > 0)
-    half = t.ppf(0.5 + CONFIDENCE / 2, freedom) * np.sqrt(total / (num_seeds * num_flocks))
+def difference(values: FloatArray, other: FloatArray) -> Estimate:
+    """Return the mean paired difference of two policies, with its interval over flocks and training seeds.
+
+    Args:
+        values: objective, shape (training seeds, flocks).
+        other: of the other policy on the same flocks, shape (its training seeds, flocks).
+    """
+    (found,) = _estimates(*intervals(values[np.newaxis], other[np.newaxis]))
+    return found
+
+
+def intervals(
+    scores: FloatArray, other: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return mean, lower and upper end of the interval of every score, as ``means``.
+
+    Args:
+        scores: shape (scores, training seeds, flocks).
+        other: scores to subtract, shape (scores, other training seeds, flocks); ``None``: nothing.
+    """
+    by_flock, free = scores.mean(axis=1), scores.shape[2] - 1
+    parts = _seed_parts(scores)
+    if other is not None:
+        by_flock = by_flock - other.mean(axis=1)
+        parts += _seed_parts(other)
+    flocks = by_flock.var(axis=1, ddof=1) / (free + 1)
+    seeds = sum((part for part, _, _ in parts), np.zeros(len(scores)))
+    total = seeds + flocks - sum((rest for _, rest, _ in parts), np.zeros(len(scores)))
+    total = np.maximum(total, np.maximum(seeds, flocks))
+    squares = flocks**2 / free
+    for part, rest, others in parts:
+        squares += (part**2 + rest**2 / free) / others
+    freedom = np.divide(total**2, squares, out=np.full(len(scores), float(free)), where=squares > 0)
+    half = t.ppf(0.5 + CONFIDENCE / 2, freedom) * np.sqrt(total)
+    mean = by_flock.mean(axis=1)
     return mean, mean - half, mean + half
+
+
+def _seed_parts(scores: FloatArray) -> list[tuple[FloatArray, FloatArray, int]]:
+    """Return the variances of the mean that training seeds, and what they and flocks leave, contribute.
+
+    The degrees of freedom of the first one come with them. The list is empty for one training seed.
+    """
+    _, num_seeds, num_flocks = scores.shape
+    if num_seeds == 1:
+        return []
+    by_seed, by_flock = scores.mean(axis=2, keepdims=True), scores.mean(axis=1, keepdims=True)
+    rest = scores - by_seed - by_flock + by_flock.mean(axis=2, keepdims=True)
+    free = num_seeds - 1
+    error = (rest**2).sum(axis=(1, 2)) / (free * (num_flocks - 1)) / (num_seeds * num_flocks)
+    return [(by_seed[:, :, 0].var(axis=1, ddof=1) / num_seeds, error, free)]
 
 
 def _shares(marks: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

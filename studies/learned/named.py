@@ -10,6 +10,7 @@ import polars as pl
 
 from flockesc_env import FlockScenario
 from flockesc_env.common.stats import Estimate, FloatArray, mean
+from studies.learned.aggregate import difference
 from studies.learned.information import CANDIDATES, SENSING
 from studies.learned.names import FREE_HEADINGS
 from studies.learned.summary import Summary
@@ -40,9 +41,7 @@ class Named:
     def gain(
         self, setting: str, policy: str, over: str, in_setting: str | None = None, sign: str = "+"
     ) -> str:
-        """Return the paired difference of two policies in m, with its interval over flocks.
-
-        Of a learner, the mean over its training seeds counts: the interval does not cover other seeds.
+        """Return the paired difference of two policies in m; the interval covers flocks and training seeds.
 
         Args:
             setting: of the first policy.
@@ -51,8 +50,8 @@ class Named:
             in_setting: of the second policy; ``None``: that of the first one.
             sign: ``"+"``: of positive numbers, too.
         """
-        other = self._flocks(in_setting or setting, over)
-        return f"{mean(self._flocks(setting, policy) - other):{sign}.2f} m"
+        other = self._values(in_setting or setting, over)
+        return f"{difference(self._values(setting, policy), other):{sign}.2f} m"
 
     def best_learner(self, setting: str) -> str:
         """Return the name of the learner that was best on tuning flocks."""
@@ -63,11 +62,16 @@ class Named:
         return Bound(self._flocks(setting, FREE_HEADINGS))
 
     def _flocks(self, setting: str, policy: str) -> FloatArray:
+        """Return the objective of a policy or reference, mean over training seeds, shape (flocks,)."""
+        values: FloatArray = self._values(setting, policy).mean(axis=0)
+        return values
+
+    def _values(self, setting: str, policy: str) -> FloatArray:
+        """Return the objective of a policy or reference, shape (training seeds, flocks)."""
         study = self._by_name[setting].study
         if policy in study.reference_names:
-            return study.reference(policy)[0]
-        values: FloatArray = study.values(policy).mean(axis=0)
-        return values
+            return study.reference(policy)[0][np.newaxis]
+        return study.values(policy)
 
 
 class Bound:

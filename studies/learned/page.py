@@ -31,6 +31,7 @@ from studies.learned.summary import LENDERS, Summary, losses_first, outcomes, su
 from studies.learned.tables import ablation_table, transfer_tables, versions
 from studies.pages import path_from, templates
 from training.figure_style import save_figure
+from training.outputs import CURVE_FLOCKS
 from training.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
 
 DETAILS = "results-details.md"
@@ -88,6 +89,7 @@ def markdown_page(summaries: Sequence[Summary], results: Path, page: Path) -> st
             untaught=[row.study.setting for row in ordered if Kind.RULE in row.best and not row.learned],
             kinds=list(Kind),
             trained=TRAINED,
+            curve_flocks=CURVE_FLOCKS,
             coverage=read_coverage(coverage) if coverage.is_file() else None,
             coverage_flocks=NUM_FLOCKS,
             coverage_trials=NUM_TRIALS,

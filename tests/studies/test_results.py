@@ -10,13 +10,13 @@ import numpy as np
 import polars as pl
 import pytest
 from committed_pages import check_results, skip_bootstraps, without_intervals
-from scipy.stats import t, trim_mean, ttest_1samp
+from scipy.stats import t, trim_mean, ttest_1samp, ttest_ind
 from study_folders import write_study
 
 from flockesc_env.common import stats
 from flockesc_env.common.errors import RecordError
 from flockesc_env.common.stats import Estimate
-from studies.learned.aggregate import aggregate, means, profile
+from studies.learned.aggregate import aggregate, difference, intervals, means, profile
 from studies.learned.coverage import SEEDS, VARIATIONS, Variation, coverage, pigeonhole, two_way
 from studies.learned.held_out import rules_of
 from studies.learned.kinds import Kind, best_by_kind, kind_of, tuning_objectives
@@ -99,6 +99,17 @@ def test_intervals_follow_from_the_mean_squares_of_the_two_way_analysis_of_varia
     assert (found.mean, found.low, found.high) == pytest.approx((4.0, 4.0 - half, 4.0 + half))
 
 
+def test_differences_of_two_learners_cover_both_training_seeds() -> None:
+    flocks, mine, other = drawn(12), drawn(4, 1, seed=1), drawn(3, 1, seed=2)
+    found = difference(flocks + mine, flocks + other)
+    # Flocks cancel. What remains is Welch's interval of two samples of training seeds.
+    welch = ttest_ind(mine[:, 0], other[:, 0], equal_var=False).confidence_interval()
+    assert (found.low, found.high) == pytest.approx(tuple(welch))
+    (paired,) = means((flocks + mine - drawn(12, seed=3))[None])
+    one = difference(flocks + mine, drawn(12, seed=3)[None])
+    assert (one.mean, one.low, one.high) == pytest.approx((paired.mean, paired.low, paired.high))
+
+
 def test_shares_stay_within_0_and_1() -> None:
     # Imported here, because it takes seconds in every worker that collects this file.
     from rliable.library import score_distributions
@@ -123,6 +134,20 @@ def test_intervals_cover_the_true_mean(variation: str, num_seeds: int) -> None:
 
 def test_intervals_of_one_training_seed_cover_the_flocks() -> None:
     assert 0.93 <= coverage(two_way, Variation(seeds=0), 1, 2_000) <= 0.97
+
+
+@pytest.mark.parametrize("strength", [0.0, 0.1, 1.0])
+def test_intervals_of_differences_cover_the_true_difference(strength: float) -> None:
+    rng = np.random.default_rng(0)
+    shape = 2_000, 1, 50
+    flocks = rng.normal(size=shape)
+
+    def runs(num_seeds: int, response: float) -> np.ndarray:
+        seeds = strength * rng.normal(size=(2_000, num_seeds, 1))
+        return seeds + response * flocks + rng.normal(size=(2_000, num_seeds, 50))
+
+    _, low, high = intervals(runs(5, 1.0), runs(3, 0.5))
+    assert 0.93 <= ((low < 0) & (high > 0)).mean() <= 0.985
 
 
 @pytest.mark.parametrize(("num_seeds", "most"), [(3, 0.80), (5, 0.88), (10, 0.93)])
