@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -11,12 +12,37 @@ import polars as pl
 from flockesc_env import FlockScenario
 from flockesc_env.common.stats import Estimate, FloatArray, mean
 from studies.learned.aggregate import difference
-from studies.learned.information import CANDIDATES, SENSING
+from studies.learned.best_ranges import best_ranges
+from studies.learned.dispersal import DISPERSAL_FILE, dispersal_figures
+from studies.learned.information import CANDIDATES, INFORMATION_FILE, SENSING
+from studies.learned.listening import LISTENING_FILE
 from studies.learned.names import FREE_HEADINGS
+from studies.learned.one_agent import AGENT_FILE
 from studies.learned.summary import Summary
+
+_VISIBLE = "per-agent-visible"
 
 _AHEAD = 30.0
 """Angle in degrees between heading and escape direction below which the page says that an agent escapes."""
+
+
+def numbers(summaries: Sequence[Summary], results: Path) -> dict[str, Any]:
+    """Return the numbers of the page's prose by name; ``None`` where nothing was measured."""
+    read: dict[str, tuple[Callable[[Path], Any], str]] = {
+        "candidate_gains": (candidate_gains, INFORMATION_FILE),
+        "arrivals": (arrivals, AGENT_FILE),
+        "silence": (silence, f"{_VISIBLE}/{LISTENING_FILE}"),
+        "dispersal": (dispersal_figures, DISPERSAL_FILE),
+    }
+    files = {name: (take, results / file) for name, (take, file) in read.items()}
+    shared = [summary.study for summary in summaries if summary.study.setting == "shared"]
+    return {
+        **{name: take(file) if file.is_file() else None for name, (take, file) in files.items()},
+        "named": Named(summaries),
+        "largest_turn": largest_turn,
+        "free_headings": FREE_HEADINGS,
+        "best_ranges": best_ranges(results.parent, shared[0]) if shared else None,
+    }
 
 
 class Named:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -12,16 +11,15 @@ from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import CONFIDENCE
 from studies.learned import figures
 from studies.learned.aggregate import profile
-from studies.learned.best_ranges import best_ranges
 from studies.learned.coverage import COVERAGE_FILE, NUM_FLOCKS, NUM_TRIALS, SEEDS, read_coverage
-from studies.learned.dispersal import DISPERSAL_FILE, DISPERSAL_FLOCKS, dispersal_figures
+from studies.learned.dispersal import DISPERSAL_FLOCKS
 from studies.learned.information import INFORMATION_FILE, STEPS_PER_ACTION, UNAWARE_RANGE, draw_information
 from studies.learned.kinds import TRAINED, Kind
 from studies.learned.leaderboard import PAGE as LEADERBOARD
 from studies.learned.leaderboard import leaderboard_page
 from studies.learned.listening import LISTENING_FILE, LISTENING_FLOCKS, WATCHED, draw_listening
-from studies.learned.named import Named, arrivals, candidate_gains, largest_turn, silence
-from studies.learned.names import FREE_HEADINGS, KNOWLEDGE
+from studies.learned.named import numbers
+from studies.learned.names import KNOWLEDGE
 from studies.learned.one_agent import AGENT_FILE, draw_agent
 from studies.learned.questions import QUESTIONS
 from studies.learned.references import NUM_SEGMENTS, PLANNED_STEPS, SEGMENT_STEPS
@@ -78,7 +76,7 @@ def markdown_page(summaries: Sequence[Summary], results: Path, page: Path) -> st
             watched=[name for name in WATCHED if (results / name / LISTENING_FILE).is_file()],
             details=DETAILS,
             dispersal_flocks=DISPERSAL_FLOCKS,
-            **_numbers(summaries, results),
+            **numbers(summaries, results),
             unaware_range=UNAWARE_RANGE,
             steps_per_action=STEPS_PER_ACTION,
             listening_flocks=LISTENING_FLOCKS,
@@ -98,25 +96,6 @@ def markdown_page(summaries: Sequence[Summary], results: Path, page: Path) -> st
         )
     )
     return rendered
-
-
-def _numbers(summaries: Sequence[Summary], results: Path) -> dict[str, Any]:
-    """Return the numbers of the page's prose by name; ``None`` where nothing was measured."""
-    read: dict[str, tuple[Callable[[Path], Any], str]] = {
-        "candidate_gains": (candidate_gains, INFORMATION_FILE),
-        "arrivals": (arrivals, AGENT_FILE),
-        "silence": (silence, f"{CREDIT}/{LISTENING_FILE}"),
-        "dispersal": (dispersal_figures, DISPERSAL_FILE),
-    }
-    files = {name: (take, results / file) for name, (take, file) in read.items()}
-    shared = [summary.study for summary in summaries if summary.study.setting == "shared"]
-    return {
-        **{name: take(file) if file.is_file() else None for name, (take, file) in files.items()},
-        "named": Named(summaries),
-        "largest_turn": largest_turn,
-        "free_headings": FREE_HEADINGS,
-        "best_ranges": best_ranges(results.parent, shared[0]) if shared else None,
-    }
 
 
 def details_page(summaries: Sequence[Summary], results: Path, page: Path) -> str:
