@@ -27,7 +27,7 @@ def run(
 ) -> Exit:
     """Train predators and flock policies against each other in turns, and play all against all.
 
-    About 25 minutes on one core; interrupted, run it again to continue.
+    About 40 minutes on one core; interrupted, run it again to continue.
 
     Example: python -m studies arms-race --backend serial
     """

@@ -11,10 +11,11 @@ from typing import Any, Final
 import numpy as np
 from cmaes import CMA
 
-from flockesc_env import FlockScenario, NetworkPolicy, rollout
+from flockesc_env import FlockScenario, NamedPolicy, NetworkPolicy, rollout
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.jobs import Arrays, Job
-from studies.arms_race.players import SIZE, Flock, NetworkPredator, Predator
+from studies.arms_race.players import Flock, Predator
+from studies.arms_race.predators import SIZE, LeadPursuit, NetworkPredator
 from training.families import Population
 from training.seeds import TUNING, first_seeds, training_seeds
 
@@ -24,7 +25,7 @@ Play = Callable[[FloatArray, range], FloatArray]
 SCENARIO: Final = FlockScenario().with_learned_predators()
 
 STEPS_PER_ACTION: Final = 4
-"""Model steps per action of flocks and predators, in training and in the cross-play."""
+"""Model steps per action of flock policies whose options do not say it."""
 
 BATCH: Final = 32
 """Flocks that are stepped together."""
@@ -71,8 +72,8 @@ class Budget:
 
 
 def predator_job(flock: Flock, start: Predator, budget: Budget, seed: int) -> Job:
-    """Return the job that trains a predator, from the parameters of ``start``, against a flock policy."""
-    arguments = (flock, start.parameters or (0.0,) * SIZE, budget, seed)
+    """Return the job that trains a predator, from ``start``, against a flock policy."""
+    arguments = (flock, start, budget, seed)
     return Job("studies.arms_race.evolve:train_predator", arguments, budget.episodes * _EPISODE)
 
 
@@ -90,15 +91,16 @@ def play_job(flock: Flock, predator: Predator, flocks: range) -> Job:
 
 def play(flock: Flock, predator: Predator, flocks: range) -> Arrays:
     """Return J_mean of every flock."""
-    return {"objective": _objective(flock.entry(), predator.policy(), list(flocks), BATCH)}
+    return {"objective": _objective(flock.entry(), predator.policy(SCENARIO), list(flocks), BATCH)}
 
 
-def train_predator(flock: Flock, start: tuple[float, ...], budget: Budget, seed: int) -> Arrays:
+def train_predator(flock: Flock, start: Predator, budget: Budget, seed: int) -> Arrays:
     """Train a predator that minimizes J_mean of a flock policy; see ``evolve`` for the results."""
-    entry, origin = flock.entry(), np.array(start)
+    entry, origin = flock.entry(), np.array(start.parameters or (0.0,) * SIZE)
+    base = LeadPursuit(SCENARIO, start.lead)
 
     def value(vectors: FloatArray, flocks: range) -> FloatArray:
-        predators: Any = Population([NetworkPredator(origin + vector) for vector in vectors])  # type: ignore[misc]
+        predators: Any = Population([NetworkPredator(origin + vector, base) for vector in vectors])  # type: ignore[misc]
         rows = list(flocks) * len(vectors)
         return -_objective(entry, predators, rows, len(rows)).reshape(len(vectors), -1)
 
@@ -115,7 +117,7 @@ def train_flock(start: Flock, predator: Predator, budget: Budget, seed: int) -> 
         policies = Population([NetworkPolicy(architecture, origin + vector) for vector in vectors])
         rows = list(flocks) * len(vectors)
         changed = dataclasses.replace(entry, policy=policies)
-        return _objective(changed, predator.policy(), rows, len(rows)).reshape(len(vectors), -1)
+        return _objective(changed, predator.policy(SCENARIO), rows, len(rows)).reshape(len(vectors), -1)
 
     results = evolve(in_groups(value), len(origin), budget.flock_step, budget, seed)
     return {**results, "parameters": origin + results["parameters"]}
@@ -172,7 +174,12 @@ def evolve(value: Play, size: int, step_size: float, budget: Budget, seed: int) 
     }
 
 
-def _objective(entry: Any, predator: Any, seeds: list[int], batch_size: int) -> FloatArray:
+def steps_per_action(entry: NamedPolicy) -> int:
+    """Return the number of model steps per action of a flock policy and of the predator."""
+    return int(entry.options.get("steps_per_action", STEPS_PER_ACTION))
+
+
+def _objective(entry: NamedPolicy, predator: Any, seeds: list[int], batch_size: int) -> FloatArray:
     """Return J_mean in m, shape (seeds,)."""
     episodes = rollout(
         SCENARIO,
@@ -181,6 +188,6 @@ def _objective(entry: Any, predator: Any, seeds: list[int], batch_size: int) -> 
         batch_size=batch_size,
         num_threads=1,
         predator_policy=predator,
-        steps_per_action=STEPS_PER_ACTION,
+        steps_per_action=steps_per_action(entry),
     )
     return episodes.min_mean_distance

@@ -14,7 +14,12 @@ from training.figure_style import WIDTH
 _ROW = 0.34
 """Height of a row in inches."""
 
-_UNTRAINED = {"straight": "straight", "nearest": "pursuit of nearest", "centroid": "pursuit of centroid"}
+_UNTRAINED = {
+    "straight": "straight",
+    "nearest": "pursuit of nearest",
+    "centroid": "pursuit of centroid",
+    "lead": "lead pursuit",
+}
 
 
 def cross_play_figure(results: RaceResults) -> Figure:

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from flockesc_env.common.files import write_text
+from flockesc_env.common.stats import Estimate
 from studies.arms_race.figure import cross_play_figure, label
+from studies.arms_race.players import MOST_PARAMETERS
+from studies.arms_race.predators import SHAPES
 from studies.arms_race.race import UNTRAINED
 from studies.arms_race.results import RaceResults, load_race
-from studies.pages import path_from, signed, templates
+from studies.pages import compared, path_from, signed, templates
 from training.figure_style import save_figure
 
 FIGURE = "cross_play"
@@ -26,7 +31,7 @@ def write_race_page(output: Path, page: Path) -> None:
 def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the picture in the folder ``figures``."""
     folder = path_from(page, figures)
-    trainings = _trainings(results)
+    trainings, distinct = _trainings(results), results.distinct
     rendered: str = (
         templates("studies.arms_race")
         .get_template("arms_race.md")
@@ -35,17 +40,66 @@ def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
             record=results.record,
             trainings=trainings,
             num_trainings=len(trainings),
+            unchanged=sum(row["first"] == row["best"] for row in trainings),
             measurements=results.trainings["measurement"].n_unique(),
             minutes=sum(row["minutes"] for row in trainings),
             picture=f"{folder}/{FIGURE}.png",
             label=label,
             difference=signed,
-            gained=list(UNTRAINED),
-            least_loss=min(results.flocks, key=lambda flock: results.loss(flock).mean),
-            largest=max(results.flocks, key=lambda flock: results.own(flock).mean),
+            untrained=list(UNTRAINED),
+            tracks={track: _track(results, track) for track in results.record["tracks"]},
+            distinct=distinct,
+            repeated=[flock for flock in results.flocks if flock not in distinct],
+            by_loss=sorted(distinct, key=lambda flock: results.loss_to_worst(flock).mean),
+            by_straight=sorted(distinct, key=lambda flock: -results.cells[flock, "straight"].mean),
+            by_objective=sorted(distinct, key=lambda flock: -results.worst(flock)[1].mean),
+            lead_gains=grouped(distinct, results.gain_of_lead),
+            training_gains=grouped(distinct, results.gain_of_training),
+            nearest_gains=grouped(distinct, results.gain_of_nearest),
+            not_worst=[flock for flock in distinct if results.worst(flock)[1].mean < results.own(flock).mean],
+            most_parameters=MOST_PARAMETERS,
+            hidden=SHAPES[0][1],
         )
     )
     return rendered
+
+
+@dataclass(frozen=True)
+class Changes:
+    """Paired differences of some players in three groups, by their intervals.
+
+    Attributes:
+        larger: names of the players whose interval lies above 0.
+        smaller: names of those whose interval lies below 0.
+        neither: names of the others.
+        most: the player with the largest difference, and the difference.
+        least: the player with the smallest difference, and the difference.
+    """
+
+    larger: tuple[str, ...]
+    smaller: tuple[str, ...]
+    neither: tuple[str, ...]
+    most: tuple[str, Estimate]
+    least: tuple[str, Estimate]
+
+
+def grouped(names: Sequence[str], change: Callable[[str], Estimate]) -> Changes:
+    """Return the differences of some players, grouped; ``change`` returns that of a player."""
+    found = {name: change(name) for name in names}
+    ordered = sorted(found.items(), key=lambda pair: pair[1].mean)
+
+    def group(word: str) -> tuple[str, ...]:
+        return tuple(name for name, estimate in found.items() if compared(estimate) == word)
+
+    return Changes(
+        group("larger"), group("smaller"), group("not measurably different"), ordered[-1], ordered[0]
+    )
+
+
+def _track(results: RaceResults, track: str) -> Changes:
+    """Return what training in turns changes, against the predators without training and the track's first."""
+    predators = [*UNTRAINED, track]
+    return grouped(predators, lambda predator: results.gain_in_turns(track, predator))
 
 
 def _trainings(results: RaceResults) -> list[dict[str, Any]]:

@@ -14,30 +14,39 @@ from typing import Final
 import numpy as np
 import polars as pl
 
-from flockesc_env import save_policy
+from flockesc_env import Learned, save_policy
 from flockesc_env.common.array_files import write_npz, write_table
 from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
-from studies.arms_race.evolve import SCENARIO, STEPS_PER_ACTION, Budget, flock_job, play_job, predator_job
+from studies.arms_race.evolve import SCENARIO, Budget, flock_job, play_job, predator_job, steps_per_action
 from studies.arms_race.players import Flock, Predator
-from training.seeds import HELD_OUT, first_seeds
+from studies.learned.results import POLICIES, load_study
+from training.seeds import HELD_OUT, TUNING, first_seeds
 from training.versions import versions
 
-BEST_FIXED, LEADERS, SHARED, PER_AGENT = "best fixed range", "stubborn leaders", "shared", "per agent"
+BEST_FIXED, LEADERS = "best fixed range", "stubborn leaders"
+SHARED, SMALL_SHARED, PER_AGENT, DERIVED = "shared", "shared, searched", "per agent", "per agent, derived"
 """Flock policies before the first round."""
 
-SETTINGS: Final = {SHARED: "shared", PER_AGENT: "per-agent-visible"}
-"""Study of learned ranges that each learned policy is from."""
-
-TRACKS: Final = (PER_AGENT, SHARED)
-"""Flock policies that are trained in turns with a predator."""
-
-UNTRAINED: Final = {
-    "straight": Predator("straight"),
-    "nearest": Predator("nearest"),
-    "centroid": Predator("centroid"),
+LEARNED: Final = {
+    SHARED: ("shared", None),
+    SMALL_SHARED: ("shared", "search"),
+    PER_AGENT: ("per-agent-visible", None),
+    DERIVED: ("per-agent-visible-derived", None),
 }
-"""Predators without training: straight flight, and pursuit of the nearest agent and of the centroid."""
+"""Study and learner of each learned flock policy; ``None``: the study's best learner on tuning flocks."""
+
+TRACKS: Final = (PER_AGENT, SMALL_SHARED)
+"""Flock policies that are trained in turns with a predator: small networks."""
+
+UNTRAINED: Final = ("straight", "nearest", "centroid", "lead")
+"""Predators without training: see ``Predator.kind``."""
+
+LEADS: Final = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
+"""Values of ``lead`` that are tried against the best fixed range."""
+
+LEAD_FLOCKS: Final = 400
+"""Tuning flocks on which ``lead`` is chosen."""
 
 FIRST_SEED: Final = 100
 """Seed of the first training runs; the study of learned ranges uses smaller ones."""
@@ -58,12 +67,24 @@ class Race:
     Attributes:
         flocks: flock policies by name.
         predators: by name; a trained one has the name of the flock policy that it was trained against.
+        leads: mean J_mean in m of the best fixed range on tuning flocks, by ``lead`` of the pursuit.
         trainings: a row per measurement of a training run on tuning flocks.
     """
 
     flocks: dict[str, Flock]
-    predators: dict[str, Predator] = field(default_factory=lambda: dict(UNTRAINED))
+    predators: dict[str, Predator] = field(default_factory=dict)
+    leads: dict[float, float] = field(default_factory=dict)
     trainings: list[dict[str, object]] = field(default_factory=list)
+
+    def choose_predators(self, runs: Runs) -> None:
+        """Add the predators without training; choose ``lead`` against the best fixed range."""
+        tuning = first_seeds(TUNING, LEAD_FLOCKS)
+        jobs = [play_job(self.flocks[BEST_FIXED], Predator("lead", lead), tuning) for lead in LEADS]
+        results = zip(LEADS, runs(jobs, "Lead"), strict=True)
+        self.leads = {lead: float(result["objective"].mean()) for lead, result in results}
+        best = min(self.leads, key=lambda lead: self.leads[lead])
+        for kind in UNTRAINED:
+            self.predators[kind] = Predator(kind, best if kind == "lead" else 0.0)
 
     def train_predators(self, starts: Mapping[str, str], budget: Budget, seed: int, runs: Runs) -> None:
         """Train a predator against each flock policy in ``starts``, from the predator named there."""
@@ -72,7 +93,8 @@ class Race:
             for name, start in starts.items()
         ]
         for name, result in zip(starts, runs(jobs, "Predators"), strict=True):
-            self.predators[name] = Predator("network", tuple(result["parameters"].tolist()))
+            lead = self.predators["lead"].lead
+            self.predators[name] = Predator("network", lead, tuple(result["parameters"].tolist()))
             self._note("predator", name, result)
 
     def train_flocks(self, starts: Mapping[str, str], budget: Budget, seed: int, runs: Runs) -> None:
@@ -144,7 +166,8 @@ def arms_race(args: RaceArgs, backend: Backend, *, cache: Path | None = None, pr
         return run(jobs, kept, backend, title=title, progress=progress)
 
     race = Race(first_flocks(args.learned))
-    race.train_predators(dict.fromkeys(race.flocks, "centroid"), args.budget, FIRST_SEED, runs)
+    race.choose_predators(runs)
+    race.train_predators(dict.fromkeys(race.flocks, "lead"), args.budget, FIRST_SEED, runs)
     newest = {track: track for track in args.tracks}
     for number in range(1, args.rounds + 1):
         seed = FIRST_SEED + 2 * number
@@ -159,13 +182,20 @@ def arms_race(args: RaceArgs, backend: Backend, *, cache: Path | None = None, pr
 
 def first_flocks(learned: Path) -> dict[str, Flock]:
     """Return the flock policies before the first round; of the learned ones, the best on tuning flocks."""
-    fixed = json.loads((learned / SETTINGS[SHARED] / "study.json").read_text())["best_fixed_range"]
+    studies = {setting: load_study(learned / setting) for setting, _ in LEARNED.values()}
+    fixed = studies["shared"].best_fixed_range
     flocks = {BEST_FIXED: Flock(f"fixed:{fixed:g}"), LEADERS: Flock("stubborn-leaders")}
-    for name, setting in SETTINGS.items():
-        curves = pl.read_parquet(learned / setting / "curves.parquet").filter(learner="search")
-        best = curves.sort("objective", "training_seed", descending=[True, False]).row(0, named=True)
-        flocks[name] = Flock(str(learned / setting / "policies" / f"search-{best['training_seed']}.npz"))
+    for name, (setting, learner) in LEARNED.items():
+        study = studies[setting]
+        chosen = learner or study.best_learner
+        _, seed = max((value, seed) for (each, seed), value in study.tuned.items() if each == chosen)
+        flocks[name] = Flock(str(learned / setting / POLICIES / f"{chosen}-{seed}.npz"))
     return flocks
+
+
+def file_name(flock: str) -> str:
+    """Return the file name, without suffix, of a trained flock policy."""
+    return flock.replace(",", "").replace(" ", "-")
 
 
 def _write(race: Race, table: pl.DataFrame, args: RaceArgs) -> None:
@@ -177,20 +207,40 @@ def _write(race: Race, table: pl.DataFrame, args: RaceArgs) -> None:
     for name, flock in race.flocks.items():
         if flock.parameters:
             entry = dataclasses.replace(flock.entry(), name=name, scenario=SCENARIO)
-            save_policy(entry, folder / f"{name.replace(', ', '-').replace(' ', '-')}.npz")
+            save_policy(entry, folder / f"{file_name(name)}.npz")
     trained = {name: np.array(p.parameters) for name, p in race.predators.items() if p.parameters}
     write_npz(folder / "predators.npz", trained)
+    (predator,) = (each for each in SCENARIO.predators if isinstance(each, Learned))
     record = {
         "command": f"python -m studies arms-race --rounds {args.rounds} --num-flocks {args.num_flocks}",
         "rounds": args.rounds,
         "tracks": args.tracks,
         "held_out_flocks": args.num_flocks,
         "first_seed": FIRST_SEED,
-        "steps_per_action": STEPS_PER_ACTION,
         "budget": dataclasses.asdict(args.budget),
         "episodes_per_training": args.budget.episodes,
-        "flock_policies": {name: flock.spec for name, flock in race.flocks.items()},
+        "predator": {
+            "max_speed": predator.max_speed,
+            "max_acceleration": predator.max_acceleration,
+            "agent_speed": SCENARIO.speed,
+        },
+        "lead_flocks": LEAD_FLOCKS,
+        "leads": {f"{lead:g}": value for lead, value in race.leads.items()},
+        "lead": race.predators["lead"].lead,
+        "flock_policies": {name: _described(name, flock) for name, flock in race.flocks.items()},
         "versions": versions(),
         "machine": f"{os.cpu_count()} cores, {platform.machine()}",
     }
     write_text(args.output / RECORD_FILE, json.dumps(record, indent=1) + "\n")
+
+
+def _described(name: str, flock: Flock) -> dict[str, object]:
+    """Return where a flock policy is from, its number of parameters and its steps per action."""
+    entry = flock.entry()
+    _, learner = LEARNED.get(name, ("", None))
+    return {
+        "from": flock.spec,
+        "learner": learner,
+        "parameters": len(getattr(entry.policy, "parameters", ())),
+        "steps_per_action": steps_per_action(entry),
+    }

@@ -48,8 +48,33 @@ class RaceResults:
         return stats.mean(self.objective[flock, "straight"] - self.objective[flock, flock])
 
     def gain_of_training(self, flock: str) -> Estimate:
-        """Return how much smaller J_mean is against its own predator than against pursuit of the centroid."""
-        return stats.mean(self.objective[flock, "centroid"] - self.objective[flock, flock])
+        """Return how much smaller J_mean is against its own predator than against lead pursuit."""
+        return stats.mean(self.objective[flock, "lead"] - self.objective[flock, flock])
+
+    def gain_of_lead(self, flock: str) -> Estimate:
+        """Return how much smaller J_mean is against lead pursuit than against pursuit of the centroid."""
+        return stats.mean(self.objective[flock, "centroid"] - self.objective[flock, "lead"])
+
+    def gain_of_nearest(self, flock: str) -> Estimate:
+        """Return how much smaller J_mean is against pursuit of the nearest agent than in straight flight."""
+        return stats.mean(self.objective[flock, "straight"] - self.objective[flock, "nearest"])
+
+    def loss_to_worst(self, flock: str) -> Estimate:
+        """Return how much smaller J_mean is against the worst predator than in straight flight."""
+        return stats.mean(self._loss_to_worst(flock))
+
+    def excess_loss(self, flock: str, other: str) -> Estimate:
+        """Return the paired difference of two flock policies' losses to their worst predators."""
+        return stats.mean(self._loss_to_worst(flock) - self._loss_to_worst(other))
+
+    def _loss_to_worst(self, flock: str) -> FloatArray:
+        return self.objective[flock, "straight"] - self.objective[flock, self.worst(flock)[0]]
+
+    @property
+    def distinct(self) -> tuple[str, ...]:
+        """Names of the flock policies that differ from all earlier ones: training may keep its start."""
+        first = {self.objective[flock, "straight"].tobytes(): flock for flock in reversed(self.flocks)}
+        return tuple(flock for flock in self.flocks if flock in first.values())
 
     def gain_in_turns(self, track: str, predator: str) -> Estimate:
         """Return how much larger J_mean is after the last round than before the first, against a predator."""

@@ -47,6 +47,17 @@ class Best:
     gain_over_most: Estimate
     curve: tuple[Estimate, ...]
 
+    @property
+    def largest(self) -> float:
+        """The largest mean of the objective over all k on held-out flocks, in m."""
+        chosen = self.curve[NEIGHBORS.index(int(self.neighbors.mean))]
+        return self.value.mean - chosen.mean + max(change.mean for change in self.curve)
+
+    @property
+    def is_refuted(self) -> bool:
+        """Whether the k that is best on tuning flocks is worse than the smallest on held-out flocks."""
+        return self.curve[NEIGHBORS.index(int(self.neighbors.mean))].high < 0
+
 
 @dataclass(frozen=True)
 class AttackSpeed:
@@ -85,6 +96,17 @@ def scenario(speed: float, *, longer: int = 1) -> FlockScenario:
     return paper.replace(
         predators=(ConstantVelocity(velocity=velocity),), neighbor_rule=Topological(), num_steps=steps
     )
+
+
+def step_length(speed: float) -> float:
+    """Return how far the predator flies in a time step, in m.
+
+    Args:
+        speed: in units of the paper's predator.
+    """
+    (predator,) = scenario(speed).predators
+    assert isinstance(predator, ConstantVelocity)  # noqa: S101, see ``scenario``
+    return float(np.linalg.norm(predator.velocity or ())) * scenario(speed).time_step
 
 
 def attack_jobs(num_flocks: int) -> dict[str, list[Job]]:

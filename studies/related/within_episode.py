@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import permutations, product
 from typing import Final
 
 import numpy as np
@@ -48,6 +48,9 @@ ACROSS_EXPLORATION: Final = 10.0
 IN_TURNS: Final = 1e30
 """An exploration constant so large that rewards do not count: the arms are pulled in turns."""
 
+MOST_PERMUTED: Final = 4
+"""Most arms of which the control tries all orders."""
+
 _FLOCK = 5e-3
 """Estimated seconds of an episode."""
 
@@ -76,6 +79,23 @@ class BanditNumbers:
 
 
 @dataclass(frozen=True)
+class Order:
+    """The control for one order of the arms. All differences are paired.
+
+    Attributes:
+        ranges: rho in m of every arm, in the order of the first pulls.
+        turns: the arms pulled in turns minus the best fixed range, in m.
+        bandit: the bandit with its arms in this order minus the best fixed range, in m.
+        over_turns: the bandit minus the arms pulled in turns, in m.
+    """
+
+    ranges: tuple[float, ...]
+    turns: Estimate
+    bandit: Estimate
+    over_turns: Estimate
+
+
+@dataclass(frozen=True)
 class WithinEpisode:
     """Results of the bandit within an episode for one objective.
 
@@ -86,8 +106,10 @@ class WithinEpisode:
         fixed: the objective of the best fixed range on the same flocks.
         difference: their paired difference.
         improvement: share of flocks on which the bandit is better.
-        turns: the paired difference of the same arms pulled in turns to the best fixed range.
-        over_turns: the paired difference of the bandit to the same arms pulled in turns.
+        mean_order: the control, mean over the orders of the arms on every flock.
+        orders: the control, an entry per order; the first is the bandit's own.
+        learner: the best learner of the study on tuning flocks.
+        learned: the paired difference of its policies, mean over training seeds, to the best fixed range.
         candidates: number of combinations of numbers that were tried on tuning flocks.
     """
 
@@ -97,8 +119,10 @@ class WithinEpisode:
     fixed: Estimate
     difference: Estimate
     improvement: Estimate
-    turns: Estimate
-    over_turns: Estimate
+    mean_order: Order
+    orders: tuple[Order, ...]
+    learner: str
+    learned: Estimate
     candidates: int
 
 
@@ -143,6 +167,33 @@ def play(numbers: BanditNumbers, flocks: range) -> Arrays:
     return {column: getattr(episodes, column) for column in OBJECTIVES.values()}
 
 
+def orders(ranges: tuple[float, ...]) -> list[tuple[float, ...]]:
+    """Return the orders of the arms that the control tries, the given one first.
+
+    These are all orders of up to ``MOST_PERMUTED`` arms, and the rotations of more arms in both directions.
+    """
+    if len(ranges) <= MOST_PERMUTED:
+        return list(permutations(ranges))
+    return [arms[at:] + arms[:at] for arms in (ranges, ranges[::-1]) for at in range(len(ranges))]
+
+
+def control(ranges: tuple[float, ...], bandit: FloatArray, turns: FloatArray, fixed: FloatArray) -> Order:
+    """Return the control for one order of the arms.
+
+    Args:
+        ranges: rho in m of every arm, in this order.
+        bandit: objective of the bandit in m, shape (flocks,).
+        turns: objective of the arms pulled in turns in m, shape (flocks,).
+        fixed: objective of the best fixed range in m, shape (flocks,).
+    """
+    return Order(
+        ranges=ranges,
+        turns=stats.mean(turns - fixed),
+        bandit=stats.mean(bandit - fixed),
+        over_turns=stats.mean(bandit - turns),
+    )
+
+
 def within_episode(
     symbol: str, shared: Study, cache: Cache, backend: Backend, *, progress: bool = False
 ) -> tuple[WithinEpisode, pl.DataFrame]:
@@ -171,7 +222,11 @@ def within_episode(
     finalists = [tried[place] for place in np.argsort(-first, kind="stable")[:FINALISTS]]
     final = played(finalists, first_seeds(TUNING, FINAL_FLOCKS))
     numbers = finalists[int(final.mean(axis=1).argmax())]
-    values, turns = played([numbers, dataclasses.replace(numbers, exploration=IN_TURNS)], held_out)
+    arms = orders(numbers.ranges)
+    ordered = [dataclasses.replace(numbers, ranges=ranges) for ranges in arms]
+    bandits = played(ordered, held_out)
+    turns = played([dataclasses.replace(one, exploration=IN_TURNS) for one in ordered], held_out)
+    values = bandits[0]
     (fixed,) = shared.values(BEST_FIXED)
     results = WithinEpisode(
         numbers=numbers,
@@ -180,8 +235,13 @@ def within_episode(
         fixed=stats.mean(fixed),
         difference=stats.mean(values - fixed),
         improvement=stats.improvement(values, fixed),
-        turns=stats.mean(turns - fixed),
-        over_turns=stats.mean(values - turns),
+        mean_order=control(numbers.ranges, bandits.mean(axis=0), turns.mean(axis=0), fixed),
+        orders=tuple(
+            control(ranges, bandit, turn, fixed)
+            for ranges, bandit, turn in zip(arms, bandits, turns, strict=True)
+        ),
+        learner=shared.best_learner,
+        learned=stats.mean(shared.values(shared.best_learner).mean(axis=0) - fixed),
         candidates=len(tried),
     )
     rows = {"policy": BANDIT, "training_seed": None, "seed": held_out, "objective": values}

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -11,25 +9,24 @@ import numpy as np
 import polars as pl
 import pytest
 from option_table import small_flock
-from small_runs import small_run
 
 from flockesc_env import rollout
 from flockesc_env.common import stats
-from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.predators import PredatorPolicySpec
+from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.episodes.predators import Observations, PredatorPolicySpec
 from flockesc_env.jobs import find_backend
 from flockesc_env.policies import find_policy
 from flockesc_env.policies.predators import Pursue
-from studies.arms_race import evolve
+from studies.arms_race import evolve, page, race
 from studies.arms_race.evolve import Budget, train_flock, train_predator
 from studies.arms_race.page import write_race_page
-from studies.arms_race.players import SIZE, Flock, NetworkPredator, Predator
-from studies.arms_race.race import BEST_FIXED, CROSS_PLAY_FILE, PER_AGENT, SETTINGS, RaceArgs, arms_race
-from studies.arms_race.results import load_race
-from training.config import SearchArgs
-from training.record import CURVE_FILE
-from training.search import search
+from studies.arms_race.players import Flock, Predator
+from studies.arms_race.predators import SIZE, LeadPursuit, NetworkPredator
+from studies.arms_race.race import BEST_FIXED, CROSS_PLAY_FILE, LEARNED, PER_AGENT, RaceArgs, arms_race
+from studies.arms_race.results import RaceResults, load_race
 
+LEARNED_RESULTS = Path(__file__).parents[2] / "results" / "learned"
+PER_AGENT_FILE = str(LEARNED_RESULTS / "per-agent-visible" / "policies" / "search-0.npz")
 SCENARIO = small_flock(num_agents=6, num_steps=24, initial_side=60.0).with_learned_predators()
 BUDGET = Budget(population=4, generations=2, flocks=2, final_flocks=2, check_every=1, tuning_flocks=3)
 SEEDS = [3, 4, 5]
@@ -38,25 +35,8 @@ SEEDS = [3, 4, 5]
 @pytest.fixture(autouse=True)
 def _small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(evolve, "SCENARIO", SCENARIO)
-
-
-@pytest.fixture(scope="module")
-def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of studies with what the race reads of them."""
-    folder = tmp_path_factory.mktemp("learned")
-    for setting in SETTINGS.values():
-        study = folder / setting
-        (study / "policies").mkdir(parents=True)
-        args = small_run(study / "run", "search", per_agent=setting != "shared")
-        assert isinstance(args, SearchArgs)
-        policy = search(args)
-
-        shutil.copy(policy, study / "policies" / "search-0.npz")
-        curve = pl.read_parquet(args.run / CURVE_FILE)
-        origin = pl.lit("search").alias("learner"), pl.lit(0).alias("training_seed")
-        curve.with_columns(*origin).write_parquet(study / "curves.parquet")
-        (study / "study.json").write_text(json.dumps({"best_fixed_range": 10.0}))
-    return folder
+    monkeypatch.setattr(race, "SCENARIO", SCENARIO)
+    monkeypatch.setattr(race, "LEAD_FLOCKS", 3)
 
 
 def played(flock: str, predator: Any) -> FloatArray:
@@ -65,17 +45,59 @@ def played(flock: str, predator: Any) -> FloatArray:
     ).min_mean_distance
 
 
-def test_parameters_of_0_pursue_the_centroid() -> None:
-    network = played("fixed:10", NetworkPredator(np.zeros(SIZE)))
-    np.testing.assert_array_equal(network, played("fixed:10", Pursue("centroid")))
+def predator_view(**entries: float) -> tuple[Observations, PredatorPolicySpec]:
+    """Return an observation of a predator; entries that are not given are 0."""
+    spec = PredatorPolicySpec.of(SCENARIO)
+    observation = np.zeros((1, len(spec.layout.names)), np.float32)
+    for name, value in entries.items():
+        observation[0, spec.layout.index(name)] = value
+    return observation, spec
+
+
+def test_lead_pursuit_aims_at_the_meeting_point() -> None:
+    # The predator flies at 15 m/s along x, the centroid is at (36, 0) and flies at 9 m/s along y. They meet
+    # after 3 s at (36, 27): 36^2 + 27^2 = 45^2 = (15 m/s 3 s)^2. The velocity is observed minus the
+    # predator's: (-15, 9), and vectors w as w / (||w|| + 10), lengths as l / (l + 60).
+    scale = np.hypot(15, 9) + 10
+    observation, spec = predator_view(
+        speed=1.0,
+        centroid_direction_ahead=1.0,
+        centroid_distance=36 / 96,
+        flock_velocity_ahead=-15 / scale,
+        flock_velocity_left=9 / scale,
+    )
+    for lead, aim in ((0.0, (36, 0)), (0.5, (36, 13.5)), (1.0, (36, 27)), (2.0, (36, 54))):
+        action = LeadPursuit(SCENARIO, lead).act(observation, spec)
+        np.testing.assert_allclose(action[0], np.array(aim) / np.hypot(*aim), atol=1e-6)
+
+
+def test_lead_pursuit_at_the_centroid_of_a_resting_flock_is_finite() -> None:
+    observation, spec = predator_view()
+    np.testing.assert_array_equal(LeadPursuit(SCENARIO, 1.0).act(observation, spec), [[0.0, 0.0]])
+
+
+def test_lead_pursuit_without_lead_pursues_the_centroid() -> None:
+    expected = played("fixed:10", Pursue("centroid"))
+    np.testing.assert_allclose(played("fixed:10", LeadPursuit(SCENARIO, 0.0)), expected, rtol=1e-5)
+    assert np.abs(played("fixed:10", LeadPursuit(SCENARIO, 1.0)) - expected).max() > 0.01
+
+
+def test_parameters_of_0_leave_lead_pursuit_unchanged() -> None:
+    pursuit = LeadPursuit(SCENARIO, 1.0)
+    network = played("fixed:10", NetworkPredator(np.zeros(SIZE), pursuit))
+    np.testing.assert_array_equal(network, played("fixed:10", pursuit))
 
 
 def test_a_predator_treats_left_and_right_alike() -> None:
     spec, rng = PredatorPolicySpec.of(SCENARIO), np.random.default_rng(0)
-    observations = rng.uniform(-1, 1, (20, len(spec.layout.names))).astype(np.float32)
+    observations = rng.uniform(-0.5, 0.5, (20, len(spec.layout.names))).astype(np.float32)
+    observations[:, spec.layout.index("centroid_distance")] += 0.5
+    observations[:, spec.layout.index("speed")] = 0.5
+    velocity = spec.layout.index("flock_velocity_ahead")
+    observations[:, velocity : velocity + 2] *= 0.6  # agents are slower than the predator
     reflected = observations.copy()
     reflected[:, [name.endswith("_left") for name in spec.layout.names]] *= -1
-    predator = NetworkPredator(0.2 * rng.normal(size=SIZE))
+    predator = NetworkPredator(0.2 * rng.normal(size=SIZE), LeadPursuit(SCENARIO, 0.5))
     expected = predator.act(observations, spec) * [1, -1]
     np.testing.assert_array_equal(predator.act(reflected, spec), expected)
     assert np.unique(expected).size > 20
@@ -96,27 +118,28 @@ def test_the_search_finds_the_maximum_of_a_parabola() -> None:
 
 @pytest.mark.parametrize("flock", ["fixed:10", "learned"])
 def test_a_generation_of_predators_plays_as_each_does_alone(
-    flock: str, learned: Path, monkeypatch: pytest.MonkeyPatch
+    flock: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    spec = str(learned / SETTINGS[PER_AGENT] / "policies" / "search-0.npz") if flock == "learned" else flock
+    spec, start = PER_AGENT_FILE if flock == "learned" else flock, Predator("lead", 1.0)
+    pursuit = start.policy(SCENARIO)
     seen: list[FloatArray] = []
 
     def watched(value: evolve.Play, size: int, *_: Any) -> dict[str, Any]:
         vectors = np.random.default_rng(1).normal(size=(3, size))
         seen.append(value(vectors, range(3, 6)))
-        seen.append(np.array([-played(spec, NetworkPredator(vector)) for vector in vectors]))
+        seen.append(np.array([-played(spec, NetworkPredator(vector, pursuit)) for vector in vectors]))
         return {"parameters": vectors[0], "curve": np.zeros(1)}
 
     monkeypatch.setattr(evolve, "evolve", watched)
     monkeypatch.setattr(evolve, "BATCH", 6)  # groups of two vectors and one
-    train_predator(Flock(spec), (0.0,) * SIZE, BUDGET, 100)
+    train_predator(Flock(spec), start, BUDGET, 100)
     together, alone = seen
     np.testing.assert_array_equal(together, alone)
     assert len(set(alone.ravel().round(6))) > 3
 
 
-def test_training_begins_with_the_stored_policy_and_never_ends_below_it(learned: Path) -> None:
-    start = Flock(str(learned / SETTINGS[PER_AGENT] / "policies" / "search-0.npz"))
+def test_training_begins_with_the_stored_policy_and_never_ends_below_it() -> None:
+    start = Flock(PER_AGENT_FILE)
     predator = Predator("nearest")
     result = train_flock(start, predator, BUDGET, 100)
     tuning = range(1_000_000, 1_000_003)
@@ -126,26 +149,77 @@ def test_training_begins_with_the_stored_policy_and_never_ends_below_it(learned:
     assert result["curve"].max() == after
 
 
-def test_the_race_is_paired_and_a_second_call_repeats_it(learned: Path, tmp_path: Path) -> None:
-    args = RaceArgs(tmp_path / "race", learned, rounds=1, num_flocks=4, budget=BUDGET)
-    race = arms_race(args, find_backend("serial"))
+def test_a_large_network_or_a_rule_is_not_trained() -> None:
+    large = LEARNED_RESULTS / "shared" / "policies" / "imitation-0.npz"
+    with pytest.raises(ValueError, match="expected at most 500 parameters"):
+        train_flock(Flock(str(large)), Predator("centroid"), BUDGET, 100)
+    with pytest.raises(TypeError, match="expected a network, got StubbornLeaders"):
+        train_flock(Flock("stubborn-leaders"), Predator("centroid"), BUDGET, 100)
+
+
+def made_up(objective: dict[tuple[str, str], list[float]]) -> RaceResults:
+    """Return results with a given J_mean of every flock policy against every predator."""
+    values = {pair: np.array(row) for pair, row in objective.items()}
+    flocks = tuple(dict.fromkeys(flock for flock, _ in objective))
+    predators = tuple(dict.fromkeys(predator for _, predator in objective))
+    cells = {pair: stats.mean(row) for pair, row in values.items()}
+    return RaceResults({}, pl.DataFrame(), flocks, predators, values, cells)
+
+
+def test_losses_are_to_the_worst_predator_and_equal_policies_count_once() -> None:
+    results = made_up(
+        {
+            ("a", "straight"): [10.0, 20.0],
+            ("a", "a"): [9.0, 18.0],
+            ("a", "b"): [7.0, 15.0],  # worse than its own
+            ("b", "straight"): [30.0, 40.0],
+            ("b", "a"): [30.0, 39.0],
+            ("b", "b"): [29.0, 38.0],
+            ("a again", "straight"): [10.0, 20.0],
+            ("a again", "a"): [9.0, 18.0],
+            ("a again", "b"): [7.0, 15.0],
+        }
+    )
+    assert results.worst("a")[0] == "b"
+    assert results.loss_to_worst("a").mean == (3 + 5) / 2
+    assert results.excess_loss("a", "b").mean == ((3 - 1) + (5 - 2)) / 2
+    assert results.distinct == ("a", "b")
+
+
+def test_changes_are_grouped_by_their_intervals() -> None:
+    found = {"up": Estimate(2, 1, 3), "down": Estimate(-1, -2, -0.5), "none": Estimate(0.1, -1, 1)}
+    changes = page.grouped(list(found), found.__getitem__)
+    assert (changes.larger, changes.smaller, changes.neither) == (("up",), ("down",), ("none",))
+    assert (changes.least[0], changes.most[0]) == ("down", "up")
+
+
+def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None:
+    args = RaceArgs(tmp_path / "race", LEARNED_RESULTS, rounds=1, num_flocks=4, budget=BUDGET)
+    found = arms_race(args, find_backend("serial"))
     table = pl.read_parquet(args.output / CROSS_PLAY_FILE)
-    names = [BEST_FIXED, "stubborn leaders", "shared", "per agent", "per agent, round 1", "shared, round 1"]
-    assert list(race.flocks) == names
-    assert list(race.predators) == ["straight", "nearest", "centroid", *names]
+    rounds = [f"{track}, round 1" for track in race.TRACKS]
+    names = [BEST_FIXED, race.LEADERS, *LEARNED, *rounds]
+    assert list(found.flocks) == names
+    assert list(found.predators) == ["straight", "nearest", "centroid", "lead", *names]
     flocks = list(range(2_000_000, 2_000_004))
     for _, rows in table.group_by("flock_policy", "predator"):
         assert rows["seed"].to_list() == flocks
-    assert table.height == len(race.flocks) * len(race.predators) * len(flocks)
+    assert table.height == len(found.flocks) * len(found.predators) * len(flocks)
 
     results = load_race(args.output)
-    straight = rollout(SCENARIO, "fixed:10", flocks, steps_per_action=4).min_mean_distance
+    straight = rollout(SCENARIO, "fixed:12", flocks, steps_per_action=4).min_mean_distance
     np.testing.assert_array_equal(results.objective[BEST_FIXED, "straight"], straight)
     own = results.objective[BEST_FIXED, BEST_FIXED]
     assert results.loss(BEST_FIXED) == stats.mean(straight - own)
+    derived = results.objective[race.DERIVED, "nearest"]
+    file = found.flocks[race.DERIVED].spec
+    np.testing.assert_array_equal(
+        derived, rollout(SCENARIO, file, flocks, predator_policy=Pursue()).min_mean_distance
+    )
+    assert results.record["lead"] == min(found.leads, key=lambda lead: found.leads[lead])
     stored = find_policy(str(args.output / "policies" / "per-agent-round-1.npz"))
     replayed = rollout(SCENARIO, stored, flocks, predator_policy=Pursue("centroid")).min_mean_distance
-    np.testing.assert_array_equal(results.objective["per agent, round 1", "centroid"], replayed)
+    np.testing.assert_array_equal(results.objective[f"{PER_AGENT}, round 1", "centroid"], replayed)
 
     write_race_page(args.output, tmp_path / "page.md")
     files = [*args.output.glob("*.*"), *args.output.glob("policies/*"), tmp_path / "page.md"]

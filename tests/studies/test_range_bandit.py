@@ -10,7 +10,7 @@ from option_table import small_flock
 
 from flockesc_env import EnvOptions, FlockEscapeEnv, FlockScenario, rollout
 from studies.related.bandit import RangeBandit, across_episodes, ucb_scores
-from studies.related.within_episode import IN_TURNS
+from studies.related.within_episode import IN_TURNS, control, orders
 
 SCENARIO = small_flock(num_agents=6, num_steps=24)
 RANGES = (0.0, 10.0, 40.0)
@@ -96,3 +96,27 @@ def test_results_do_not_depend_on_the_batch() -> None:
 def test_a_huge_exploration_constant_pulls_the_arms_in_turns() -> None:
     values = np.random.default_rng(0).normal(size=(3, 30))
     assert across_episodes(values, IN_TURNS).tolist() == [0, 1, 2] * 10
+
+
+def test_the_control_tries_every_order_of_three_arms_and_every_start_of_more() -> None:
+    tried = orders(RANGES)
+    assert tried[0] == RANGES
+    assert len(set(tried)) == len(tried) == 6
+    assert {tuple(sorted(order)) for order in tried} == {RANGES}
+    many = orders((0.0, 5.0, 10.0, 15.0, 20.0))
+    assert [order[0] for order in many] == [0, 5, 10, 15, 20, 20, 15, 10, 5, 0]
+    assert len(set(many)) == 10
+
+
+def test_the_control_is_paired() -> None:
+    flocks = 10.0 * np.arange(8)  # differ by far more than the arms do
+    found = control((8.0, 12.0), bandit=flocks + 3, turns=flocks + 1, fixed=flocks)
+    differences = (found.turns, found.bandit, found.over_turns)
+    assert [(each.low, each.mean, each.high) for each in differences] == [(1,) * 3, (3,) * 3, (2,) * 3]
+
+
+def test_arms_in_turns_begin_with_the_first_arm_of_their_order() -> None:
+    for order in orders(RANGES):
+        values = [[value] for value in (0.0, 0.5, 0.1, 0.9, 0.2, 0.3)]
+        ranges = observed_run(RangeBandit(order, IN_TURNS), values, "mean_distance")
+        assert np.ravel(ranges).tolist() == [*order, *order]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from studies.related import within_episode
 from studies.related.attack_speed import NEIGHBORS, SPEEDS, attack_jobs, attack_results, falls, scenario
 from studies.related.page import BANDIT_FILE, RESULTS_FILE, RelatedResults
 from studies.related.page import markdown_page as related_page
-from studies.related.within_episode import BANDIT, BanditNumbers, candidates
+from studies.related.within_episode import BANDIT, IN_TURNS, BanditNumbers, candidates
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results"
@@ -94,13 +95,20 @@ def test_the_bandit_is_tuned_on_tuning_flocks_and_paired_on_held_out_ones(
         "J_mean", study, Cache(tmp_path / "cache"), find_backend("serial")
     )
     assert [flocks for _, flocks in played[:7]] == [range(1_000_000, 1_000_003)] * 7
-    assert {flocks for _, flocks in played[7:-2]} == {range(1_000_000, 1_000_006)}
-    assert played[-2] == (results.numbers, range(2_000_000, 2_001_000))
+    assert {flocks for _, flocks in played[7:-12]} == {range(1_000_000, 1_000_006)}
+    held_out = range(2_000_000, 2_001_000)
+    bandits = [dataclasses.replace(results.numbers, ranges=order.ranges) for order in results.orders]
+    turns = [dataclasses.replace(bandit, exploration=IN_TURNS) for bandit in bandits]
+    assert played[-12:] == [(numbers, held_out) for numbers in bandits + turns]
     assert table.columns == study.episodes.columns
     assert set(table["policy"]) == {BANDIT}
     assert table["seed"].to_list() == study.flocks
     values = table["objective"].to_numpy()
     assert results.difference.mean == pytest.approx((values - study.values(BEST_FIXED)[0]).mean())
+    assert results.orders[0].bandit == results.difference
+    for name in ("turns", "bandit", "over_turns"):
+        means = [getattr(order, name).mean for order in results.orders]
+        assert getattr(results.mean_order, name).mean == pytest.approx(np.mean(means))
 
 
 def test_the_committed_page_follows_from_the_committed_results() -> None:
@@ -112,9 +120,13 @@ def test_the_committed_page_follows_from_the_committed_results() -> None:
 def test_the_committed_page_of_the_arms_race_follows_from_its_results(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Without intervals, which tests/slow/test_committed_pages.py compares."""
+    """Tables without intervals; tests/slow/test_committed_pages.py compares whole pages."""
     skip_bootstraps(monkeypatch)
-    check_race(without_intervals)
+
+    def tables(text: str) -> str:
+        return without_intervals("\n".join(line for line in text.splitlines() if line.startswith("|")))
+
+    check_race(tables)
 
 
 def test_committed_results_survive_a_round_trip() -> None:

@@ -1,0 +1,104 @@
+"""Predator policies of the arms race: ``LeadPursuit`` and ``NetworkPredator``."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flockesc_env import FlockScenario, Learned
+from flockesc_env.common.stats import FloatArray
+from flockesc_env.episodes.predators import Observations, PredatorPolicy, PredatorPolicySpec
+
+INPUTS: Final = (
+    *("time", "nearest_direction_ahead", "nearest_direction_left", "nearest_distance"),
+    *("centroid_direction_ahead", "centroid_direction_left", "centroid_distance"),
+    *("flock_velocity_ahead", "flock_velocity_left"),
+)
+"""Entries of the predator's observation that ``NetworkPredator`` sees; the flock is in the plane."""
+
+SHAPES: Final = tuple(pairwise([len(INPUTS), 8, 2]))
+"""Shape of the weight matrix of every layer, (inputs, outputs)."""
+
+SIZE: Final = sum((rows + 1) * columns for rows, columns in SHAPES)
+"""Number of parameters of a ``NetworkPredator``."""
+
+
+class LeadPursuit:
+    """A predator policy that aims ahead of the centroid, at a point on the way to their meeting.
+
+    Let r be the vector from the predator to the centroid and u the mean velocity of the agents. If the flock
+    keeps u and the predator flies at its largest speed s, it can meet the centroid after the time T with
+    ||r + T u|| = s T. The predator accelerates as strongly as possible toward r + ``lead`` T u.
+
+    Args:
+        scenario: a flock in the plane with one ``Learned`` predator that is faster than the agents.
+        lead: 0 aims at the centroid, like ``Pursue("centroid")``; 1 aims at the meeting point.
+    """
+
+    def __init__(self, scenario: FlockScenario, lead: float) -> None:
+        (predator,) = (each for each in scenario.predators if isinstance(each, Learned))
+        self._max_speed = predator.max_speed
+        self._length, self._speed = scenario.initial_side, float(np.mean(scenario.speed))
+        self.lead = lead
+
+    def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
+        """Return one acceleration per observation row; see ``PredatorPolicy.act``."""
+
+        def read(name: str, count: int) -> FloatArray:
+            first = spec.layout.index(name)
+            return observations[:, first : first + count].astype(np.float64)
+
+        distance = _unscaled(read("centroid_distance", 1), self._length)
+        centroid = distance * read("centroid_direction_ahead", 2)
+        velocity = _unscaled(read("flock_velocity_ahead", 2), self._speed)  # minus the predator's
+        velocity[:, :1] += read("speed", 1) * self._max_speed
+        approach = (centroid * velocity).sum(axis=1, keepdims=True)
+        excess = self._max_speed**2 - (velocity**2).sum(axis=1, keepdims=True)
+        meeting = (approach + np.sqrt(approach**2 + excess * distance**2)) / excess
+        aim = centroid + self.lead * meeting * velocity
+        length = np.linalg.norm(aim, axis=1, keepdims=True)
+        action: FloatArray = np.divide(aim, length, out=np.zeros_like(aim), where=length > 0)
+        return action
+
+
+class NetworkPredator:
+    """A predator policy: a network with one tanh layer that corrects another policy.
+
+    The observation is reflected such that the centroid is on the left, and the network's output is reflected
+    back and added to the other action. The sum's components are clipped to [-1, 1]. Parameters of 0 leave the
+    other policy unchanged.
+
+    Args:
+        parameters: for every layer the weights in row-major order, then the biases, shape (``SIZE``,).
+        base: the other policy.
+    """
+
+    def __init__(self, parameters: FloatArray, base: PredatorPolicy) -> None:
+        self._base = base
+        self._layers: list[tuple[FloatArray, FloatArray]] = []
+        at = 0
+        for rows, columns in SHAPES:
+            weights = parameters[at : at + rows * columns].reshape(rows, columns)
+            at += rows * columns
+            self._layers.append((weights, parameters[at : at + columns]))
+            at += columns
+
+    def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
+        """Return one acceleration per observation row; see ``PredatorPolicy.act``."""
+        values: FloatArray = observations[:, [spec.layout.index(name) for name in INPUTS]].astype(np.float64)
+        side = np.where(values[:, INPUTS.index("centroid_direction_left")] < 0, -1.0, 1.0)
+        values[:, [name.endswith("_left") for name in INPUTS]] *= side[:, None]
+        (first, first_biases), (last, last_biases) = self._layers
+        change = np.tanh(values @ first + first_biases) @ last + last_biases
+        change[:, 1] *= side
+        action: FloatArray = (self._base.act(observations, spec) + change).clip(-1, 1)
+        return action
+
+
+def _unscaled(values: FloatArray, half: float) -> FloatArray:
+    """Return lengths or vectors whose scaled value is ``values``; ``half`` has the scaled length 1/2."""
+    lengths: FloatArray = half * values / (1 - np.linalg.norm(values, axis=1, keepdims=True))
+    return lengths
