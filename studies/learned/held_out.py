@@ -36,10 +36,12 @@ PROFILE_RULES = ("turn-away", "keep-distance")
 SHARED_PROFILE_RULES = ("turn-flock-away", "turn-flock-from-predator")
 SETTING_RULES = {
     "shared": ("listen-while-fleeing",),
+    "shared-minimum": ("listen-while-fleeing",),
     "per-agent-visible-derived": ("win-stay-lose-shift-escape",),
     "per-agent-visible-profile": ("head-away",),
     "per-agent-visible-profile-minimum": ("step-aside",),
     "shared-profile": ("wait-for-escape",),
+    "steering-predator-profile": ("head-away",),
 }
 """Further rules of single settings."""
 

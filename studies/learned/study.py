@@ -18,9 +18,10 @@ from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Backend, Cache, find_backend, run
 from studies.learned.explain import write_explanations
-from studies.learned.held_out import choose_range, grid_of, play_all
+from studies.learned.held_out import choose_range, grid_of, play_all, rules_of
 from studies.learned.references import write_references
 from studies.learned.results import POLICIES, STUDY_FILE, load_study
+from studies.learned.rules import write_rules
 from training import seeds
 from training.config import KINDS, Args
 from training.presets import Preset, presets
@@ -75,6 +76,7 @@ def study(args: StudyArgs) -> Path:
     played = play_all(args.setting, preset.setting, best, files, held_out, cache, backend)
     played.write(folder)
     write_references(preset.setting, held_out, cache, backend, folder)
+    write_rules(rules_of(args.setting, preset.setting), preset.setting, cache, backend, folder)
     _collect(runs, folder)
     _describe(args, preset, best, folder)
     if not preset.setting.is_line:
