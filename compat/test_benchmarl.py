@@ -64,11 +64,12 @@ def experiment(algorithm: Any, critic: Any, folder: Path, **changes: Any) -> Exp
 def test_tasks(task: FlockTask) -> None:
     loaded = task.get_task()
     env = loaded.get_env_fun(num_envs=2, continuous_actions=True, seed=3, device="cpu")()
-    assert loaded.max_steps(env) == 60
+    assert loaded.max_steps(env) == 240 / env.options.steps_per_action
     assert env.options.objective == ("minimum" if task.name.endswith("MINIMUM") else "mean")
-    assert (env.options.predator_sensing_range is None) == ("VISIBLE" in task.name)
+    assert (env.options.predator_sensing_range is None) == ("LOCAL" not in task.name)
     assert loaded.action_spec(env)["agents", "action"].shape == (300, 1)
-    assert loaded.observation_spec(env)["agents", "observation"].shape == (300, 13)
+    entries = len(env.policy_spec.layout.names)
+    assert loaded.observation_spec(env)["agents", "observation"].shape == (300, entries)
     assert len(loaded.group_map(env)["agents"]) == 300
 
 

@@ -96,7 +96,10 @@ class FlockTaskClass(TaskClass):
 
 
 class FlockTask(Task):
-    """The tasks of ``docs/results.md`` with one range per agent, in the paper's flock.
+    """All settings of ``docs/results.md`` with one range per agent, as tasks of the same options.
+
+    The reward of all tasks is ``"individual_running_minimum"``. Learners of the page can have other options
+    (``max_range``, ``steps_per_action``) than their setting.
 
     ``FlockTask.PER_AGENT_VISIBLE.get_task()`` returns the task of the file ``per_agent_visible.yaml``;
     ``get_task(config)`` one with another scenario and other options.
@@ -106,6 +109,12 @@ class FlockTask(Task):
     PER_AGENT_VISIBLE_MINIMUM = None
     PER_AGENT_LOCAL = None
     PER_AGENT_LOCAL_MINIMUM = None
+    PER_AGENT_VISIBLE_DERIVED = None
+    PER_AGENT_VISIBLE_PROFILE = None
+    PER_AGENT_VISIBLE_PROFILE_MINIMUM = None
+    PER_AGENT_LOCAL_PROFILE = None
+    STEERING_PREDATOR = None
+    STEERING_PREDATOR_PROFILE = None
 
     @staticmethod
     def associated_class() -> type[TaskClass]:

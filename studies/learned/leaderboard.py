@@ -77,7 +77,7 @@ def leaderboard_page(summaries: Sequence[Summary], results: Path, page: Path) ->
         .render(
             rows=rows,
             best={summary.study.setting: _best(summary, files) for summary, files in rows},
-            count=sum(len(files) for _, files in rows),
+            sizes=[round(card.path.stat().st_size / 1000) for _, files in rows for card in files],
             versions={", ".join(f"{n} {v}" for n, v in s.study.versions.items()): None for s, _ in rows},
             link=lambda path: path_from(page, path),
             confidence=CONFIDENCE,

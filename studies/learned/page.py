@@ -11,11 +11,12 @@ from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import CONFIDENCE
 from studies.learned import figures
 from studies.learned.aggregate import RESAMPLES, profile
-from studies.learned.dispersal import DISPERSAL_FILE, DISPERSAL_FLOCKS, dispersal_figures
+from studies.learned.dispersal import DISPERSAL_FLOCKS
 from studies.learned.information import INFORMATION_FILE, STEPS_PER_ACTION, UNAWARE_RANGE, draw_information
 from studies.learned.leaderboard import PAGE as LEADERBOARD
 from studies.learned.leaderboard import leaderboard_page
 from studies.learned.listening import LISTENING_FILE, LISTENING_FLOCKS, WATCHED, draw_listening
+from studies.learned.named import numbers
 from studies.learned.names import KNOWLEDGE
 from studies.learned.one_agent import AGENT_FILE, draw_agent
 from studies.learned.questions import QUESTIONS
@@ -61,7 +62,6 @@ def markdown_page(summaries: Sequence[Summary], results: Path, page: Path) -> st
         results: folder of the results, with the pictures.
         page: file that the page is for.
     """
-    dispersal = results / DISPERSAL_FILE
     rendered: str = (
         templates("studies.learned")
         .get_template("results.md")
@@ -71,8 +71,8 @@ def markdown_page(summaries: Sequence[Summary], results: Path, page: Path) -> st
             shown={file.name for file in (results / FIGURES).glob("*.*")},
             watched=[name for name in WATCHED if (results / name / LISTENING_FILE).is_file()],
             details=DETAILS,
-            dispersal=dispersal_figures(dispersal) if dispersal.is_file() else None,
             dispersal_flocks=DISPERSAL_FLOCKS,
+            **numbers(summaries, results),
             unaware_range=UNAWARE_RANGE,
             steps_per_action=STEPS_PER_ACTION,
             listening_flocks=LISTENING_FLOCKS,

@@ -5,13 +5,27 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 
-from flockesc_env import FlockScenario, Trajectory, built_in, record, rollout, simulate
+from flockesc_env import (
+    FlockScenario,
+    GivenHeadings,
+    GivenPositions,
+    Trajectory,
+    built_in,
+    record,
+    rollout,
+    simulate,
+    sweep,
+)
 from studies.learned import video
+from studies.learned.best_ranges import COMPARED, best_ranges
 from studies.learned.dispersal import dispersal
+from studies.learned.named import Named, largest_turn
 from studies.learned.one_agent import AGENT_FILE, BLIND_SETTING, CANDIDATES, draw_agent, measure_agent
 from studies.learned.results import load_study
+from studies.learned.summary import summarize
 from training.seeds import HELD_OUT
 
 COMMITTED = Path(__file__).parents[2] / "results" / "learned"
@@ -39,6 +53,58 @@ def test_flying_apart() -> None:
                 agents.append(np.linalg.norm(now - place))
             distances.append(np.mean(agents))
         assert values[0] == pytest.approx(min(distances), abs=1e-6)
+
+
+@pytest.mark.parametrize("neighbors", [1, 2])
+def test_the_largest_turn_is_that_of_the_model(neighbors: int) -> None:
+    """All neighbors head alike, at most 0.1 degrees off the best heading among these."""
+    angles = []
+    for heading in np.radians(np.arange(90.0, 180.0, 0.1)):
+        others = [(np.cos(heading), np.sin(heading))] * neighbors
+        flock = FlockScenario(
+            num_agents=1 + neighbors,
+            num_steps=1,
+            initial_positions=GivenPositions(((0.0, 0.0),) * (1 + neighbors)),
+            initial_headings=GivenHeadings(((1.0, 0.0), *others)),
+            predators=(),
+        )
+        along, across = simulate(flock, 1.0, seed=0).velocities[-1][0]
+        angles.append(np.degrees(np.arctan2(across, along)))
+    assert max(angles) < largest_turn(neighbors) + 1e-9
+    assert max(angles) == pytest.approx(largest_turn(neighbors), abs=0.02)
+    assert largest_turn(neighbors) == pytest.approx({1: 26.565, 2: 30.0}[neighbors], abs=1e-3)
+
+
+def test_named_numbers_are_those_of_the_tables() -> None:
+    settings = ("per-agent-visible", "per-agent-visible-derived")
+    named = Named(summarize(load_study(COMMITTED / name) for name in settings))
+    tables = [pl.read_parquet(COMMITTED / name / "episodes.parquet") for name in settings]
+    fixed = tables[0].filter(policy="best fixed range")["objective"].to_numpy().mean()
+    ppo, other = (table.filter(policy="ppo")["objective"].to_numpy().mean() for table in tables)
+    assert named.objective(settings[0], "ppo") == f"{ppo:.1f} m"
+    assert named.gain(settings[0], "ppo", "best fixed range").startswith(f"{ppo - fixed:+.2f} [")
+    assert named.gain(settings[1], "ppo", "ppo", settings[0], sign="").startswith(f"{other - ppo:.2f} [")
+    references = pl.read_parquet(COMMITTED / settings[0] / "references.parquet")
+    bounds = references.filter(reference="free headings")["objective"].to_numpy()
+    bound = named.bound(settings[0])
+    assert (bound.mean, bound.highest) == pytest.approx((bounds.mean(), bounds.max()))
+    assert bound.above == pytest.approx((bounds > bounds.mean()).mean())
+    assert named.has(*settings)
+    assert not named.has("shared")
+
+
+def test_best_ranges_are_those_of_the_studies() -> None:
+    found = best_ranges(COMMITTED.parent, load_study(COMMITTED / "shared"))
+    assert found is not None
+    assert [choice.best for choice in found.choices] == [11.0, 12.0, 12.0, 13.5]
+    assert [choice.step for choice in found.choices] == [1.0, 2.0, 2.0, 1.5]
+    some = HELD_OUT[:3]
+    table = pl.read_parquet(COMMITTED.parent / "demo" / "grid_search.parquet").filter(
+        pl.col("seed").is_in(some)
+    )
+    measured = sweep(FlockScenario(), COMPARED, some).values("mean")
+    for rho, row in zip(COMPARED, measured, strict=True):
+        assert table.filter(interaction_range=rho).sort("seed")["min_mean_distance"].to_list() == row.tolist()
 
 
 def test_one_agent_is_followed(tmp_path: Path) -> None:

@@ -3,21 +3,29 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import fields
 from pathlib import Path
 from textwrap import dedent
 from typing import Any, get_args
 
+import polars as pl
 import pytest
 
 from flockesc_env import PRESETS, EnvOptions, FlockEscapeEnv, FlockScenario, ScenarioError, parallel_env
+from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.options import IndividualReward, TeamReward
 from flockesc_env.policies import NAMES, bind
 from flockesc_env.policies.registry import built_in
 from flockesc_env.scenario.predators import Predator
+from studies.learned.names import FREE_HEADINGS
+from studies.learned.results import BEST_FIXED, load_study
+from studies.robustness.findings import Finding
+from studies.robustness.page import RobustnessResults
 
 ROOT = Path(__file__).parents[2]
+RESULTS = ROOT / "results"
+ROBUSTNESS = RobustnessResults.from_json((RESULTS / "robustness" / "results.json").read_text("utf-8"))
 README = (ROOT / "README.md").read_text("utf-8")
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 FENCED = re.compile(r"^( *)```python\n(.*?)^\1```", flags=re.DOTALL | re.MULTILINE)
@@ -100,12 +108,62 @@ def test_the_first_screen_states_a_row_of_the_table_of_results() -> None:
         assert f"{float(cell.split()[0]):.1f} m" in headline
 
 
-def test_the_readme_counts_the_presets_with_an_interior_best_range() -> None:
-    page = (ROOT / "docs" / "robustness.md").read_text("utf-8")
-    section = page.split("## J_mean")[1].split("\n## ")[0]
-    rows = [row for row in re.findall(r"^\|.*\|$", section, flags=re.MULTILINE) if row.count("|") == 7][2:]
-    interior = sum(row.endswith("| interior |") for row in rows)
-    assert f"in {interior} of {len(rows)} presets" in README
+def interior_presets(symbol: str) -> int:
+    return sum(preset.outcomes[symbol].finding == Finding.INTERIOR for preset in ROBUSTNESS.presets)
+
+
+def flocks(setting: str, policy: str) -> FloatArray:
+    """Return the objective on every held-out flock, mean over training seeds."""
+    study = load_study(RESULTS / "learned" / setting)
+    is_reference = policy in study.reference_names
+    return study.reference(policy)[0] if is_reference else study.values(policy).mean(axis=0)
+
+
+def gain(setting: str, policy: str, baseline: str, of: str) -> float:
+    return float((flocks(setting, policy) - flocks(of, baseline)).mean())
+
+
+def loss_without(group: str) -> float:
+    table = load_study(RESULTS / "learned" / "per-agent-visible").ablation
+    assert table is not None
+    shown, hidden = (table.filter(removed=name)["objective"].to_numpy() for name in ("nothing", group))
+    return float(shown.mean() - hidden.mean())
+
+
+def gain_of_the_demo() -> float:
+    table = pl.read_parquet(RESULTS / "demo" / "table.parquet")
+    return float(table.filter(policy="demo")["difference"].item())
+
+
+PROFILE, VISIBLE, DERIVED = (f"per-agent-visible{end}" for end in ("-profile", "", "-derived"))
+BLIND_RULE = "win-stay-lose-shift-escape"
+STATED: list[tuple[str, str, Callable[[], float]]] = [
+    ("README", "loses {:.1f} m if", lambda: loss_without("predator direction")),
+    ("README", "worth {:.1f} m to a rule", lambda: gain(PROFILE, "turn-away", BLIND_RULE, DERIVED)),
+    ("README", "reaches {:.1f} m without training", lambda: flocks(PROFILE, "head-away").mean()),
+    ("README", "more than {:.1f} m in the mean", lambda: flocks(VISIBLE, FREE_HEADINGS).mean()),
+    ("README", "{:.0f} of 28 presets. The", lambda: interior_presets("J_mean")),
+    ("README", "{:.0f} of 28 presets.", lambda: interior_presets("J_min")),
+    ("README", "best fixed range in {} presets", lambda: len(ROBUSTNESS.presets)),
+    ("README", "{} presets: predators", lambda: len(PRESETS)),
+    ("worlds", "lists {} scenarios", lambda: len(PRESETS)),
+    ("worlds", "in {} of them", lambda: len(ROBUSTNESS.presets)),
+    ("getting-started", "180 iterations and gains {:.1f} m", gain_of_the_demo),
+    (
+        "getting-started",
+        "200 iterations gain {:.1f} m on average",
+        lambda: gain(VISIBLE, "ppo", BEST_FIXED, VISIBLE),
+    ),
+]
+"""A page, some words of it, and the number among them."""
+
+
+@pytest.mark.parametrize(("page", "words", "number"), STATED, ids=[words for _, words, _ in STATED])
+def test_a_number_in_prose_is_that_of_committed_results(
+    page: str, words: str, number: Callable[[], float]
+) -> None:
+    (text,) = (path.read_text("utf-8") for path in PAGES if path.stem == page)
+    assert words.format(number()) in " ".join(text.split())
 
 
 def test_the_table_of_the_demo_is_the_committed_one() -> None:
