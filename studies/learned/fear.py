@@ -18,6 +18,7 @@ from studies.learned.results import POLICIES, Study, load_studies
 from training.seeds import HELD_OUT, first_seeds
 
 FEAR_FILE: Final = "fear.parquet"
+FEAR_FLOCKS: Final = 1_000
 RULES: Final = ("head-away", "stubborn-leaders")
 """Rules with the objective J_mean that are measured beside the headline policy of every setting."""
 

@@ -20,6 +20,7 @@ from studies.paper.plan import (
     PAPER_FORCE,
     PAPER_WORLD,
     STRENGTHS,
+    SURVIVAL_WORLDS,
     WORLDS,
     captures,
     control,
@@ -97,8 +98,10 @@ def mechanism_claims(results: Mapping[str, Arrays]) -> list[Claim]:
         }
         rows += [_warning(paper), _masking(paper), _trade_off(paper, others)]
     for world in WORLDS:
-        if world != PAPER_WORLD:
-            rows += [_trade_off(_flock(results, world, spec)) for spec in _OBJECTIVES]
+        for spec in _OBJECTIVES:
+            is_measured = spec.requires != "capture_radius" or world in SURVIVAL_WORLDS
+            if world != PAPER_WORLD and is_measured:
+                rows.append(_trade_off(_flock(results, world, spec)))
     spec = LINE_OBJECTIVES["escape_distance"]
     free, attacked = (results[name][spec.column] for name in ("fearless line", "grid linear"))
     line = Controlled(f"{SECTION}the line", spec, LINE_GRID, _SHORT_LINE, free, attacked)

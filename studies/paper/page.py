@@ -165,6 +165,7 @@ def _render(
             capture_radius=CAPTURE_RADIUS,
             middle=MIDDLE,
             signed=signed,
+            cell=lambda *place: _scaled(results.at(*place[:-1]), place[-1]),
             line_rule=LINE_RULE,
             flock_rule=FLOCK_RULE,
         )
@@ -178,6 +179,10 @@ def _section(row: Claim) -> str:
     if row.where.startswith("III"):
         return "Theory of the line (Section III)"
     return "Line (Section IV)" if row.where.startswith("IV") else "Flock (Sections V and VI)"
+
+
+def _scaled(value: Estimate, scale: float) -> Estimate:
+    return Estimate(scale * value.mean, scale * value.low, scale * value.high)
 
 
 def _figure_link(where: str) -> str:

@@ -78,6 +78,9 @@ WORLDS: Final[Mapping[str, FlockScenario]] = {
 """Flocks of the control: the paper's, other predators, and other starts. In the aligned start headings lie
 within 90 degrees of a direction across the predator's path. In the head-on start all head toward it."""
 
+SURVIVAL_WORLDS: Final = (PAPER_WORLD, "pursuit", "interception")
+"""Flocks in which survival is measured, too."""
+
 ANATOMIES: Final[Mapping[str, FlockScenario]] = {
     "anatomy": FLOCK.replace(repulsion_strength=NO_FORCE),
     "anatomy fleeing": FLOCK,
@@ -153,9 +156,10 @@ def measurements(trials: Trials) -> dict[str, Measurement]:
     for world, scenario in WORLDS.items():
         for strength in STRENGTHS if world == PAPER_WORLD else (NO_FORCE, PAPER_FORCE):
             forced = scenario.replace(repulsion_strength=strength)
-            catching = forced.replace(capture_radius=CAPTURE_RADIUS)
             plan[control(world, strength)] = Measurement(OUTCOMES, forced, CONTROL_GRID, trials.flocks)
-            plan[captures(world, strength)] = Measurement(OUTCOMES, catching, CONTROL_GRID, trials.flocks)
+            if world in SURVIVAL_WORLDS:
+                catching = forced.replace(capture_radius=CAPTURE_RADIUS)
+                plan[captures(world, strength)] = Measurement(OUTCOMES, catching, CONTROL_GRID, trials.flocks)
     for name, scenario in ANATOMIES.items():
         plan[name] = Measurement(ANATOMY, scenario, CONTROL_GRID, trials.flocks)
     return plan

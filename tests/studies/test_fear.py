@@ -8,7 +8,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from flockesc_env import preset, rollout
+from flockesc_env import FlockScenario, rollout
 from flockesc_env.jobs import Cache, find_backend
 from studies.learned.fear import RULES, fear_figures, measure_fear
 from training.seeds import HELD_OUT
@@ -23,7 +23,7 @@ def test_policies_play_the_same_flocks_with_and_without_the_force(tmp_path: Path
     table = pl.read_parquet(file)
     assert table["policy"].unique(maintain_order=True).to_list() == [SETTING, *RULES]
     calm = table.filter(policy="head-away", strength=0.0)
-    expected = rollout(preset("fearless"), "head-away", HELD_OUT[:3]).min_mean_distance
+    expected = rollout(FlockScenario(repulsion_strength=0.0), "head-away", HELD_OUT[:3]).min_mean_distance
     np.testing.assert_array_equal(calm["objective"].to_numpy(), expected)
     fleeing = table.filter(policy="head-away", strength=10.0)
     expected = rollout(None, "head-away", HELD_OUT[:3]).min_mean_distance
