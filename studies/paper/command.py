@@ -46,7 +46,7 @@ def run(
 
     Writes paper.html (self-contained), paper.md, figures (PNG, SVG), results.json.
 
-    Takes about six minutes on two cores; interrupted, run it again to continue.
+    Takes about a quarter of an hour on two cores; interrupted, run it again to continue.
 
     Example: python -m studies paper --output runs/paper --figures 5 9
     """

@@ -54,26 +54,21 @@ class PaperResults:
     versions: dict[str, str]
 
     def measured(self, where: str, what: str) -> Quantity:
-        """Return the measured quantity of the claim at a place of the paper.
+        """Return the measured quantity of the claims at a place of the paper.
 
         Raises:
-            KeyError: if there is no such quantity, or more than one.
+            KeyError: if there is no such quantity, or if there are different ones.
         """
-        found = [
+        found = {
             quantity
             for claim in self.claims
             if claim.where == where
             for quantity in claim.measured
             if quantity.what == what
-        ]
+        }
         if len(found) != 1:
             raise KeyError(f"{len(found)} quantities {what!r} at {where!r}")
-        return found[0]
-
-    def verdict(self, where: str, what: str) -> str:
-        """Return the verdict on the claim that ``measured`` names."""
-        quantity = self.measured(where, what)
-        return next(claim.judgment.verdict.value for claim in self.claims if quantity in claim.measured)
+        return found.pop()
 
     def at(self, table: str, column: str, rho: float) -> Estimate:
         """Return an estimate of a table under a range."""
@@ -159,7 +154,6 @@ def _render(
             root=path_from(page, ROOT),
             most=MOST,
             measured=results.measured,
-            verdict=results.verdict,
             at=results.at,
             grid=CONTROL_GRID,
             capture_radius=CAPTURE_RADIUS,
