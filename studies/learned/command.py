@@ -199,7 +199,7 @@ def mechanism(
     runs: Annotated[Path, arg(help="folder that keeps finished parts")] = Path("runs/study"),
     backend: Backend = "processes",
 ) -> Exit:
-    """Measure what the page says about how policies work: one agent, agents that fly apart, a video.
+    """Measure what the page says about how policies work: one agent, flying apart, fear, a video.
 
     Example: python -m studies learned-mechanism
     """
@@ -208,12 +208,15 @@ def mechanism(
     require("video", ["pygame", "imageio_ffmpeg"])
     from flockesc_env.jobs import Cache, find_backend
     from studies.learned.dispersal import measure_dispersal
+    from studies.learned.fear import FEAR_FLOCKS, measure_fear
     from studies.learned.one_agent import measure_agent
     from studies.learned.video import record_video
 
     note(f"saved: {measure_agent(results)}")
     note(f"saved: {record_video(results)}")
-    saved = measure_dispersal(results, Cache(runs / "mechanism"), find_backend(backend))
+    cache, runs_on = Cache(runs / "mechanism"), find_backend(backend)
+    note(f"saved: {measure_fear(results, FEAR_FLOCKS, cache, runs_on)}")
+    saved = measure_dispersal(results, cache, runs_on)
     note(f"saved: {saved}; now run python -m studies learned-page")
     return Exit.DONE
 
