@@ -19,6 +19,7 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "learned-references": learned.references,
     "learned-replay": learned.replay,
     "learned-explain": learned.explain,
+    "learned-losses": learned.losses,
     "learned-information": learned.information,
     "learned-mechanism": learned.mechanism,
     "learned-coverage": learned.coverage,

@@ -157,7 +157,7 @@ def explain(
     runs: Annotated[Path, arg(help="folder that keeps finished parts")] = Path("runs/study"),
     backend: Backend = "processes",
 ) -> Exit:
-    """Run the headline policy of one setting in other scenarios, and hide entries of its observation.
+    """Hide entries of the observation from the headline policy of one setting.
 
     ``python -m studies learned`` does the same after training. Interrupted, run it again to continue.
 
@@ -169,6 +169,29 @@ def explain(
 
     args = StudyArgs(setting, output, runs, backend=backend)
     note(f"saved: {study_explanations(args)}; now run python -m studies learned-page")
+    return Exit.DONE
+
+
+def losses(
+    *,
+    results: Results = RESULTS,
+    runs: Annotated[Path, arg(help="folder that keeps finished parts")] = Path("runs/study"),
+    minutes: Annotated[float, arg(help="minutes of training where policies lose, estimated")] = 40.0,
+    backend: Backend = "processes",
+) -> Exit:
+    """Run the headline policies in other worlds and starts, and train policies where they lose.
+
+    Interrupted, run it again to continue.
+
+    Example: python -m studies learned-losses
+    """
+    check_folder(results, "results")
+    require("train", _MODULES)
+    from flockesc_env.jobs import find_backend
+    from studies.learned.losses import measure_losses
+
+    saved = measure_losses(results, runs, minutes, find_backend(backend))
+    note(f"saved: {saved}; now run python -m studies learned-page")
     return Exit.DONE
 
 

@@ -1,10 +1,9 @@
-"""Ablation and transfer of a learned policy: hidden entries of its observation, other scenarios."""
+"""Ablation of a learned policy: entries of its observation that are hidden."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,28 +12,17 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from flockesc_env import (
-    FixedRange,
-    FlockScenario,
-    NamedPolicy,
-    Policy,
-    PolicySpec,
-    preset,
-    rollout,
-)
+from flockesc_env import Policy, PolicySpec, rollout
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import write_text
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
-from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
-from flockesc_env.jobs.sweeps import seed_jobs
 from studies.learned.held_out import stored_policy
 from studies.learned.listening import LISTENING_FILE, WATCHED, measure_listening
 from studies.learned.results import POLICIES, STUDY_FILE, Study
-from studies.learned.summary import BEST_THERE, LEARNED, NOTHING
+from studies.learned.summary import NOTHING
 from studies.learned.watching import Observations, watch
-from studies.measurements import run_groups
 from training import seeds
 from training.config import Setting
 
@@ -56,13 +44,8 @@ GROUPS: dict[str, tuple[str, ...]] = {
 The entries of candidate ranges belong to them without ``profile_k_``.
 """
 
-SIZES = (100, 1_000, 10_000)
-HOME = "paper-flock"
-WORLDS = ("edge-attack", "pursuit", "intercept", "wandering", "two-predators", "assigned-pair", "clusters")
-"""Presets in which policies are tried besides the paper's flock and its other sizes."""
-
 EXPLAINED_FLOCKS = 100
-"""Held-out flocks of ablations and other scenarios."""
+"""Held-out flocks of ablations."""
 
 _PROFILE = re.compile(r"^profile_\d+_")
 
@@ -97,12 +80,11 @@ class Blinded:
 def write_explanations(
     study: Study,
     setting: Setting,
-    grid: tuple[float, ...],
     cache: Cache,
     backend: Backend,
     folder: Path,
 ) -> None:
-    """Hide entries from the headline policy of a flock's setting, and run it in other scenarios.
+    """Hide entries from the headline policy of a flock's setting.
 
     The headline policy is that of the best learner on tuning flocks, and of its training seed that is best
     there. Its name goes into the file of the study.
@@ -110,7 +92,6 @@ def write_explanations(
     Args:
         study: results of the setting.
         setting: the task.
-        grid: fixed ranges among which the best of each scenario is chosen.
         cache: of the measurements.
         backend: where they run.
         folder: folder of the results.
@@ -122,7 +103,6 @@ def write_explanations(
     file = (folder / POLICIES / f"{learner}-{seed}.npz").read_bytes()
     flocks = min(study.held_out_flocks, EXPLAINED_FLOCKS)
     write_table(ablation(file, setting, flocks, cache, backend), folder / "ablation.parquet")
-    write_table(transfer(file, setting, flocks, grid, cache, backend), folder / "transfer.parquet")
     if study.setting in WATCHED:
         measure_listening(stored_policy(file), folder / LISTENING_FILE)
     document = json.loads((folder / STUDY_FILE).read_text())
@@ -166,70 +146,3 @@ def blinded(file: bytes, objective: str, shown: tuple[tuple[int, float], ...], f
     entry = stored_policy(file)
     episodes = rollout(None, replace(entry, policy=Blinded(entry.policy, dict(shown))), flocks)
     return {"objective": FLOCK_OBJECTIVES[objective].values(episodes)}
-
-
-def transfer(
-    file: bytes,
-    setting: Setting,
-    flocks: int,
-    grid: tuple[float, ...],
-    cache: Cache,
-    backend: Backend,
-) -> pl.DataFrame:
-    """Measure a policy and the best fixed range in several scenarios.
-
-    Args:
-        file: the policy file.
-        setting: the one it was trained in.
-        flocks: held-out flocks per scenario; fewer for the largest flock.
-        grid: ranges among which the best of each scenario is chosen, on as many tuning flocks.
-        cache: of the measurements.
-        backend: where they run.
-    """
-    worlds = dict(_worlds())
-    counts = {
-        name: flocks if world.num_agents <= 1_000 else max(flocks // 40, 2) for name, world in worlds.items()
-    }
-    tuning = {
-        name: seed_jobs(SWEEP, world, grid, seeds.first_seeds(seeds.TUNING, counts[name]))
-        for name, world in worlds.items()
-    }
-    fixed = run_groups(tuning, cache, backend, title="Fixed ranges in other scenarios")
-    rows, jobs = [], []
-    for name, world in worlds.items():
-        held_out = seeds.first_seeds(seeds.HELD_OUT, counts[name])
-        policies: dict[str, bytes | float] = {
-            LEARNED: file,
-            BEST_THERE: grid[int(fixed[name][setting.spec.column].mean(axis=1).argmax())],
-        }
-        seconds = len(held_out) * _FLOCK_SECONDS * world.num_agents / 300
-        for contender, policy in policies.items():
-            rows.append({"world": name, "policy": contender, "seed": held_out})
-            arguments = (policy, world, setting.objective, max(grid), held_out)
-            jobs.append(Job("studies.learned.explain:in_world", arguments, seconds))
-    results = run(jobs, cache, backend, title="Other scenarios")
-    return pl.concat(
-        pl.DataFrame({**row, "objective": result["objective"]})
-        for row, result in zip(rows, results, strict=True)
-    )
-
-
-def in_world(
-    policy: bytes | float, scenario: FlockScenario, objective: str, max_range: float, flocks: range
-) -> Arrays:
-    """Return the objective of every flock of a scenario under a policy file, or under a fixed range in m."""
-    if isinstance(policy, bytes):
-        entry = stored_policy(policy)
-    else:
-        entry = NamedPolicy("fixed", FixedRange(policy), options={"max_range": max_range})
-    return {"objective": FLOCK_OBJECTIVES[objective].values(rollout(scenario, entry, flocks))}
-
-
-def _worlds() -> Iterator[tuple[str, FlockScenario]]:
-    yield HOME, FlockScenario()
-    for size in SIZES:
-        yield f"n = {size:,}", FlockScenario(num_agents=size)
-    for name in WORLDS:
-        scenario = preset(name)
-        assert isinstance(scenario, FlockScenario)  # noqa: S101, all of them are flocks
-        yield name, scenario

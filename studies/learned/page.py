@@ -11,6 +11,7 @@ from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import CONFIDENCE
 from studies.learned import figures
 from studies.learned.aggregate import profile
+from studies.learned.cells import LOSSES_FILE, read_cells
 from studies.learned.coverage import COVERAGE_FILE, NUM_FLOCKS, NUM_TRIALS, SEEDS, read_coverage
 from studies.learned.dispersal import DISPERSAL_FLOCKS
 from studies.learned.information import INFORMATION_FILE, STEPS_PER_ACTION, UNAWARE_RANGE, draw_information
@@ -18,6 +19,7 @@ from studies.learned.kinds import TRAINED, Kind
 from studies.learned.leaderboard import PAGE as LEADERBOARD
 from studies.learned.leaderboard import leaderboard_page
 from studies.learned.listening import LISTENING_FILE, LISTENING_FLOCKS, WATCHED, draw_listening
+from studies.learned.loss_tables import loss_tables
 from studies.learned.named import numbers
 from studies.learned.names import KNOWLEDGE
 from studies.learned.one_agent import AGENT_FILE, draw_agent
@@ -76,6 +78,7 @@ def markdown_page(summaries: Sequence[Summary], results: Path, page: Path) -> st
             watched=[name for name in WATCHED if (results / name / LISTENING_FILE).is_file()],
             details=DETAILS,
             dispersal_flocks=DISPERSAL_FLOCKS,
+            losses=loss_tables(read_cells(results / LOSSES_FILE), summaries),
             **numbers(summaries, results),
             unaware_range=UNAWARE_RANGE,
             steps_per_action=STEPS_PER_ACTION,
@@ -100,6 +103,7 @@ def markdown_page(summaries: Sequence[Summary], results: Path, page: Path) -> st
 
 def details_page(summaries: Sequence[Summary], results: Path, page: Path) -> str:
     """Return the page of details as Markdown; arguments as those of ``markdown_page``."""
+    cells = read_cells(results / LOSSES_FILE)
     rendered: str = (
         templates("studies.learned")
         .get_template("details.md")
@@ -109,7 +113,8 @@ def details_page(summaries: Sequence[Summary], results: Path, page: Path) -> str
             credit=[summary for summary in summaries if summary.study.setting == CREDIT],
             lenders=LENDERS,
             ablation=ablation_table(summaries),
-            transfers=transfer_tables(summaries),
+            transfers=transfer_tables(cells, summaries),
+            losses=loss_tables(cells, summaries),
             versions=versions(summaries),
             **_PROTOCOL,
         )

@@ -18,7 +18,7 @@ from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Backend, Cache, find_backend, run
 from studies.learned.explain import write_explanations
-from studies.learned.held_out import choose_range, grid_of, play_all, rules_of
+from studies.learned.held_out import choose_range, play_all, rules_of
 from studies.learned.references import write_references
 from studies.learned.results import POLICIES, STUDY_FILE, load_study
 from studies.learned.rules import write_rules
@@ -113,7 +113,7 @@ def study_explanations(args: StudyArgs) -> Path:
     if preset.setting.is_line:
         raise ArgumentError("setting", "a setting of a flock", repr(args.setting))
     cache, backend = Cache(args.runs / "fixed"), find_backend(args.backend)
-    write_explanations(load_study(folder), preset.setting, grid_of(preset.setting), cache, backend, folder)
+    write_explanations(load_study(folder), preset.setting, cache, backend, folder)
     return folder
 
 

@@ -214,18 +214,6 @@ def hidden(study: Study) -> list[tuple[str, Estimate]]:
     return sorted(rows, key=lambda row: row[1].mean)
 
 
-def elsewhere(study: Study) -> dict[str, tuple[int, Estimate]]:
-    """Return the number of flocks and the gain over the best fixed range there, by scenario."""
-    found: dict[str, tuple[int, Estimate]] = {}
-    if study.transfer is None:
-        return found
-    for (world,), rows in study.transfer.group_by("world", maintain_order=True):
-        values = _by_name(rows, "policy")
-        gains = values[LEARNED] - values[BEST_THERE]
-        found[str(world)] = len(gains), stats.mean(gains)
-    return found
-
-
 def _by_name(table: pl.DataFrame, column: str) -> dict[str, stats.FloatArray]:
     """Return the objective, flocks in rising order, by the names in a column."""
     groups = table.group_by(column, maintain_order=True)

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from flockesc_env.common.stats import Estimate
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from studies.learned.summary import UNKNOWN, Summary, elsewhere, hidden
+from studies.learned.cells import Cell
+from studies.learned.summary import UNKNOWN, Summary, hidden
 
 CLOCK = ("time", "escape direction")
 """Hidden groups of entries that know when the predator is nearest in the paper's scenario."""
+
+REFUSED = {"profile_ranges": "no profile"}
+"""Words for the options that a world refuses."""
 
 _TIED = "\u2020"
 
@@ -30,27 +34,34 @@ class Table:
     rows: list[tuple[str, list[str]]]
 
 
-def transfer_tables(summaries: Sequence[Summary]) -> list[Table]:
-    """Return a table per objective: scenarios against the policies that run in them.
+def transfer_tables(cells: Iterable[Cell], summaries: Sequence[Summary]) -> list[Table]:
+    """Return a table per objective: worlds against the headline policies that are tried in them.
 
     A policy is marked if it depends on entries of ``CLOCK``.
+
+    Args:
+        cells: all cells; those of other worlds are shown.
+        summaries: of the settings.
     """
+    found = {(cell.setting, cell.world): cell for cell in cells if cell.kind == "world"}
     tables = []
     for spec in FLOCK_OBJECTIVES.values():
-        found = {
-            f"{row.study.setting} `{row.study.explained}`{_TIED if is_tied(row) else ''}": elsewhere(
-                row.study
-            )
-            for row in summaries
-            if row.study.transfer is not None and row.study.spec == spec
+        tried = {setting for setting, _ in found}
+        policies = [row for row in summaries if row.study.setting in tried and row.study.spec == spec]
+        settings = [row.study.setting for row in policies]
+        flocks = {
+            world: max(found[setting, world].flocks for setting in settings if (setting, world) in found)
+            for world in dict.fromkeys(world for setting, world in found if setting in settings)
         }
-        worlds = {world: count for gains in found.values() for world, (count, _) in gains.items()}
         rows = [
-            (f"{world} ({count} flocks)", [_gain(gains.get(world)) for gains in found.values()])
-            for world, count in worlds.items()
+            (f"{world} ({count} flocks)", [gain_cell(found.get((setting, world))) for setting in settings])
+            for world, count in flocks.items()
+        ]
+        columns = [
+            f"{row.study.setting} `{row.study.explained}`{_TIED if is_tied(row) else ''}" for row in policies
         ]
         if rows:
-            tables.append(Table(spec.symbol, list(found), rows))
+            tables.append(Table(spec.symbol, columns, rows))
     return tables
 
 
@@ -59,13 +70,14 @@ def is_tied(summary: Summary) -> bool:
     return any(name in CLOCK and change != Estimate(0, 0, 0) for name, change in hidden(summary.study))
 
 
-def _gain(found: tuple[int, Estimate] | None) -> str:
-    """Return a gain with half the width of its interval; without it for very few flocks."""
-    if found is None:
+def gain_cell(cell: Cell | None) -> str:
+    """Return a gain with half the width of its interval, or why the policy cannot run."""
+    if cell is None:
         return UNKNOWN
-    count, gain = found
-    half = f" \u00b1 {(gain.high - gain.low) / 2:.1f}" if count > 10 else ""
-    return f"{round(gain.mean, 1) + 0.0:+.1f}{half}"
+    if cell.gain is None:
+        return REFUSED.get(cell.refused or "", f"no {cell.refused}")
+    half = (cell.gain.high - cell.gain.low) / 2
+    return f"{round(cell.gain.mean, 1) + 0.0:+.1f} \u00b1 {half:.1f}"
 
 
 def ablation_table(summaries: Sequence[Summary]) -> Table | None:

@@ -71,6 +71,7 @@ def test_commands_take_the_arguments_of_their_functions(
         ["learned-coverage", "--results"],
         ["learned-references", "shared", "--output"],
         ["learned-explain", "shared", "--output"],
+        ["learned-losses", "--results"],
         ["learned-replay", "line", "--write", "--results"],
         ["learned-information", "--results"],
         ["learned-mechanism", "--results"],

@@ -23,8 +23,8 @@ from studies.learned.kinds import Kind, best_by_kind, kind_of, tuning_objectives
 from studies.learned.page import DETAILS, details_page, markdown_page, readme_table, write_page
 from studies.learned.questions import QUESTIONS
 from studies.learned.results import BEST_FIXED, ORACLE, Study, load_studies, load_study
-from studies.learned.summary import elsewhere, hidden, losses_first, outcomes, summarize
-from studies.learned.tables import ablation_table, is_tied, transfer_tables, versions
+from studies.learned.summary import hidden, losses_first, outcomes, summarize
+from studies.learned.tables import ablation_table, is_tied, versions
 from training.presets import presets
 from training.seeds import HELD_OUT
 
@@ -57,8 +57,6 @@ def results(tmp_path: Path) -> Path:
             for world, name, gain in [
                 ("pursuit", "learned", 3.0),
                 ("pursuit", "best fixed range there", 1.0),
-                ("n = 1,000", "learned", -3.0),
-                ("n = 1,000", "best fixed range there", 1.0),
             ]
         ],
     )
@@ -167,14 +165,10 @@ def test_studies_are_read_as_written(results: Path) -> None:
     assert study.flocks == list(HELD_OUT[:FLOCKS])
     assert line.ablation is None
     assert hidden(line) == []
-    assert elsewhere(line) == {}
     assert [(name, change.mean) for name, change in hidden(study)] == [
         ("predator", pytest.approx(-9.0)),
         ("time", pytest.approx(-1.0)),
     ]
-    gains = {world: (count, gain.mean) for world, (count, gain) in elsewhere(study).items()}
-    expected = {"pursuit": (FLOCKS, pytest.approx(2.0)), "n = 1,000": (FLOCKS, pytest.approx(-4.0))}
-    assert gains == expected
 
 
 def edit(path: Path, change: object) -> None:
@@ -268,12 +262,6 @@ def test_the_page_says_what_the_files_say(results: Path, tmp_path: Path) -> None
 
 def test_compact_tables(results: Path) -> None:
     visible, line = summaries = summarize(load_studies(results))
-    (table,) = transfer_tables(summaries)
-    assert (table.title, table.columns) == ("J_mean", ["per-agent-visible `search`\u2020"])
-    assert table.rows == [
-        ("pursuit (40 flocks)", ["+2.0 \u00b1 0.0"]),
-        ("n = 1,000 (40 flocks)", ["-4.0 \u00b1 0.0"]),
-    ]
     assert is_tied(visible)
     assert not is_tied(line)
     hidden_groups = ablation_table(summaries)
@@ -281,7 +269,6 @@ def test_compact_tables(results: Path) -> None:
     assert hidden_groups.columns == ["predator", "time"]
     assert hidden_groups.rows == [("per-agent-visible `search`", ["-9.0", "-1.0"])]
     assert ablation_table([line]) is None
-    assert transfer_tables([line]) == []
     assert versions(summaries) == {"1 core; numpy 2.0": ["per-agent-visible", "line"]}
 
 

@@ -22,20 +22,17 @@ from studies.learned.page import DETAILS, write_page
 from studies.learned.results import BEST_FIXED, ORACLE, Study, load_study
 from studies.learned.study import StudyArgs, study, study_explanations
 from studies.learned.submit import submit
-from studies.learned.summary import BEST_THERE
 from training import search, seeds
 from training.evaluation import objective
 from training.presets import presets
 from training.seeds import HELD_OUT, TRAINING, TUNING
 
 FLOCKS = 70  # more flocks than a rollout steps together
-OTHER = TINY.replace(num_agents=5)
 
 
 @pytest.fixture(scope="module")
 def patch() -> Iterator[pytest.MonkeyPatch]:
     with pytest.MonkeyPatch.context() as monkeypatch:
-        monkeypatch.setattr(explain, "_worlds", lambda: iter([("home", TINY), ("fewer", OTHER)]))
         yield monkeypatch
 
 
@@ -135,21 +132,6 @@ def test_hiding_entries_that_a_policy_does_not_see_changes_nothing(found: Study)
         assert (objectives == plain).all() == (name in unseen), name
 
 
-def test_transfer_is_compared_with_fixed_ranges(found: Study, folder: Path) -> None:
-    assert found.transfer is not None
-    worlds = {key: rows["objective"].to_numpy() for key, rows in found.transfer.group_by("world", "policy")}
-    assert len(worlds) == 4
-    np.testing.assert_array_equal(worlds["home", "learned"], values(found, "search", found.explained_seed))
-    entry, held_out = policy(folder, f"search-{found.explained_seed}"), HELD_OUT[:FLOCKS]
-    there = rollout(OTHER, entry.policy, held_out, per_agent=True, **entry.options)
-    np.testing.assert_array_equal(worlds["fewer", "learned"], there.min_mean_distance)
-    for world, scenario in (("home", TINY), ("fewer", OTHER)):
-        grid = [float(rho) for rho in FLOCK_GRID]
-        own = grid[int(sweep(scenario, grid, TUNING[:FLOCKS]).min_mean_distance.mean(axis=1).argmax())]
-        fixed = sweep(scenario, [own], held_out).min_mean_distance[0]
-        np.testing.assert_allclose(worlds[world, BEST_THERE], fixed, atol=1e-4)
-
-
 def test_the_page_shows_the_study(found: Study, folder: Path) -> None:
     page = folder / "page" / "results.md"
     write_page(folder / "results", page)
@@ -164,8 +146,7 @@ def test_the_page_shows_the_study(found: Study, folder: Path) -> None:
 
 def test_explanations_alone_are_those_of_the_study(found: Study, folder: Path, tmp_path: Path) -> None:
     shutil.copytree(folder / "results", tmp_path / "results")
-    for name in ("ablation", "transfer"):
-        (tmp_path / "results" / "tiny" / f"{name}.parquet").unlink()
+    (tmp_path / "results" / "tiny" / "ablation.parquet").unlink()
     study_explanations(study_args(folder, output=tmp_path / "results"))
     assert contents(tmp_path / "results" / "tiny") == {
         str(tmp_path / "results" / Path(file).relative_to(folder / "results")): data
@@ -213,7 +194,7 @@ def test_a_killed_study_continues(
     assert played[:2] == [2, 3]
     assert contents(tmp_path / "runs" / "tiny" / "search-0") == finished
     again = load_study(tmp_path / "results" / "tiny")
-    for name in ("episodes", "grid", "ablation", "transfer"):
+    for name in ("episodes", "grid", "ablation"):
         assert getattr(again, name).equals(getattr(found, name)), name
 
 
