@@ -18,12 +18,12 @@ from studies.learned.results import POLICIES, Study, load_studies
 from training.seeds import HELD_OUT, first_seeds
 
 FEAR_FILE: Final = "fear.parquet"
-FEAR_FLOCKS: Final = 1_000
+FEAR_FLOCKS: Final = 200
 RULES: Final = ("head-away", "stubborn-leaders")
 """Rules with the objective J_mean that are measured beside the headline policy of every setting."""
 
 STRENGTHS: Final = (0.0, 10.0)
-_SECONDS = 0.006
+_SECONDS = 0.03
 
 
 def measure_fear(results: Path, num_flocks: int, cache: Cache, backend: Backend) -> Path:

@@ -106,8 +106,8 @@ def anatomy(results: Mapping[str, Arrays]) -> Figure:
         "J_mean and its controls (m)",
         [
             (still["mean_distance"], "measured", LIGHT.ink, "-"),
-            (still["aligned"], "polarization\nonly", LIGHT.fixed, "-"),
-            (still["stopped_1"], "listening ends\nafter 1 s", LIGHT.alone, "-"),
+            (still["aligned"], "aligned only", LIGHT.fixed, "-"),
+            (still["stopped_1"], "stop after 1 s", LIGHT.alone, "-"),
             (frozen["mean_distance"], "frozen graph", LIGHT.accent, ":"),
         ],
     )
