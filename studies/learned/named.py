@@ -14,6 +14,7 @@ from flockesc_env.common.stats import Estimate, FloatArray, mean
 from studies.learned.aggregate import difference
 from studies.learned.best_ranges import best_ranges
 from studies.learned.dispersal import DISPERSAL_FILE, dispersal_figures
+from studies.learned.fear import FEAR_FILE, FEAR_FLOCKS, fear_figures
 from studies.learned.information import CANDIDATES, INFORMATION_FILE, SENSING
 from studies.learned.listening import LISTENING_FILE
 from studies.learned.names import FREE_HEADINGS
@@ -33,6 +34,7 @@ def numbers(summaries: Sequence[Summary], results: Path) -> dict[str, Any]:
         "arrivals": (arrivals, AGENT_FILE),
         "silence": (silence, f"{_VISIBLE}/{LISTENING_FILE}"),
         "dispersal": (dispersal_figures, DISPERSAL_FILE),
+        "fear": (fear_figures, FEAR_FILE),
     }
     files = {name: (take, results / file) for name, (take, file) in read.items()}
     shared = [summary.study for summary in summaries if summary.study.setting == "shared"]
@@ -41,6 +43,7 @@ def numbers(summaries: Sequence[Summary], results: Path) -> dict[str, Any]:
         "named": Named(summaries),
         "largest_turn": largest_turn,
         "free_headings": FREE_HEADINGS,
+        "fear_flocks": FEAR_FLOCKS,
         "best_ranges": best_ranges(results.parent, shared[0]) if shared else None,
     }
 
