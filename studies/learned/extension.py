@@ -13,16 +13,16 @@ import polars as pl
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Backend, Cache, find_backend, run
-from studies.learned.held_out import _rows, play_job, rules_of
+from studies.learned.held_out import play_job, policy_rows, rules_of
 from studies.learned.results import BEST_FIXED, EPISODES_FILE, ORACLE, STUDY_FILE, Study, load_study
 from studies.learned.rules import write_rules
 from studies.learned.study import (
     StudyArgs,
     TrainingRun,
-    _collect,
-    _preset,
-    _train,
+    collect_runs,
+    preset_of,
     study_explanations,
+    train_all,
 )
 from training import seeds
 from training.config import KINDS
@@ -40,13 +40,13 @@ def extend_study(args: StudyArgs) -> Path:
         RecordError: if the setting has no results.
         JobError: if jobs fail; finished runs stay.
     """
-    preset, folder = _preset(args), args.output / args.setting
+    preset, folder = preset_of(args), args.output / args.setting
     known, cache, backend = load_study(folder), Cache(args.runs / "fixed"), find_backend(args.backend)
     learners = {name: entry for name, entry in preset.learners.items() if name not in known.learners}
-    runs = _train(args, dataclasses.replace(preset, learners=learners), backend)
+    runs = train_all(args, dataclasses.replace(preset, learners=learners), backend)
     _add_episodes(known, preset, runs, cache, backend, folder)
     if runs:
-        _collect(runs, folder)
+        collect_runs(runs, folder)
         for name in ("runs", "curves"):
             added = pl.read_parquet(folder / f"{name}.parquet")
             write_table(
@@ -72,7 +72,7 @@ def _add_episodes(
     results = run(jobs, cache, backend, title="Policies on held-out flocks")
     rows = [known.episodes]
     for (name, seed, _), result in zip(policies, results, strict=True):
-        rows.append(_rows(name, seed, held_out, result["objective"]))
+        rows.append(policy_rows(name, seed, held_out, result["objective"]))
     made = pl.concat(rows)
     parts = made.partition_by("policy", as_dict=True, maintain_order=True)
     usual = [(name,) for name in (BEST_FIXED, ORACLE, *rules, *presets()[known.setting].learners)]
