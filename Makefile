@@ -45,7 +45,7 @@ bench: build ## benchmark this project and its peers (about 15 minutes; Rust cor
 	$(BIN)/python -m benchmarks page
 
 .PHONY: paper
-paper: build ## reproduce the figures and check the claims of the paper (about 6 minutes)
+paper: build ## reproduce the figures and check the claims of the paper (about 15 minutes)
 	$(BIN)/python -m studies paper --output results/paper --page docs/paper.md
 
 .PHONY: robustness

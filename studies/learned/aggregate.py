@@ -1,27 +1,21 @@
-"""Figures per policy over training seeds and flocks, with 95 % intervals.
+"""Figures per policy over training seeds and flocks, with 95 % t intervals that cover both.
 
-Agarwal et al., "Deep Reinforcement Learning at the Edge of the Statistical Precipice" (2021), with rliable.
-Its stratified bootstrap resamples the training seeds of each task, which fits tasks with their own training.
-Here all flocks share the policy of a training seed. This bootstrap draws whole seeds and whole flocks,
-independently of each other (Owen, "The pigeonhole bootstrap", 2007). Otherwise the intervals are too narrow.
+All flocks of a run share the policy of its training seed, so episodes are not independent. ``means`` treats
+training seeds and flocks as two crossed random factors. The mean squares of the two-way analysis of variance
+give the variance of the mean. Its degrees of freedom are those of Satterthwaite, "An approximate distribution
+of estimates of variance components" (1946). Where training seeds dominate, it is Student's interval over the
+training seeds. ``studies.learned.coverage`` measures how often the intervals contain the true mean.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rliable.metrics import aggregate_iqm
-from scipy.stats import bootstrap, trim_mean
+from scipy.stats import t
 
 from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
-
-RESAMPLES = 2_000
-
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -30,7 +24,7 @@ class Aggregate:
 
     Attributes:
         objective: mean over training seeds and flocks.
-        iqm: mean of the middle half of all episodes.
+        iqm: interquartile mean over training seeds of the mean over flocks; without an interval.
         difference: mean paired difference to the baseline, flock by flock.
         lowest: smallest mean difference of a training seed.
         highest: largest mean difference of a training seed.
@@ -38,7 +32,7 @@ class Aggregate:
     """
 
     objective: Estimate
-    iqm: Estimate
+    iqm: float
     difference: Estimate
     lowest: float
     highest: float
@@ -63,81 +57,97 @@ def aggregate(values: FloatArray, baseline: FloatArray) -> Aggregate:
     """
     difference = values - baseline
     better = (difference > 0) + 0.5 * (difference == 0)
-    objective, gain, improvement = means(np.stack([values, difference, better]))
     per_seed = difference.mean(axis=1)
-    return Aggregate(objective, iqm(values), gain, float(per_seed.min()), float(per_seed.max()), improvement)
+    objective, gain = means(np.stack([values, difference]))
+    return Aggregate(
+        objective=objective,
+        iqm=float(aggregate_iqm(values.mean(axis=1))),
+        difference=gain,
+        lowest=float(per_seed.min()),
+        highest=float(per_seed.max()),
+        improvement=_estimates(*_shares(better[np.newaxis]))[0],
+    )
 
 
 def means(scores: FloatArray) -> list[Estimate]:
-    """Return the mean of every score, shape (scores, training seeds, flocks)."""
-    low, high = _mean_intervals(scores)
-    points = scores.mean(axis=(1, 2))
-    return [Estimate(*map(float, row)) for row in zip(points, low, high, strict=True)]
+    """Return the mean of every score with its interval over training seeds and flocks.
 
+    With one training seed, the interval covers the flocks alone.
 
-def iqm(values: FloatArray) -> Estimate:
-    """Return the interquartile mean of all episodes, shape (training seeds, flocks)."""
-
-    def resampled(seeds: Indices, flocks: Indices) -> FloatArray:
-        drawn = values[seeds[:, :, None], flocks[:, None, :]].reshape(len(flocks), -1)
-        middle: FloatArray = trim_mean(drawn, 0.25, axis=1)  # aggregate_iqm of all resamples at once
-        return middle
-
-    low, high = _interval(resampled, values.shape)
-    return Estimate(float(aggregate_iqm(values)), float(low), float(high))
+    Args:
+        scores: shape (scores, training seeds, flocks), with at least 2 flocks.
+    """
+    return _estimates(*intervals(scores))
 
 
 def profile(values: FloatArray, thresholds: FloatArray) -> Profile:
-    """Return the performance profile of a policy.
+    """Return the performance profile of a policy, with an interval over seeds and flocks at each threshold.
 
     Args:
         values: objective, shape (training seeds, flocks).
         thresholds: shape (thresholds,).
     """
-    above = (values > thresholds[:, None, None]).astype(np.float64)
-    low, high = _mean_intervals(above)
-    return Profile(above.mean(axis=(1, 2)), low, high)
+    return Profile(*_shares((values > thresholds[:, None, None]).astype(np.float64)))
 
 
-def _mean_intervals(scores: FloatArray) -> tuple[FloatArray, FloatArray]:
+def difference(values: FloatArray, other: FloatArray) -> Estimate:
+    """Return the mean paired difference of two policies, with its interval over flocks and training seeds.
+
+    Args:
+        values: objective, shape (training seeds, flocks).
+        other: of the other policy on the same flocks, shape (its training seeds, flocks).
+    """
+    (found,) = _estimates(*intervals(values[np.newaxis], other[np.newaxis]))
+    return found
+
+
+def intervals(
+    scores: FloatArray, other: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return mean, lower and upper end of the interval of every score, as ``means``.
+
+    Args:
+        scores: shape (scores, training seeds, flocks).
+        other: scores to subtract, shape (scores, other training seeds, flocks); ``None``: nothing.
+    """
+    by_flock, free = scores.mean(axis=1), scores.shape[2] - 1
+    parts = _seed_parts(scores)
+    if other is not None:
+        by_flock = by_flock - other.mean(axis=1)
+        parts += _seed_parts(other)
+    flocks = by_flock.var(axis=1, ddof=1) / (free + 1)
+    seeds = sum((part for part, _, _ in parts), np.zeros(len(scores)))
+    total = seeds + flocks - sum((rest for _, rest, _ in parts), np.zeros(len(scores)))
+    total = np.maximum(total, np.maximum(seeds, flocks))
+    squares = flocks**2 / free
+    for part, rest, others in parts:
+        squares += (part**2 + rest**2 / free) / others
+    freedom = np.divide(total**2, squares, out=np.full(len(scores), float(free)), where=squares > 0)
+    half = t.ppf(0.5 + CONFIDENCE / 2, freedom) * np.sqrt(total)
+    mean = by_flock.mean(axis=1)
+    return mean, mean - half, mean + half
+
+
+def _seed_parts(scores: FloatArray) -> list[tuple[FloatArray, FloatArray, int]]:
+    """Return the variances of the mean that training seeds, and what they and flocks leave, contribute.
+
+    The degrees of freedom of the first one come with them. The list is empty for one training seed.
+    """
     _, num_seeds, num_flocks = scores.shape
-
-    def resampled(seeds: Indices, flocks: Indices) -> FloatArray:
-        # A mean over drawn rows and columns is a weighted mean over all: two matrix products.
-        per_seed = scores @ _weights(flocks, num_flocks).T
-        mean: FloatArray = np.einsum("ksb,bs->kb", per_seed, _weights(seeds, num_seeds))
-        return mean
-
-    return _interval(resampled, (num_seeds, num_flocks))
-
-
-def _weights(drawn: Indices, size: int) -> FloatArray:
-    """Return the share of draws that each index has: (resamples, draws) to (resamples, size)."""
-    places = drawn + size * np.arange(len(drawn))[:, None]
-    counts = np.bincount(places.ravel(), minlength=len(drawn) * size)
-    shares: FloatArray = counts.reshape(len(drawn), size) / drawn.shape[1]
-    return shares
+    if num_seeds == 1:
+        return []
+    by_seed, by_flock = scores.mean(axis=2, keepdims=True), scores.mean(axis=1, keepdims=True)
+    rest = scores - by_seed - by_flock + by_flock.mean(axis=2, keepdims=True)
+    free = num_seeds - 1
+    error = (rest**2).sum(axis=(1, 2)) / (free * (num_flocks - 1)) / (num_seeds * num_flocks)
+    return [(by_seed[:, :, 0].var(axis=1, ddof=1) / num_seeds, error, free)]
 
 
-def _interval(
-    statistic: Callable[[Indices, Indices], FloatArray], shape: tuple[int, ...]
-) -> tuple[FloatArray, FloatArray]:
-    """Bootstrap a statistic of drawn training seeds and flocks, both of shape (resamples, draws)."""
+def _shares(marks: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the intervals of scores from 0 to 1, which end at 0 and 1."""
+    share, low, high = intervals(marks)
+    return share, np.maximum(low, 0), np.minimum(high, 1)
 
-    def resampled(*drawn: Any, axis: int) -> FloatArray:  # noqa: ARG001, always the last
-        flocks = drawn[-1]
-        seeds = drawn[0] if len(drawn) == 2 else np.zeros((len(flocks), 1), np.int64)
-        return statistic(seeds, flocks)
 
-    interval = bootstrap(
-        # With one training seed, the interval covers the flocks alone.
-        [np.arange(size) for size in shape if size > 1],
-        resampled,
-        confidence_level=CONFIDENCE,
-        n_resamples=RESAMPLES,
-        method="percentile",
-        batch=100,
-        vectorized=True,
-        rng=np.random.default_rng(0),
-    ).confidence_interval
-    return interval.low, interval.high
+def _estimates(mean: FloatArray, low: FloatArray, high: FloatArray) -> list[Estimate]:
+    return [Estimate(*map(float, row)) for row in zip(mean, low, high, strict=True)]

@@ -52,6 +52,36 @@ def run(
     return Exit.DONE
 
 
+def extend(
+    setting: Setting,
+    *,
+    output: Annotated[
+        Path, arg(help="folder of results; the setting's go into a folder of its name")
+    ] = RESULTS,
+    runs: Annotated[Path, arg(help="folder of training runs; unfinished ones are continued")] = Path(
+        "runs/study"
+    ),
+    learners: Annotated[
+        tuple[str, ...], arg(help="some of the preset's learners; none: all that have training seeds")
+    ] = (),
+    backend: Backend = "processes",
+) -> Exit:
+    """Add the learners and rules that the results of one setting lack, and play its rules on tuning flocks.
+
+    What the results have stays as it is. Interrupted, run it again to continue.
+
+    Example: python -m studies learned-extend per-agent-local --learners ppo
+    """
+    check_folder(output)
+    require("train", _MODULES)
+    from studies.learned.extension import extend_study
+    from studies.learned.study import StudyArgs
+
+    args = StudyArgs(setting, output, runs, learners, backend=backend)
+    note(f"saved: {extend_study(args)}; now run python -m studies learned-page")
+    return Exit.DONE
+
+
 def references(
     setting: Setting,
     *,
@@ -192,7 +222,7 @@ def mechanism(
     runs: Annotated[Path, arg(help="folder that keeps finished parts")] = Path("runs/study"),
     backend: Backend = "processes",
 ) -> Exit:
-    """Measure what the page says about how policies work: one agent, agents that fly apart, a video.
+    """Measure what the page says about how policies work: one agent, flying apart, fear, a video.
 
     Example: python -m studies learned-mechanism
     """
@@ -201,13 +231,29 @@ def mechanism(
     require("video", ["pygame", "imageio_ffmpeg"])
     from flockesc_env.jobs import Cache, find_backend
     from studies.learned.dispersal import measure_dispersal
+    from studies.learned.fear import FEAR_FLOCKS, measure_fear
     from studies.learned.one_agent import measure_agent
     from studies.learned.video import record_video
 
     note(f"saved: {measure_agent(results)}")
     note(f"saved: {record_video(results)}")
-    saved = measure_dispersal(results, Cache(runs / "mechanism"), find_backend(backend))
+    cache, runs_on = Cache(runs / "mechanism"), find_backend(backend)
+    note(f"saved: {measure_fear(results, FEAR_FLOCKS, cache, runs_on)}")
+    saved = measure_dispersal(results, cache, runs_on)
     note(f"saved: {saved}; now run python -m studies learned-page")
+    return Exit.DONE
+
+
+def coverage(*, results: Results = RESULTS) -> Exit:
+    """Simulate how often the intervals of the pages contain the true mean, for few training seeds.
+
+    Example: python -m studies learned-coverage
+    """
+    check_folder(results, "results")
+    require("train", _MODULES)
+    from studies.learned.coverage import measure_coverage
+
+    note(f"saved: {measure_coverage(results)}; now run python -m studies learned-page")
     return Exit.DONE
 
 

@@ -15,6 +15,7 @@ from flockesc_env.episodes.objectives import OBJECTIVES
 from flockesc_env.render.palette import LIGHT
 from studies.forest import ROW, Group, draw_forest, num_lines
 from studies.learned.aggregate import Profile
+from studies.learned.kinds import kind_of
 from studies.learned.names import policy_title, setting_title
 from studies.learned.results import BEST_FIXED, ORACLE, Study
 from studies.learned.summary import Summary
@@ -55,11 +56,11 @@ def learning_curves(studies: Sequence[Study]) -> Figure:
             episodes, median, low, high = table.sort("episodes").to_numpy().T
             axes.fill_between(episodes, low, high, color=color, alpha=0.15, lw=0)
             axes.plot(episodes, median, color=color, lw=2)
-            _label_end(axes, episodes[-1], median[-1], name)
+            _label_end(axes, episodes[-1], median[-1], name, policy_title(study, name))
         level = float(study.values(BEST_FIXED).mean())
         axes.axhline(level, color=LIGHT.fixed, ls="--", lw=1.2)
         axes.annotate(
-            policy_title(BEST_FIXED),
+            policy_title(study, BEST_FIXED),
             (1.0, level),
             xytext=(0, 4),
             xycoords=axes.get_yaxis_transform(),
@@ -75,14 +76,18 @@ def learning_curves(studies: Sequence[Study]) -> Figure:
 
 
 def gains(summaries: Sequence[Summary]) -> Figure:
-    """Draw the paired gain of every learner, a panel per objective, rows grouped by setting."""
+    """Draw the paired gain of every rule and learner, a panel per objective, rows grouped by setting."""
     panels: dict[str, list[Group]] = {}
     for spec in OBJECTIVES:
         label, unit = ("line", "no unit") if spec.model == "line" else (spec.label, spec.unit or "no unit")
         groups = [
             Group(
                 setting_title(summary.study),
-                [(policy_title(name), summary.policies[name].difference) for name in summary.study.trained],
+                [
+                    (policy_title(summary.study, name), summary.policies[name].difference)
+                    for name in summary.study.policies
+                    if kind_of(summary.study, name)
+                ],
             )
             for summary in summaries
             if summary.study.spec == spec
@@ -103,7 +108,9 @@ def performance_profiles(studies: Sequence[Study], profiles: Mapping[str, Mappin
             style = "--" if name in (BEST_FIXED, ORACLE) else "-"
             axes.plot(values, profile.share, style, color=color, lw=2)
             # The lower left corner is empty: almost all episodes are above the lowest values.
-            axes.text(0.03, 0.05 + 0.075 * place, policy_title(name), color=color, transform=axes.transAxes)
+            axes.text(
+                0.03, 0.05 + 0.075 * place, policy_title(study, name), color=color, transform=axes.transAxes
+            )
         axes.set(xlabel=objective_label(study), ylabel="share of held-out episodes above", ylim=(0, 1.02))
         axes.set_title(setting_title(study))
         axes.margins(x=0)
@@ -144,12 +151,12 @@ def _panels(count: int) -> tuple[Figure, list[Axes]]:
     return figure, list(figure.subplots(count, 1, squeeze=False).flat)
 
 
-def _label_end(axes: Axes, x: float, y: float, name: str) -> None:
+def _label_end(axes: Axes, x: float, y: float, name: str, title: str) -> None:
     """Write a policy's title at the end of its curve, on the side with more room."""
     side = "left" if axes.transData.transform((x, y))[0] < axes.bbox.x0 + axes.bbox.width / 2 else "right"
     below = name == "schedule"  # its curve runs below another one
     axes.annotate(
-        policy_title(name),
+        title,
         (x, y),
         xytext=(0, -14 if below else 5),
         textcoords="offset points",

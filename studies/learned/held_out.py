@@ -36,10 +36,12 @@ PROFILE_RULES = ("turn-away", "keep-distance")
 SHARED_PROFILE_RULES = ("turn-flock-away", "turn-flock-from-predator")
 SETTING_RULES = {
     "shared": ("listen-while-fleeing",),
+    "shared-minimum": ("listen-while-fleeing",),
     "per-agent-visible-derived": ("win-stay-lose-shift-escape",),
     "per-agent-visible-profile": ("head-away",),
     "per-agent-visible-profile-minimum": ("step-aside",),
     "shared-profile": ("wait-for-escape",),
+    "steering-predator-profile": ("head-away",),
 }
 """Further rules of single settings."""
 
@@ -96,8 +98,8 @@ def play_all(
     """
     fixed = _fixed("Fixed ranges on held-out flocks", setting, flocks, cache, backend)
     rows = [
-        _rows(BEST_FIXED, None, flocks, fixed[grid_of(setting).index(best)]),
-        _rows(ORACLE, None, flocks, fixed.max(axis=0)),
+        policy_rows(BEST_FIXED, None, flocks, fixed[grid_of(setting).index(best)]),
+        policy_rows(ORACLE, None, flocks, fixed.max(axis=0)),
     ]
     policies: list[tuple[str, int | None, str | bytes]]
     policies = [(rule, None, rule) for rule in rules_of(name, setting)]
@@ -105,7 +107,7 @@ def play_all(
     jobs = [play_job(policy, setting, flocks) for _, _, policy in policies]
     results = run(jobs, cache, backend, title="Policies on held-out flocks")
     for (policy, seed, _), result in zip(policies, results, strict=True):
-        rows.append(_rows(policy, seed, flocks, result["objective"]))
+        rows.append(policy_rows(policy, seed, flocks, result["objective"]))
     return Played(name, pl.concat(rows), _grid_frame(setting, fixed))
 
 
@@ -172,7 +174,8 @@ def _rules(setting: Setting) -> tuple[str, ...]:
     return LOCAL_PROFILE_RULES if informed else LOCAL_RULES
 
 
-def _rows(name: str, seed: int | None, flocks: range, values: FloatArray) -> pl.DataFrame:
+def policy_rows(name: str, seed: int | None, flocks: range, values: FloatArray) -> pl.DataFrame:
+    """Return the rows of a policy in the table of episodes; ``seed`` is its training seed, if it has one."""
     schema = {"policy": pl.String, "training_seed": pl.Int64, "seed": pl.Int64, "objective": pl.Float64}
     columns = {"policy": [name] * len(flocks), "training_seed": [seed] * len(flocks)}
     return pl.DataFrame({**columns, "seed": flocks, "objective": values}, schema=schema)

@@ -11,8 +11,10 @@ import polars as pl
 
 from flockesc_env import FlockScenario
 from flockesc_env.common.stats import Estimate, FloatArray, mean
+from studies.learned.aggregate import difference
 from studies.learned.best_ranges import best_ranges
 from studies.learned.dispersal import DISPERSAL_FILE, dispersal_figures
+from studies.learned.fear import FEAR_FILE, FEAR_FLOCKS, fear_figures
 from studies.learned.information import CANDIDATES, INFORMATION_FILE, SENSING
 from studies.learned.listening import LISTENING_FILE
 from studies.learned.names import FREE_HEADINGS
@@ -32,6 +34,7 @@ def numbers(summaries: Sequence[Summary], results: Path) -> dict[str, Any]:
         "arrivals": (arrivals, AGENT_FILE),
         "silence": (silence, f"{_VISIBLE}/{LISTENING_FILE}"),
         "dispersal": (dispersal_figures, DISPERSAL_FILE),
+        "fear": (fear_figures, FEAR_FILE),
     }
     files = {name: (take, results / file) for name, (take, file) in read.items()}
     shared = [summary.study for summary in summaries if summary.study.setting == "shared"]
@@ -40,6 +43,7 @@ def numbers(summaries: Sequence[Summary], results: Path) -> dict[str, Any]:
         "named": Named(summaries),
         "largest_turn": largest_turn,
         "free_headings": FREE_HEADINGS,
+        "fear_flocks": FEAR_FLOCKS,
         "best_ranges": best_ranges(results.parent, shared[0]) if shared else None,
     }
 
@@ -66,9 +70,7 @@ class Named:
     def gain(
         self, setting: str, policy: str, over: str, in_setting: str | None = None, sign: str = "+"
     ) -> str:
-        """Return the paired difference of two policies in m, with its interval over flocks.
-
-        Of a learner, the mean over its training seeds counts: the interval does not cover other seeds.
+        """Return the paired difference of two policies in m; the interval covers flocks and training seeds.
 
         Args:
             setting: of the first policy.
@@ -77,8 +79,8 @@ class Named:
             in_setting: of the second policy; ``None``: that of the first one.
             sign: ``"+"``: of positive numbers, too.
         """
-        other = self._flocks(in_setting or setting, over)
-        return f"{mean(self._flocks(setting, policy) - other):{sign}.2f} m"
+        other = self._values(in_setting or setting, over)
+        return f"{difference(self._values(setting, policy), other):{sign}.2f} m"
 
     def best_learner(self, setting: str) -> str:
         """Return the name of the learner that was best on tuning flocks."""
@@ -89,11 +91,16 @@ class Named:
         return Bound(self._flocks(setting, FREE_HEADINGS))
 
     def _flocks(self, setting: str, policy: str) -> FloatArray:
+        """Return the objective of a policy or reference, mean over training seeds, shape (flocks,)."""
+        values: FloatArray = self._values(setting, policy).mean(axis=0)
+        return values
+
+    def _values(self, setting: str, policy: str) -> FloatArray:
+        """Return the objective of a policy or reference, shape (training seeds, flocks)."""
         study = self._by_name[setting].study
         if policy in study.reference_names:
-            return study.reference(policy)[0]
-        values: FloatArray = study.values(policy).mean(axis=0)
-        return values
+            return study.reference(policy)[0][np.newaxis]
+        return study.values(policy)
 
 
 class Bound:

@@ -1,7 +1,8 @@
-"""Names of settings and learners in figures, and of references."""
+"""Names of settings and policies in figures, and of references."""
 
 from __future__ import annotations
 
+from studies.learned.kinds import searched_rule
 from studies.learned.results import BEST_FIXED, ORACLE, Study
 
 SETTINGS = {
@@ -24,13 +25,12 @@ SETTINGS = {
 }
 """Short titles; the panel or the caption names the objective."""
 
-LEARNERS = {
-    "search": "learned (search)",
-    "ppo": "learned (PPO)",
-    "tqc": "learned (TQC)",
-    "imitation": "learned (imitation)",
-    "schedule": "learned (schedule of time)",
-    "rule": "learned (numbers of a rule)",
+POLICIES = {
+    "search": "network (search)",
+    "ppo": "PPO",
+    "tqc": "TQC",
+    "imitation": "network (imitation)",
+    "schedule": "network (schedule of time)",
     "ppo-team": "PPO: team reward",
     "ppo-own-minimum": "PPO: own running minimum",
     "ppo-own-change": "PPO: own distance change",
@@ -75,6 +75,7 @@ def setting_title(study: Study) -> str:
     return SETTINGS.get(study.setting, study.title)
 
 
-def policy_title(name: str) -> str:
+def policy_title(study: Study, name: str) -> str:
     """Return a readable name of a policy; a submitted one keeps its own."""
-    return LEARNERS.get(name, name)
+    began = searched_rule(study, name) if name in study.learners else ""
+    return POLICIES[began].replace("rule", "searched rule") if began else POLICIES.get(name, name)

@@ -10,10 +10,12 @@ from matplotlib.figure import Figure
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import CONFIDENCE
 from studies.learned import figures
-from studies.learned.aggregate import RESAMPLES, profile
+from studies.learned.aggregate import profile
 from studies.learned.cells import LOSSES_FILE, read_cells
+from studies.learned.coverage import COVERAGE_FILE, NUM_FLOCKS, NUM_TRIALS, SEEDS, read_coverage
 from studies.learned.dispersal import DISPERSAL_FLOCKS
 from studies.learned.information import INFORMATION_FILE, STEPS_PER_ACTION, UNAWARE_RANGE, draw_information
+from studies.learned.kinds import TRAINED, Kind
 from studies.learned.leaderboard import PAGE as LEADERBOARD
 from studies.learned.leaderboard import leaderboard_page
 from studies.learned.listening import LISTENING_FILE, LISTENING_FLOCKS, WATCHED, draw_listening
@@ -25,10 +27,11 @@ from studies.learned.questions import QUESTIONS
 from studies.learned.references import NUM_SEGMENTS, PLANNED_STEPS, SEGMENT_STEPS
 from studies.learned.results import BEST_FIXED, FIGURES, ORACLE, load_studies
 from studies.learned.story import story
-from studies.learned.summary import LENDERS, Summary, summarize
+from studies.learned.summary import LENDERS, Summary, losses_first, outcomes, summarize
 from studies.learned.tables import ablation_table, transfer_tables, versions
 from studies.pages import path_from, templates
 from training.figure_style import save_figure
+from training.outputs import CURVE_FLOCKS
 from training.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
 
 DETAILS = "results-details.md"
@@ -64,6 +67,7 @@ def markdown_page(summaries: Sequence[Summary], results: Path, page: Path) -> st
         results: folder of the results, with the pictures.
         page: file that the page is for.
     """
+    coverage, ordered = results / COVERAGE_FILE, losses_first(summaries)
     rendered: str = (
         templates("studies.learned")
         .get_template("results.md")
@@ -81,6 +85,16 @@ def markdown_page(summaries: Sequence[Summary], results: Path, page: Path) -> st
             listening_flocks=LISTENING_FLOCKS,
             missing=[name for name in QUESTIONS if name not in {row.study.setting for row in summaries}],
             knowledge=KNOWLEDGE,
+            losses_first=ordered,
+            outcomes=outcomes(ordered),
+            untaught=[row.study.setting for row in ordered if Kind.RULE in row.best and not row.learned],
+            kinds=list(Kind),
+            trained=TRAINED,
+            curve_flocks=CURVE_FLOCKS,
+            coverage=read_coverage(coverage) if coverage.is_file() else None,
+            coverage_flocks=NUM_FLOCKS,
+            coverage_trials=NUM_TRIALS,
+            coverage_seeds=SEEDS,
             **_PROTOCOL,
         )
     )
@@ -115,7 +129,6 @@ _PROTOCOL = {
     "segments": NUM_SEGMENTS,
     "segment_steps": SEGMENT_STEPS,
     "confidence": CONFIDENCE,
-    "resamples": RESAMPLES,
     "tuning": TUNING,
     "held_out": HELD_OUT,
     "training": TRAINING,
@@ -128,7 +141,7 @@ def readme_table(summaries: Sequence[Summary]) -> str:
     rendered: str = (
         templates("studies.learned")
         .get_template("readme_table.md")
-        .render(summaries=summaries, best_fixed=BEST_FIXED)
+        .render(losses_first=losses_first(summaries), best_fixed=BEST_FIXED, kinds=list(Kind))
     )
     return rendered.strip()
 

@@ -19,6 +19,7 @@ STUDY_FILE = "study.json"
 EPISODES_FILE = "episodes.parquet"
 GRID_FILE = "grid.parquet"
 REFERENCES_FILE = "references.parquet"
+RULES_FILE = "rules.parquet"
 POLICIES = "policies"
 FIGURES = "figures"
 BEST_FIXED = "best fixed range"
@@ -32,8 +33,9 @@ _COLUMNS = {
     "ablation": ("removed", "seed", "objective"),
     "transfer": ("world", "policy", "seed", "objective"),
     "references": ("reference", "seed", "objective"),
+    "rules": ("rule", "seed", "objective"),
 }
-_OPTIONAL = ("ablation", "transfer", "references")
+_OPTIONAL = ("ablation", "transfer", "references", "rules")
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,7 @@ class Study:
         ablation: removed, seed, objective; ``None`` without an ablation.
         transfer: world, policy, seed, objective; ``None`` without other scenarios.
         references: reference, seed (some of the held-out flocks), objective; ``None`` without references.
+        rules: rule, seed (of tuning flocks), objective, of the built-in rules; ``None`` without rules.
     """
 
     setting: str
@@ -98,6 +101,7 @@ class Study:
     ablation: pl.DataFrame | None
     transfer: pl.DataFrame | None
     references: pl.DataFrame | None
+    rules: pl.DataFrame | None
 
     @property
     def spec(self) -> ObjectiveSpec:

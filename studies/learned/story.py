@@ -1,4 +1,4 @@
-"""The figure that tells the story: the way from the best fixed range to the ceiling, setting by setting."""
+"""The figure that tells the story: gains of the best policies and of the references, setting by setting."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from matplotlib.patches import Patch
 
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, ObjectiveSpec
 from flockesc_env.render.palette import LIGHT
+from studies.learned.kinds import tuning_objectives
 from studies.learned.names import CLAIRVOYANT, FREE_HEADINGS, INFORMED_GREEDY, PLANNER
 from studies.learned.results import BEST_FIXED
 from studies.learned.summary import Summary
@@ -25,6 +26,9 @@ _SETTINGS = {
     "steering-predator": "one range per agent,\npredator always seen, steers",
 }
 _BLIND, _INFORMED, _REST = LIGHT.learned, LIGHT.others[0], LIGHT.grid
+_SECOND = 150
+"""Place of the second gain above a bar, in points from its start."""
+
 _REFERENCES = {
     PLANNER: "planner",
     CLAIRVOYANT: "clairvoyant",
@@ -40,15 +44,15 @@ class Row:
     Attributes:
         title: of the setting.
         fixed: the objective of the best fixed range, with its unit.
-        blind: gain of the best learned policy without a profile.
-        informed: gain of the best learned policy with a profile, or ``None``.
+        blind: gain of the best policy without a profile, and its kind.
+        informed: the same with a profile, or ``None``.
         references: gains of the references.
     """
 
     title: str
     fixed: str
-    blind: float
-    informed: float | None
+    blind: tuple[float, str]
+    informed: tuple[float, str] | None
     references: dict[str, float]
 
 
@@ -86,8 +90,8 @@ def _rows(by_name: Mapping[str, Summary], objective: ObjectiveSpec) -> list[Row]
             Row(
                 title,
                 objective.text(plain.policies[BEST_FIXED].objective.mean),
-                blind.best.difference.mean,
-                None if profiled is None else profiled.best.difference.mean,
+                _best(blind),
+                None if profiled is None else _best(profiled),
                 {reference: found.difference.mean for reference, found in plain.references.items()},
             )
         )
@@ -95,18 +99,24 @@ def _rows(by_name: Mapping[str, Summary], objective: ObjectiveSpec) -> list[Row]
 
 
 def _tuned(summary: Summary) -> float:
-    """Return the objective of the headline policy on tuning flocks, which choose among settings."""
-    return summary.study.tuned[summary.study.best_learner, summary.study.best_seed]
+    """Return the objective of the best policy on tuning flocks, which choose among settings and policies."""
+    return tuning_objectives(summary.study)[summary.best[summary.chosen]]
+
+
+def _best(summary: Summary) -> tuple[float, str]:
+    kind = summary.chosen
+    return summary.policies[summary.best[kind]].difference.mean, kind
 
 
 def _draw(axes: Axes, rows: Sequence[Row], label: str) -> None:
     for place, row in enumerate(rows):
-        axes.barh(place, max([row.blind, row.informed or 0.0, *row.references.values()]), 0.42, color=_REST)
+        end = max(found[0] for found in (row.blind, row.informed) if found)
+        axes.barh(place, max([end, *row.references.values()]), 0.42, color=_REST)
         if row.informed is not None:
-            axes.barh(place, row.informed, 0.42, color=_INFORMED)
-            _write(axes, row.informed, place, _INFORMED)
-        axes.barh(place, row.blind, 0.42, color=_BLIND)
-        _write(axes, row.blind, place, _BLIND)
+            axes.barh(place, row.informed[0], 0.42, color=_INFORMED)
+            _write(axes, *row.informed, place, _INFORMED, _SECOND)
+        axes.barh(place, row.blind[0], 0.42, color=_BLIND)
+        _write(axes, *row.blind, place, _BLIND)
         axes.vlines(list(row.references.values()), place - 0.21, place + 0.27, color=LIGHT.ink, lw=1.8)
         ordered = sorted(row.references.items(), key=lambda item: item[1])
         names = [f"{_REFERENCES[name]} {gain:+.1f}" for name, gain in ordered]
@@ -118,11 +128,10 @@ def _draw(axes: Axes, rows: Sequence[Row], label: str) -> None:
     axes.spines["bottom"].set_visible(False)
 
 
-def _write(axes: Axes, gain: float, place: float, color: str) -> None:
-    """Write a gain above the end of its bar."""
-    start, side = (0.0, "left") if gain < 2 else (gain, "right")
-    style = {"ha": side, "va": "bottom", "color": color, "weight": "bold"}
-    _note(axes, (start, place - 0.21), f"{gain:+.1f}", (1, 1), **style)
+def _write(axes: Axes, gain: float, kind: str, place: float, color: str, offset: int = 1) -> None:
+    """Write the kind of a policy and its gain above its bar, at an offset in points from the start."""
+    style = {"ha": "left", "va": "bottom", "color": color, "weight": "bold"}
+    _note(axes, (0.0, place - 0.21), f"{kind} {gain:+.1f}", (offset, 1), **style)
 
 
 def _note(axes: Axes, at: tuple[float, float], text: str, offset: tuple[int, int], **style: Any) -> None:
@@ -131,8 +140,8 @@ def _note(axes: Axes, at: tuple[float, float], text: str, offset: tuple[int, int
 
 def _legend(figure: Figure) -> None:
     handles = [
-        Patch(color=_BLIND, label="learned, blind"),
-        Patch(color=_INFORMED, label="learned, knows what candidate ranges would bring"),
+        Patch(color=_BLIND, label="best blind policy"),
+        Patch(color=_INFORMED, label="best policy with a profile"),
         Patch(color=_REST, label="not reached"),
         Line2D([], [], color=LIGHT.ink, lw=1.8, label="reference"),
     ]

@@ -11,6 +11,8 @@ import polars as pl
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate
 from studies.learned.aggregate import Aggregate, aggregate, means
+from studies.learned.kinds import LEARNED as LEARNED_KINDS
+from studies.learned.kinds import TRAINED, Kind, best_by_kind, kind_of, searched_rule, tuning_objectives
 from studies.learned.questions import QUESTIONS, question_of
 from studies.learned.results import BEST_FIXED, Study
 
@@ -45,21 +47,67 @@ class Summary:
         study: the files.
         policies: statistics by policy; differences are to the best fixed range.
         references: statistics by reference.
+        best: name of the policy of each kind that is best on tuning flocks.
+        over_rule: paired difference of ``best`` to the best untrained rule; empty without a rule.
     """
 
     study: Study
     policies: dict[str, Aggregate]
     references: dict[str, Reference]
+    best: dict[Kind, str]
+    over_rule: dict[Kind, Estimate]
 
     @property
-    def best(self) -> Aggregate:
-        """Statistics of the learner that was best on tuning flocks."""
-        return self.policies[self.study.best_learner]
+    def chosen(self) -> Kind:
+        """The kind whose best policy has the largest objective on tuning flocks."""
+        tuned = tuning_objectives(self.study)
+        return max(self.best, key=lambda kind: tuned[self.best[kind]])
+
+    @property
+    def learned(self) -> Kind | None:
+        """The same among networks and reinforcement learning; ``None`` without either."""
+        tuned = tuning_objectives(self.study)
+        found = [kind for kind in LEARNED_KINDS if kind in self.best]
+        return max(found, key=lambda kind: tuned[self.best[kind]], default=None)
 
     @property
     def question(self) -> str:
         """The question that the setting answers."""
         return question_of(self.study.setting, self.study.title)
+
+    def kind(self, policy: str) -> str:
+        """Return the kind of a policy as text."""
+        return kind_of(self.study, policy) or UNKNOWN
+
+    def origin(self, policy: str) -> str:
+        """Return a policy's name with its training seeds and the rule at which its search began, if any."""
+        if policy not in self.study.learners:
+            return f"`{policy}`"
+        began = searched_rule(self.study, policy)
+        return f"`{policy}`{f' from `{began}`' if began else ''}, {self.seeds(policy)} seeds"
+
+    def iqm(self, policy: str) -> str:
+        """Return the interquartile mean over training seeds."""
+        if policy not in self.study.learners:
+            return UNKNOWN
+        return f"{self.policies[policy].iqm:.{self.study.spec.digits}f}"
+
+    def short(self, policy: str | None) -> str:
+        """Return the mean objective of a policy, without unit and interval."""
+        return (
+            UNKNOWN
+            if policy is None
+            else f"{self.policies[policy].objective.mean:.{self.study.spec.digits}f}"
+        )
+
+    def learned_over_rule(self) -> str:
+        """Return the mean difference of the learned policy to the best untrained rule."""
+        found = self.over_rule.get(self.learned) if self.learned else None
+        return UNKNOWN if found is None else f"{found.mean:+.{self.study.spec.digits}f}"
+
+    def over_best_rule(self, kind: Kind) -> str:
+        """Return the paired difference of the best policy of a kind to the best untrained rule."""
+        return self.show(self.over_rule[kind], "+") if kind in self.over_rule else UNKNOWN
 
     def seeds(self, policy: str) -> str:
         """Return the number of training seeds."""
@@ -111,6 +159,34 @@ def summarize(studies: Iterable[Study]) -> list[Summary]:
     return [_summary(study, by_name.get(LENDERS.get(study.setting, ""), study)) for study in ordered]
 
 
+def losses_first(summaries: Iterable[Summary]) -> list[Summary]:
+    """Return the settings by the difference of what was trained to the best untrained rule, smallest first.
+
+    It is that of the learned policy, or without one of the searched rule. Settings without a rule come last.
+    """
+
+    def gain(summary: Summary) -> float:
+        found = summary.over_rule.get(summary.learned or Kind.SEARCHED)
+        return np.inf if found is None else found.mean
+
+    return sorted(summaries, key=gain)
+
+
+def outcomes(summaries: Iterable[Summary]) -> dict[str, list[str]]:
+    """Return the settings with a learned policy and an untrained rule, by which of them is better."""
+    found: dict[str, list[str]] = {
+        "worse than": [],
+        "as good as (the interval includes 0)": [],
+        "better than": [],
+    }
+    worse, equal, better = found.values()
+    for summary in summaries:
+        gain = summary.over_rule.get(summary.learned) if summary.learned else None
+        if gain is not None:
+            (worse if gain.high < 0 else better if gain.low > 0 else equal).append(summary.study.setting)
+    return found
+
+
 def _summary(study: Study, lender: Study) -> Summary:
     baseline = study.values(BEST_FIXED)[0]
     policies = {name: aggregate(study.values(name), baseline) for name in study.policies}
@@ -119,7 +195,14 @@ def _summary(study: Study, lender: Study) -> Summary:
         values, fixed = lender.reference(name)
         objective, difference = means(np.stack([values, values - fixed])[:, np.newaxis])
         references[name] = Reference(len(values), objective, difference)
-    return Summary(study, policies, references)
+    best = best_by_kind(study)
+    over_rule = {}
+    if Kind.RULE in best:
+        rule = study.values(best[Kind.RULE])[0]
+        for kind in TRAINED:
+            if kind in best:
+                (over_rule[kind],) = means((study.values(best[kind]) - rule)[np.newaxis])
+    return Summary(study, policies, references, best, over_rule)
 
 
 def hidden(study: Study) -> list[tuple[str, Estimate]]:

@@ -78,12 +78,17 @@ class Quantity:
     digits: int = 2
 
     def __str__(self) -> str:
+        return f"{self.what}: {self.text}"
+
+    @property
+    def text(self) -> str:
+        """The value with its unit and, unless it is exact, its interval."""
         scale, unit = (100, " %") if self.unit == "%" else (1, f" {self.unit}" if self.unit else "")
         mean, low, high = (
             f"{scale * part:.{self.digits}f}" for part in (self.value.mean, self.value.low, self.value.high)
         )
         is_exact = self.value.low == self.value.high
-        return f"{self.what}: {mean}{unit}" + ("" if is_exact else f" [{low}, {high}]")
+        return f"{mean}{unit}" + ("" if is_exact else f" [{low}, {high}]")
 
 
 def every(is_so: NDArray[np.bool], axis: int) -> NDArray[np.bool]:

@@ -14,7 +14,7 @@ from flockesc_env.cli.flags import Backend, Json, Progress, optional
 from flockesc_env.cli.output import check_folder, check_output, note, show, show_json
 from flockesc_env.common.extras import require
 from flockesc_env.jobs import find_backend
-from studies.paper.plan import BATCH, Trials
+from studies.paper.plan import BATCH, LEAST_FLOCKS, Trials
 
 if TYPE_CHECKING:
     from studies.paper.page import PaperResults
@@ -25,12 +25,12 @@ def run(
     output: Annotated[Path, arg(help="folder of results, figures and page; made if it is missing")] = Path(
         "runs/paper"
     ),
-    flocks: Annotated[int, arg(help="flocks per range, at least 2")] = Trials.flocks,
+    flocks: Annotated[int, arg(help=f"flocks per range, at least {LEAST_FLOCKS}")] = Trials.flocks,
     lines: Annotated[int, arg(help=f"lines per range, at least {BATCH}")] = Trials.lines,
     figures: Annotated[
         tuple[str, ...],
         arg(
-            help="write only these figures, 2 to 10 or edge, and measure only what they show",
+            help="write only these figures, 2 to 10, edge, force or anatomy, and measure only what they show",
             metavar="[NUMBER ..]",
             help_behavior_hint="(default: all, and the page)",
         ),
@@ -46,7 +46,7 @@ def run(
 
     Writes paper.html (self-contained), paper.md, figures (PNG, SVG), results.json.
 
-    Takes about six minutes on two cores; interrupted, run it again to continue.
+    Takes about a quarter of an hour on two cores; interrupted, run it again to continue.
 
     Example: python -m studies paper --output runs/paper --figures 5 9
     """

@@ -12,8 +12,18 @@ from matplotlib.figure import Figure
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.jobs import Arrays, Backend, Cache
 from studies.measurements import measure
-from studies.paper import flock_figures, line_figures
-from studies.paper.plan import FORCES, OFFSETS, Trials, measurements
+from studies.paper import flock_figures, line_figures, mechanism_figures
+from studies.paper.plan import (
+    ANATOMIES,
+    FORCES,
+    OFFSETS,
+    PAPER_WORLD,
+    STRENGTHS,
+    Trials,
+    captures,
+    control,
+    measurements,
+)
 from studies.paper.realizations import flock_seed, line_seed
 from training.figure_style import save_figure
 
@@ -79,8 +89,15 @@ FIGURES: Final[dict[str, PaperFigure]] = {
         tuple(f"aimed {offset:g}" for offset in OFFSETS),
         lambda m: flock_figures.aimed_beside({offset: m[f"aimed {offset:g}"] for offset in OFFSETS}),
     ),
+    "force": PaperFigure(
+        "force",
+        tuple(name(PAPER_WORLD, strength) for name in (control, captures) for strength in STRENGTHS),
+        mechanism_figures.by_force,
+    ),
+    "anatomy": PaperFigure("anatomy", tuple(ANATOMIES), mechanism_figures.anatomy),
 }
-"""By the number in the paper; ``"edge"`` is the attack beside the center."""
+"""By the number in the paper; ``"edge"`` is the attack beside the center. ``"force"`` and ``"anatomy"`` are
+controls of the paper's explanation."""
 
 
 def draw_figures(output: Path, measured: Measured, names: Iterable[str] = FIGURES) -> None:

@@ -13,14 +13,19 @@ from typing import Any
 from markdown import Markdown
 
 from flockesc_env.common.stats import Estimate
-from studies.pages import path_from, templates
+from studies.pages import path_from, signed, templates
 from studies.paper.claims import MOST, Claim, Judgment, Quantity, RangeRow, Verdict
 from studies.paper.equations import EQUATIONS
-from studies.paper.plan import Trials
+from studies.paper.mechanism_claims import SECTION
+from studies.paper.plan import CAPTURE_RADIUS, CONTROL_GRID, Trials
 from studies.paper.realizations import FLOCK_RULE, LINE_RULE
 
 RESULTS_FILE = "results.json"
 ROOT = Path(__file__).parents[2]
+MIDDLE = 12.0
+"""Range in m at which the page explains J_mean."""
+
+_MECHANISM = "Mechanism (Sections I and V)"
 _UNCLEAR = " (sample too small to tell)"
 
 
@@ -34,6 +39,9 @@ class PaperResults:
         flock_seed: the flock of Figures 6 to 10.
         claims: the rows.
         by_range: objectives of some fixed ranges.
+        tables: columns of estimates by table and column; an estimate per range of ``CONTROL_GRID``. Table
+            ``force`` has the objectives under the escape forces of the control, the others, keys of
+            ``ANATOMIES``, what ``anatomy_table`` returns.
         versions: of the packages.
     """
 
@@ -42,7 +50,29 @@ class PaperResults:
     flock_seed: int
     claims: tuple[Claim, ...]
     by_range: tuple[RangeRow, ...]
+    tables: dict[str, dict[str, tuple[Estimate, ...]]]
     versions: dict[str, str]
+
+    def measured(self, where: str, what: str) -> Quantity:
+        """Return the measured quantity of the claims at a place of the paper.
+
+        Raises:
+            KeyError: if there is no such quantity, or if there are different ones.
+        """
+        found = {
+            quantity
+            for claim in self.claims
+            if claim.where == where
+            for quantity in claim.measured
+            if quantity.what == what
+        }
+        if len(found) != 1:
+            raise KeyError(f"{len(found)} quantities {what!r} at {where!r}")
+        return found.pop()
+
+    def at(self, table: str, column: str, rho: float) -> Estimate:
+        """Return an estimate of a table under a range."""
+        return self.tables[table][column][CONTROL_GRID.index(rho)]
 
     def to_json(self) -> str:
         """Return the results as a JSON document; equal results give equal bytes."""
@@ -58,6 +88,10 @@ class PaperResults:
             flock_seed=fields["flock_seed"],
             claims=tuple(_claim(row) for row in fields["claims"]),
             by_range=tuple(_range_row(**row) for row in fields["by_range"]),
+            tables={
+                table: {name: tuple(Estimate(**row) for row in rows) for name, rows in columns.items()}
+                for table, columns in fields["tables"].items()
+            },
             versions=fields["versions"],
         )
 
@@ -92,7 +126,12 @@ def _render(
     numbered = list(enumerate(results.claims, start=1))
     sections = {
         title: [(number, row) for number, row in numbered if _section(row) == title]
-        for title in ("Theory of the line (Section III)", "Line (Section IV)", "Flock (Sections V and VI)")
+        for title in (
+            "Theory of the line (Section III)",
+            "Line (Section IV)",
+            "Flock (Sections V and VI)",
+            _MECHANISM,
+        )
     }
     counts = {
         verdict.value: [
@@ -114,6 +153,13 @@ def _render(
             equations=EQUATIONS,
             root=path_from(page, ROOT),
             most=MOST,
+            measured=results.measured,
+            at=results.at,
+            grid=CONTROL_GRID,
+            capture_radius=CAPTURE_RADIUS,
+            middle=MIDDLE,
+            signed=signed,
+            cell=lambda *place: _scaled(results.at(*place[:-1]), place[-1]),
             line_rule=LINE_RULE,
             flock_rule=FLOCK_RULE,
         )
@@ -122,9 +168,15 @@ def _render(
 
 
 def _section(row: Claim) -> str:
+    if row.where.startswith(SECTION):
+        return _MECHANISM
     if row.where.startswith("III"):
         return "Theory of the line (Section III)"
     return "Line (Section IV)" if row.where.startswith("IV") else "Flock (Sections V and VI)"
+
+
+def _scaled(value: Estimate, scale: float) -> Estimate:
+    return Estimate(scale * value.mean, scale * value.low, scale * value.high)
 
 
 def _figure_link(where: str) -> str:

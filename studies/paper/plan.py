@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -11,9 +13,12 @@ from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.jobs.sweeps import OUTCOMES
 from flockesc_env.scenario.approach import approach
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.initial import AlignedHeadings
 from flockesc_env.scenario.line import EscapeForce, LineScenario
-from flockesc_env.scenario.predators import ConstantVelocity
+from flockesc_env.scenario.predators import ConstantVelocity, Intercept, PurePursuit
+from flockesc_env.scenario.presets import as_scenario
 from studies.measurements import Measurement
+from studies.paper.anatomy import ANATOMY
 from studies.paper.jobs import CONSENSUS, CURVES
 
 PAPER_OBJECTIVES: Final = (FLOCK_OBJECTIVES["mean"], FLOCK_OBJECTIVES["minimum"])
@@ -30,6 +35,9 @@ COARSE: Final = slice(0, None, 10)
 
 BATCH: Final = 40
 """Trials of the paper's means."""
+
+LEAST_FLOCKS: Final = 4
+"""Flocks without which the halves that choose and measure a range have no interval."""
 
 FREE_RANGES: Final = (0.0, 0.1, 0.2, 0.3, 1.0)
 SHOWN_RANGES: Final = (1.0, 0.2, 0.1, 0.0)
@@ -51,13 +59,42 @@ AIMED_GRID: Final = (0.0, 2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 20.0, 25.0, 30.0, 40.
 FULL_RANGE: Final = 100.0
 """The paper's fully connected case."""
 
+CONTROL_GRID: Final = (0.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 50.0, 100.0)
+STRENGTHS: Final = (0.0, 1.0, 10.0, 100.0)
+"""Escape forces s of the control; 10 is the paper's, and without any nobody flees."""
+NO_FORCE: Final = 0.0
+PAPER_FORCE: Final = 10.0
+CAPTURE_RADIUS: Final = 5.0
+"""Radius in m within which the predator catches agents where survival is measured."""
+
+PAPER_WORLD: Final = "paper"
+WORLDS: Final[Mapping[str, FlockScenario]] = {
+    PAPER_WORLD: FLOCK,
+    "pursuit": FLOCK.replace(predators=(PurePursuit(),)),
+    "interception": FLOCK.replace(predators=(Intercept(),)),
+    "aligned start": FLOCK.replace(initial_headings=AlignedHeadings((1.0, -1.0), math.pi / 2)),
+    "head-on start": as_scenario("head-on", FlockScenario),
+}
+"""Flocks of the control: the paper's, other predators, and other starts. In the aligned start headings lie
+within 90 degrees of a direction across the predator's path. In the head-on start all head toward it."""
+
+SURVIVAL_WORLDS: Final = (PAPER_WORLD, "pursuit", "interception")
+"""Flocks in which survival is measured, too."""
+
+ANATOMIES: Final[Mapping[str, FlockScenario]] = {
+    "anatomy": FLOCK.replace(repulsion_strength=NO_FORCE),
+    "anatomy fleeing": FLOCK,
+    "anatomy frozen": FLOCK.replace(repulsion_strength=NO_FORCE, frozen_graph=True),
+}
+"""Flocks that do not flee, the paper's, and the former with the neighbor graph of the first step."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Trials:
     """How many initial states each mean is taken over.
 
     Attributes:
-        flocks: flocks per range, at least 2.
+        flocks: flocks per range, at least ``LEAST_FLOCKS``.
         lines: lines per range, at least ``BATCH``; a line costs a thousandth of a flock.
 
     Raises:
@@ -68,7 +105,7 @@ class Trials:
     lines: int = 4_000
 
     def __post_init__(self) -> None:
-        for name, least in (("flocks", 2), ("lines", BATCH)):
+        for name, least in (("flocks", LEAST_FLOCKS), ("lines", BATCH)):
             number = as_count(getattr(self, name), name)
             if number < least:
                 raise ArgumentError(name, f"at least {least}", number)
@@ -82,6 +119,16 @@ def aimed(offset: float) -> FlockScenario:
 def threshold(rho: float) -> LineScenario:
     """Return the line of Theorem 2 under exactly its strength s* = rho_p + rho."""
     return LINE.replace(escape_force="constant", repulsion_strength=LINE.predator_range + rho)
+
+
+def control(world: str, strength: float) -> str:
+    """Return the name of the measurement of a world under an escape force."""
+    return f"control {world} {strength:g}"
+
+
+def captures(world: str, strength: float) -> str:
+    """Return the name of the same measurement with captures."""
+    return f"captures {world} {strength:g}"
 
 
 def measurements(trials: Trials) -> dict[str, Measurement]:
@@ -103,4 +150,16 @@ def measurements(trials: Trials) -> dict[str, Measurement]:
     plan["literal flock"] = Measurement(OUTCOMES, LITERAL_FLOCK, LITERAL_RANGES, trials.flocks)
     for offset in OFFSETS:
         plan[f"aimed {offset:g}"] = Measurement(OUTCOMES, aimed(offset), AIMED_GRID, trials.flocks)
+    plan["fearless line"] = Measurement(
+        OUTCOMES, LINE.replace(repulsion_strength=NO_FORCE), LINE_GRID, trials.lines
+    )
+    for world, scenario in WORLDS.items():
+        for strength in STRENGTHS if world == PAPER_WORLD else (NO_FORCE, PAPER_FORCE):
+            forced = scenario.replace(repulsion_strength=strength)
+            plan[control(world, strength)] = Measurement(OUTCOMES, forced, CONTROL_GRID, trials.flocks)
+            if world in SURVIVAL_WORLDS:
+                catching = forced.replace(capture_radius=CAPTURE_RADIUS)
+                plan[captures(world, strength)] = Measurement(OUTCOMES, catching, CONTROL_GRID, trials.flocks)
+    for name, scenario in ANATOMIES.items():
+        plan[name] = Measurement(ANATOMY, scenario, CONTROL_GRID, trials.flocks)
     return plan

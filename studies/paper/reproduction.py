@@ -10,11 +10,13 @@ from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Backend, Cache
 from studies.measurements import measure
 from studies.paper import realizations
+from studies.paper.anatomy import anatomy_table
 from studies.paper.figures import draw_figures
 from studies.paper.flock_claims import by_range, flock_claims
 from studies.paper.line_claims import edge_claim, line_claims
+from studies.paper.mechanism_claims import force_table, mechanism_claims
 from studies.paper.page import RESULTS_FILE, PaperResults, html_page, markdown_page
-from studies.paper.plan import Trials, measurements
+from studies.paper.plan import ANATOMIES, Trials, measurements
 from studies.paper.theory_claims import theory_claims
 
 _PACKAGES = ("flockesc-env", "numpy", "scipy")
@@ -46,7 +48,7 @@ def reproduce(
     """
     output.mkdir(parents=True, exist_ok=True)
     measured = measure(measurements(trials), Cache(cache or output / "cache"), backend, progress=progress)
-    note("measured; statistics and figures take another minute")
+    note("measured; statistics and figures take another two minutes")
     line = realizations.line_seed(measured["free line"])
     flock = realizations.flock_seed(measured["curves"], measured["grid flock"])
     claims = (
@@ -54,9 +56,11 @@ def reproduce(
         *line_claims(measured),
         *flock_claims(measured),
         edge_claim(measured),
+        *mechanism_claims(measured),
     )
+    tables = {"force": force_table(measured)} | {name: anatomy_table(measured[name]) for name in ANATOMIES}
     versions = {name: version(name) for name in _PACKAGES}
-    results = PaperResults(trials, line, flock, claims, by_range(measured["grid flock"]), versions)
+    results = PaperResults(trials, line, flock, claims, by_range(measured["grid flock"]), tables, versions)
     draw_figures(output, measured)
     markdown = page or output / "paper.md"
     write_text(output / RESULTS_FILE, results.to_json())

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common import stats
-from flockesc_env.common.stats import Estimate
+from flockesc_env.common.stats import Estimate, FloatArray
 from studies.paper.plan import PAPER_OBJECTIVES
 
 OBJECTIVES = {spec.symbol: spec.column for spec in PAPER_OBJECTIVES}
@@ -32,6 +32,52 @@ RULE = (
     " flocks. The 95 % intervals of both paired gains must lie above 0. Otherwise the page names the ends of"
     " the grid over which it has no such gain"
 )
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The best action of a grid, chosen on the first half of the flocks and measured on the second.
+
+    Attributes:
+        best: the action with the largest mean over the first half, with its bootstrap interval.
+        index: its place in the grid.
+        value: the objective under it.
+        gain_over_zero: the objective under it minus that under the first action, paired flock by flock.
+        gain_over_longest: likewise over the last action.
+    """
+
+    best: Estimate
+    index: int
+    value: Estimate
+    gain_over_zero: Estimate
+    gain_over_longest: Estimate
+
+    @property
+    def finding(self) -> Finding:
+        """Return the finding by ``RULE``."""
+        return _finding(self.gain_over_zero, self.gain_over_longest)
+
+
+def choose(actions: tuple[float, ...], values: FloatArray) -> Choice:
+    """Choose the best action of a grid; ``values`` holds the objective, shape (actions, flocks)."""
+    half = values.shape[1] // 2
+    chosen, measured = values[:, :half], values[:, half:]
+    best = stats.argmax(np.array(actions), chosen)
+    at = actions.index(best.mean)
+    return Choice(
+        best=best,
+        index=at,
+        value=stats.mean(measured[at]),
+        gain_over_zero=stats.mean(measured[at] - measured[0]),
+        gain_over_longest=stats.mean(measured[at] - measured[-1]),
+    )
+
+
+def _finding(gain_over_zero: Estimate, gain_over_longest: Estimate) -> Finding:
+    beats_zero, beats_longest = gain_over_zero.low > 0, gain_over_longest.low > 0
+    if beats_zero:
+        return Finding.INTERIOR if beats_longest else Finding.LIKE_LONGEST
+    return Finding.LIKE_ZERO if beats_longest else Finding.LIKE_BOTH
 
 
 @dataclass(frozen=True)
@@ -67,10 +113,7 @@ class Outcome:
     @property
     def finding(self) -> Finding:
         """Return the finding by ``RULE``."""
-        beats_zero, beats_longest = self.gain_over_zero.low > 0, self.gain_over_longest.low > 0
-        if beats_zero:
-            return Finding.INTERIOR if beats_longest else Finding.LIKE_LONGEST
-        return Finding.LIKE_ZERO if beats_longest else Finding.LIKE_BOTH
+        return _finding(self.gain_over_zero, self.gain_over_longest)
 
 
 def outcome(symbol: str, actions: tuple[float, ...], results: Mapping[str, NDArray[Any]]) -> Outcome:
@@ -83,16 +126,15 @@ def outcome(symbol: str, actions: tuple[float, ...], results: Mapping[str, NDArr
     """
     half = results["num_components"].shape[1] // 2
     values = results[OBJECTIVES[symbol]]
-    chosen, measured = values[:, :half], values[:, half:]
-    best = stats.argmax(np.array(actions), chosen)
-    at = actions.index(best.mean)
+    measured = values[:, half:]
+    choice = choose(actions, values)
     return Outcome(
-        best=best,
-        min_mean_distance=stats.mean(results["min_mean_distance"][at, half:]),
-        min_min_distance=stats.mean(results["min_min_distance"][at, half:]),
+        best=choice.best,
+        min_mean_distance=stats.mean(results["min_mean_distance"][choice.index, half:]),
+        min_min_distance=stats.mean(results["min_min_distance"][choice.index, half:]),
         at_zero=stats.mean(measured[0]),
         at_longest=stats.mean(measured[-1]),
-        gain_over_zero=stats.mean(measured[at] - measured[0]),
-        gain_over_longest=stats.mean(measured[at] - measured[-1]),
+        gain_over_zero=choice.gain_over_zero,
+        gain_over_longest=choice.gain_over_longest,
         curve=tuple(stats.mean(row) for row in measured),
     )

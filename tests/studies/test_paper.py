@@ -182,7 +182,7 @@ def test_the_paper_is_reproduced(
     """A small run from the command line gives the same numbers in JSON, on the pages and on stdout."""
     monkeypatch.setattr("training.figure_style.DPI", 40)
     output, page = tmp_path / "paper", tmp_path / "docs.md"
-    flags = ["--flocks", 2, "--lines", 40, "--output", output, "--page", page, "--json"]
+    flags = ["--flocks", 4, "--lines", 40, "--output", output, "--page", page, "--json"]
     ran = Ran(capsys, "paper", *flags, run=STUDIES.main)
     assert ran.code == Exit.DONE
     results = PaperResults.from_json((output / RESULTS_FILE).read_text())
@@ -191,7 +191,7 @@ def test_the_paper_is_reproduced(
     assert json.loads(results.to_json()) == document
     files = {path.name for path in output.iterdir()}
     pictures = {name.removesuffix(".png") for name in files if name.endswith(".png")}
-    assert len(pictures) == 10
+    assert len(pictures) == 12
     assert {f"{name}.svg" for name in pictures} <= files
     markdown, html = page.read_text(), (output / "paper.html").read_text()
     assert "](paper/figure_9.png)" in markdown
@@ -221,7 +221,7 @@ def test_the_paper_is_reproduced(
 
 
 def test_one_figure_measures_only_what_it_shows(tmp_path: Path) -> None:
-    trials = Trials(flocks=2, lines=40)
+    trials = Trials(flocks=4, lines=40)
     (file,) = measure_and_draw(tmp_path, ["4"], trials, find_backend("serial"))
     assert file.read_bytes().startswith(b"\x89PNG")
     assert len(list((tmp_path / "cache").iterdir())) == len(measurements(trials)["free line"].jobs())
@@ -230,7 +230,7 @@ def test_one_figure_measures_only_what_it_shows(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("flags", "field"),
     [
-        (["--flocks", 1], "flocks"),
+        (["--flocks", 3], "flocks"),
         (["--lines", 39], "lines"),
         (["--page", "nowhere/page.md"], "page"),
         (["--page", "page.txt"], "page"),
@@ -247,7 +247,7 @@ def test_bad_input_of_the_command_is_named(
 
 
 def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
-    with pytest.raises(KeyboardInterrupt, match="2 of 27 jobs are finished"):
+    with pytest.raises(KeyboardInterrupt, match="2 of 51 jobs are finished"):
         reproduce(tmp_path, Trials(flocks=4, lines=40), interrupted_after(2))
     assert len(list((tmp_path / "cache").glob("*.npz"))) == 2
 

@@ -54,7 +54,8 @@ def test_a_submission_end_to_end(tiny: Path, tmp_path: Path) -> None:
     assert study.values("my rule (v2)") == pytest.approx(told.min_min_distance[None])
     assert study.episodes["training_seed"][-6:].null_count() == 6
     assert (
-        f"\n| my rule (v2) | - | {told.min_min_distance.mean():.2f} [" in page.with_name(DETAILS).read_text()
+        f"\n| my rule (v2) | - | - | {told.min_min_distance.mean():.2f} ["
+        in page.with_name(DETAILS).read_text()
     )
     assert f"my rule (v2) {told.min_min_distance.mean():.2f} [" in sentence
     with pytest.raises(ArgumentError, match="name"):

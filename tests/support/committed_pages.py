@@ -14,7 +14,6 @@ import pytest
 from flockesc_env.common import stats
 from studies.arms_race.page import markdown_page as race_page
 from studies.arms_race.results import load_race
-from studies.learned import aggregate
 from studies.learned.page import DETAILS, details_page, markdown_page, readme_table
 from studies.learned.results import load_studies
 from studies.learned.summary import Summary, summarize
@@ -39,7 +38,6 @@ def skip_bootstraps(monkeypatch: pytest.MonkeyPatch) -> None:
         return SimpleNamespace(confidence_interval=SimpleNamespace(low=value, high=value))
 
     monkeypatch.setattr(stats, "bootstrap", bootstrap)
-    monkeypatch.setattr(aggregate, "bootstrap", bootstrap)
 
 
 def check_results(shown: Shown = str) -> list[Summary]:

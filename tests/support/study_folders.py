@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from training.seeds import HELD_OUT
+from training.seeds import HELD_OUT, TUNING
 
 LEARNER = {"kind": "search", "arguments": {}, "note": ""}
 
@@ -24,9 +24,13 @@ def write_study(
     about: Mapping[str, Mapping[str, Any]] | None = None,
     ablation: Iterable[tuple[str, np.ndarray]] = (),
     transfer: Iterable[tuple[str, str, np.ndarray]] = (),
+    rules: Mapping[str, np.ndarray] | None = None,
     **fields: Any,
 ) -> Path:
-    """Write one folder; baselines have shape (flocks,), learners (training seeds, flocks)."""
+    """Write one folder; baselines have shape (flocks,), learners (training seeds, flocks).
+
+    ``rules`` holds the objectives of built-in rules on tuning flocks.
+    """
     folder = results / setting
     folder.mkdir(parents=True)
     flocks = HELD_OUT[: len(baselines["best fixed range"])]
@@ -62,6 +66,9 @@ def write_study(
     worlds = [_episodes(flocks, values, world=world, policy=name) for world, name, values in transfer]
     if worlds:
         pl.concat(worlds).write_parquet(folder / "transfer.parquet")
+    tuned = [_episodes(TUNING[: len(values)], values, rule=name) for name, values in (rules or {}).items()]
+    if tuned:
+        pl.concat(tuned).write_parquet(folder / "rules.parquet")
     return folder
 
 

@@ -1,0 +1,142 @@
+"""Figures of the control: objectives by escape force, and a flock at its smallest mean distance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from flockesc_env.common import stats
+from flockesc_env.common.stats import FloatArray
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
+from flockesc_env.jobs import Arrays
+from flockesc_env.render.palette import LIGHT
+from studies.paper.anatomy import with_parts
+from studies.paper.mechanism_claims import flock_values
+from studies.paper.plan import (
+    CAPTURE_RADIUS,
+    CONTROL_GRID,
+    NO_FORCE,
+    PAPER_FORCE,
+    PAPER_WORLD,
+    STRENGTHS,
+)
+from studies.style import letter
+from training.figure_style import RANGES, WIDTH, label_ends
+
+_TICKS = (0, 2, 5, 10, 20, 50, 100)
+_FORCES = {
+    NO_FORCE: LIGHT.accent,
+    1.0: LIGHT.alone,
+    PAPER_FORCE: LIGHT.fixed,
+    100.0: to_hex(RANGES(0.95)),
+}
+
+
+def by_force(results: Mapping[str, Arrays]) -> Figure:
+    """Draw the three objectives against the range, one curve per escape force."""
+    figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
+    panels = figure.subplots(1, len(FLOCK_OBJECTIVES))
+    for index, (axes, spec) in enumerate(zip(panels, FLOCK_OBJECTIVES.values(), strict=True)):
+        ends = []
+        for strength in STRENGTHS:
+            rows = (1 if spec.unit else 100) * flock_values(results, PAPER_WORLD, strength, spec)
+            _curve(axes, rows, _FORCES[strength], "-" if strength == PAPER_FORCE else "--")
+            ends.append((float(rows[-1].mean()), f"s = {strength:g}", _FORCES[strength]))
+        letter(axes, index, f"{spec.symbol} ({spec.unit or '%'})")
+        _ranges(axes)
+        label_ends(axes, ends)
+    figure.suptitle(
+        "Escape force s (0: nobody flees; 10: the paper's)."
+        f" Survival: agents within {CAPTURE_RADIUS:g} m of the predator are caught",
+        x=0.01,
+        ha="left",
+        fontsize=10,
+    )
+    return figure
+
+
+def anatomy(results: Mapping[str, Arrays]) -> Figure:
+    """Draw where flocks are at their smallest mean distance, and what makes it."""
+    figure = Figure(figsize=(WIDTH, 6.2), layout="constrained")
+    (place, headings), (parts, models) = figure.subplots(2, 2)
+    still, fleeing, frozen = (
+        with_parts(results[name]) for name in ("anatomy", "anatomy fleeing", "anatomy frozen")
+    )
+    _panel(
+        place,
+        0,
+        "center to predator, and spread (m)",
+        [
+            (still["center"], "center", LIGHT.fixed, "-"),
+            (still["dispersion"], "spread", LIGHT.accent, "-"),
+            (fleeing["center"], "center, s = 10", LIGHT.fixed, ":"),
+            (fleeing["dispersion"], "spread, s = 10", LIGHT.accent, ":"),
+        ],
+    )
+    _panel(
+        headings,
+        1,
+        "headings and flights (no unit)",
+        [
+            (still["polarization"], "polarization", LIGHT.fixed, "-"),
+            (still["straightness"], "straightness", LIGHT.alone, "-"),
+            (still["outwardness"], "outwardness", LIGHT.accent, "-"),
+            (frozen["outwardness"], "the same,\nfrozen graph", LIGHT.accent, ":"),
+        ],
+    )
+    _panel(
+        parts,
+        2,
+        "J_mean minus that at 0 m, and its parts (m)",
+        [
+            (still["sorting"], "sorting", LIGHT.accent, "-"),
+            (still["turning"], "turning", LIGHT.alone, "-"),
+            (still["agreement"], "agreement", LIGHT.fixed, "-"),
+            (still["gain"], "sum", LIGHT.ink, "-"),
+        ],
+    )
+    parts.axhline(0, color=LIGHT.muted, lw=0.8)
+    _panel(
+        models,
+        3,
+        "J_mean and its controls (m)",
+        [
+            (still["mean_distance"], "measured", LIGHT.ink, "-"),
+            (still["aligned"], "aligned only", LIGHT.fixed, "-"),
+            (still["stopped_1"], "stop after 1 s", LIGHT.alone, "-"),
+            (frozen["mean_distance"], "frozen graph", LIGHT.accent, ":"),
+        ],
+    )
+    figure.suptitle(
+        "Flocks that do not flee (s = 0) at their smallest mean distance, 95 % intervals; dotted: as labeled",
+        x=0.01,
+        ha="left",
+        fontsize=10,
+    )
+    return figure
+
+
+def _panel(axes: Axes, index: int, title: str, curves: Sequence[tuple[FloatArray, str, str, str]]) -> None:
+    for rows, _, color, style in curves:
+        _curve(axes, rows, color, style)
+    letter(axes, index, title)
+    _ranges(axes)
+    label_ends(axes, [(float(rows[-1].mean()), label, color) for rows, label, color, _ in curves], gap=0.11)
+
+
+def _curve(axes: Axes, values: FloatArray, color: str, style: str) -> None:
+    rows = [stats.mean(row) for row in values]
+    means, low, high = (np.array([getattr(row, name) for row in rows]) for name in ("mean", "low", "high"))
+    axes.fill_between(CONTROL_GRID, low, high, color=color, alpha=0.2, lw=0)
+    axes.plot(CONTROL_GRID, means, style, color=color, lw=1.6)
+
+
+def _ranges(axes: Axes) -> None:
+    """Scale the axis of ranges by the square root, which keeps short ranges apart."""
+    axes.set_xscale("function", functions=(lambda x: np.sqrt(np.maximum(x, 0)), np.square))
+    axes.set_xticks(_TICKS, [str(tick) for tick in _TICKS])
+    axes.set(xlabel="interaction range (m)", xlim=(0, CONTROL_GRID[-1]))
