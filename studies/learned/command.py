@@ -176,7 +176,7 @@ def losses(
     *,
     results: Results = RESULTS,
     runs: Annotated[Path, arg(help="folder that keeps finished parts")] = Path("runs/study"),
-    minutes: Annotated[float, arg(help="minutes of training where policies lose, estimated")] = 18.0,
+    minutes: Annotated[float, arg(help="minutes of training where policies lose, estimated")] = 7.0,
     backend: Backend = "processes",
 ) -> Exit:
     """Run the headline policies in other worlds and starts, and train policies where they lose.

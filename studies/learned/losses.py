@@ -64,7 +64,6 @@ def measure_losses(results: Path, runs: Path, minutes: float, backend: Backend) 
     write_table(_joined(tables), results / STARTS_FILE)
     cells = [found for setting, table in tables.items() for found in cells_of("start", setting, table)]
     cells += [found for start in beginnings for found in _extremes(start, fixed[start])]
-    write_cells(cells, results / LOSSES_FILE)
 
     scenarios = worlds()
     fixed |= fixed_ranges(scenarios, FLOCKS, cache, backend)
@@ -75,7 +74,6 @@ def measure_losses(results: Path, runs: Path, minutes: float, backend: Backend) 
     for policy in policies:
         refused = refusals(policy, scenarios)
         cells += [Cell("world", policy.setting, world, 0, None, None, why) for world, why in refused]
-    write_cells(cells, results / LOSSES_FILE)
 
     scenarios |= beginnings
     losses = [(found.setting, found.world) for found in lost(cells) if found.setting]
@@ -91,7 +89,7 @@ def measure_losses(results: Path, runs: Path, minutes: float, backend: Backend) 
         episodes.append(_joined(tables))
     if episodes:
         write_table(pl.concat(episodes), folder / EPISODES_FILE)
-        write_cells(cells, results / LOSSES_FILE)
+    write_cells(cells, results / LOSSES_FILE)
     return results / LOSSES_FILE
 
 
