@@ -8,6 +8,7 @@ from pathlib import Path
 import polars as pl
 
 from flockesc_env.common.array_files import write_table
+from flockesc_env.common.files import atomic_write
 from flockesc_env.jobs import Backend, Cache
 from studies.learned.cells import LOSSES_FILE, Cell, Kind, cell, cells_of, lost, write_cells
 from studies.learned.results import load_studies
@@ -82,7 +83,8 @@ def measure_losses(results: Path, runs: Path, minutes: float, backend: Backend) 
     folder, episodes = results / RETRAINED, []
     folder.mkdir(exist_ok=True)
     for (setting, world), file in files.items():
-        (folder / f"{file_name(setting, world)}.npz").write_bytes(file)
+        with atomic_write(folder / f"{file_name(setting, world)}.npz") as copy:
+            copy.write(file)
         policy = Headline(setting, file, studies[setting].spec.column)
         tables = transfer([policy], {world: scenarios[world]}, fixed, cache, backend)
         cells += cells_of("trained there", setting, tables[setting])

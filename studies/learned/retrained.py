@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from flockesc_env import FlockScenario
+from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Backend, run
 from flockesc_env.scenario.presets import PRESETS
 from studies.learned.results import Study
@@ -93,6 +94,6 @@ def _args(study: Study, world: str, scenario: FlockScenario, runs: Path) -> Args
     name = file_name(study.setting, world)
     if world not in PRESETS:
         runs.mkdir(parents=True, exist_ok=True)
-        (runs / f"{name}.toml").write_text(scenario.to_toml())
+        write_text(runs / f"{name}.toml", scenario.to_toml())
     source = world if world in PRESETS else str((runs / f"{name}.toml").absolute())
     return dataclasses.replace(learner.args, scenario=source, run=runs / name, seed=TRAINING_SEED)

@@ -11,7 +11,6 @@ import pytest
 from tiny_studies import TINY, Spy, write_preset
 
 from flockesc_env import built_in, rollout
-from studies.learned import explain
 from studies.learned.extension import extend_study
 from studies.learned.results import Study, load_study
 from studies.learned.study import StudyArgs, study
@@ -20,7 +19,6 @@ from training.seeds import TUNING
 
 @pytest.fixture
 def spy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Spy:
-    monkeypatch.setattr(explain, "_worlds", lambda: iter([("home", TINY)]))
     write_preset(tmp_path, monkeypatch)
     return Spy(monkeypatch)
 
@@ -33,7 +31,7 @@ def arguments(folder: Path, **changes: Any) -> StudyArgs:
 
 
 def tables(found: Study) -> dict[str, pl.DataFrame]:
-    names = ("episodes", "rules", "curves", "runs", "ablation", "transfer")
+    names = ("episodes", "rules", "curves", "runs", "ablation")
     read = {name: getattr(found, name) for name in names}
     times = ("seconds", "minutes", "samples_per_second", "environment_share")
     return {name: table.drop(times, strict=False) for name, table in read.items()}

@@ -180,7 +180,7 @@ def test_references_reach_the_page(small: Setting, tmp_path: Path) -> None:
     assert reference.num_flocks == 4
     assert reference.difference.mean == pytest.approx((bounds - fixed[:4]).mean())
     text = details_page([summary], results, tmp_path / "details.md")
-    cells = [f"*{FREE_HEADINGS}* (4 flocks)", "-", summary.show(reference.objective), "-"]
+    cells = [f"*{FREE_HEADINGS}* (4 flocks)", "reference", "-", summary.show(reference.objective), "-"]
     assert f"| {' | '.join([*cells, summary.show(reference.difference, '+')])} |" in text
     assert summary.ceilings().endswith(f", {FREE_HEADINGS} {reference.difference.mean:+.1f}")
 

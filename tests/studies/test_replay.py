@@ -11,13 +11,12 @@ from typing import Any
 import polars as pl
 import pytest
 from cli_runs import Ran
-from tiny_studies import TINY, write_preset
+from tiny_studies import write_preset
 
 from flockesc_env import ArgumentError, load_policy, save_policy
 from flockesc_env.cli.exits import Exit
 from flockesc_env.jobs import Cache, find_backend
 from studies.__main__ import STUDIES
-from studies.learned import explain
 from studies.learned.replay import policy_files, replay
 from studies.learned.results import BEST_FIXED, load_studies, load_study
 from studies.learned.study import StudyArgs, study
@@ -51,7 +50,6 @@ def studied(tmp_path_factory: pytest.TempPathFactory) -> Any:
     """Results of a tiny study, with a policy that somebody else submitted."""
     path = tmp_path_factory.mktemp("replay")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(explain, "_worlds", lambda: iter([("home", TINY)]))
         write_preset(path, patch)
         study(StudyArgs("tiny", path / "results", path / "runs", (), 12, 20, "serial"))
         episodes = path / "results" / "tiny" / "episodes.parquet"
