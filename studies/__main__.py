@@ -15,7 +15,6 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "paper": paper.run,
     "robustness": robustness.run,
     "learned": learned.run,
-    "learned-extend": learned.extend,
     "learned-references": learned.references,
     "learned-replay": learned.replay,
     "learned-explain": learned.explain,

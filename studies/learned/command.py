@@ -52,36 +52,6 @@ def run(
     return Exit.DONE
 
 
-def extend(
-    setting: Setting,
-    *,
-    output: Annotated[
-        Path, arg(help="folder of results; the setting's go into a folder of its name")
-    ] = RESULTS,
-    runs: Annotated[Path, arg(help="folder of training runs; unfinished ones are continued")] = Path(
-        "runs/study"
-    ),
-    learners: Annotated[
-        tuple[str, ...], arg(help="some of the preset's learners; none: all that have training seeds")
-    ] = (),
-    backend: Backend = "processes",
-) -> Exit:
-    """Add the learners and rules that the results of one setting lack, and play its rules on tuning flocks.
-
-    What the results have stays as it is. Interrupted, run it again to continue.
-
-    Example: python -m studies learned-extend per-agent-local --learners ppo
-    """
-    check_folder(output)
-    require("train", _MODULES)
-    from studies.learned.extension import extend_study
-    from studies.learned.study import StudyArgs
-
-    args = StudyArgs(setting, output, runs, learners, backend=backend)
-    note(f"saved: {extend_study(args)}; now run python -m studies learned-page")
-    return Exit.DONE
-
-
 def references(
     setting: Setting,
     *,

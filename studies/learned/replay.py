@@ -12,8 +12,9 @@ import polars as pl
 from flockesc_env import ArgumentError
 from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Backend, Cache
-from studies.learned.held_out import Played, PolicyFile, choose_range, play_all
+from studies.learned.held_out import Played, PolicyFile, choose_range, play_all, rules_of
 from studies.learned.results import EPISODES_FILE, GRID_FILE, POLICIES, STUDY_FILE, Study, load_studies
+from studies.learned.rules import write_rules
 from training import seeds
 from training.config import Setting
 from training.presets import presets
@@ -119,6 +120,7 @@ def replay(
         differences.append(Difference(GRID_FILE, "other means or intervals of fixed ranges"))
     if write:
         _write(played, best, folder)
+        write_rules(rules_of(study.setting, setting), setting, cache, backend, folder)
     rules = played.episodes.filter(pl.col("training_seed").is_null())["policy"].n_unique() - 2
     trained = {f"{learner}-{seed}" for learner, seed, _ in contents}
     differing = len(trained & {one.what for one in episodes})

@@ -49,7 +49,7 @@ IN_TURNS: Final = 1e30
 """An exploration constant so large that rewards do not count: the arms are pulled in turns."""
 
 MOST_PERMUTED: Final = 4
-"""Most arms of which the control tries all orders."""
+"""Largest number of arms for which the control tries all orders."""
 
 _FLOCK = 5e-3
 """Estimated seconds of an episode."""

@@ -19,11 +19,6 @@ COMMANDS = [
         ["learned", "shared", "--learners", "search", "tqc", "--held-out-flocks", "7", "--backend", "serial"],
         call(StudyArgs("shared", learners=("search", "tqc"), held_out_flocks=7, backend="serial")),
     ),
-    (
-        "extension.extend_study",
-        ["learned-extend", "shared", "--learners", "ppo", "--backend", "serial"],
-        call(StudyArgs("shared", learners=("ppo",), backend="serial")),
-    ),
     ("coverage.measure_coverage", ["learned-coverage", "--results", "a"], call(Path("a"))),
     (
         "study.study_references",
@@ -67,7 +62,6 @@ def test_commands_take_the_arguments_of_their_functions(
         ["related", "--output"],
         ["arms-race", "--output"],
         ["learned", "shared", "--output"],
-        ["learned-extend", "shared", "--output"],
         ["learned-coverage", "--results"],
         ["learned-references", "shared", "--output"],
         ["learned-explain", "shared", "--output"],

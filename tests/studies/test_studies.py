@@ -278,3 +278,11 @@ def test_finished_runs_with_other_arguments_are_refused(found: Study, folder: Pa
     with pytest.raises(ValueError, match=r"runs: expected the preset's arguments in .*search-1, got others"):
         study(study_args(tmp_path))
     assert not (tmp_path / "results").exists()
+
+
+def test_rules_run_on_the_tuning_flocks_of_learning_curves(found: Study) -> None:
+    assert found.rules is not None
+    assert found.rules["rule"].unique().to_list() == ["stubborn-leaders"]
+    assert found.rules["seed"].to_list() == list(TUNING[:200])
+    told = rollout(TINY, built_in("stubborn-leaders"), TUNING[:200])
+    assert found.rules["objective"].to_numpy() == pytest.approx(told.min_mean_distance)
