@@ -98,8 +98,8 @@ def play_all(
     """
     fixed = _fixed("Fixed ranges on held-out flocks", setting, flocks, cache, backend)
     rows = [
-        policy_rows(BEST_FIXED, None, flocks, fixed[grid_of(setting).index(best)]),
-        policy_rows(ORACLE, None, flocks, fixed.max(axis=0)),
+        _rows(BEST_FIXED, None, flocks, fixed[grid_of(setting).index(best)]),
+        _rows(ORACLE, None, flocks, fixed.max(axis=0)),
     ]
     policies: list[tuple[str, int | None, str | bytes]]
     policies = [(rule, None, rule) for rule in rules_of(name, setting)]
@@ -107,7 +107,7 @@ def play_all(
     jobs = [play_job(policy, setting, flocks) for _, _, policy in policies]
     results = run(jobs, cache, backend, title="Policies on held-out flocks")
     for (policy, seed, _), result in zip(policies, results, strict=True):
-        rows.append(policy_rows(policy, seed, flocks, result["objective"]))
+        rows.append(_rows(policy, seed, flocks, result["objective"]))
     return Played(name, pl.concat(rows), _grid_frame(setting, fixed))
 
 
@@ -174,7 +174,7 @@ def _rules(setting: Setting) -> tuple[str, ...]:
     return LOCAL_PROFILE_RULES if informed else LOCAL_RULES
 
 
-def policy_rows(name: str, seed: int | None, flocks: range, values: FloatArray) -> pl.DataFrame:
+def _rows(name: str, seed: int | None, flocks: range, values: FloatArray) -> pl.DataFrame:
     """Return the rows of a policy in the table of episodes; ``seed`` is its training seed, if it has one."""
     schema = {"policy": pl.String, "training_seed": pl.Int64, "seed": pl.Int64, "objective": pl.Float64}
     columns = {"policy": [name] * len(flocks), "training_seed": [seed] * len(flocks)}

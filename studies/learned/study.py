@@ -63,10 +63,10 @@ def study(args: StudyArgs) -> Path:
         ArgumentError: for an unknown setting or learner, or an argument out of bounds.
         JobError: if training runs fail; finished runs stay.
     """
-    preset, backend = preset_of(args), find_backend(args.backend)
+    preset, backend = _preset(args), find_backend(args.backend)
     held_out = seeds.first_seeds(seeds.HELD_OUT, args.held_out_flocks)
     tuning = seeds.first_seeds(seeds.TUNING, args.tuning_flocks)
-    runs = train_all(args, preset, backend)
+    runs = _train(args, preset, backend)
     folder = args.output / args.setting
     (folder / POLICIES).mkdir(parents=True, exist_ok=True)
 
@@ -77,7 +77,7 @@ def study(args: StudyArgs) -> Path:
     played.write(folder)
     write_references(preset.setting, held_out, cache, backend, folder)
     write_rules(rules_of(args.setting, preset.setting), preset.setting, cache, backend, folder)
-    collect_runs(runs, folder)
+    _collect(runs, folder)
     _describe(args, preset, best, folder)
     if not preset.setting.is_line:
         study_explanations(args)
@@ -91,7 +91,7 @@ def study_references(args: StudyArgs) -> Path:
         ArgumentError: for an unknown setting, one without references, or an argument out of bounds.
         JobError: if jobs fail.
     """
-    preset, backend = preset_of(args), find_backend(args.backend)
+    preset, backend = _preset(args), find_backend(args.backend)
     held_out = seeds.first_seeds(seeds.HELD_OUT, args.held_out_flocks)
     path = write_references(
         preset.setting, held_out, Cache(args.runs / "fixed"), backend, args.output / args.setting
@@ -109,7 +109,7 @@ def study_explanations(args: StudyArgs) -> Path:
         RecordError: if the setting has no results.
         JobError: if jobs fail.
     """
-    preset, folder = preset_of(args), args.output / args.setting
+    preset, folder = _preset(args), args.output / args.setting
     if preset.setting.is_line:
         raise ArgumentError("setting", "a setting of a flock", repr(args.setting))
     cache, backend = Cache(args.runs / "fixed"), find_backend(args.backend)
@@ -117,7 +117,7 @@ def study_explanations(args: StudyArgs) -> Path:
     return folder
 
 
-def preset_of(args: StudyArgs) -> Preset:
+def _preset(args: StudyArgs) -> Preset:
     """Return the preset of a setting with the learners that are asked for.
 
     Raises:
@@ -138,7 +138,7 @@ def preset_of(args: StudyArgs) -> Preset:
     return dataclasses.replace(preset, learners=reported)
 
 
-def train_all(args: StudyArgs, preset: Preset, backend: Backend) -> list[TrainingRun]:
+def _train(args: StudyArgs, preset: Preset, backend: Backend) -> list[TrainingRun]:
     """Do all training runs that are not finished; return learner, training seed and folder of each.
 
     Raises:
@@ -168,7 +168,7 @@ def _args(preset: Preset, run: TrainingRun) -> Args:
     return dataclasses.replace(preset.learners[learner].args, run=folder, seed=seed)
 
 
-def collect_runs(runs: Sequence[TrainingRun], folder: Path) -> None:
+def _collect(runs: Sequence[TrainingRun], folder: Path) -> None:
     """Copy the policies, and put what the runs measured into one file each."""
     outputs, curves = [], []
     for name, seed, source in runs:
