@@ -39,7 +39,7 @@ demo: build ## train a range policy and compare it with the best fixed range (ab
 bench paper robustness: PROFILE := release
 
 .PHONY: bench
-bench: build ## benchmark this project and its peers (about 15 minutes; Rust core only: cargo bench --package flockesc-kernels)
+bench: build ## benchmark this project and its peers (about 15 minutes)
 	$(INSTALL) --extra bench
 	$(BIN)/python -m benchmarks run
 	$(BIN)/python -m benchmarks page
@@ -55,10 +55,12 @@ robustness: build ## find the best fixed range of every flock preset (about 35 m
 .PHONY: test
 test: lint test-rust test-python ## run linters and all tests except the slow ones
 
+# Also prints the line coverage of the package. Child processes are not measured.
 .PHONY: test-all
+test-all: COVERAGE := --cov=flockesc_env --cov-report=
 test-all: test docs ## run all tests, including slow ones, and build the site: long runs, forks, interrupts, Ray, SLURM, notebooks
 	$(INSTALL) --extra ray
-	$(PYTEST) tests/slow
+	$(PYTEST) $(COVERAGE)term:skip-covered --cov-append tests/slow
 
 # Stubtest reads the stubs alone: with the imports it takes half a minute more, and it overwrites mypy's cache.
 STUBTEST := [mypy]\nfollow_imports = skip\ncache_dir = /dev/null\n
@@ -90,7 +92,7 @@ test-rust: $(UV) ## run the Rust tests
 # Each worker begins with half of the files, in order, so that fixtures of a file are set up once.
 .PHONY: test-python
 test-python: build ## run the Python tests
-	$(PYTEST) --dist worksteal
+	$(PYTEST) $(COVERAGE) --dist worksteal
 
 # Requires a nightly compiler and cargo-fuzz. No sanitizer is used, because the core has no unsafe code.
 FUZZ_SECONDS := 60
@@ -165,7 +167,6 @@ pins: $(UV) ## update all pins from pyproject.toml and compat/*.in
 CARGO_TOOLS := $(COMPAT)/cargo/bin
 CARGO_DENY := $(CARGO_TOOLS)/cargo-deny
 $(CARGO_DENY): VERSION := 0.20.2
-$(CARGO_TOOLS)/gungraun-runner: VERSION := 0.20.0
 $(CARGO_TOOLS)/cargo-mutants: VERSION := 27.1.0
 $(CARGO_TOOLS)/%:
 	cargo install --quiet --locked --root $(COMPAT)/cargo $*@$(VERSION)
@@ -180,8 +181,7 @@ mutants: build $(CARGO_TOOLS)/cargo-mutants ## mutation testing of samples of th
 	  --output runs
 
 .PHONY: instructions
-instructions: build $(CARGO_TOOLS)/gungraun-runner ## count the instructions of the kernels with valgrind, beside the committed counts
-	$(INSTALL) --extra bench
+instructions: build ## count the instructions of a step with valgrind, and renew the counts that `make test` compares with
 	$(BIN)/python -m benchmarks instructions
 
 .PHONY: audit
